@@ -22,7 +22,7 @@ from shakedown.motion.plane.moving_state import (
     REACHES_BACKWARD_LIMIT,
     REACHES_FORWARD_LIMIT,
 )
-from shakedown.motion.space.sliding import CURVES, REACHES_LIMIT, STOPS
+from shakedown.motion.space.moving_state import CURVES, REACHES_LIMIT, STOPS
 
 HASH_START, HASH_PRIME = np.uint64(14695981039346656037), np.uint64(1099511628211)
 SHORT = 1e-9  # of a cycle: contact states that last no longer are those of one instant, met in any order

@@ -22,32 +22,23 @@ compilation, is slower below 20 equations, and twice as fast at 60.
 """
 
 import numpy as np
-from numba import types
-from numba.experimental import structref
 from numpy.typing import NDArray
 
 from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import (
     Integers,
-    NamedState,
     Reals,
     entered,
-    fields,
     inner,
-    made,
     summing,
 )
+from shakedown.ground.pointed_state import PointedState
 
 SINGULAR = 1e-13  # pivot, relative to the terms that it is the difference of, that counts as zero
 
 
-@structref.register
-class ActiveSetType(types.StructRef):
-    """Compiled type of :class:`ActiveSet`."""
-
-
-class ActiveSet(NamedState):
+class ActiveSet(PointedState):
     """Equations of the moving nodes and the inverse of their matrix (leading ``size`` rows and columns).
 
     Attributes
@@ -95,16 +86,11 @@ class ActiveSet(NamedState):
     allowed: int
 
 
-structref.define_boxing(ActiveSetType, ActiveSet)
-ACTIVE_SET = ActiveSetType(fields(ActiveSet))
-
-
 def active_set(kappa: FloatArray, f: FloatArray) -> ActiveSet:
     """All nodes stuck."""
     n = len(f)
     shapes = {"state": n, "inverse": (2 * n, 2 * n)}
-    act = made(
-        ACTIVE_SET,
+    act = ActiveSet(
         shapes | dict.fromkeys(("col", "coef", "row", "column"), 2 * n),
         kappa=np.ascontiguousarray(kappa, dtype=float),
         f=np.array(f, dtype=float),

@@ -3,20 +3,16 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import types
-from numba.experimental import structref
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import (
     Flags,
     Hash,
     Integers,
-    NamedState,
     Reals,
     entered,
-    fields,
-    made,
 )
+from shakedown.ground.pointed_state import PointedState
 
 DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED = range(7)  # ends of a loop
 EFFORT = 200_000_000  # multiplications and additions after which a loop returns, about a fifth of a second
@@ -32,12 +28,7 @@ class Precision(NamedTuple):
     settled: float
 
 
-@structref.register
-class CourseType(types.StructRef):
-    """Compiled type of :class:`Course`."""
-
-
-class Course(NamedState):
+class Course(PointedState):
     """What the state is led along.
 
     Attributes
@@ -62,12 +53,7 @@ class Course(NamedState):
     settled: float
 
 
-@structref.register
-class MotionType(types.StructRef):
-    """Compiled type of :class:`Motion`."""
-
-
-class Motion(NamedState):
+class Motion(PointedState):
     """The moving state, its derivative and what has been counted since :func:`begin`.
 
     Attributes
@@ -136,12 +122,7 @@ class Motion(NamedState):
     signed: bool
 
 
-@structref.register
-class RecordType(types.StructRef):
-    """Compiled type of :class:`Record`."""
-
-
-class Record(NamedState):
+class Record(PointedState):
     """Room for the states at events, filled from the first row on; no room: nothing is recorded.
 
     Attributes
@@ -168,14 +149,9 @@ class Record(NamedState):
     room: int
 
 
-for kind_of_state, python_class in ((CourseType, Course), (MotionType, Motion), (RecordType, Record)):
-    structref.define_boxing(kind_of_state, python_class)
-COURSE, MOTION, RECORD = CourseType(fields(Course)), MotionType(fields(Motion)), RecordType(fields(Record))
-
-
 def course(path: FloatArray, first: int, separable: bool, precision: Precision) -> Course:
     """The course along welded reactions (s + 1, 2n); its first load step has number ``first``."""
-    new = made(COURSE, {}, path=np.ascontiguousarray(path, dtype=float))
+    new = Course({}, path=np.ascontiguousarray(path, dtype=float))
     new.set(steps=len(path) - 1, first=first, separable=separable, **precision._asdict())
     return new
 
@@ -183,7 +159,7 @@ def course(path: FloatArray, first: int, separable: bool, precision: Precision) 
 def motion_at_rest(n: int) -> Motion:
     """A state at rest at the origin, its derivative not followed."""
     shapes = {"u": 2 * n, "r": 2 * n, "elastic": 2 * n, "slip": n, "work": n, "opened": n, "closed": n}
-    mo = made(MOTION, shapes)
+    mo = Motion(shapes)
     mo.set(n=n)
     begin(mo)
     follow_derivative(mo, *without_tangent(n))
@@ -221,6 +197,6 @@ def resume(mo: Motion, time: float) -> None:
 def room_for(rows: int, n: int) -> Record:
     """Room for so many states of n nodes."""
     shapes = {"time": rows, "u": (rows, 2 * n), "r": (rows, 2 * n), "state": (rows, n), "node": rows}
-    record = made(RECORD, shapes | {"kind": rows})
+    record = Record(shapes | {"kind": rows})
     record.set(room=rows)
     return record

@@ -28,12 +28,10 @@ as zero up to round-off (relative to the largest rate), so that a limit
 touched tangentially is no slip.
 """
 
-from numba import types
-from numba.experimental import structref
-
 from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.named_state import Integers, NamedState, Reals, fields, inner, made
+from shakedown.ground.named_state import Integers, Reals, inner
+from shakedown.ground.pointed_state import PointedState
 from shakedown.motion.plane.active_set import (
     ActiveSet,
     add_product,
@@ -50,12 +48,7 @@ WORN = -1  # in place of a number of nodes: the inverse must be set up afresh
 INSIDE, ON_BACKWARD, ON_FORWARD, APEX, FRICTIONLESS, AIR = 0, 1, -1, 2, 3, 4
 
 
-@structref.register
-class RatesType(types.StructRef):
-    """Compiled type of :class:`Rates`."""
-
-
-class Rates(NamedState):
+class Rates(PointedState):
     """Places of the nodes at an instant and the rates that hold after it, per unit of time.
 
     Attributes
@@ -86,14 +79,10 @@ class Rates(NamedState):
     searches: int
 
 
-structref.define_boxing(RatesType, Rates)
-RATES = RatesType(fields(Rates))
-
-
 def rates(n: int) -> Rates:
     """Room for the rates of n nodes."""
     of_nodes, of_places = ("place", "wanted", "before"), ("motion", "reaction", "welded", "change")
-    return made(RATES, dict.fromkeys(of_nodes, n) | dict.fromkeys(of_places, 2 * n))
+    return Rates(dict.fromkeys(of_nodes, n) | dict.fromkeys(of_places, 2 * n))
 
 
 @inner

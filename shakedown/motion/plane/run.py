@@ -2,13 +2,10 @@
 
 from typing import NamedTuple
 
-from numba import types
-from numba.experimental import structref
-
-from shakedown.ground.named_state import NamedState, entered, keeping
-from shakedown.motion.plane.active_set import ACTIVE_SET, ActiveSet
-from shakedown.motion.plane.moving_state import COURSE, MOTION, RECORD, Course, Motion, Record
-from shakedown.motion.plane.rate_problem import RATES, Rates
+from shakedown.ground.pointed_state import PointedState
+from shakedown.motion.plane.active_set import ActiveSet
+from shakedown.motion.plane.moving_state import Course, Motion, Record
+from shakedown.motion.plane.rate_problem import Rates
 
 
 class Progress(NamedTuple):
@@ -29,12 +26,7 @@ class Progress(NamedTuple):
     concerned: int
 
 
-@structref.register
-class RunType(types.StructRef):
-    """Compiled type of :class:`Run`."""
-
-
-class Run(NamedState):
+class Run(PointedState):
     """A moving state with the equations and rates of its nodes, its course and its record."""
 
     active: ActiveSet
@@ -44,26 +36,15 @@ class Run(NamedState):
     course: Course
 
 
-structref.define_boxing(RunType, Run)
-RUN = RunType(
-    [("active", ACTIVE_SET), ("rates", RATES), ("motion", MOTION), ("record", RECORD), ("course", COURSE)]
-)
+RUN = Run.compiled
 
 
 def run_along(active: ActiveSet, rates: Rates, motion: Motion, record: Record, course: Course) -> Run:
     """The run of a moving state along a course, recorded where the record has room."""
-    parts = {"active": active, "rates": rates, "motion": motion, "record": record, "course": course}
-    return keeping(_run(*parts.values()), parts)
+    return Run({}, active=active, rates=rates, motion=motion, record=record, course=course)
 
 
-@entered
-def _run(active, rates, motion, record, course):  # type: ignore[no-untyped-def]
-    run = structref.new(RUN)
-    run.active, run.rates, run.motion, run.record, run.course = active, rates, motion, record, course
-    return run
-
-
-def progress(motion: NamedState) -> Progress:
+def progress(motion: PointedState) -> Progress:
     """Where a moving state has got to on its course."""
     at = motion.content
     return Progress(at.passes, at.step, at.time, at.concerned)

@@ -4,7 +4,9 @@ Between events (a node reaches its cone, comes to rest, opens or closes; a load 
 slips obey a smooth differential equation, which compiled loops integrate to a given accuracy; the method
 and what its error estimate means stand in docs/space.md.
 
-Reading order: ``sliding`` (the state as compiled code takes it), ``exchange`` (open nodes eliminated),
+Reading order: ``moving_state`` (the joint, its state and its record as compiled code takes them),
+``rates_state`` and ``step_state`` (what rates and steps are computed with), ``space_run`` (all of these
+together), ``exchange`` (open nodes eliminated),
 ``speeds`` (rates of the nodes that slip), ``explicit_step`` (Dormand and Prince's pair), ``turning_step``
 (Radau's method near the apex), ``rate_choice`` (which nodes move after an event), ``event_search`` (the
 first event within a step), ``curved_loop`` (one load step, from event to event); ``curved_history`` (the

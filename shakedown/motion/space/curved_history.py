@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.event_history import SHORT, EventHistory, EventKind
-from shakedown.motion.space.sliding import DEGREE
+from shakedown.motion.space.moving_state import DEGREE
 
 WITHIN = (0.0, 0.25, 0.5, 0.75)  # shares of a step at which its curve is looked at
 

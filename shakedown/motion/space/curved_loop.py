@@ -28,6 +28,7 @@ from shakedown.motion.plane.moving_state import (
     PAUSED,
     RECORD_FULL,
     TOO_MANY_EVENTS,
+    Course,
 )
 from shakedown.motion.space.event_search import (
     NEVER,
@@ -41,18 +42,18 @@ from shakedown.motion.space.event_search import (
 )
 from shakedown.motion.space.exchange import MOST_EXCHANGES, arrange, compute_out, move
 from shakedown.motion.space.explicit_step import BETWEEN, ENDS, explicit_step, find_curve, stop_within
-from shakedown.motion.space.rate_choice import choose_rates
-from shakedown.motion.space.sliding import (
+from shakedown.motion.space.moving_state import (
     CURVES,
     DEGREE,
-    EXPLICIT,
-    RADAU,
     REACHES_LIMIT,
-    STAGES,
     STOPS,
-    CurveRecord,
-    Sliding,
+    CompiledJoint,
+    SpaceMotion,
 )
+from shakedown.motion.space.rate_choice import choose_rates
+from shakedown.motion.space.rates_state import Slipping, SpaceRates
+from shakedown.motion.space.space_run import SpaceRun
+from shakedown.motion.space.step_state import EXPLICIT, PATIENCE, RADAU, STAGES, Step, StepControl
 from shakedown.motion.space.turning_step import turning, turning_step
 
 AT_EVENT = PAUSED + 1  # within a load step
@@ -73,149 +74,153 @@ TURNS, MANY = 1.5, 0.05  # angle in an explicit step, and its share of the rest,
 FINEST = (
     1e-7  # of the rest: where even such explicit steps turn too far their error alone says how long they are
 )
-PATIENCE, MOST_PATIENCE = 20, 320  # explicit steps after one that was refused
+MOST_PATIENCE = 320  # explicit steps after one of Radau's that was refused, as often as it may be
 GAUSS = 0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)  # shares of a step …
 GAUSS_WEIGHTS = 5 / 18, 8 / 18, 5 / 18  # … at which speeds tell a length
 STOPPED = 1e-6  # speed, relative to the fastest, that is none at a stop
 
 
 @entered
-def follow_curve(sl: Sliding, rec: CurveRecord, effort: int) -> int:
+def follow_curve(run: SpaceRun, effort: int) -> int:
     """Carry the state along its course to its end.
 
     Ends with DONE, or with why the motion stopped; after RECORD_FULL and PAUSED, and where there were
     NO_RATES and the state has jumped, it can be entered again.
     """
-    sl.effort, sl.allowed, rec.rows, status = 0, effort, 0, DONE
-    if sl.step == 0 and sl.time == 0.0 and not sl.entered:
-        sl.h = 1.0
-        if sl.exchanges > 0:
-            sl.exchanges = MOST_EXCHANGES + 1
-    while sl.step < sl.steps and status == DONE:
-        status = load_step(sl, rec)
-        if status == DONE and sl.step < sl.steps and sl.effort > sl.allowed:
+    joint, course, mo, ct, rec = run.joint, run.course, run.motion, run.control, run.record
+    ct.effort, ct.allowed, rec.rows, status = 0, effort, 0, DONE
+    if mo.step == 0 and mo.time == 0.0 and not mo.entered:
+        ct.h = 1.0
+        if joint.exchanges > 0:
+            joint.exchanges = MOST_EXCHANGES + 1
+    while mo.step < course.steps and status == DONE:
+        status = load_step(run)
+        if status == DONE and mo.step < course.steps and ct.effort > ct.allowed:
             status = PAUSED
-    if sl.step == sl.steps:
-        sl.passes = 1
+    if mo.step == course.steps:
+        mo.passes = 1
     return status
 
 
 @inner
-def load_step(sl: Sliding, rec: CurveRecord) -> int:
+def load_step(run: SpaceRun) -> int:
     """Carry the state from event to event to the end of its load step."""
-    N, status = 3 * sl.n, AT_EVENT
+    joint, course, mo, rates, sp, ct = run.joint, run.course, run.motion, run.rates, run.slipping, run.control
+    N, status = 3 * joint.n, AT_EVENT
     for k in range(N):
-        sl.welded[k] = sl.path[(sl.step + 1) * N + k] - sl.path[sl.step * N + k]
-    if not sl.entered:
-        if not arrange(sl):
+        rates.welded[k] = course.path[(mo.step + 1) * N + k] - course.path[mo.step * N + k]
+    if not mo.entered:
+        if not arrange(joint, mo):
             return NOT_SETTLED
-        compute_out(sl)
-        for i in range(sl.n):
-            sl.resting[i], sl.arrived[i] = 0, 0
-        sl.entered = True
+        compute_out(joint, course, mo, rates)
+        for i in range(joint.n):
+            mo.resting[i], rates.arrived[i] = 0, 0
+        mo.entered = True
     while status == AT_EVENT:
-        if sl.crowd > 1000 + 200 * sl.n:
+        if mo.crowd > 1000 + 200 * joint.n:
             return TOO_MANY_EVENTS
-        found = choose_rates(sl)
-        leaving = leaving_node(sl, found)
-        if not sl.separable and leaving >= 0:
-            sl.concerned = leaving
+        found = choose_rates(run)
+        leaving = leaving_node(joint, mo, rates, found)
+        if not course.separable and leaving >= 0:
+            mo.concerned = leaving
             return LIFTS_OFF
         if not found:
             return NO_RATES
-        sl.effort += 2 * sl.s * sl.s * sl.s + 100
-        sl.apex_ahead = np.inf
-        status = smooth_path(sl, rec)
-        if status == AT_EVENT and sl.effort > sl.allowed:
+        ct.effort += 2 * sp.s * sp.s * sp.s + 100
+        ct.apex_ahead = np.inf
+        status = smooth_path(run)
+        if status == AT_EVENT and ct.effort > ct.allowed:
             return PAUSED
     if status == DONE:
-        sl.step, sl.time, sl.crowd, sl.entered = sl.step + 1, 0.0, 0, False
-        sl.kind, sl.event_node, sl.came_kind, sl.came_node = LOAD_STEP, -1, LOAD_STEP, -1
+        mo.step, mo.time, mo.crowd, mo.entered = mo.step + 1, 0.0, 0, False
+        mo.kind, mo.node, mo.came_kind, mo.came_node = LOAD_STEP, -1, LOAD_STEP, -1
     return status
 
 
 @inner
-def leaving_node(sl: Sliding, found: bool) -> int:
+def leaving_node(joint: CompiledJoint, mo: SpaceMotion, rates: SpaceRates, found: bool) -> int:
     """An open node; where there are no rates, a node at its apex; or −1."""
-    for i in range(sl.n):
-        if sl.contact[i] == OPEN or (not found and sl.apex[i] == 1):
+    for i in range(joint.n):
+        if mo.contact[i] == OPEN or (not found and rates.apex[i] == 1):
             return i
     return -1
 
 
 @inner
-def smooth_path(sl: Sliding, rec: CurveRecord) -> int:
+def smooth_path(run: SpaceRun) -> int:
     """Follow the smooth path to the next event or the end of the load step."""
-    while sl.time < 1.0:
+    course, mo, sp, st, ct, rec = run.course, run.motion, run.slipping, run.step, run.control, run.record
+    while mo.time < 1.0:
         if rec.room > 0 and rec.rows == rec.room:
             return RECORD_FULL
-        rest = 1.0 - sl.time
-        h = choose_step(sl, rest)
-        error = take_step(sl, h)
-        better = better_error(sl, error)
-        used = max(better / allowed_error(sl, h), error / (sl.accuracy * sl.length_scale))
+        rest = 1.0 - mo.time
+        h = choose_step(run, rest)
+        error = take_step(run, h)
+        better = better_error(sp, st, error)
+        used = max(better / allowed_error(course, ct, h), error / (ct.accuracy * ct.length_scale))
         if not 0.0 <= used <= 1.0:
-            shorten(sl, h, used)
-            if not sl.h > SHORTEST:
+            shorten(run, h, used)
+            if not ct.h > SHORTEST:
                 return NO_RATES
             continue
-        share = share_to_apex(sl)
-        if share < (PAST if sl.method == RADAU else 1.0) and h * share > SHORTEST:
-            if sl.method == RADAU:
-                sl.long = h * share
+        share = share_to_apex(course, mo, sp, st)
+        if share < (PAST if st.method == RADAU else 1.0) and h * share > SHORTEST:
+            if st.method == RADAU:
+                ct.long = h * share
             else:
-                sl.h = h * share
+                ct.h = h * share
             continue
-        lengthen(sl, h, used, rest)
-        share = first_event(sl, h)
+        lengthen(st, ct, h, used, rest)
+        share = first_event(run, h)
         if share < NEVER:
-            meet_event(sl, rec, share, h, error)
+            meet_event(run, share, h, error)
             return AT_EVENT
         if rec.room > 0:
-            find_curve(sl, h)
-        commit(sl, rec, h, better)
+            find_curve(sp, st, h)
+        commit(run, h, better)
         if h == rest:
-            sl.time = 1.0
-        keep_rates(sl)
-        sl.kind, sl.event_node, sl.came_kind, sl.came_node = CURVES, -1, CURVES, -1
-        if sl.effort > sl.allowed and sl.time < 1.0:
+            mo.time = 1.0
+        keep_rates(sp, st)
+        mo.kind, mo.node, mo.came_kind, mo.came_node = CURVES, -1, CURVES, -1
+        if ct.effort > ct.allowed and mo.time < 1.0:
             return PAUSED
     return DONE
 
 
 @inner
-def shorten(sl: Sliding, h: float, used: float) -> None:
+def shorten(run: SpaceRun, h: float, used: float) -> None:
     """What to try after a step with so much of the allowed error, or one that found no end."""
+    joint, course, rates, sp, st, ct = run.joint, run.course, run.rates, run.slipping, run.step, run.control
     share = max(LEAST, min(SAFETY, SAFETY * used**-ORDER)) if used > 0.0 else LEAST
-    if sl.method == EXPLICIT:
-        sl.h = h * share
+    if st.method == EXPLICIT:
+        ct.h = h * share
     else:
-        sl.long = h * share
+        ct.long = h * share
         nearer = max(LEAST, min(HALF_WAY, used**-NEARER)) if used > 0.0 else LEAST
-        sl.apex_ahead = nearer * min(h, time_to_apex(sl))
-        sl.wait = sl.patience = min(2 * sl.patience, MOST_PATIENCE)
+        ct.apex_ahead = nearer * min(h, time_to_apex(joint, course, rates, sp))
+        ct.wait = ct.patience = min(2 * ct.patience, MOST_PATIENCE)
 
 
 @inner
-def lengthen(sl: Sliding, h: float, used: float, rest: float) -> None:
+def lengthen(st: Step, ct: StepControl, h: float, used: float, rest: float) -> None:
     """What to try after a step with so much of the allowed error."""
     change = min(MOST, max(LEAST, SAFETY * used**-ORDER)) if used > 0.0 else MOST
-    if sl.method == RADAU:
-        sl.long = max(h * change, sl.long) if h < 0.99 * sl.long else h * change
-        sl.wait, sl.patience = 0, PATIENCE
+    if st.method == RADAU:
+        ct.long = max(h * change, ct.long) if h < 0.99 * ct.long else h * change
+        ct.wait, ct.patience = 0, PATIENCE
     else:
-        sl.h = max(h * change, sl.h) if h == rest or sl.capped else h * change
-        sl.long = max(sl.long, sl.h)
-        if sl.wait > 0:
-            sl.wait -= 1
-            if sl.wait == 0:
-                sl.long = max(sl.long, 2.0 * GAIN * h)
+        ct.h = max(h * change, ct.h) if h == rest or ct.capped else h * change
+        ct.long = max(ct.long, ct.h)
+        if ct.wait > 0:
+            ct.wait -= 1
+            if ct.wait == 0:
+                ct.long = max(ct.long, 2.0 * GAIN * h)
 
 
 @inner
-def next_length(sl: Sliding, rest: float, free: float, event: float) -> float:
+def next_length(sp: Slipping, rest: float, free: float, event: float) -> float:
     """The step to try: not far beyond the next event, and so that no short one is left."""
-    if sl.s == 0:
+    if sp.s == 0:
         return rest
     h = AHEAD * event
     if h < min(free, 0.9 * rest):
@@ -226,159 +231,167 @@ def next_length(sl: Sliding, rest: float, free: float, event: float) -> float:
 
 
 @inner
-def time_to_apex(sl: Sliding) -> float:
+def time_to_apex(joint: CompiledJoint, course: Course, rates: SpaceRates, sp: Slipping) -> float:
     """When the first pressure of a slipping node vanishes at the present rates."""
     first = np.inf
-    for a in range(sl.s):
-        p, rate = sl.p[a], sl.rate[2 * sl.n + sl.node[a]]
-        if p > sl.near and rate < 0.0:
+    for a in range(sp.s):
+        p, rate = sp.p[a], rates.rate[2 * joint.n + sp.node[a]]
+        if p > course.settled and rate < 0.0:
             first = min(first, p / -rate)
     return first
 
 
 @inner
-def choose_step(sl: Sliding, rest: float) -> float:
+def choose_step(run: SpaceRun, rest: float) -> float:
     """Which step is to be taken, and how long it is: no explicit one in which a direction turns too far.
 
     On the way to the apex a direction turns the faster the nearer it is: a step of Radau's ends there once
     that is accurate enough, explicit ones come half the way. Elsewhere Radau's are tried now and then where
     directions turn fast, and go on as long as they are longer by what they cost.
     """
-    fastest, apex = 0.0, time_to_apex(sl)
-    for a in range(sl.s):
-        fastest = max(fastest, turning(sl, a, 0.0))
-    event = expected(sl)
-    h, far = next_length(sl, rest, sl.h, event), next_length(sl, rest, sl.long, event)
+    joint, course, rates, sp, st, ct = run.joint, run.course, run.rates, run.slipping, run.step, run.control
+    fastest, apex = 0.0, time_to_apex(joint, course, rates, sp)
+    for a in range(sp.s):
+        fastest = max(fastest, turning(sp, st, a, 0.0))
+    event = expected(run)
+    h, far = next_length(sp, rest, ct.h, event), next_length(sp, rest, ct.long, event)
     most = HALF_WAY * apex
     if fastest * FINEST * rest < STABLE:
         most = min(most, STABLE / fastest if fastest > 0.0 else np.inf)
-    sl.method, sl.capped = EXPLICIT, h > most
+    st.method, ct.capped = EXPLICIT, h > most
     short = min(h, most)
-    jumps = far > HALF_WAY * apex and apex < sl.apex_ahead
-    stiff = sl.wait == 0 and short < MANY * rest and short * fastest > TURNS and far > GAIN * short
+    jumps = far > HALF_WAY * apex and apex < ct.apex_ahead
+    stiff = ct.wait == 0 and short < MANY * rest and short * fastest > TURNS and far > GAIN * short
     if jumps or stiff:
-        sl.method = RADAU
+        st.method = RADAU
         return far
     return short
 
 
 @inner
-def take_step(sl: Sliding, h: float) -> float:
+def take_step(run: SpaceRun, h: float) -> float:
     """A step from the present state, and the outputs at its end: the error of the lower order, or FAILED."""
-    allowed = allowed_error(sl, h)
-    error = turning_step(sl, h, allowed) if sl.method == RADAU else explicit_step(sl, h, allowed)
+    course, sp, st, ct = run.course, run.slipping, run.step, run.control
+    allowed = allowed_error(course, ct, h)
+    error = turning_step(run, h, allowed) if st.method == RADAU else explicit_step(run, h, allowed)
     if error >= 0.0:
-        end_of_step(sl, h)
-    sl.taken += 1
-    sl.effort += 6 * (sl.s * sl.s * sl.s + 20 * sl.s * sl.s) + 12 * sl.n * sl.s + 500
+        end_of_step(run, h)
+    ct.taken += 1
+    ct.effort += 6 * (sp.s * sp.s * sp.s + 20 * sp.s * sp.s) + 12 * st.n * sp.s + 500
     return error
 
 
 @inner
-def allowed_error(sl: Sliding, h: float) -> float:
+def allowed_error(course: Course, ct: StepControl, h: float) -> float:
     """The error that a step of this length may have [length]."""
-    return sl.accuracy * sl.length_scale * (h / sl.steps + BESIDE)
+    return ct.accuracy * ct.length_scale * (h / course.steps + BESIDE)
 
 
 @inner
-def better_error(sl: Sliding, error: float) -> float:
+def better_error(sp: Slipping, st: Step, error: float) -> float:
     """The error of the higher order from that of the lower: errors fall from order to order by one ratio."""
     longest = 0.0
-    for c in range(2 * sl.s):
-        longest = max(longest, abs(sl.slip[c]))
+    for c in range(2 * sp.s):
+        longest = max(longest, abs(st.slip[c]))
     if not 0.0 < error < longest:
         return error
-    return error * (error / longest) ** (0.5 if sl.method == RADAU else 0.2)
+    return error * (error / longest) ** (0.5 if st.method == RADAU else 0.2)
 
 
 @inner
-def share_to_apex(sl: Sliding) -> float:
+def share_to_apex(course: Course, mo: SpaceMotion, sp: Slipping, st: Step) -> float:
     """Share of the step, roughly, up to which no pressure of a slipping node passes zero."""
     share = 1.0
-    for a in range(sl.s):
-        place = 2 * sl.n + sl.node[a]
-        p, end = sl.out[place], sl.next_out[place]
-        if end < -sl.near and p > sl.near:
+    for a in range(sp.s):
+        place = 2 * st.n + sp.node[a]
+        p, end = mo.out[place], st.next_out[place]
+        if end < -course.settled and p > course.settled:
             share = min(share, p / (p - end))
     return share
 
 
 @inner
-def beyond(sl: Sliding) -> float:
+def beyond(run: SpaceRun) -> float:
     """How far the end of the step is from the event [force, length; at a stop relative to the fastest]."""
-    i, kind, n = sl.event_node, sl.kind, sl.n
+    joint, course, mo, sp, st, ct = run.joint, run.course, run.motion, run.slipping, run.step, run.control
+    i, kind, n = mo.node, mo.kind, joint.n
     if kind == STOPS:
         fastest, own = 0.0, 0.0
-        for a in range(sl.s):
-            mu = sl.mu[6 * n + a]
+        for a in range(sp.s):
+            mu = st.mu[6 * n + a]
             fastest = max(fastest, abs(mu))
-            if sl.node[a] == i:
+            if sp.node[a] == i:
                 own = mu
         return own / fastest if fastest > 0.0 else 0.0
     x, y, p = 2 * i, 2 * i + 1, 2 * n + i
-    start = distance(sl, i, kind, sl.out[x], sl.out[y], sl.out[p])
-    end = distance(sl, i, kind, sl.next_out[x], sl.next_out[y], sl.next_out[p])
-    return end + margin(sl, kind, start)
+    start = distance(joint, course, i, kind, mo.out[x], mo.out[y], mo.out[p])
+    end = distance(joint, course, i, kind, st.next_out[x], st.next_out[y], st.next_out[p])
+    return end + margin(course, ct, kind, start)
 
 
 @inner
-def meet_event(sl: Sliding, rec: CurveRecord, share: float, far: float, error: float) -> None:
+def meet_event(run: SpaceRun, share: float, far: float, error: float) -> None:
     """Go to the event at a share of the step just taken, of this length and error, and pass it.
 
     On the polynomial where that is accurate enough; else the step is taken again, as often as it takes.
     """
-    kind, i, h = sl.kind, sl.event_node, share * far
+    joint, course, mo, rates = run.joint, run.course, run.motion, run.rates
+    sp, st, ct = run.slipping, run.step, run.control
+    kind, i, h = mo.kind, mo.node, share * far
     if h <= SHORTEST:
-        stay(sl, rec)
-    elif error <= allowed_error(sl, h):
-        stop_within(sl, far, share)
-        step_out(sl, h)
-        commit_within(sl, rec, h, share, error)
+        stay(run)
+    elif error <= allowed_error(course, ct, h):
+        stop_within(course, mo, sp, st, far, share)
+        step_out(run, h)
+        commit_within(run, h, share, error)
     else:
-        h, error, share = refined_length(sl, h, far)
+        h, error, share = refined_length(run, h, far)
         if h <= SHORTEST:
-            stay(sl, rec)
+            stay(run)
         elif share == 1.0:
-            commit(sl, rec, h, max(error, 0.0))
+            commit(run, h, max(error, 0.0))
         else:
-            commit_within(sl, rec, h, share, max(error, 0.0))
-    sl.kind, sl.event_node, sl.came_kind, sl.came_node = kind, i, kind, i
-    pass_event(sl, i, kind)
+            commit_within(run, h, share, max(error, 0.0))
+    mo.kind, mo.node, mo.came_kind, mo.came_node = kind, i, kind, i
+    pass_event(joint, mo, rates, i, kind)
 
 
 @inner
-def stay(sl: Sliding, rec: CurveRecord) -> None:
+def stay(run: SpaceRun) -> None:
     """Record a state that an event leaves at once."""
-    for c in range(DEGREE * 2 * sl.n):
-        sl.curve[c] = 0.0
-    note(sl, rec, 0.0)
+    st = run.step
+    for c in range(DEGREE * 2 * st.n):
+        st.curve[c] = 0.0
+    note(run, 0.0)
 
 
 @inner
-def refined_length(sl: Sliding, guess: float, far: float) -> tuple[float, float, float]:
+def refined_length(run: SpaceRun, guess: float, far: float) -> tuple[float, float, float]:
     """Length of a step to the event, its error, and the share of the step last taken at which it ends.
 
     A step that comes close ends on its polynomial a little before its end, or beyond.
     """
-    kind = sl.kind
-    near = sl.near * sl.length_scale / sl.force_scale if kind == CLOSES else sl.near
+    joint, course, mo, rates = run.joint, run.course, run.motion, run.rates
+    sp, st, ct = run.slipping, run.step, run.control
+    kind = mo.kind
+    near = course.settled * ct.length_scale / ct.force_scale if kind == CLOSES else course.settled
     met = STOPPED if kind == STOPS else MET * near
     low, at_low, high, at_high, h, error = 0.0, 0.0, far, 0.0, guess, 0.0
     known_low, known_high = False, False
     for _ in range(MOST_REFINED):
         if h <= SHORTEST:
             break
-        error = take_step(sl, h)
-        value = beyond(sl)
+        error = take_step(run, h)
+        value = beyond(run)
         if abs(value) <= met:
             break
-        rate = 0.0 if kind == STOPS else distance_rate(sl, sl.event_node, kind, 1)
+        rate = 0.0 if kind == STOPS else distance_rate(joint, mo, rates, st, mo.node, kind, 1)
         if rate < 0.0 and abs(value) < -CLOSE * h * rate and h - value / rate < far:
             share = 1.0 - value / (rate * h)
-            find_curve(sl, h)
-            stop_within(sl, h, share)
-            step_out(sl, share * h)
-            return share * h, better_error(sl, error), share
+            find_curve(sp, st, h)
+            stop_within(course, mo, sp, st, h, share)
+            step_out(run, share * h)
+            return share * h, better_error(sp, st, error), share
         if value > 0.0:
             low, at_low, known_low = h, value, True
         else:
@@ -390,85 +403,88 @@ def refined_length(sl: Sliding, guess: float, far: float) -> tuple[float, float,
         if not low < h < high:
             h = 0.5 * (low + high)
     if h > SHORTEST:
-        find_curve(sl, h)
-    return h, better_error(sl, error), 1.0
+        find_curve(sp, st, h)
+    return h, better_error(sp, st, error), 1.0
 
 
 @inner
-def pass_event(sl: Sliding, i: int, kind: int) -> None:
+def pass_event(joint: CompiledJoint, mo: SpaceMotion, rates: SpaceRates, i: int, kind: int) -> None:
     """Put a node at its event where it then is."""
-    for j in range(sl.n):
-        sl.arrived[j] = 0
+    for j in range(joint.n):
+        rates.arrived[j] = 0
     if kind == REACHES_LIMIT:
-        sl.arrived[i], sl.resting[i] = 1, 0
+        rates.arrived[i], mo.resting[i] = 1, 0
     elif kind == STOPS:
-        sl.contact[i], sl.resting[i] = STICK, 1
-    sl.events += 1
-    sl.crowd += 1
+        mo.contact[i], mo.resting[i] = STICK, 1
+    mo.events += 1
+    mo.crowd += 1
 
 
 @summing
-def commit(sl: Sliding, rec: CurveRecord, h: float, error: float) -> None:
+def commit(run: SpaceRun, h: float, error: float) -> None:
     """Take the whole step: what is counted, and then the state."""
-    n = sl.n
-    for a in range(sl.s):
+    mo, sp, st = run.motion, run.slipping, run.step
+    n = st.n
+    for a in range(sp.s):
         way, work = 0.0, 0.0
         for j in range(STAGES):
-            way += ENDS[sl.method, j] * sl.mu[j * n + a]
-            work += ENDS[sl.method, j] * sl.heat[j * n + a]
-        sl.slipped[sl.node[a]] += h * way
-        sl.work[sl.node[a]] += h * work
-    pass_on(sl, rec, h, error)
+            way += ENDS[st.method, j] * st.mu[j * n + a]
+            work += ENDS[st.method, j] * st.heat[j * n + a]
+        mo.slip[sp.node[a]] += h * way
+        mo.work[sp.node[a]] += h * work
+    pass_on(run, h, error)
 
 
 @summing
-def commit_within(sl: Sliding, rec: CurveRecord, h: float, share: float, error: float) -> None:
+def commit_within(run: SpaceRun, h: float, share: float, error: float) -> None:
     """Take the step up to a share of it, where it now ends: what is counted, and then the state."""
-    n, far = sl.n, h / share
-    for a in range(sl.s):
+    mo, sp, st = run.motion, run.slipping, run.step
+    n, far = st.n, h / share
+    for a in range(sp.s):
         way, work = 0.0, 0.0
         for j in range(STAGES):
             weight, power = 0.0, 1.0
             for m in range(DEGREE):
                 power *= share
-                weight += power * BETWEEN[sl.method, j, m]
-            way += weight * sl.mu[j * n + a]
-            work += weight * sl.heat[j * n + a]
-        sl.slipped[sl.node[a]] += far * way
-        sl.work[sl.node[a]] += far * work
-    pass_on(sl, rec, h, error)
+                weight += power * BETWEEN[st.method, j, m]
+            way += weight * st.mu[j * n + a]
+            work += weight * st.heat[j * n + a]
+        mo.slip[sp.node[a]] += far * way
+        mo.work[sp.node[a]] += far * work
+    pass_on(run, h, error)
 
 
 @inner
-def pass_on(sl: Sliding, rec: CurveRecord, h: float, error: float) -> None:
+def pass_on(run: SpaceRun, h: float, error: float) -> None:
     """Record the step and go to its end."""
-    n = sl.n
-    note(sl, rec, h)
+    joint, course, mo, rates, sp, st = run.joint, run.course, run.motion, run.rates, run.slipping, run.step
+    n = joint.n
+    note(run, h)
     for i in range(n):
-        if sl.friction[i] == 0.0 and sl.contact[i] != OPEN:
-            sl.slipped[i] += way_without_friction(sl, i, h)
-    for a in range(sl.s):
-        i = sl.node[a]
+        if joint.friction[i] == 0.0 and mo.contact[i] != OPEN:
+            mo.slip[i] += way_without_friction(mo, rates, st, i, h)
+    for a in range(sp.s):
+        i = sp.node[a]
         for c in range(2):
-            sl.u[2 * i + c] += sl.slip[2 * a + c]
-            sl.q[2 * a + c] = sl.stage_q[2 * a + c]
-        sl.p[a] = sl.next_out[2 * n + i]
+            mo.u[2 * i + c] += st.slip[2 * a + c]
+            sp.q[2 * a + c] = st.stage_q[2 * a + c]
+        sp.p[a] = st.next_out[2 * n + i]
     for k in range(3 * n):
-        sl.out[k], sl.rate[k] = sl.next_out[k], sl.next_rate[k]
-        if sl.free[k] == 1:
-            sl.u[k] = sl.out[k]
+        mo.out[k], rates.rate[k] = st.next_out[k], st.next_rate[k]
+        if joint.free[k] == 1:
+            mo.u[k] = mo.out[k]
     for i in range(n):
-        if sl.contact[i] != OPEN:
-            sl.closed[i] = 1
-        elif sl.u[2 * n + i] > sl.length:  # not where the pressure but touches zero
-            sl.opened[i] = 1
-    sl.time += h
-    sl.error += error
-    sign(sl)
+        if mo.contact[i] != OPEN:
+            mo.closed[i] = 1
+        elif mo.u[2 * n + i] > course.length:  # not where the pressure but touches zero
+            mo.opened[i] = 1
+    mo.time += h
+    mo.error += error
+    sign(joint, course, mo)
 
 
 @inner
-def way_without_friction(sl: Sliding, i: int, h: float) -> float:
+def way_without_friction(mo: SpaceMotion, rates: SpaceRates, st: Step, i: int, h: float) -> float:
     """How far a frictionless node goes in the step, along the cubic through both its ends [length]."""
     x, y, way = 2 * i, 2 * i + 1, 0.0
     for j in range(len(GAUSS)):
@@ -478,54 +494,56 @@ def way_without_friction(sl: Sliding, i: int, h: float) -> float:
             (1.0 - at) * (1.0 - 3.0 * at) * h,
             at * (3.0 * at - 2.0) * h,
         )
-        vx = chord * (sl.next_out[x] - sl.u[x]) + begin * sl.rate[x] + end * sl.next_rate[x]
-        vy = chord * (sl.next_out[y] - sl.u[y]) + begin * sl.rate[y] + end * sl.next_rate[y]
+        vx = chord * (st.next_out[x] - mo.u[x]) + begin * rates.rate[x] + end * st.next_rate[x]
+        vy = chord * (st.next_out[y] - mo.u[y]) + begin * rates.rate[y] + end * st.next_rate[y]
         way += GAUSS_WEIGHTS[j] * np.sqrt(vx * vx + vy * vy)
     return way
 
 
 @inner
-def keep_rates(sl: Sliding) -> None:
+def keep_rates(sp: Slipping, st: Step) -> None:
     """The rates at the end of a step are those at the beginning of the next."""
-    row, last = 2 * sl.n, STAGES - 1
-    for c in range(2 * sl.s):
-        sl.k[c], sl.k_q[c] = sl.k[last * row + c], sl.k_q[last * row + c]
-    for a in range(sl.s):
-        sl.mu[a], sl.heat[a] = sl.mu[last * sl.n + a], sl.heat[last * sl.n + a]
+    row, last = 2 * st.n, STAGES - 1
+    for c in range(2 * sp.s):
+        st.k[c], st.k_q[c] = st.k[last * row + c], st.k_q[last * row + c]
+    for a in range(sp.s):
+        st.mu[a], st.heat[a] = st.mu[last * st.n + a], st.heat[last * st.n + a]
 
 
 @inner
-def note(sl: Sliding, rec: CurveRecord, h: float) -> None:
+def note(run: SpaceRun, h: float) -> None:
     """Record the step that begins at the present state, where there is room."""
+    joint, course, mo, rates = run.joint, run.course, run.motion, run.rates
+    sp, st, rec = run.slipping, run.step, run.record
     if rec.room == 0 or rec.rows == rec.room:
         return
-    n, N, row = sl.n, 3 * sl.n, rec.rows
+    n, N, row = joint.n, 3 * joint.n, rec.rows
     for k in range(N):
-        rec.u[row * N + k] = sl.u[k]
+        rec.u[row * N + k] = mo.u[k]
     for i in range(n):
-        rec.contact[row * n + i] = sl.contact[i]
+        rec.contact[row * n + i] = mo.contact[i]
     for m in range(DEGREE):
         start = (row * DEGREE + m) * N
         if h > 0.0:
-            move(sl, sl.curve, m * 2 * n, sl.scratch)
+            move(joint, sp, st.curve, m * 2 * n, st.scratch)
         for k in range(N):
-            linear = h * sl.base[k] if m == 0 else 0.0
-            rec.curve[start + k] = sl.scratch[k] + linear if sl.free[k] == 1 and h > 0.0 else 0.0
-        for a in range(sl.s):
+            linear = h * rates.base[k] if m == 0 else 0.0
+            rec.curve[start + k] = st.scratch[k] + linear if joint.free[k] == 1 and h > 0.0 else 0.0
+        for a in range(sp.s):
             for c in range(2):
                 if h > 0.0:
-                    rec.curve[start + 2 * sl.node[a] + c] = sl.curve[m * 2 * n + 2 * a + c]
-    rec.time[row], rec.duration[row] = sl.first + sl.step + sl.time, h
-    rec.node[row], rec.kind[row] = sl.came_node, sl.came_kind
+                    rec.curve[start + 2 * sp.node[a] + c] = st.curve[m * 2 * n + 2 * a + c]
+    rec.time[row], rec.duration[row] = course.first + mo.step + mo.time, h
+    rec.node[row], rec.kind[row] = mo.came_node, mo.came_kind
     rec.rows = row + 1
 
 
 @inner
-def sign(sl: Sliding) -> None:
+def sign(joint: CompiledJoint, course: Course, mo: SpaceMotion) -> None:
     """Enter the present contact states and the load step that they begin in into the signature."""
     prime, code = np.uint64(1099511628211), np.uint64(14695981039346656037)
-    for i in range(sl.n):
-        code = (code ^ np.uint64(sl.contact[i] + 2)) * prime
-    if code != sl.last_states:
-        sl.signature = ((sl.signature ^ code) * prime ^ np.uint64(sl.first + sl.step + 2)) * prime
-        sl.last_states = code
+    for i in range(joint.n):
+        code = (code ^ np.uint64(mo.contact[i] + 2)) * prime
+    if code != mo.last_states:
+        mo.signature = ((mo.signature ^ code) * prime ^ np.uint64(course.first + mo.step + 2)) * prime
+        mo.last_states = code

@@ -13,16 +13,11 @@ from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
-from shakedown.motion.contact_law import Scales
 from shakedown.motion.implicit.implicit_step import ImplicitJoint, StepStatus
-from shakedown.motion.plane.moving_state import DONE, PAUSED
+from shakedown.motion.plane.moving_state import DONE, PAUSED, course
 from shakedown.motion.space.curved_loop import follow_curve
-from shakedown.motion.space.sliding import (
-    SLIP,
-    Measures,
-    curve_room,
-    sliding,
-)
+from shakedown.motion.space.moving_state import SLIP, curve_room
+from shakedown.motion.space.space_run import Measures, run_in_space
 from shakedown.motion.viscous_jump import Relaxation, StepEnd
 
 OF_THE_WAY = 1e-6  # error of an implicit step, relative to the length scale: the end state is exact
@@ -49,10 +44,10 @@ class DirectedJump(Relaxation):
     ----------
     kappa, f
         Contact stiffness (3n, 3n) and friction coefficients (n,).
-    u, contact, reaction, load, damping, scale
+    u, contact, reaction, load, damping
         As for :class:`Relaxation`.
     measures
-        What counts as zero.
+        What counts as zero, and the scale of the scene.
     """
 
     def __init__(
@@ -65,9 +60,8 @@ class DirectedJump(Relaxation):
         load: FloatArray,
         damping: FloatArray,
         measures: Measures,
-        scale: Scales,
     ) -> None:
-        super().__init__(kappa, Law(f, 2), u, contact, reaction, load, damping, scale)
+        super().__init__(kappa, Law(f, 2), u, contact, reaction, load, damping, measures.scale)
         self.measures = measures._replace(accuracy=max(measures.accuracy, OF_THE_WAY))
         self.at_once = False  # whether a path was too long to follow
 
@@ -77,18 +71,19 @@ class DirectedJump(Relaxation):
 
     def _followed(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         """The end of an implicit step along the path of its static problem; None where there is none."""
-        mo, room = sliding(stiffer, self.law.f, path, 0, True), curve_room(0, len(self.law.f))
-        mo.set(**self.measures._asdict())
+        way = course(path, 0, True, self.measures.precision)
+        run = run_in_space(stiffer, self.law.f, self.measures, way, curve_room(0, len(self.law.f)))
+        mo = run.motion
         mo.u[:], mo.contact[:] = self.u, self.contact
         status = PAUSED
         while status == PAUSED:
-            status = follow_curve(mo, room, LABOUR)
-            self.at_once = status == PAUSED and mo.taken > MOST_TAKEN
+            status = follow_curve(run, LABOUR)
+            self.at_once = status == PAUSED and run.control.taken > MOST_TAKEN
             if self.at_once:
                 return None
         if status != DONE or not np.isfinite(mo.u).all():
             return None
-        return StepEnd(mo.u.copy(), mo.contact.copy(), mo.work, mo.slipped)
+        return StepEnd(mo.u.copy(), mo.contact.copy(), mo.work, mo.slip)
 
     def _solved(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         """The end of an implicit step, solved for; None where there is none."""

@@ -9,178 +9,211 @@ import numpy as np
 
 from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.named_state import inner, summing
-from shakedown.motion.plane.moving_state import CLOSES, OPENS
+from shakedown.motion.plane.moving_state import CLOSES, OPENS, Course
 from shakedown.motion.space.exchange import move, move_twice
 from shakedown.motion.space.explicit_step import find_curve
-from shakedown.motion.space.sliding import DEGREE, RADAU, REACHES_LIMIT, STOPS, Sliding
+from shakedown.motion.space.moving_state import DEGREE, REACHES_LIMIT, STOPS, CompiledJoint, SpaceMotion
+from shakedown.motion.space.rates_state import Slipping, SpaceRates
+from shakedown.motion.space.space_run import SpaceRun
+from shakedown.motion.space.step_state import RADAU, Step, StepControl
 
 SAMPLES = 8  # of a distance within a step
 NEVER = 2.0  # in shares of a step
 
 
 @inner
-def step_out(sl: Sliding, h: float) -> None:
+def step_out(run: SpaceRun, h: float) -> None:
     """Outputs at the end of the step."""
-    move(sl, sl.slip, 0, sl.next_out)
-    for i in range(3 * sl.n):
-        sl.next_out[i] += sl.out[i] + h * sl.base[i]
+    joint, mo, rates, sp, st = run.joint, run.motion, run.rates, run.slipping, run.step
+    move(joint, sp, st.slip, 0, st.next_out)
+    for i in range(3 * joint.n):
+        st.next_out[i] += mo.out[i] + h * rates.base[i]
 
 
 @inner
-def end_of_step(sl: Sliding, h: float) -> None:
+def end_of_step(run: SpaceRun, h: float) -> None:
     """Outputs and their rates at the end of the step."""
-    move_twice(sl, sl.slip, sl.next_out, sl.k, 6 * 2 * sl.n, sl.next_rate)
-    for i in range(3 * sl.n):
-        sl.next_out[i] += sl.out[i] + h * sl.base[i]
-        sl.next_rate[i] += sl.base[i]
+    joint, mo, rates, sp, st = run.joint, run.motion, run.rates, run.slipping, run.step
+    move_twice(joint, sp, st.slip, st.next_out, st.k, 6 * 2 * joint.n, st.next_rate)
+    for i in range(3 * joint.n):
+        st.next_out[i] += mo.out[i] + h * rates.base[i]
+        st.next_rate[i] += rates.base[i]
 
 
 @inner
-def kind_of(sl: Sliding, i: int) -> int:
+def kind_of(mo: SpaceMotion, i: int) -> int:
     """What may happen to a node, its stop apart."""
-    if sl.contact[i] == OPEN:
+    if mo.contact[i] == OPEN:
         return CLOSES
-    if sl.contact[i] == STICK:
+    if mo.contact[i] == STICK:
         return REACHES_LIMIT
     return OPENS
 
 
 @inner
-def distance(sl: Sliding, i: int, kind: int, x: float, y: float, p: float) -> float:
+def distance(joint: CompiledJoint, course: Course, i: int, kind: int, x: float, y: float, p: float) -> float:
     """How far a node is from what may happen to it, by its outputs."""
     if kind == REACHES_LIMIT:
-        return sl.friction[i] * p - np.sqrt(x * x + y * y)
+        return joint.friction[i] * p - np.sqrt(x * x + y * y)
     if kind == OPENS:
-        return p - sl.near
+        return p - course.settled
     return p
 
 
 @inner
-def margin(sl: Sliding, kind: int, at_start: float) -> float:
+def margin(course: Course, ct: StepControl, kind: int, at_start: float) -> float:
     """What is added to a distance so that it is positive at the beginning of the step."""
-    near = sl.near * sl.length_scale / sl.force_scale if kind == CLOSES else sl.near
+    near = course.settled * ct.length_scale / ct.force_scale if kind == CLOSES else course.settled
     return 2.0 * near - min(at_start, 0.0) if at_start <= near else 0.0
 
 
 @inner
-def first_event(sl: Sliding, h: float) -> float:
+def first_event(run: SpaceRun, h: float) -> float:
     """When, as a share of the step; sets ``event_node`` and ``kind``. NEVER where nothing happens."""
-    n, out, end, first, curved = sl.n, sl.out, sl.next_out, NEVER, False
+    joint, course, mo, rates = run.joint, run.course, run.motion, run.rates
+    sp, st, ct = run.slipping, run.step, run.control
+    n, out, end, first, curved = joint.n, mo.out, st.next_out, NEVER, False
     for i in range(n):
-        kind = kind_of(sl, i)
+        kind = kind_of(mo, i)
         x, y, p = 2 * i, 2 * i + 1, 2 * n + i
-        start = distance(sl, i, kind, out[x], out[y], out[p])
-        add = margin(sl, kind, start)
-        if kind == OPENS and sl.rate[p] < 0.0:
+        start = distance(joint, course, i, kind, out[x], out[y], out[p])
+        add = margin(course, ct, kind, start)
+        if kind == OPENS and rates.rate[p] < 0.0:
             add = 0.0  # it is on its way to the apex, beyond which a direction means nothing
-        if distance(sl, i, kind, end[x], end[y], end[p]) + add > 0.0 and not may_dip(sl, i, kind, h, add):
+        left = distance(joint, course, i, kind, end[x], end[y], end[p]) + add
+        if left > 0.0 and not may_dip(joint, course, mo, rates, st, i, kind, h, add):
             continue
         if not curved:
-            find_curve(sl, h)
+            find_curve(sp, st, h)
             curved = True
-        find_bend(sl, i, h)
-        share = first_share(sl, i, kind, add, first)
+        find_bend(joint, rates, sp, st, i, h)
+        share = first_share(joint, course, mo, st, i, kind, add, first)
         if share < first:
-            first, sl.event_node, sl.kind = share, i, kind
-    for a in range(sl.s):
-        if sl.mu[6 * n + a] <= 0.0 or slows_within(sl, a):
+            first, mo.node, mo.kind = share, i, kind
+    for a in range(sp.s):
+        if st.mu[6 * n + a] <= 0.0 or slows_within(st, a):
             if not curved:
-                find_curve(sl, h)
+                find_curve(sp, st, h)
                 curved = True
-            share = share_of_stop(sl, a, first)
+            share = share_of_stop(course, mo, sp, st, a, first)
             if share < first:
-                first, sl.event_node, sl.kind = share, sl.node[a], STOPS
+                first, mo.node, mo.kind = share, sp.node[a], STOPS
     return first
 
 
 @inner
-def expected(sl: Sliding) -> float:
+def expected(run: SpaceRun) -> float:
     """When the first event happens at the present rates, speeds apart; infinite where none does."""
+    joint, course, mo, rates, st = run.joint, run.course, run.motion, run.rates, run.step
     first = np.inf
-    for i in range(sl.n):
-        kind = kind_of(sl, i)
-        left = distance(sl, i, kind, sl.out[2 * i], sl.out[2 * i + 1], sl.out[2 * sl.n + i])
-        rate = distance_rate(sl, i, kind, 0)
-        if left > sl.near and rate < 0.0:
+    for i in range(joint.n):
+        kind = kind_of(mo, i)
+        left = distance(joint, course, i, kind, mo.out[2 * i], mo.out[2 * i + 1], mo.out[2 * joint.n + i])
+        rate = distance_rate(joint, mo, rates, st, i, kind, 0)
+        if left > course.settled and rate < 0.0:
             first = min(first, left / -rate)
     return first
 
 
 @inner
-def may_dip(sl: Sliding, i: int, kind: int, h: float, add: float) -> bool:
+def may_dip(
+    joint: CompiledJoint,
+    course: Course,
+    mo: SpaceMotion,
+    rates: SpaceRates,
+    st: Step,
+    i: int,
+    kind: int,
+    h: float,
+    add: float,
+) -> bool:
     """Whether a distance that is left at both ends of a step may be used up within: on the cubics there."""
-    x, y, p, worst = 2 * i, 2 * i + 1, 2 * sl.n + i, np.inf
-    falls = distance_rate(sl, i, kind, 0) < 0.0 and distance_rate(sl, i, kind, 1) > 0.0
+    x, y, p, worst = 2 * i, 2 * i + 1, 2 * joint.n + i, np.inf
+    falls = (
+        distance_rate(joint, mo, rates, st, i, kind, 0) < 0.0
+        and distance_rate(joint, mo, rates, st, i, kind, 1) > 0.0
+    )
     if not falls:
         return False
     for part in range(1, SAMPLES):
         at = part / SAMPLES
-        worst = min(
-            worst,
-            distance(sl, i, kind, cubic(sl, x, h, at), cubic(sl, y, h, at), cubic(sl, p, h, at)),
-        )
+        there = cubic(mo, rates, st, x, h, at), cubic(mo, rates, st, y, h, at), cubic(mo, rates, st, p, h, at)
+        worst = min(worst, distance(joint, course, i, kind, there[0], there[1], there[2]))
     return worst + add <= 0.0
 
 
 @inner
-def distance_rate(sl: Sliding, i: int, kind: int, end: int) -> float:
+def distance_rate(
+    joint: CompiledJoint, mo: SpaceMotion, rates: SpaceRates, st: Step, i: int, kind: int, end: int
+) -> float:
     """Rate of a distance at the beginning (0) or the end (1) of the step."""
-    x, y, p = 2 * i, 2 * i + 1, 2 * sl.n + i
-    out, rate = (sl.next_out, sl.next_rate) if end == 1 else (sl.out, sl.rate)
+    x, y, p = 2 * i, 2 * i + 1, 2 * joint.n + i
+    out, rate = (st.next_out, st.next_rate) if end == 1 else (mo.out, rates.rate)
     if kind != REACHES_LIMIT:
         return rate[p]
     size = np.sqrt(out[x] * out[x] + out[y] * out[y])
     along = (out[x] * rate[x] + out[y] * rate[y]) / size if size > 0.0 else 0.0
-    return sl.friction[i] * rate[p] - along
+    return joint.friction[i] * rate[p] - along
 
 
 @inner
-def cubic(sl: Sliding, j: int, h: float, at: float) -> float:
+def cubic(mo: SpaceMotion, rates: SpaceRates, st: Step, j: int, h: float, at: float) -> float:
     """An output within the step, from its values and rates at both ends."""
-    a, b, c, d = sl.out[j], sl.next_out[j], h * sl.rate[j], h * sl.next_rate[j]
+    a, b, c, d = mo.out[j], st.next_out[j], h * rates.rate[j], h * st.next_rate[j]
     rest = 1.0 - at
     return rest * rest * ((1.0 + 2.0 * at) * a + at * c) + at * at * ((1.0 + 2.0 * rest) * b - rest * d)
 
 
 @summing
-def find_bend(sl: Sliding, i: int, h: float) -> None:
+def find_bend(joint: CompiledJoint, rates: SpaceRates, sp: Slipping, st: Step, i: int, h: float) -> None:
     """The outputs of one node within the step as a polynomial."""
-    N, row = 3 * sl.n, 2 * sl.n
+    N, row = 3 * joint.n, 2 * joint.n
     for c in range(3):
-        place = 2 * i + c if c < 2 else 2 * sl.n + i
+        place = 2 * i + c if c < 2 else 2 * joint.n + i
         for m in range(DEGREE):
             total = 0.0
-            for a in range(sl.s):
-                start = place * N + 2 * sl.node[a]
-                total += sl.exchanged[start] * sl.curve[m * row + 2 * a]
-                total += sl.exchanged[start + 1] * sl.curve[m * row + 2 * a + 1]
-            sl.bend[c * DEGREE + m] = total
-        sl.bend[c * DEGREE] += h * sl.base[place]
+            for a in range(sp.s):
+                start = place * N + 2 * sp.node[a]
+                total += joint.exchanged[start] * st.curve[m * row + 2 * a]
+                total += joint.exchanged[start + 1] * st.curve[m * row + 2 * a + 1]
+            st.bend[c * DEGREE + m] = total
+        st.bend[c * DEGREE] += h * rates.base[place]
 
 
 @inner
-def bent(sl: Sliding, i: int, kind: int, at: float) -> float:
+def bent(
+    joint: CompiledJoint, course: Course, mo: SpaceMotion, st: Step, i: int, kind: int, at: float
+) -> float:
     """The distance of a node within the step."""
-    x, y, p, power = sl.out[2 * i], sl.out[2 * i + 1], sl.out[2 * sl.n + i], 1.0
+    x, y, p, power = mo.out[2 * i], mo.out[2 * i + 1], mo.out[2 * joint.n + i], 1.0
     for m in range(DEGREE):
         power *= at
-        x += power * sl.bend[m]
-        y += power * sl.bend[DEGREE + m]
-        p += power * sl.bend[2 * DEGREE + m]
-    return distance(sl, i, kind, x, y, p)
+        x += power * st.bend[m]
+        y += power * st.bend[DEGREE + m]
+        p += power * st.bend[2 * DEGREE + m]
+    return distance(joint, course, i, kind, x, y, p)
 
 
 @inner
-def first_share(sl: Sliding, i: int, kind: int, add: float, latest: float) -> float:
+def first_share(
+    joint: CompiledJoint,
+    course: Course,
+    mo: SpaceMotion,
+    st: Step,
+    i: int,
+    kind: int,
+    add: float,
+    latest: float,
+) -> float:
     """When a distance is first used up, as a share of the step; NEVER where not before ``latest``."""
-    low, at_low = 0.0, bent(sl, i, kind, 0.0) + add
+    low, at_low = 0.0, bent(joint, course, mo, st, i, kind, 0.0) + add
     if at_low <= 0.0:
         return 0.0
     for part in range(1, SAMPLES + 1):
         high = part / SAMPLES
-        at_high = bent(sl, i, kind, high) + add
+        at_high = bent(joint, course, mo, st, i, kind, high) + add
         if at_high <= 0.0:
-            return root_between(sl, i, kind, add, low, high, at_low, at_high)
+            return root_between(joint, course, mo, st, i, kind, add, low, high, at_low, at_high)
         low, at_low = high, at_high
         if low > latest:
             break
@@ -189,7 +222,17 @@ def first_share(sl: Sliding, i: int, kind: int, add: float, latest: float) -> fl
 
 @inner
 def root_between(
-    sl: Sliding, i: int, kind: int, add: float, low: float, high: float, at_low: float, at_high: float
+    joint: CompiledJoint,
+    course: Course,
+    mo: SpaceMotion,
+    st: Step,
+    i: int,
+    kind: int,
+    add: float,
+    low: float,
+    high: float,
+    at_low: float,
+    at_high: float,
 ) -> float:
     """Where a distance vanishes between two shares, the end on its far side, by false position (Illinois)."""
     side = 0
@@ -199,7 +242,7 @@ def root_between(
         at = (low * at_high - high * at_low) / (at_high - at_low)
         if not low < at < high:
             at = 0.5 * (low + high)
-        value = bent(sl, i, kind, at) + add
+        value = bent(joint, course, mo, st, i, kind, at) + add
         if value > 0.0:
             low, at_low = at, value
             if side == 1:
@@ -210,48 +253,48 @@ def root_between(
             if side == -1:
                 at_low *= 0.5
             side = -1
-        if abs(value) <= 0.1 * sl.force:
+        if abs(value) <= 0.1 * course.force:
             return at
     return high
 
 
 @inner
-def slows_within(sl: Sliding, a: int) -> bool:
+def slows_within(st: Step, a: int) -> bool:
     """Whether the speed of a node is negative at a stage."""
     least = 0.0
-    for j in range(1, 4 if sl.method == RADAU else 6):
-        least = min(least, sl.mu[j * sl.n + a])
+    for j in range(1, 4 if st.method == RADAU else 6):
+        least = min(least, st.mu[j * st.n + a])
     return least < 0.0
 
 
 @inner
-def speed_at(sl: Sliding, a: int, at: float) -> float:
+def speed_at(course: Course, mo: SpaceMotion, sp: Slipping, st: Step, a: int, at: float) -> float:
     """The speed of a packed node within the step, along its directions at both ends."""
-    n, power, x, y = sl.n, 1.0, 0.0, 0.0
+    n, power, x, y = st.n, 1.0, 0.0, 0.0
     for m in range(DEGREE):
-        x += (m + 1) * power * sl.curve[m * 2 * n + 2 * a]
-        y += (m + 1) * power * sl.curve[m * 2 * n + 2 * a + 1]
+        x += (m + 1) * power * st.curve[m * 2 * n + 2 * a]
+        y += (m + 1) * power * st.curve[m * 2 * n + 2 * a + 1]
         power *= at
-    i = sl.node[a]
-    first_x, first_y = sl.q[2 * a], sl.q[2 * a + 1]
-    if first_x * first_x + first_y * first_y <= sl.force * sl.force:
-        first_x, first_y = -sl.direction[2 * i], -sl.direction[2 * i + 1]
+    i = sp.node[a]
+    first_x, first_y = sp.q[2 * a], sp.q[2 * a + 1]
+    if first_x * first_x + first_y * first_y <= course.force * course.force:
+        first_x, first_y = -mo.direction[2 * i], -mo.direction[2 * i + 1]
     size = np.sqrt(first_x * first_x + first_y * first_y)
-    ux = -(1.0 - at) * first_x / size + at * sl.unit[2 * a]
-    uy = -(1.0 - at) * first_y / size + at * sl.unit[2 * a + 1]
+    ux = -(1.0 - at) * first_x / size + at * sp.unit[2 * a]
+    uy = -(1.0 - at) * first_y / size + at * sp.unit[2 * a + 1]
     return x * ux + y * uy
 
 
 @inner
-def share_of_stop(sl: Sliding, a: int, latest: float) -> float:
+def share_of_stop(course: Course, mo: SpaceMotion, sp: Slipping, st: Step, a: int, latest: float) -> float:
     """When the speed of a packed node first vanishes, as a share of the step; NEVER where it does not."""
     low = 0.0
     for part in range(1, SAMPLES + 1):
         high = part / SAMPLES
-        if speed_at(sl, a, high) <= 0.0:
+        if speed_at(course, mo, sp, st, a, high) <= 0.0:
             for _ in range(45):
                 middle = 0.5 * (low + high)
-                if speed_at(sl, a, middle) > 0.0:
+                if speed_at(course, mo, sp, st, a, middle) > 0.0:
                     low = middle
                 else:
                     high = middle
@@ -259,4 +302,4 @@ def share_of_stop(sl: Sliding, a: int, latest: float) -> float:
         low = high
         if low > latest:
             break
-    return 1.0 if sl.mu[6 * sl.n + a] <= 0.0 else NEVER
+    return 1.0 if st.mu[6 * st.n + a] <= 0.0 else NEVER

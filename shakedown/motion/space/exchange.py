@@ -14,21 +14,23 @@ and the other is not the matrix is antisymmetric, elsewhere symmetric, so that i
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import entered, inner, summing
-from shakedown.motion.space.sliding import Sliding
+from shakedown.motion.plane.moving_state import Course
+from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
+from shakedown.motion.space.rates_state import Slipping, SpaceRates
 
 SINGULAR = 1e-13  # pivot, relative to the largest entry of its row of κ, that counts as zero
 MOST_EXCHANGES = 60  # after which the matrix is made afresh: each adds its round-off
 
 
 @summing
-def exchange(sl: Sliding, place: int) -> bool:
+def exchange(joint: CompiledJoint, place: int) -> bool:
     """Exchange one place; False, and nothing changed, where nothing else holds it."""
-    N, S = 3 * sl.n, sl.exchanged
+    N, S = 3 * joint.n, joint.exchanged
     row = place * N
     pivot, size = S[row + place], 0.0
-    if sl.free[place] == 0:
+    if joint.free[place] == 0:
         for j in range(N):
-            size = max(size, abs(sl.kappa[row + j]))
+            size = max(size, abs(joint.kappa[row + j]))
         if pivot <= SINGULAR * size:
             return False
     for i in range(N):
@@ -40,109 +42,116 @@ def exchange(sl: Sliding, place: int) -> bool:
     for j in range(N):
         S[row + j] /= -pivot
     S[row + place] = 1.0 / pivot
-    sl.free[place] = 1 - sl.free[place]
-    sl.exchanges += 1
+    joint.free[place] = 1 - joint.free[place]
+    joint.exchanges += 1
     return True
 
 
 @entered
-def make_afresh(sl: Sliding) -> None:
+def make_afresh(joint: CompiledJoint) -> None:
     """Make the matrix of the present contact states anew before the next load step."""
-    sl.exchanges = MOST_EXCHANGES + 1
+    joint.exchanges = MOST_EXCHANGES + 1
 
 
 @inner
-def is_free(sl: Sliding, place: int) -> bool:
+def is_free(joint: CompiledJoint, mo: SpaceMotion, place: int) -> bool:
     """Whether a place is free in the present contact states."""
-    n = sl.n
+    n = joint.n
     if place >= 2 * n:
-        return sl.contact[place - 2 * n] == OPEN
+        return mo.contact[place - 2 * n] == OPEN
     node = place // 2
-    return sl.contact[node] == OPEN or sl.friction[node] == 0.0
+    return mo.contact[node] == OPEN or joint.friction[node] == 0.0
 
 
 @inner
-def arrange(sl: Sliding) -> bool:
+def arrange(joint: CompiledJoint, mo: SpaceMotion) -> bool:
     """Exchange places until those that the contact states say are free; False where nothing holds one."""
-    N, held, afresh = 3 * sl.n, True, sl.exchanges > MOST_EXCHANGES
+    N, held, afresh = 3 * joint.n, True, joint.exchanges > MOST_EXCHANGES
     if afresh:
         for k in range(N * N):
-            sl.exchanged[k] = sl.kappa[k]
+            joint.exchanged[k] = joint.kappa[k]
         for place in range(N):
-            sl.free[place] = 0
+            joint.free[place] = 0
     for place in range(N):
-        if is_free(sl, place) != (sl.free[place] == 1):
-            held = exchange(sl, place) and held
+        if is_free(joint, mo, place) != (joint.free[place] == 1):
+            held = exchange(joint, place) and held
     if afresh:
-        sl.exchanges = 0  # those that make it are not counted: many open nodes would have it made every time
+        # Those that make it are not counted: many open nodes would have it made every time.
+        joint.exchanges = 0
     return held
 
 
 @summing
-def compute_base(sl: Sliding) -> None:
+def compute_base(joint: CompiledJoint, rates: SpaceRates) -> None:
     """Rates of the outputs while nothing slips."""
-    N, S, base = 3 * sl.n, sl.exchanged, sl.base
+    N, S, base = 3 * joint.n, joint.exchanged, rates.base
     for i in range(N):
         base[i] = 0.0
     for j in range(N):
-        x = sl.welded[j]
-        if sl.free[j] == 1 and x != 0.0:
+        x = rates.welded[j]
+        if joint.free[j] == 1 and x != 0.0:
             for i in range(N):
                 base[i] += x * S[j * N + i]
     for i in range(N):
-        base[i] = -base[i] if sl.free[i] == 1 else base[i] + sl.welded[i]
+        base[i] = -base[i] if joint.free[i] == 1 else base[i] + rates.welded[i]
 
 
 @summing
-def compute_out(sl: Sliding) -> None:
+def compute_out(joint: CompiledJoint, course: Course, mo: SpaceMotion, rates: SpaceRates) -> None:
     """The outputs from the displacements and the load at the present time, afresh."""
-    N, S, out = 3 * sl.n, sl.exchanged, sl.out
+    N, S, out = 3 * joint.n, joint.exchanged, mo.out
     for i in range(N):
         out[i] = 0.0
     for j in range(N):
-        x = sl.path[sl.step * N + j] + sl.time * sl.welded[j] if sl.free[j] == 1 else sl.u[j]
+        x = course.path[mo.step * N + j] + mo.time * rates.welded[j] if joint.free[j] == 1 else mo.u[j]
         if x != 0.0:
             for i in range(N):
                 out[i] += x * S[j * N + i]
     for i in range(N):
-        if sl.free[i] == 1:
+        if joint.free[i] == 1:
             out[i] = -out[i]
-            sl.u[i] = out[i]
+            mo.u[i] = out[i]
         else:
-            out[i] += sl.path[sl.step * N + i] + sl.time * sl.welded[i]
+            out[i] += course.path[mo.step * N + i] + mo.time * rates.welded[i]
 
 
 @summing
-def move(sl: Sliding, slip: FloatArray, start: int, target: FloatArray) -> None:
+def move(joint: CompiledJoint, sp: Slipping, slip: FloatArray, start: int, target: FloatArray) -> None:
     """What packed slips (from ``start`` on) change the outputs by."""
-    N, S = 3 * sl.n, sl.exchanged
+    N, S = 3 * joint.n, joint.exchanged
     for i in range(N):
         target[i] = 0.0
-    for a in range(sl.s):
+    for a in range(sp.s):
         for c in range(2):
-            x, row = slip[start + 2 * a + c], (2 * sl.node[a] + c) * N
+            x, row = slip[start + 2 * a + c], (2 * sp.node[a] + c) * N
             for i in range(N):
                 target[i] += x * S[row + i]
     for i in range(N):
-        if sl.free[i] == 1:
+        if joint.free[i] == 1:
             target[i] = -target[i]
 
 
 @summing
 def move_twice(
-    sl: Sliding, slip: FloatArray, out: FloatArray, k: FloatArray, start: int, rate: FloatArray
+    joint: CompiledJoint,
+    sp: Slipping,
+    slip: FloatArray,
+    out: FloatArray,
+    k: FloatArray,
+    start: int,
+    rate: FloatArray,
 ) -> None:
     """As :func:`move`, what packed slips and, from ``start`` on, their rates change, in one pass."""
-    N, S = 3 * sl.n, sl.exchanged
+    N, S = 3 * joint.n, joint.exchanged
     for i in range(N):
         out[i], rate[i] = 0.0, 0.0
-    for a in range(sl.s):
-        first = 2 * sl.node[a] * N
+    for a in range(sp.s):
+        first = 2 * sp.node[a] * N
         x, y, dx, dy = slip[2 * a], slip[2 * a + 1], k[start + 2 * a], k[start + 2 * a + 1]
         for i in range(N):
             one, other = S[first + i], S[first + N + i]
             out[i] += x * one + y * other
             rate[i] += dx * one + dy * other
     for i in range(N):
-        if sl.free[i] == 1:
+        if joint.free[i] == 1:
             out[i], rate[i] = -out[i], -rate[i]

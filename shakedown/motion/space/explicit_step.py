@@ -8,7 +8,10 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import inner, summing
-from shakedown.motion.space.sliding import DEGREE, STAGES, Sliding
+from shakedown.motion.plane.moving_state import Course
+from shakedown.motion.space.moving_state import DEGREE, SpaceMotion
+from shakedown.motion.space.rates_state import Slipping
+from shakedown.motion.space.space_run import SpaceRun
 from shakedown.motion.space.speeds import (
     factor,
     find_directions,
@@ -16,6 +19,7 @@ from shakedown.motion.space.speeds import (
     find_rates,
     substitute,
 )
+from shakedown.motion.space.step_state import STAGES, Step
 
 WEIGHTS = np.zeros((STAGES, STAGES))  # of the rates of earlier stages in each; the last row gives the end
 WEIGHTS[1, :1] = 1 / 5
@@ -59,28 +63,29 @@ FAILED = -1.0  # in place of an error: the motion is not stable somewhere on the
 
 
 @summing
-def explicit_step(sl: Sliding, h: float, allowed: float) -> float:
+def explicit_step(run: SpaceRun, h: float, allowed: float) -> float:
     """A step of this length from the packed state, whose rates are stage 0: estimate of its error [length].
 
     The end lies on the cones. Near the apex an error counts for more than it is, so that one that is
     allowed leaves the reaction its direction. FAILED where the motion is not stable at a stage.
     """
-    s, row, k, k_q = sl.s, 2 * sl.n, sl.k, sl.k_q
+    course, mo, sp, st, ct = run.course, run.motion, run.slipping, run.step, run.control
+    s, row, k, k_q = sp.s, 2 * st.n, st.k, st.k_q
     for j in range(1, STAGES):
         for c in range(2 * s):
             total = 0.0
             for i in range(j):
                 total += WEIGHTS[j, i] * k_q[i * row + c]
-            sl.stage_q[c] = sl.q[c] + h * total
+            st.stage_q[c] = sp.q[c] + h * total
         if j == STAGES - 1:
             for c in range(2 * s):
                 total = 0.0
                 for i in range(j):
                     total += WEIGHTS[j, i] * k[i * row + c]
-                sl.slip[c] = h * total
-            if return_to_cones(sl, h) > sl.near:
+                st.slip[c] = h * total
+            if return_to_cones(course, mo, sp, st, h) > course.settled:
                 return np.inf
-        if not find_rates(sl, sl.stage_q, j):
+        if not find_rates(course, mo, sp, st, ct, st.stage_q, j):
             return FAILED
     error = 0.0
     for a in range(s):
@@ -88,89 +93,89 @@ def explicit_step(sl: Sliding, h: float, allowed: float) -> float:
         for i in range(STAGES):
             x += OF_ERROR[i] * k[i * row + 2 * a]
             y += OF_ERROR[i] * k[i * row + 2 * a + 1]
-        reaction = OF_REACTION * sl.size[a] * sl.length_scale
-        stiffness = max(sl.A[2 * a * (2 * s + 1)], sl.A[(2 * a + 1) * (2 * s + 1)])
-        weight = max(1.0, stiffness * sl.length_scale / sl.force_scale)
+        reaction = OF_REACTION * sp.size[a] * ct.length_scale
+        stiffness = max(sp.A[2 * a * (2 * s + 1)], sp.A[(2 * a + 1) * (2 * s + 1)])
+        weight = max(1.0, stiffness * ct.length_scale / ct.force_scale)
         if reaction > 0.0:
-            weight = max(weight, allowed * sl.force_scale / reaction)
+            weight = max(weight, allowed * ct.force_scale / reaction)
         error = max(error, (x * x + y * y) * weight * weight)
     return h * np.sqrt(error)
 
 
 @summing
-def return_to_cones(sl: Sliding, h: float) -> float:
+def return_to_cones(course: Course, mo: SpaceMotion, sp: Slipping, st: Step, h: float) -> float:
     """Move the state within the step along the directions of slip until |q| = f p: what is left [force]."""
-    s, q, slip, worst = sl.s, sl.stage_q, sl.slip, np.inf
+    s, q, slip, worst = sp.s, st.stage_q, st.slip, np.inf
     for _ in range(MOST_RETURNS):
         last, worst = worst, 0.0
         for a in range(s):
-            p = sl.p[a] + h * sl.load_p[a]
+            p = sp.p[a] + h * sp.load_p[a]
             for c in range(2 * s):
-                p += sl.B[a * 2 * s + c] * slip[c]
-            left = np.sqrt(q[2 * a] ** 2 + q[2 * a + 1] ** 2) - sl.f[a] * p
-            sl.correction[a] = left
+                p += sp.B[a * 2 * s + c] * slip[c]
+            left = np.sqrt(q[2 * a] ** 2 + q[2 * a + 1] ** 2) - sp.f[a] * p
+            sp.correction[a] = left
             worst = max(worst, abs(left))
-        if worst <= sl.force:
+        if worst <= course.force:
             break
         if last < np.inf and worst > RETURNS * last:
-            find_directions(sl, q)
-            find_matrix(sl, sl.M)
-            if factor(sl, s) <= 0:
-                sl.factored = False
+            find_directions(course, mo, sp, q)
+            find_matrix(sp, sp.M)
+            if factor(sp, s) <= 0:
+                sp.factored = False
                 return np.inf
-        substitute(sl, s, sl.correction)
+        substitute(sp, s, sp.correction)
         for a in range(s):
-            sl.normal[2 * a] = sl.correction[a] * sl.unit[2 * a]
-            sl.normal[2 * a + 1] = sl.correction[a] * sl.unit[2 * a + 1]
+            sp.normal[2 * a] = sp.correction[a] * sp.unit[2 * a]
+            sp.normal[2 * a + 1] = sp.correction[a] * sp.unit[2 * a + 1]
         for c in range(2 * s):
-            slip[c] += sl.normal[c]
+            slip[c] += sp.normal[c]
             total = 0.0
             for b in range(2 * s):
-                total += sl.A[c * 2 * s + b] * sl.normal[b]
+                total += sp.A[c * 2 * s + b] * sp.normal[b]
             q[c] += total
     return worst
 
 
 @summing
-def stop_within(sl: Sliding, h: float, share: float) -> None:
+def stop_within(course: Course, mo: SpaceMotion, sp: Slipping, st: Step, h: float, share: float) -> None:
     """End the step at a share of it, on its polynomial: the state there replaces that at its end."""
-    n, s, power = sl.n, sl.s, 1.0
+    n, s, power = st.n, sp.s, 1.0
     for c in range(2 * s):
-        sl.slip[c], sl.stage_q[c] = 0.0, sl.q[c] + share * h * sl.load_q[c]
+        st.slip[c], st.stage_q[c] = 0.0, sp.q[c] + share * h * sp.load_q[c]
     for m in range(DEGREE):
         power *= share
         for c in range(2 * s):
-            sl.curve[m * 2 * n + c] *= power
-            sl.slip[c] += sl.curve[m * 2 * n + c]
+            st.curve[m * 2 * n + c] *= power
+            st.slip[c] += st.curve[m * 2 * n + c]
     for c in range(2 * s):
         total = 0.0
         for b in range(2 * s):
-            total += sl.A[c * 2 * s + b] * sl.slip[b]
-        sl.stage_q[c] += total
-    find_directions(sl, sl.stage_q)
-    return_to_cones(sl, share * h)
-    close_curve(sl)
+            total += sp.A[c * 2 * s + b] * st.slip[b]
+        st.stage_q[c] += total
+    find_directions(course, mo, sp, st.stage_q)
+    return_to_cones(course, mo, sp, st, share * h)
+    close_curve(sp, st)
 
 
 @inner
-def close_curve(sl: Sliding) -> None:
+def close_curve(sp: Slipping, st: Step) -> None:
     """Let the polynomial end where the step does, on the cones."""
-    row = 2 * sl.n
-    for c in range(2 * sl.s):
-        left = sl.slip[c]
+    row = 2 * st.n
+    for c in range(2 * sp.s):
+        left = st.slip[c]
         for m in range(DEGREE):
-            left -= sl.curve[m * row + c]
-        sl.curve[(DEGREE - 1) * row + c] += left
+            left -= st.curve[m * row + c]
+        st.curve[(DEGREE - 1) * row + c] += left
 
 
 @summing
-def find_curve(sl: Sliding, h: float) -> None:
+def find_curve(sp: Slipping, st: Step, h: float) -> None:
     """The polynomial between the ends of the step."""
-    row = 2 * sl.n
+    row = 2 * st.n
     for m in range(DEGREE):
-        for c in range(2 * sl.s):
+        for c in range(2 * sp.s):
             total = 0.0
             for i in range(STAGES):
-                total += BETWEEN[sl.method, i, m] * sl.k[i * row + c]
-            sl.curve[m * row + c] = h * total
-    close_curve(sl)
+                total += BETWEEN[st.method, i, m] * st.k[i * row + c]
+            st.curve[m * row + c] = h * total
+    close_curve(sp, st)

@@ -12,22 +12,14 @@ from shakedown.motion.contact_law import Scales, swing
 from shakedown.motion.cycle_record import Interim, State, Totals
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.implicit.implicit_step import ImplicitJoint
-from shakedown.motion.plane.moving_state import EFFORT
+from shakedown.motion.plane.moving_state import EFFORT, Precision, course
 from shakedown.motion.plane.run import Progress, progress
 from shakedown.motion.space.curved_history import CurvedHistory
 from shakedown.motion.space.curved_loop import follow_curve
 from shakedown.motion.space.directed_jump import DirectedJump, end_at_once
-from shakedown.motion.space.exchange import make_afresh
-from shakedown.motion.space.sliding import (
-    DEGREE,
-    CurveRecord,
-    Measures,
-    begin_sliding,
-    curve_room,
-    lead,
-    resume_sliding,
-    sliding,
-)
+from shakedown.motion.space.exchange import MOST_EXCHANGES
+from shakedown.motion.space.moving_state import DEGREE, curve_room
+from shakedown.motion.space.space_run import Measures, begin, resume, run_in_space
 
 RECORD_ROWS = 256
 NEAR = 1e-2  # of the error allowed: a node that near its limit, relative to the force scale, is there
@@ -41,15 +33,9 @@ def measures(scale: Scales, locked: float, moving: float, tolerances: Tolerances
     """
     force = max(scale.force, locked)
     near = max(NEAR * tolerances.path * scale.force, tolerances.limit * force)
-    return Measures(
-        force=tolerances.limit * force,
-        length=tolerances.limit * scale.length,
-        rate_zero=10.0 * tolerances.rate,
-        near=near,
-        force_scale=scale.force,
-        length_scale=scale.length,
-        accuracy=max(tolerances.path * min(moving / scale.force, 1.0), FINEST) if moving else tolerances.path,
-    )
+    accuracy = max(tolerances.path * min(moving / scale.force, 1.0), FINEST) if moving else tolerances.path
+    zero = tolerances.limit * force, tolerances.limit * scale.length, 10.0 * tolerances.rate
+    return Measures(Precision(*zero, settled=near), scale, accuracy)
 
 
 class Steps(NamedTuple):
@@ -76,24 +62,29 @@ class SpaceEvents:
     ----------
     u, contact, slip
         Slips and gaps (3n,), contact states (n,), and way in contact in the present cycle (n,), in place.
-    sliding
-        The same as compiled loops take it.
+    run
+        The same as compiled loops take it, along a course.
     measures
         What counts as zero, and how accurate the path is.
     """
 
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
         self.problem, self.kappa, self.tolerances = problem, kappa, tolerances
-        self._rooms: dict[bool, CurveRecord] = {}
 
     def begin(self, start: FloatArray, first: FloatArray, later: FloatArray, scale: Scales) -> None:
         """Follow these courses, through the first cycle and another one, from displacements (3n,) on."""
         problem, locked = self.problem, float((np.abs(self.kappa) @ np.abs(start)).max())
-        self.scale, self._paths = scale, {True: first, False: later}
+        self.scale = scale
         self.measures = measures(scale, locked, swing(problem, later[1:]), self.tolerances)
-        self.sliding = sliding(self.kappa, problem.f, later, -1, problem.C is not None)
-        self.sliding.set(**self.measures._asdict())
-        self.u, self.contact, self.slip = self.sliding.u, self.sliding.contact, self.sliding.slipped
+        precision, separable = self.measures.precision, problem.C is not None
+        self._courses = {
+            is_first: course(path, problem.m - len(path), separable, precision)
+            for is_first, path in ((True, first), (False, later))
+        }
+        record = curve_room(0, problem.n)
+        self.run = run_in_space(self.kappa, problem.f, self.measures, self._courses[False], record)
+        self._runs = {(False, False): self.run}  # by: through the first cycle, recorded
+        self.u, self.contact, self.slip = self.run.motion.u, self.run.motion.contact, self.run.motion.slip
 
     def stand(self, state: State) -> bool:
         """Go to a state: whether its moving nodes are held shows on the way."""
@@ -102,39 +93,39 @@ class SpaceEvents:
 
     def interim(self) -> Interim:
         """Where it stands: apart from u and contact, directions of slip at an apex."""
-        return self.u.copy(), self.contact.copy(), self.sliding.direction.copy()
+        return self.u.copy(), self.contact.copy(), self.run.motion.direction.copy()
 
     def go_on(self, u: FloatArray, contact: NDArray[np.int64], direction: FloatArray) -> None:
         """Stand there again."""
-        self.u[:], self.contact[:], self.sliding.direction[:] = u, contact, direction
-        make_afresh(self.sliding)  # as every cycle begins
+        self.u[:], self.contact[:], self.run.motion.direction[:] = u, contact, direction
+        self.run.joint.set(exchanges=MOST_EXCHANGES + 1)  # made afresh, as every cycle begins
 
     def enter(self, first: bool, record: bool) -> None:
         """Go to the beginning of a cycle."""
-        if record not in self._rooms:
-            self._rooms[record] = curve_room(RECORD_ROWS if record else 0, self.problem.n)
-        self._record, self._risen = self._rooms[record], list[Steps]()
-        lead(self.sliding, self._paths[first], self.problem.m - len(self._paths[first]))
-        begin_sliding(self.sliding)
+        if (first, record) not in self._runs:
+            room = curve_room(RECORD_ROWS if record else 0, self.problem.n)
+            self._runs[first, record] = self.run.with_parts(course=self._courses[first], record=room)
+        self.run, self._risen = self._runs[first, record], list[Steps]()
+        begin(self.run)
 
     def follow(self, cycles: int) -> int:
         """Follow one cycle, however many there are; the status with which the loop ends."""
-        status: int = follow_curve(self.sliding, self._record, EFFORT)
+        status: int = follow_curve(self.run, EFFORT)
         return status
 
     def progress(self) -> Progress:
         """Where the present cycle has got to."""
-        return progress(self.sliding)
+        return progress(self.run.motion)
 
     def finds_way_on(self, now: Progress, path: FloatArray) -> bool:
         """Pass the rest of a load step that begins without reactions and gaps; False where it does not.
 
         The law is a cone: what one implicit step says of its end is reached along a straight way.
         """
-        mo, layout, rest = self.sliding, self.problem.layout, 1.0 - now.time
+        mo, layout, rest = self.run.motion, self.problem.layout, 1.0 - now.time
         load = path[now.step] + now.time * (path[now.step + 1] - path[now.step])
         if (
-            np.abs(load + self.kappa @ mo.u).max() > self.measures.force
+            np.abs(load + self.kappa @ mo.u).max() > self.measures.precision.force
             or mo.u[layout.gaps].any()
             or not rest
         ):
@@ -145,22 +136,22 @@ class SpaceEvents:
         end = end_at_once(joint, layout, mo.u, np.stack([load, path[now.step + 1]]))
         if end is None:
             return False
-        if self._record.room:
+        if self.run.record.room:
             at = self.problem.m - len(path) + now.step + now.time
             curve = np.zeros((1, DEGREE, layout.size))
             curve[0, 0] = end.u - mo.u
             numbers = np.array([at]), np.array([rest]), mo.u[None].copy(), curve
             none, kind = np.array([-1]), np.array([int(EventKind.LOAD_STEP)])
             self._risen.append(Steps(0, *numbers, end.contact[None].copy(), none, kind))
-        mo.slipped[:] += end.slip
+        mo.slip[:] += end.slip
         mo.work[:] += 0.5 * end.work  # the reaction rises, too
         self.stand(State(end.u, end.contact))
-        resume_sliding(mo, 1.0, EventKind.LOAD_STEP)
+        resume(self.run, 1.0, EventKind.LOAD_STEP)
         return True
 
     def recorded(self, done: int) -> list[Steps]:
         """What a record has been filled with, so many cycles being done, and a rise after it."""
-        room, risen = self._record, self._risen
+        room, risen = self.run.record, self._risen
         rows, self._risen = room.content.rows, []
         risen = [rise._replace(done=done) for rise in risen]
         if not rows:
@@ -187,10 +178,10 @@ class SpaceEvents:
 
     def totals(self) -> Totals:
         """What has been counted in the present cycle, jumps apart."""
-        mo, counted = self.sliding, self.sliding.content
+        mo, counted = self.run.motion, self.run.motion.content
         opened, closed = mo.opened.astype(np.bool_), mo.closed.astype(np.bool_)
         numbers = None, counted.events, counted.signature, counted.error
-        return Totals(mo.slipped.copy(), mo.work, opened, closed, *numbers)
+        return Totals(mo.slip.copy(), mo.work, opened, closed, *numbers)
 
     def reaction(self, load: FloatArray) -> FloatArray:
         """Reactions at the present instant, under these welded ones, (3n,) [force]."""
@@ -201,8 +192,8 @@ class SpaceEvents:
     ) -> DirectedJump:
         """The viscous motion from a state with these reactions that this load puts out of balance."""
         before = state.u, state.contact, reaction
-        return DirectedJump(self.kappa, self.problem.f, *before, load, damping, self.measures, self.scale)
+        return DirectedJump(self.kappa, self.problem.f, *before, load, damping, self.measures)
 
     def resume(self, time: float) -> None:
         """Go on after a jump, from this share of the load step on."""
-        resume_sliding(self.sliding, time)
+        resume(self.run, time)

@@ -11,7 +11,10 @@ import numpy as np
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Shorts, inner, summing
 from shakedown.motion.implicit.dense_solver import address, call
-from shakedown.motion.space.sliding import STAGES, Sliding
+from shakedown.motion.plane.moving_state import Course
+from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
+from shakedown.motion.space.rates_state import Slipping, SpaceRates
+from shakedown.motion.space.step_state import STAGES, Step, StepControl
 
 SINGULAR = 1e-13  # pivot, relative to the largest entry of its row, that counts as zero
 FEW = 12  # slipping nodes up to which equations are always solved afresh, and without LAPACK
@@ -38,58 +41,58 @@ GUESS = _guesses()
 
 
 @inner
-def pack(sl: Sliding) -> None:
+def pack(joint: CompiledJoint, mo: SpaceMotion, rates: SpaceRates, sp: Slipping) -> None:
     """Gather what belongs to the nodes that are chosen to slip."""
-    n, N, s, largest = sl.n, 3 * sl.n, 0, 0.0
+    n, N, s, largest = joint.n, 3 * joint.n, 0, 0.0
     for i in range(n):
-        if sl.chosen[i] == 1:
-            sl.node[s] = i
+        if rates.chosen[i] == 1:
+            sp.node[s] = i
             s += 1
-    sl.s, sl.factored = s, False
-    S, A, B = sl.exchanged, sl.A, sl.B
+    sp.s, sp.factored = s, False
+    S, A, B = joint.exchanged, sp.A, sp.B
     for a in range(s):
-        i = sl.node[a]
-        sl.f[a] = sl.friction[i]
-        sl.load_p[a], sl.p[a] = sl.base[2 * n + i], sl.out[2 * n + i]
-        largest = max(largest, abs(sl.f[a] * sl.load_p[a]))
+        i = sp.node[a]
+        sp.f[a] = joint.friction[i]
+        sp.load_p[a], sp.p[a] = rates.base[2 * n + i], mo.out[2 * n + i]
+        largest = max(largest, abs(sp.f[a] * sp.load_p[a]))
         for c in range(2):
-            sl.load_q[2 * a + c], sl.q[2 * a + c] = sl.base[2 * i + c], sl.out[2 * i + c]
-            largest = max(largest, abs(sl.load_q[2 * a + c]))
-            if sl.apex[i] == 1:
-                sl.q[2 * a + c] = -sl.f[a] * max(sl.p[a], 0.0) * sl.direction[2 * i + c]
+            sp.load_q[2 * a + c], sp.q[2 * a + c] = rates.base[2 * i + c], mo.out[2 * i + c]
+            largest = max(largest, abs(sp.load_q[2 * a + c]))
+            if rates.apex[i] == 1:
+                sp.q[2 * a + c] = -sp.f[a] * max(sp.p[a], 0.0) * mo.direction[2 * i + c]
         for b in range(s):
-            j = sl.node[b]
+            j = sp.node[b]
             B[a * 2 * s + 2 * b] = S[(2 * n + i) * N + 2 * j]
             B[a * 2 * s + 2 * b + 1] = S[(2 * n + i) * N + 2 * j + 1]
             for c in range(2):
                 A[(2 * a + c) * 2 * s + 2 * b] = S[(2 * i + c) * N + 2 * j]
                 A[(2 * a + c) * 2 * s + 2 * b + 1] = S[(2 * i + c) * N + 2 * j + 1]
-    sl.load_size = largest
+    sp.load_size = largest
 
 
 @inner
-def find_directions(sl: Sliding, q: FloatArray) -> None:
+def find_directions(course: Course, mo: SpaceMotion, sp: Slipping, q: FloatArray) -> None:
     """Directions of slip against these packed reactions, and the sizes of these."""
-    for a in range(sl.s):
+    for a in range(sp.s):
         x, y = q[2 * a], q[2 * a + 1]
         size = np.sqrt(x * x + y * y)
-        sl.size[a] = size
-        if size > sl.force:
-            sl.unit[2 * a], sl.unit[2 * a + 1] = -x / size, -y / size
+        sp.size[a] = size
+        if size > course.force:
+            sp.unit[2 * a], sp.unit[2 * a + 1] = -x / size, -y / size
         else:
-            i = sl.node[a]
-            sl.unit[2 * a], sl.unit[2 * a + 1] = sl.direction[2 * i], sl.direction[2 * i + 1]
+            i = sp.node[a]
+            sp.unit[2 * a], sp.unit[2 * a + 1] = mo.direction[2 * i], mo.direction[2 * i + 1]
 
 
 @summing
-def find_matrix(sl: Sliding, M: FloatArray) -> None:
+def find_matrix(sp: Slipping, M: FloatArray) -> None:
     """M and, as ``drive``, −z in the present directions."""
-    s, A, B, unit, normal = sl.s, sl.A, sl.B, sl.unit, sl.normal
+    s, A, B, unit, normal = sp.s, sp.A, sp.B, sp.unit, sp.normal
     for a in range(s):
         x, y, f, row, second, last = (
             unit[2 * a],
             unit[2 * a + 1],
-            sl.f[a],
+            sp.f[a],
             4 * a * s,
             (4 * a + 2) * s,
             2 * a * s,
@@ -98,13 +101,13 @@ def find_matrix(sl: Sliding, M: FloatArray) -> None:
             normal[c] = x * A[row + c] + y * A[second + c] + f * B[last + c]
         for b in range(s):
             M[a * s + b] = normal[2 * b] * unit[2 * b] + normal[2 * b + 1] * unit[2 * b + 1]
-        sl.drive[a] = -(x * sl.load_q[2 * a] + y * sl.load_q[2 * a + 1] + f * sl.load_p[a])
+        sp.drive[a] = -(x * sp.load_q[2 * a] + y * sp.load_q[2 * a + 1] + f * sp.load_p[a])
 
 
 @inner
-def factor(sl: Sliding, s: int) -> int:
+def factor(sp: Slipping, s: int) -> int:
     """Triangular factors of M (s, s) in place: sign of the determinant, 0 where the matrix is singular."""
-    return factor_few(sl.M, sl.order, s) if s <= FEW else factor_many(sl, s)
+    return factor_few(sp.M, sp.order, s) if s <= FEW else factor_many(sp, s)
 
 
 @summing
@@ -139,35 +142,35 @@ def factor_few(M: FloatArray, order: Shorts, s: int) -> int:
 
 
 @inner
-def factor_many(sl: Sliding, s: int) -> int:
+def factor_many(sp: Slipping, s: int) -> int:
     """Triangular factors of the transpose by LAPACK, whose columns are our rows."""
-    M, sizes, sign = sl.M, sl.sizes, 1
+    M, sizes, sign = sp.M, sp.sizes, 1
     sizes[0], sizes[1], sizes[2], sizes[3] = s, 1, 0, TRANSPOSED
     at = address(sizes)
-    call(sl.routines[0], (at, at, address(M), at, address(sl.order), at + 8))
+    call(sp.routines[0], (at, at, address(M), at, address(sp.order), at + 8))
     for k in range(s):
         pivot, size = M[k * s + k], 0.0
         for b in range(k, s):
             size = max(size, abs(M[b * s + k]))
         if not abs(pivot) > SINGULAR * size:
             return 0
-        if (sl.order[k] != k + 1) != (pivot < 0.0):
+        if (sp.order[k] != k + 1) != (pivot < 0.0):
             sign = -sign
     return sign
 
 
 @inner
-def substitute(sl: Sliding, s: int, x: FloatArray) -> None:
+def substitute(sp: Slipping, s: int, x: FloatArray) -> None:
     """Solve with the triangular factors, in place."""
     if s <= FEW:
-        substitute_few(sl.M, sl.order, s, x)
+        substitute_few(sp.M, sp.order, s, x)
     else:
-        sizes = sl.sizes
+        sizes = sp.sizes
         sizes[0], sizes[1], sizes[2], sizes[3] = s, 1, 0, TRANSPOSED
         at = address(sizes)
         call(
-            sl.routines[1],
-            (at + 12, at, at + 4, address(sl.M), at, address(sl.order), address(x), at, at + 8),
+            sp.routines[1],
+            (at + 12, at, at + 4, address(sp.M), at, address(sp.order), address(x), at, at + 8),
         )
 
 
@@ -192,78 +195,80 @@ def substitute_few(M: FloatArray, order: Shorts, s: int, x: FloatArray) -> None:
 
 
 @inner
-def find_rates(sl: Sliding, q: FloatArray, stage: int) -> bool:
+def find_rates(
+    course: Course, mo: SpaceMotion, sp: Slipping, st: Step, ct: StepControl, q: FloatArray, stage: int
+) -> bool:
     """Rates at a stage whose packed reactions are q; False where the motion is not stable there."""
-    find_directions(sl, q)
-    for a in range(sl.s):
+    find_directions(course, mo, sp, q)
+    for a in range(sp.s):
         total = 0.0
         for j in range(stage):
-            total += GUESS[stage, j] * sl.mu[j * sl.n + a]
-        sl.speed[a] = total
-    return rates_along(sl, stage)
+            total += GUESS[stage, j] * st.mu[j * st.n + a]
+        sp.speed[a] = total
+    return rates_along(sp, st, ct, stage)
 
 
 @inner
-def rates_along(sl: Sliding, stage: int) -> bool:
+def rates_along(sp: Slipping, st: Step, ct: StepControl, stage: int) -> bool:
     """Rates at a stage in the present directions, ``speed`` a guess; False where the motion is not stable.
 
     Where many nodes slip, the factors of an earlier stage serve as long as a few corrections suffice.
     """
-    s = sl.s
-    find_matrix(sl, sl.limits)
-    if not (s > FEW and sl.factored and correct_speeds(sl)):
+    s = sp.s
+    find_matrix(sp, sp.limits)
+    if not (s > FEW and sp.factored and correct_speeds(sp, ct)):
         for t in range(s * s):
-            sl.M[t] = sl.limits[t]
-        sl.factored = factor(sl, s) > 0
-        if not sl.factored:
+            sp.M[t] = sp.limits[t]
+        sp.factored = factor(sp, s) > 0
+        if not sp.factored:
             return False
         for a in range(s):
-            sl.speed[a] = sl.drive[a]
-        substitute(sl, s, sl.speed)
-    spread_rates(sl, stage)
+            sp.speed[a] = sp.drive[a]
+        substitute(sp, s, sp.speed)
+    spread_rates(sp, st, stage)
     return True
 
 
 @inner
-def correct_speeds(sl: Sliding) -> bool:
+def correct_speeds(sp: Slipping, ct: StepControl) -> bool:
     """Correct the speeds with old factors until they solve the equations; False where they diverge."""
-    s, last, solved = sl.s, np.inf, max(SOLVED * sl.accuracy, ROUND_OFF) * sl.load_size
+    s, last, solved = sp.s, np.inf, max(SOLVED * ct.accuracy, ROUND_OFF) * sp.load_size
     for _ in range(MOST_CORRECTIONS):
-        left = residual_speeds(sl)
+        left = residual_speeds(sp)
         if left <= solved:
             return True
         if not left < CONTRACTS * last:
             return False
         last = left
-        substitute(sl, s, sl.correction)
+        substitute(sp, s, sp.correction)
         for a in range(s):
-            sl.speed[a] += sl.correction[a]
+            sp.speed[a] += sp.correction[a]
     return False
 
 
 @summing
-def residual_speeds(sl: Sliding) -> float:
+def residual_speeds(sp: Slipping) -> float:
     """Rates of the rooms at the present speeds, ``correction`` with the other sign: the largest."""
-    s, M, largest = sl.s, sl.limits, 0.0
+    s, M, largest = sp.s, sp.limits, 0.0
     for a in range(s):
-        total = sl.drive[a]
+        total = sp.drive[a]
         for b in range(s):
-            total -= M[a * s + b] * sl.speed[b]
-        sl.correction[a] = total
+            total -= M[a * s + b] * sp.speed[b]
+        sp.correction[a] = total
         largest = max(largest, abs(total))
     return largest
 
 
 @summing
-def spread_rates(sl: Sliding, stage: int) -> None:
+def spread_rates(sp: Slipping, st: Step, stage: int) -> None:
     """Rates of slips and reactions at a stage from the speeds in the present directions."""
-    s, k, start = sl.s, sl.k, stage * 2 * sl.n
+    s, k, start = sp.s, st.k, stage * 2 * st.n
     for a in range(s):
-        mu = sl.speed[a]
-        sl.mu[stage * sl.n + a], sl.heat[stage * sl.n + a] = mu, sl.size[a] * mu
-        k[start + 2 * a], k[start + 2 * a + 1] = mu * sl.unit[2 * a], mu * sl.unit[2 * a + 1]
+        mu = sp.speed[a]
+        st.mu[stage * st.n + a], st.heat[stage * st.n + a] = mu, sp.size[a] * mu
+        k[start + 2 * a], k[start + 2 * a + 1] = mu * sp.unit[2 * a], mu * sp.unit[2 * a + 1]
     for c in range(2 * s):
-        total = sl.load_q[c]
+        total = sp.load_q[c]
         for b in range(2 * s):
-            total += sl.A[c * 2 * s + b] * k[start + b]
-        sl.k_q[start + c] = total
+            total += sp.A[c * 2 * s + b] * k[start + b]
+        st.k_q[start + c] = total

@@ -1,0 +1,149 @@
+"""Named states of compiled loops that lie in Python's memory: handed down as one address, counted by nobody.
+
+A state is a class whose annotations name its fields and their types, for the reader, for mypy and for the
+compiler alike: arrays, numbers, other states. Python makes and keeps all of them, and reads and sets them in
+place; compiled code has addresses only, so that passing a state on, or reading one out of another, costs
+nothing. There arrays are one-dimensional, a matrix row after row, and not checked for their ends.
+"""
+
+from collections.abc import Mapping
+from ctypes import Structure, addressof, c_size_t
+from typing import Annotated, Any, ClassVar, Self, get_args, get_origin
+
+import numpy as np
+from llvmlite import ir  # type: ignore[import-untyped]
+from numba import types
+from numba.core.datamodel.models import PrimitiveModel
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import (
+    NativeValue,
+    infer_getattr,
+    lower_getattr_generic,
+    lower_setattr_generic,
+    register_model,
+    typeof_impl,
+    unbox,
+)
+from numba.np.numpy_support import as_dtype
+from numpy.typing import NDArray
+
+from shakedown.ground.named_state import CONTENT, NUMBERS
+
+
+class StateType(types.Type):
+    """Compiled type of a state: its address, and where its fields lie behind it."""
+
+    def __init__(self, name: str, kinds: dict[str, Any], offsets: dict[str, int]) -> None:
+        self.kinds, self.offsets = kinds, offsets
+        super().__init__(name=name)
+
+
+class PointedState:
+    """A state as Python holds it; its arrays, numbers and states are attributes.
+
+    Parameters
+    ----------
+    shapes
+        Of the arrays that are zero at first; numbers are.
+    held
+        Other arrays, and states.
+    """
+
+    compiled: ClassVar[StateType]
+    memory: ClassVar[type[Structure]]
+    content: Any
+
+    def __init_subclass__(cls) -> None:
+        kinds = {name: _compiled_type(declared) for name, declared in cls.__annotations__.items()}
+        placed = [(name, CONTENT.get(kind, c_size_t)) for name, kind in kinds.items()]
+        cls.memory = type(cls.__name__, (Structure,), {"_fields_": placed})
+        offsets = {name: getattr(cls.memory, name).offset for name in kinds}
+        cls.compiled = StateType(f"{cls.__module__}.{cls.__qualname__}", kinds, offsets)
+
+    def __init__(self, shapes: Mapping[str, Any], **held: Any) -> None:
+        vars(self)["content"] = self.memory()
+        kinds = self.compiled.kinds
+        self.hold(**{name: np.zeros(shape, as_dtype(kinds[name].dtype)) for name, shape in shapes.items()})
+        self.hold(**held)
+
+    @property
+    def address(self) -> int:
+        """Where compiled code finds it."""
+        return addressof(self.content)
+
+    def __getattr__(self, name: str) -> Any:
+        """A number, as it is now."""
+        return getattr(self.content, name)
+
+    def set(self, **numbers: Any) -> None:
+        """Set numbers."""
+        for name, value in numbers.items():
+            setattr(self.content, name, value)
+
+    def hold(self, **held: "NDArray[Any] | PointedState") -> None:
+        """Set arrays or states, which the state keeps."""
+        for name, part in held.items():
+            where = part.address if isinstance(part, PointedState) else self._start(name, part)
+            setattr(self.content, name, where)
+        vars(self).update(held)
+
+    def _start(self, name: str, array: NDArray[Any]) -> int:
+        assert array.dtype == as_dtype(self.compiled.kinds[name].dtype)
+        assert array.flags.c_contiguous
+        return int(array.__array_interface__["data"][0])
+
+    def with_parts(self, **held: Any) -> Self:
+        """A state of the same parts, but for some."""
+        return type(self)({}, **{name: vars(self)[name] for name in self.compiled.kinds} | held)
+
+
+def _compiled_type(declared: Any) -> Any:
+    if get_origin(declared) is Annotated:
+        return get_args(declared)[1]
+    return NUMBERS.get(declared) or declared.compiled
+
+
+@register_model(StateType)
+class _Address(PrimitiveModel):
+    def __init__(self, manager: Any, kind: StateType) -> None:
+        super().__init__(manager, kind, ir.IntType(8).as_pointer())
+
+
+@typeof_impl.register(PointedState)
+def _kind(state: PointedState, context: Any) -> StateType:
+    return state.compiled
+
+
+@unbox(StateType)  # type: ignore[untyped-decorator]
+def _address(kind: StateType, state: Any, c: Any) -> NativeValue:
+    number = c.pyapi.object_getattr_string(state, "address")
+    address = c.pyapi.long_as_voidptr(number)
+    c.pyapi.decref(number)
+    return NativeValue(address, is_error=c.pyapi.c_api_error())
+
+
+@infer_getattr
+class _Fields(AttributeTemplate):
+    key = StateType
+
+    def generic_resolve(self, state: StateType, name: str) -> Any:  # type: ignore[override]
+        return state.kinds.get(name)
+
+
+def _place(context: Any, builder: Any, state: StateType, address: Any, name: str) -> Any:
+    """Where a field lies."""
+    place = builder.gep(address, [context.get_constant(types.intp, state.offsets[name])])
+    return builder.bitcast(place, context.get_data_type(state.kinds[name]).as_pointer())
+
+
+@lower_getattr_generic(StateType)  # type: ignore[untyped-decorator]
+def _read(context: Any, builder: Any, state: StateType, address: Any, name: str) -> Any:
+    return context.unpack_value(builder, state.kinds[name], _place(context, builder, state, address, name))
+
+
+@lower_setattr_generic(StateType)  # type: ignore[untyped-decorator]
+def _write(context: Any, builder: Any, signature: Any, values: Any, name: str) -> None:
+    (state, given), (address, value) = signature.args, values
+    place = _place(context, builder, state, address, name)
+    value = context.cast(builder, value, given, state.kinds[name])
+    context.pack_value(builder, state.kinds[name], value, place)

@@ -1,0 +1,158 @@
+"""A joint with two tangential directions and its moving state as compiled loops take them; room for paths."""
+
+import numpy as np
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.named_state import Flags, Hash, Integers, Reals
+from shakedown.ground.pointed_state import PointedState
+
+SLIP = 1  # as STICK and OPEN of ground.contact_status: the direction is that of the reaction
+REACHES_LIMIT, STOPS, CURVES = 6, 7, 8  # kinds of event, after those of motion.plane.moving_state
+DEGREE = 4  # of the polynomial between the ends of a step
+
+
+class CompiledJoint(PointedState):
+    """The stiffness and the friction of n nodes, and which of them nothing holds.
+
+    A *place* is a displacement with its reaction: those of slip, node by node, then those of the gaps,
+    N = 3n in all. Of a place that is *free* (an open node's, the slip of a frictionless one) the reaction is
+    given, zero, and the displacement follows; of any other place it is the other way round.
+
+    Attributes
+    ----------
+    kappa : (N, N)
+        Contact stiffness [force / length].
+    exchanged : (N, N)
+        Outputs from inputs: κ with the free places exchanged (:mod:`.exchange`).
+    friction : (n,)
+        Friction coefficients.
+    free : (N,)
+        1 where a place is free.
+    exchanges
+        Made since ``exchanged`` was made afresh.
+    """
+
+    kappa: Reals
+    exchanged: Reals
+    friction: Reals
+    free: Flags
+    n: int
+    exchanges: int
+
+
+class SpaceMotion(PointedState):
+    """The moving state, and what has been counted since :func:`begin`.
+
+    Attributes
+    ----------
+    u : (N,)
+        Slips and gaps [length].
+    out : (N,)
+        Reactions [force]; displacements of free places [length].
+    contact : (n,)
+        STICK, SLIP or OPEN.
+    resting : (n,)
+        1 where a node has come to rest on its cone and has not left it since: neither speed nor room.
+    direction : (2n,)
+        Unit vectors along which nodes at the apex slip.
+    slip, work : (n,)
+        Path length in contact [length]; what friction dissipates [force × length].
+    opened, closed : (n,)
+        1 where the node was open, and where it was closed.
+    passes
+        How often the whole course has been passed.
+    step, time
+        Load steps done, and share done of the next, which has been ``entered``.
+    node, kind
+        The event ahead, or not yet dealt with.
+    came_node, came_kind
+        What the present step began with.
+    concerned
+        The node for which the motion stopped, or −1.
+    crowd
+        Events within the present load step.
+    events, error
+        Events other than load steps; estimated error of the path [length].
+    signature, last_states
+        Of the sequence of contact states, and of those entered last.
+    """
+
+    u: Reals
+    out: Reals
+    contact: Integers
+    resting: Flags
+    direction: Reals
+    slip: Reals
+    work: Reals
+    opened: Flags
+    closed: Flags
+    passes: int
+    step: int
+    time: float
+    entered: bool
+    node: int
+    kind: int
+    came_node: int
+    came_kind: int
+    concerned: int
+    crowd: int
+    events: int
+    error: float
+    signature: Hash
+    last_states: Hash
+
+
+class CurveRecord(PointedState):
+    """Room for the steps of a path, filled from the first row on; no room: nothing is recorded.
+
+    Attributes
+    ----------
+    time, duration : (r,)
+        Beginning, in load steps from that of the period, and length of a step.
+    u : (r, N)
+        Slips and gaps at its beginning.
+    curve : (r, 4, N)
+        At the share x of the step they are u + Σ x^(k+1) curve_k.
+    contact : (r, n)
+        Contact states within the step.
+    node, kind : (r,)
+        What happened at its beginning.
+    rows, room
+        Rows filled, and r.
+    """
+
+    time: Reals
+    duration: Reals
+    u: Reals
+    curve: Reals
+    contact: Integers
+    node: Integers
+    kind: Integers
+    rows: int
+    room: int
+
+
+def compiled_joint(kappa: FloatArray, friction: FloatArray) -> CompiledJoint:
+    """The joint of a stiffness (3n, 3n) and friction coefficients (n,), nothing free."""
+    joint = CompiledJoint(
+        {"free": len(kappa)},
+        kappa=np.array(kappa, dtype=float, order="C"),
+        exchanged=np.array(kappa, dtype=float, order="C"),
+        friction=np.array(friction, dtype=float),
+    )
+    joint.set(n=len(friction))
+    return joint
+
+
+def motion_at_rest(n: int) -> SpaceMotion:
+    """A state at rest at the origin, all nodes closed."""
+    shapes = {"u": 3 * n, "out": 3 * n, "direction": 2 * n}
+    return SpaceMotion(shapes | dict.fromkeys(("contact", "resting", "slip", "work", "opened", "closed"), n))
+
+
+def curve_room(rows: int, n: int) -> CurveRecord:
+    """Room for so many steps of n nodes."""
+    shapes = {"u": (rows, 3 * n), "curve": (rows, DEGREE, 3 * n), "contact": (rows, n)}
+    record = CurveRecord(shapes | dict.fromkeys(("time", "duration", "node", "kind"), rows))
+    record.set(room=rows)
+    return record
