@@ -11,9 +11,10 @@ import numpy as np
 
 import shakedown
 from shakedown import Problem
+from shakedown.report.map_words import SAMPLED
 
 from .claims import PICTURES, OutputFile, record_of
-from .map_text import SAMPLED, map_text
+from .map_text import map_text
 from .options import (
     cycles_option,
     output_options,

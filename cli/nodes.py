@@ -18,12 +18,8 @@ from shakedown.report.node_words import node_columns, resolution, without_round_
 from .claims import NODE_FILES, SERIES_FILES, OutputFile, writes_whole
 from .initial import start_of
 from .options import (
-    cycles_option,
-    load_factor_option,
-    open_at_start_option,
     output_options,
-    problem_argument,
-    start_option,
+    run_options,
 )
 from .output import echo_json, headline, load_factor_in_words, number, paragraph, say, table
 
@@ -39,11 +35,7 @@ LONGEST_LABEL, WIDTH = 11, 80
     epilog="Exit codes: 0 a long-term state was found, whichever; 1 undecided after --cycles; "
     "2 bad usage or bad input.",
 )
-@problem_argument
-@load_factor_option
-@start_option
-@open_at_start_option
-@cycles_option
+@run_options
 @click.option(
     "--wear-coefficient",
     type=float,

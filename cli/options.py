@@ -102,29 +102,6 @@ method_option = click.option(
     show_default=True,
     help="From event to event, or at fixed load steps (newton: two tangential directions).",
 )
-load_factor_option = click.option(
-    "--load-factor",
-    type=float,
-    default=1.0,
-    show_default=True,
-    help="Load factor λ ≥ 0 of the periodic loading; 1 is the nominal load.",
-)
-start_option = click.option(
-    "--initial",
-    metavar="STATE",
-    help="zero, safe (through the transient too, where there is such a slip), witness (the critical slip "
-    "state of λ_1), given, given:K "
-    "(state K of the file) or PATH.npy. "
-    "Default: given where the file has initial_slip, else zero.",
-)
-open_at_start_option = click.option(
-    "--open",
-    "open_nodes",
-    type=OpenNodes(),
-    default="none",
-    show_default=True,
-    help="Nodes that are open at the start: none, numbers like 0,3,7, or auto: those of the zone of λ_max.",
-)
 slip_below_option = click.option(
     "--slip-below",
     type=float,
@@ -138,3 +115,32 @@ cycles_option = click.option(
     show_default=True,
     help="Give up as undecided after so many cycles.",
 )
+
+
+def run_options(command: F) -> F:
+    """What one run is of, where it begins, and how long it may take."""
+    load_factor = click.option(
+        "--load-factor",
+        type=float,
+        default=1.0,
+        show_default=True,
+        help="Load factor λ ≥ 0 of the periodic loading; 1 is the nominal load.",
+    )
+    start = click.option(
+        "--initial",
+        metavar="STATE",
+        help="zero, safe (through the transient too, where there is such a slip), witness (the critical slip "
+        "state of λ_1), given, given:K "
+        "(state K of the file) or PATH.npy. "
+        "Default: given where the file has initial_slip, else zero.",
+    )
+    opened = click.option(
+        "--open",
+        "open_nodes",
+        type=OpenNodes(),
+        default="none",
+        show_default=True,
+        help="Nodes that are open at the start: none, numbers like 0,3,7, or auto: those of the zone "
+        "of λ_max.",
+    )
+    return problem_argument(load_factor(start(opened(cycles_option(command)))))

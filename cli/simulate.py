@@ -20,15 +20,11 @@ from shakedown.report.run_words import SEPARATION, margin_at_rest, sliding_in_wo
 from .claims import OutputFile, record_of
 from .initial import moved_by_transient, start_of
 from .options import (
-    cycles_option,
-    load_factor_option,
     method_option,
-    open_at_start_option,
     output_options,
-    problem_argument,
     resume_option,
+    run_options,
     slip_below_option,
-    start_option,
 )
 from .output import (
     echo_json,
@@ -53,11 +49,7 @@ IN_SPACE = "x, y: the two tangential directions of a node; Σ|Δv|: its slip per
     epilog="Exit codes: 0 a long-term state was found, whichever; 1 undecided after --cycles; "
     "2 bad usage or bad input.",
 )
-@problem_argument
-@load_factor_option
-@start_option
-@open_at_start_option
-@cycles_option
+@run_options
 @method_option
 @slip_below_option
 @click.option("-o", "--output", type=OutputFile(), help="Write the path here (NPZ): events or load steps.")

@@ -20,7 +20,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.motion.event_history import EventHistory
 from shakedown.plot.drawn_path import Recorded, path_of
-from shakedown.plot.planes import draw_rows, loads_felt, window
+from shakedown.plot.planes import draw_rows, loads_felt, stick_sector, window
 from shakedown.plot.style import (
     BLACK,
     BLUE,
@@ -143,9 +143,7 @@ def reactions_at(
     margin = 0.15 * float(np.ptp(shown, axis=0).max() or 1.0)
     low, high = shown.min(axis=0) - margin, shown.max(axis=0) + margin
     kind = int(now.state[0, node])
-    apex = -now.v[0, node] * np.array([problem.A[node, node], problem.B[node, node]])
-    friction, reach = problem.f[node], 3.0 * float(np.max(high - low))
-    sector = apex + reach * np.array([[0.0, 0.0], [friction, 1.0], [-friction, 1.0]])
+    sector = stick_sector(problem, node, float(now.v[0, node]), 3.0 * float(np.max(high - low)))
     shown = sector if kind != 2 else sector[:0]
     axes.fill(*shown.T, fc=GREEN, alpha=0.25, lw=0, label="sticks")
     axes.plot(*shown[:1].T, "^", color=GREEN, ms=7, zorder=3)

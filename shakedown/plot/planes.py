@@ -224,15 +224,20 @@ def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axe
     reach = 3.0 * float(np.max(high - low))
     stuck = np.unique(path.v[path.state[:, node] == 0, node].round(9))
     for colour, v in zip(LINES, stuck[:: max(1, len(stuck) // SECTORS)][:SECTORS], strict=False):
-        apex = np.array([-problem.A[node, node] * v, -problem.B[node, node] * v])
-        corners = apex + reach * np.array([[0.0, 0.0], [problem.f[node], 1.0], [-problem.f[node], 1.0]])
-        axes.add_patch(Polygon(corners, closed=True, fc=colour, ec=colour, alpha=0.18, label=f"v = {few(v)}"))
-        axes.plot(*apex, "^", color=colour, ms=6, zorder=2)
+        sector = stick_sector(problem, node, v, reach)
+        axes.add_patch(Polygon(sector, closed=True, fc=colour, ec=colour, alpha=0.18, label=f"v = {few(v)}"))
+        axes.plot(*sector[0], "^", color=colour, ms=6, zorder=2)
     unit, _ = units_of(problem)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     axes.set(xlabel=with_unit("F₁ = q_w", unit), ylabel=with_unit("F₂ = p_w", unit))
     axes.legend(fontsize="small", loc="best")
     return axes
+
+
+def stick_sector(problem: Problem, node: int, v: float, reach: float) -> FloatArray:
+    """Apex and two far points of the loads that one node bears at a slip, (3, 2) [force]."""
+    apex, f = -v * np.array([problem.A[node, node], problem.B[node, node]]), problem.f[node]
+    return np.asarray(apex + reach * np.array([[0.0, 0.0], [f, 1.0], [-f, 1.0]]))
 
 
 def loads_felt(problem: Problem, path: EventHistory, node: int) -> FloatArray:

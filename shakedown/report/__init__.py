@@ -10,9 +10,10 @@ What you see, and the module that writes it:
 - the answer in one sentence, and its margin: ``answer_words``
 - the three numbers, and what is certain: ``assessment_words``; what decides, what to do next: ``next_words``
 - what lies below, between and above the bounds: ``bound_words``; of a zone of open nodes: ``zone_words``
-- λ_T, the guarantee curve, the coupling ratio: ``limit_words``; which node limits: ``sensitivity_words``
+- λ_T, the guarantee curve, the coupling ratio, which node limits: ``limit_words``
 - friction thresholds, critical load factors: ``friction_words``
-- what a simulation found: ``run_words``; a sweep, a smallest cycle: ``design_words``
+- what a simulation found: ``run_words``; a sweep, a smallest cycle: ``design_words``;
+  a map of initial states: ``map_words``
 - what the data leave open: ``hint_words``; nodes by number and label: ``node_words``; tables as text:
   ``text_table``
 - the page, from top to bottom: ``first_page`` (three numbers, one table), ``load_figures`` and ``data_page``

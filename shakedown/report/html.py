@@ -38,7 +38,7 @@ from shakedown.report.first_page import large_numbers, rest_table
 from shakedown.report.friction_words import critical_in_words, friction_in_words
 from shakedown.report.hint_words import hints_in_words
 from shakedown.report.json_documents import as_text
-from shakedown.report.limit_words import transient_in_words
+from shakedown.report.limit_words import sensitivities_in_words, transient_in_words
 from shakedown.report.load_figures import problem_pictures
 from shakedown.report.node_words import slip_limit_in_words
 from shakedown.report.page_tables import (
@@ -52,7 +52,6 @@ from shakedown.report.page_tables import (
 )
 from shakedown.report.period_figures import no_pictures, state_pictures
 from shakedown.report.run_words import SEPARATION, as_given_in_words
-from shakedown.report.sensitivity_words import sensitivities_in_words
 from shakedown.report.verification_figures import (
     guarantee_picture,
     run_pictures,

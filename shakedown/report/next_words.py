@@ -12,8 +12,8 @@ from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Said, Status
 from shakedown.report.assessment_words import percent
 from shakedown.report.bound_words import above_in_words, is_constant
+from shakedown.report.limit_words import limited_in_words
 from shakedown.report.node_words import open_in_words
-from shakedown.report.sensitivity_words import limited_in_words
 from shakedown.report.zone_words import without_safe_slip_in_words, zone_in_words
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from joints import joint_of_kind
 import shakedown
 from shakedown.assessment.sensitivities import KINDS, sensitivities
 from shakedown.joint.loading import loading
-from shakedown.report.sensitivity_words import sensitivities_in_words
+from shakedown.report.limit_words import sensitivities_in_words
 
 STEP = 1e-3
 

@@ -16,8 +16,8 @@ from shakedown.report.answer_words import answer_in_words, margin_of_answer
 from shakedown.report.assessment_words import beside_one
 from shakedown.report.first_page import large_numbers, rest_table
 from shakedown.report.html import render, write_report
+from shakedown.report.limit_words import sensitivities_in_words
 from shakedown.report.page_tables import WORST, worst_table
-from shakedown.report.sensitivity_words import sensitivities_in_words
 from tests.report.test_page import Page
 
 LOADS = {

@@ -1,0 +1,152 @@
+"""What a map of initial states says: how many shake down, why some are undecided, whether all end alike."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from shakedown.ground.shown_values import FEW_DIGITS, few, sized
+from shakedown.ground.visible_text import with_unit
+from shakedown.joint.units import units_of
+from shakedown.report.node_words import resolution, without_round_off
+
+if TYPE_CHECKING:  # it loads what computes
+    from shakedown.studies.maps.basin_map import InitialStateMap
+
+SAMPLED = {  # after "of N states"
+    "grid": "on a grid about {centre}",
+    "sobol": "in a box about {centre}",
+    "latin": "in a box about {centre}",
+    "ball": "in a ball about the centre of the energy ball",
+    "transients": "left behind by random load steps",
+}
+MEANING = {
+    "shakedown": "slip has ceased",
+    "cyclic-slip": "nodes slip in every period and return",
+    "ratchetting": "slips grow by the same amount in every period",
+    "separation": "nodes open and close in every period, none slips",
+    "undecided": "none of these could be established",
+}
+
+
+def shares_in_words(found: InitialStateMap) -> list[str]:
+    """Of how many initial states, chosen how, which share shakes down."""
+    begin = f"Load factor {found.load_factor:.10g}: of {initial_states_in_words(found)}"
+    if found.undecided == len(found):
+        return [f"{begin}, none is decided."]
+    known = interval_in_words(found)
+    interval = f" (95 %: {known})" if known else ""
+    grid = "A grid is no random sample: it has no confidence interval."
+    share = f"{begin}, {percent_of_states(found.shakedown_fraction)} shake down{interval}."
+    return [share, *[grid] * (found.sampling.sampler == "grid")]
+
+
+def outcomes_in_words(found: InitialStateMap) -> list[tuple[str, str, str]]:
+    """How many states have which outcome, and what the words mean."""
+    leave = int(np.count_nonzero((found.outcome == "separation") & (found.period == 0)))
+    rows = []
+    for word, count in found.outcomes.items():
+        name = word.replace("-", " ")
+        if word == "separation" and leave:
+            rows += [(name, str(count - leave), MEANING[word])] * (count > leave)
+            rows.append((name, str(leave), "the body leaves for good"))
+        else:
+            rows.append((name, str(count), MEANING[word]))
+    return rows
+
+
+def dissipation_in_words(found: InitialStateMap) -> str:
+    """The spread of what the decided states dissipate."""
+    quartiles = without_round_off(found.dissipation_quartiles, work_that_is_none(found))
+    least, first, median, third, most = (few(value, FEW_DIGITS + 1) for value in quartiles)
+    heading = with_unit("Dissipation per cycle", units_of(found.problem).work)
+    over = "the decided states" if found.undecided else "all states"
+    spread = f"from {least} to {most}; quartiles {first}, {median}, {third}"
+    return f"{heading} over {over}: {least if least == most else spread}."
+
+
+def slips_in_words(found: InitialStateMap) -> str:
+    """From which share of the states slip ranges stay below the length asked for."""
+    length, criterion = units_of(found.problem).length, found.slip_criterion
+    if criterion is None:
+        return ""
+    below, largest = (sized(x, length) for x in (criterion.below, criterion.largest))
+    share = f"{percent_of_states(criterion.met_fraction)} of the states"
+    who = f"from {'every state' if criterion.met else share}"
+    return f"Every slip range stays below {below} {who} (largest: {largest})."
+
+
+def undecided_in_words(found: InitialStateMap, begin: str = "") -> str:
+    """Why states are undecided, and whether more cycles can help."""
+    count, looked_at, reasons = found.undecided, found.looked_at_again, found.undecided_reasons
+    who = "1 state is" if count == 1 else f"{count} states are"
+    why = [
+        one.reason
+        + ("" if looked_at == one.count == count else f" ({_of(one.count, looked_at)} looked at again)")
+        for one in reasons
+    ]
+    advice = "More --cycles may decide them." if any(one.more_cycles for one in reasons) else ""
+    return f"{begin}{who} undecided: {'; '.join(why)}. {advice}".rstrip()
+
+
+def _of(count: int, states: int) -> str:
+    return f"all {states}" if count == states else f"{count} of {states}"
+
+
+def uniqueness_in_words(found: InitialStateMap) -> list[str]:
+    """Whether the outcome, and whether the state itself, is one and the same for all."""
+    outcome = {
+        True: "The outcome is the same for all states tried",
+        False: "The outcome is not the same for all states",
+        None: "The outcome is not known to be the same for all states",
+    }[found.same_outcome]
+    word = f": {next(iter(found.outcomes)).replace('-', ' ')}" if found.same_outcome else ""
+    state = {
+        True: "The final state is the same for all states tried",
+        False: "The final state is not unique",
+        None: "The final state is not known to be unique",
+    }[found.unique]
+    untried = " Of states not tried only λ_U says something (solve)." if found.same_outcome else ""
+    return [f"{outcome}{word}.{untried}", f"{state}: {found.evidence}."]
+
+
+def cycles_in_words(found: InitialStateMap) -> str:
+    """What the columns of a table of limit cycles mean."""
+    spread = with_unit("spread", units_of(found.problem).length)
+    apart = (
+        f"{spread}: how far apart the slips lie that these states end on; 0: one and the same motion, more: "
+        "several of a continuum."
+    )
+    if found.problem.directions > 1:
+        return f"{apart} With two tangential directions it is not worked out whether they are stable."
+    jumps = any(cycle.stability == "unknown" for cycle in found.limit_cycles)
+    return (
+        "multiplier: factor per period by which a small disturbance of the motion shrinks; below 1 stable, "
+        f"above unstable, at 1 a continuum of neighbouring motions is possible. {apart}"
+        + " jumps: the motion jumps and has no multiplier."
+        * jumps
+    )
+
+
+def work_that_is_none(found: InitialStateMap) -> float:
+    """The work that counts as none."""
+    return resolution(found.problem, found.load_factor, found.search.tolerances)[1]
+
+
+def initial_states_in_words(found: InitialStateMap) -> str:
+    """How many there are, and where."""
+    centre = found.sampling.centre_is
+    where = SAMPLED[found.sampling.sampler].format(centre=("the " if "safe" in centre else "") + centre)
+    return f"{len(found)} initial state{'s' * (len(found) != 1)} {where}"
+
+
+def percent_of_states(share: float) -> str:
+    """A share of the states, whose sign stays on its line."""
+    return f"{100 * share:.1f}\u00a0%"  # no line ends between them
+
+
+def interval_in_words(found: InitialStateMap) -> str:
+    """Between which shares that of all states lies, with 95 % confidence; empty where that is not known."""
+    low, high = found.interval
+    return "" if low != low else f"{100 * low:.1f}–{100 * high:.1f} %"
