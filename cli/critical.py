@@ -56,7 +56,6 @@ def critical(problem: Problem, budget: int, list_all: bool, as_json: bool) -> No
 
 def _text(problem: Problem, result: shakedown.CriticalLoadFactors, list_all: bool) -> str:
     bounds = shakedown.shakedown_bounds(problem)
-    assert isinstance(bounds, shakedown.ShakedownBounds)  # the subsets are those of the plane
     lines = [headline(problem), ""]
     lines += [paragraph(sentence) for sentence in critical_in_words(result, result.total, bounds)]
     smallest = result.smallest_positive

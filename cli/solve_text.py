@@ -28,7 +28,6 @@ from .output import bound, headline, listing, node_table, number, paragraph
 
 if TYPE_CHECKING:
     from shakedown.assessment.every_limit import JointLimits
-    from shakedown.assessment.space_limits import SpaceLimits
 
 F_THRESHOLD = (
     "f threshold: the friction coefficient at which a node alone, all others stuck, loses uniqueness, "
@@ -80,12 +79,12 @@ def details_text(found: shakedown.Assessment, curve: shakedown.GuaranteeCurve | 
     if problem.initial_slip is not None and not limits.energy.initial_slip.any():
         certain.append("The file has initial slips: --initial given proves from the first of them.")
     said = bounds_in_words(limits)
-    if problem.directions == 1:
+    if not limits.absent:
         said += [*sensitivities_in_words(limits), *_curve(curve, problem)]
         said += friction_in_words(problem, limits.friction)
     listed = listing(_facts(limits))
     lines = [*map(paragraph, certain), "", *([listed, ""] if listed else []), *map(paragraph, said)]
-    remarks = [F_THRESHOLD if problem.directions == 1 else DIRECTIONS]
+    remarks = [DIRECTIONS if limits.absent else F_THRESHOLD]
     remarks += [OPEN_NODES] * bool(limits.upper.open_nodes)
     evidence = present(limits.lower), present(limits.friction)
     columns = bound_columns(problem, limits.upper, number, *evidence)
@@ -98,7 +97,7 @@ def _curve(curve: shakedown.GuaranteeCurve | Missing | None, problem: Problem) -
     return [] if curve is None else [curve_in_words(curve, problem)]
 
 
-def _facts(limits: JointLimits | SpaceLimits) -> list[Fact]:
+def _facts(limits: JointLimits) -> list[Fact]:
     """(name, value, remark) of every number that stands for the whole joint."""
     box, lower = present(limits.box), present(limits.lower)
     facts = [_from_here(limits.energy)]

@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple
 
 from numpy.typing import ArrayLike
 
-from shakedown.assessment.every_limit import Limits, kind_of_limits
+from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.from_state import admitted_up_to
 from shakedown.ground.shown_values import plain, short
 from shakedown.ground.status import Outcome, Said, Status
@@ -33,7 +33,7 @@ class Assessment(Result):
         directions some do not exist, and are ``Missing``.
     """
 
-    details: Limits
+    details: JointLimits
 
     @property
     def problem(self) -> Problem:
@@ -212,7 +212,6 @@ def assess(
     >>> found.details.energy.load_factor < found.details.box.load_factor
     True
     """
-    kind = kind_of_limits(problem)
     start = None if initial_slip is None else checked_initial_slip(problem, initial_slip)
     zone = open_nodes if isinstance(open_nodes, str) else tuple(open_nodes)
-    return Assessment(kind(problem, start, distance, zone, certify, tolerances=tolerances))
+    return Assessment(JointLimits(problem, start, distance, zone, certify, tolerances=tolerances))

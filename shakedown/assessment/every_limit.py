@@ -1,83 +1,266 @@
 """Every limit of the load factor of one joint, each computed when it is first read, and once."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Literal
+from functools import cached_property, partial
+from math import inf
+from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from shakedown.assessment.common_limits import CommonLimits
 from shakedown.assessment.from_state import FromState, from_state
 from shakedown.assessment.sensitivities import Sensitivities, sensitivities
-from shakedown.assessment.shakedown_bounds import ShakedownBounds, SpaceBounds
-from shakedown.assessment.space_limits import SpaceLimits
+from shakedown.assessment.shakedown_bounds import ShakedownBounds
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.bounds.collapse.box_bound import BoxBound, box_bound
 from shakedown.bounds.collapse.lower import LowerBound, lower_bound
-from shakedown.bounds.energy.energy_bound import EnergyBound
+from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
+from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
+from shakedown.bounds.energy.reasons import NO_SAFE_SLIP
+from shakedown.bounds.enumeration.critical import subset_count
 from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve, guarantee_curve
 from shakedown.bounds.every_state.universal_bound import UniversalBound, universal_bound
+from shakedown.bounds.methods import methods_of
+from shakedown.bounds.results import UpperBound
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, friction_thresholds
-from shakedown.bounds.upper import UpperBound
-from shakedown.ground.evidence import Missing, sought
+from shakedown.bounds.upper import upper_bound
+from shakedown.ground.evidence import Missing, present, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked, require_problem
+from shakedown.joint.arguments import checked
+from shakedown.joint.constraints import constraints, through_transient
 from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+
+if TYPE_CHECKING:
+    from shakedown.assessment.slip_limit import SlipLimit
+    from shakedown.assessment.transient_limit import TransientLimit
 
 ONE_SIDED_UP_TO = 20  # nodes: at a degenerate optimum their derivatives take tenths of a second
 
+T = TypeVar("T")
+
+
+def _where_it_exists(compute: "Callable[[JointLimits], T]") -> "cached_property[T | Missing]":
+    """A limit that joints of some kind do not have: there it is the reason why."""
+
+    def found(limits: "JointLimits") -> T | Missing:
+        absent = limits.absent.get(compute.__name__)
+        return compute(limits) if absent is None else absent
+
+    found.__doc__ = compute.__doc__
+    return cached_property(found)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
-class JointLimits(CommonLimits):
-    """The limits of one joint in the plane."""
+class JointLimits(Result):
+    """The limits of one joint: whoever needs one reads it here.
+
+    With two tangential directions there are λ_max, λ_E, λ_U and λ_T. A disc has no sides, so that there is no
+    first collapse λ_1 and nothing that rests on it, no box bound and no friction threshold by signs: these
+    are ``Missing``, with the reason (``absent``), and null in documents.
+
+    A limit whose program comes to no end raises ``SolverError`` where it is an answer (λ_1, λ_max) and is a
+    status where it is a proof; evidence beside the answers (λ_T, the guarantee curve) is ``Missing`` then.
+
+    Attributes
+    ----------
+    problem
+        The joint and its loading.
+    initial_slip : (dn,) or None
+        The state that is asked about [length]; None for slip zero.
+    distance
+        How far the state may be from it, in the energy norm [√(force · length)]; for λ_E.
+    zone
+        The nodes that stay open, for λ_max and λ_E, or ``"auto"`` (:func:`upper_bound`).
+    certify
+        Whether to check in exact arithmetic; None: each limit where that is quick.
+    accuracy
+        Of λ_T, relative to where its scan ends.
+    tolerances
+        The tolerances that decide.
+    """
+
+    DOCUMENT: ClassVar[str] = "lower upper energy box universal friction"
+
+    problem: Problem
+    initial_slip: ArrayLike | None = None
+    distance: float = 0.0
+    zone: Iterable[int] | Literal["auto"] = "auto"
+    certify: bool | None = None
+    accuracy: float = 1e-6
+    tolerances: Tolerances = DEFAULT
+
+    def keep(self, name: str, found: object) -> None:
+        """Keep a limit that was worked out as a piece of work, now or before."""
+        vars(self)[name] = found
+
+    def so_far(self, *names: str) -> "JointLimits":
+        """These limits, in which those of some names are missing where they are not worked out yet."""
+        known = copy(self)
+        vars(known).update(dict.fromkeys(set(names) - set(vars(self)), Missing("still to come")))
+        return known
 
     @cached_property
+    def absent(self) -> dict[str, Missing]:
+        """What joints of this kind do not have, by its word in documents, and why."""
+        return {word: Missing(reason) for word, reason in methods_of(self.problem).ABSENT.items()}
+
+    @_where_it_exists
     def lower(self) -> LowerBound:
         """λ_1, the first collapse with all nodes closed, with its guarantee."""
         exact = self.problem.n <= LOWER_CERTIFIED_UP_TO if self.certify is None else self.certify
         return lower_bound(self.problem, certify=exact, tolerances=self.tolerances)
 
     @cached_property
+    def upper(self) -> UpperBound:
+        """λ_max, with its safe slip and its zone."""
+        return upper_bound(
+            self.problem, open_nodes=self.zone, certify=self.certify, tolerances=self.tolerances
+        )
+
+    @cached_property
+    def open_nodes(self) -> tuple[int, ...]:
+        """The nodes that are open in the zone of λ_max; none where that is not found."""
+        upper = sought(lambda: self.upper)
+        return () if isinstance(upper, Missing) else upper.open_nodes
+
+    @cached_property
+    def through_transient(self) -> UpperBound | None:
+        """λ_max of slips that the transient load steps do not move either; None without such steps."""
+        problem = self.problem
+        if self.open_nodes or through_transient(problem) is constraints(problem):
+            return None
+        return upper_bound(problem, transient=True, tolerances=self.tolerances)
+
+    @cached_property
     def bounds(self) -> ShakedownBounds:
-        """λ_1 and λ_max together."""
+        """λ_1, where there is one, and λ_max together."""
         return ShakedownBounds(self.lower, self.upper, self.tolerances, self.through_transient)
 
     @cached_property
     def universal(self) -> UniversalBound:
         """λ_U, proved from every state."""
         return universal_bound(
-            self.problem, first_collapse=self.lower, certify=self.certify, tolerances=self.tolerances
+            self.problem,
+            first_collapse=present(self.lower),
+            certify=self.certify,
+            tolerances=self.tolerances,
         )
 
     @cached_property
+    def energy(self) -> EnergyBound:
+        """λ_E, proved from this state by an energy; that of the zone where nodes are open."""
+        return energy_bound(
+            self.problem,
+            self.initial_slip,
+            self.distance,
+            open_nodes=self.open_nodes,
+            certify=self.certify,
+            tolerances=self.tolerances,
+        )
+
+    @_where_it_exists
     def box(self) -> BoxBound:
         """λ_box, proved from this state, closed at all nodes, by a box."""
-        closed = None if self.open_nodes else sought(lambda: self.upper)
-        upper = None if isinstance(closed, Missing) else closed
-        return box_bound(self.problem, self.initial_slip, upper=upper, tolerances=self.tolerances)
+        closed = None if self.open_nodes else present(sought(lambda: self.upper))
+        return box_bound(self.problem, self.initial_slip, upper=closed, tolerances=self.tolerances)
+
+    def ball_at(self, load_factor: float) -> EnergyBall | Missing:
+        """An energy ball of this load factor, sought once; Missing above λ_max, where there is none.
+
+        In the plane the largest. In space, where one that holds a slip is found sooner, the one that holds
+        this state best where λ_E proves it, above λ_E a slip that is safe there.
+        """
+        if load_factor not in self._balls:
+            above = not self.open_nodes and load_factor > self.upper.load_factor
+            self._balls[load_factor] = Missing(NO_SAFE_SLIP) if above else sought(self._ball_at, load_factor)
+        return self._balls[load_factor]
+
+    @cached_property
+    def _balls(self) -> dict[float, EnergyBall | Missing]:
+        return {}
+
+    def _ball_at(self, load_factor: float) -> EnergyBall:
+        problem, around, split = self.problem, None, True
+        methods = methods_of(problem)
+        if methods.HELD_SOONER and not self.open_nodes:
+            proved, upper = self.energy, self.upper
+            split = False
+            if proved.least_load_factor <= load_factor < proved.load_factor:
+                around, split = proved.initial_slip, problem.n <= methods.MANY_NODES
+            elif proved.load_factor <= load_factor < upper.load_factor < inf:
+                # from a slip that is safe at λ_E to one that is at λ_max: between them all are
+                share = (load_factor - proved.load_factor) / (upper.load_factor - proved.load_factor)
+                around = (1.0 - share) * proved.slip + share * upper.slip
+        return energy_ball(problem, load_factor, around=around, split=split, tolerances=self.tolerances)
+
+    @cached_property
+    def transient(self) -> "TransientLimit | Missing | None":
+        """λ_T: up to where this history is found to shake down; None without a finite λ_max to scan up to."""
+        from shakedown.assessment.transient_limit import scan_end, transient_limit  # loads compiled code
+
+        end = scan_end(self.upper)
+        if end is None:
+            return None
+        if not self.open_nodes:
+            self._note_what_is_known()
+        return sought(
+            transient_limit,
+            self.problem,
+            self.initial_slip,
+            largest=end,
+            accuracy=self.accuracy,
+            tolerances=self.tolerances,
+        )
 
     def _note_what_is_known(self) -> None:
-        """Keep λ_box besides."""
-        from shakedown.long_term.energy_proof import note_box  # loads compiled code
+        """Keep λ_max, λ_E and λ_box for the states that are followed."""
+        from shakedown.long_term.energy_proof import note_bound, note_box, note_largest  # loads compiled code
         from shakedown.long_term.passage import Passage
 
-        super()._note_what_is_known()
-        note_box(Passage(self.problem, 0.0, self.tolerances, self.box.initial_slip, ()), self.box)
+        bound, box = self.energy, present(self.box)
+        note_largest(self.problem, self.upper.load_factor)
+        begun = partial(Passage, self.problem, 0.0, self.tolerances, open_nodes=())
+        if self.distance == 0.0 and bound.status != Status.UNDECIDED:
+            note_bound(begun(start=bound.initial_slip), bound)
+        if box is not None:
+            note_box(begun(start=box.initial_slip), box)
+
+    def slip(self, below: float) -> "SlipLimit | Missing":
+        """Up to where every slip range of this history stays below a length."""
+        from shakedown.assessment.slip_limit import slip_limit  # loads compiled code
+        from shakedown.assessment.transient_limit import scan_end
+
+        upper = sought(lambda: self.upper)
+        end = None if isinstance(upper, Missing) else scan_end(upper)
+        return sought(
+            slip_limit, self.problem, below, self.initial_slip, largest=end or 1.0, tolerances=self.tolerances
+        )
+
+    @property
+    def pinned(self) -> tuple[int, ...]:
+        """The slips, by number, that are set to zero where the joint can move as a whole.
+
+        Of closed nodes: with one tangential direction they are the nodes that slips are given relative to.
+        """
+        return self.upper.pinned if self.open_nodes else constraints(self.problem).pinned
 
     @property
     def from_state(self) -> FromState:
-        """The larger of λ_E and λ_box."""
-        return from_state(self.energy, self.box)
+        """What is proved from this state: the larger of λ_E and λ_box."""
+        return from_state(self.energy, present(self.box))
 
     @property
     def is_open_from_state(self) -> bool:
         """Whether a program for λ_E or λ_box came to no end."""
-        return Status.UNDECIDED in (self.energy.status, self.box.status)
+        box = present(self.box)
+        return Status.UNDECIDED in (self.energy.status, None if box is None else box.status)
 
-    @cached_property
+    @_where_it_exists
     def friction(self) -> FrictionThresholds:
         """The friction at which the motion stops being unique, and at which the joint wedges."""
         return friction_thresholds(self.problem, tolerances=self.tolerances)
@@ -88,12 +271,20 @@ class JointLimits(CommonLimits):
 
         Missing for larger joints where that takes many programs (:func:`sensitivities` goes on there).
         """
+        if "sensitivities" in self.absent:
+            return dict.fromkeys(("upper", "energy"), self.absent["sensitivities"])
         few = self.problem.n <= ONE_SIDED_UP_TO
         bounds: dict[str, UpperBound | EnergyBound] = {"upper": self.upper, "energy": self.energy}
         return {
             name: sought(sensitivities, self.problem, bound, one_sided=few, tolerances=self.tolerances)
             for name, bound in bounds.items()
         }
+
+    @property
+    def subsets(self) -> int | None:
+        """How many (n+1)-subsets of rows there are to enumerate; None where there is no first collapse."""
+        problem = self.problem
+        return None if "lower" in self.absent else subset_count(problem.n, len(problem.law.smooth))
 
     def curve(
         self, radii: Sequence[float], centre: FloatArray | None = None
@@ -102,6 +293,8 @@ class JointLimits(CommonLimits):
 
         Nor is there one for a load domain, where λ_1 predicts nothing.
         """
+        if "guarantee_curve" in self.absent:
+            return self.absent["guarantee_curve"]
         if not self.bounds.have_gap or self.problem.is_domain:
             return None
         middle = self.upper.in_floats[:-1] if centre is None else centre
@@ -114,23 +307,6 @@ class JointLimits(CommonLimits):
         )
 
 
-Limits = JointLimits | SpaceLimits
-
-
-def kind_of_limits(problem: Problem) -> type[JointLimits] | type[SpaceLimits]:
-    """The class of the limits of a joint: what it has follows from its tangential directions.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> joint = shakedown.example("two-node")
-    >>> kind_of_limits(joint)(joint).lower.node
-    1
-    """
-    require_problem(problem)
-    return SpaceLimits if problem.directions > 1 else JointLimits
-
-
 @checked
 def shakedown_bounds(
     problem: Problem,
@@ -138,7 +314,7 @@ def shakedown_bounds(
     open_nodes: Iterable[int] | Literal["auto"] = (),
     certify: bool | None = None,
     tolerances: Tolerances = DEFAULT,
-) -> ShakedownBounds | SpaceBounds:
+) -> ShakedownBounds:
     """Lower and upper bound of the load factor; with two tangential directions the upper one alone.
 
     Parameters
@@ -164,5 +340,4 @@ def shakedown_bounds(
     >>> round(bounds.lower.load_factor, 6), round(bounds.upper.load_factor, 6)
     (0.657373, 0.739146)
     """
-    kind = kind_of_limits(problem)
-    return kind(problem, zone=open_nodes, certify=certify, tolerances=tolerances).bounds
+    return JointLimits(problem, zone=open_nodes, certify=certify, tolerances=tolerances).bounds

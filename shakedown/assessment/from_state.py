@@ -34,14 +34,9 @@ class FromState(NamedTuple):
     load_factor: float
     least_load_factor: float
 
-    @classmethod
-    def of_energy(cls, energy: "EnergyBound") -> "FromState":
-        """What the energy bound alone proves."""
-        return cls(ENERGY, energy.load_factor, energy.least_load_factor)
 
-
-def from_state(energy: "EnergyBound", box: "BoxBound") -> FromState:
-    """The larger of both bounds of the same state.
+def from_state(energy: "EnergyBound", box: "BoxBound | None") -> FromState:
+    """The larger of both bounds of the same state; λ_E where there is no other.
 
     Examples
     --------
@@ -53,7 +48,7 @@ def from_state(energy: "EnergyBound", box: "BoxBound") -> FromState:
     """
     if box_proves_more(box, energy):
         return FromState(BOX, box.load_factor, 0.0)
-    return FromState.of_energy(energy)
+    return FromState(ENERGY, energy.load_factor, energy.least_load_factor)
 
 
 def box_proves_more(box: "BoxBound | None", energy: "EnergyBound") -> "TypeGuard[BoxBound]":

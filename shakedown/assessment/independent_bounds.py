@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.assessment.shakedown_bounds import ShakedownBounds, SpaceBounds
+from shakedown.assessment.shakedown_bounds import ShakedownBounds
 from shakedown.bounds.collapse.lower import LowerBound
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
-from shakedown.bounds.upper import UpperBound
+from shakedown.bounds.results import UpperBound
 from shakedown.ground.evidence import Missing
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
@@ -26,12 +26,10 @@ class SecondRoad(NamedTuple):
     nodes: int
 
 
-def second_road(
-    problem: Problem, bounds: ShakedownBounds | SpaceBounds, tolerances: Tolerances
-) -> SecondRoad:
+def second_road(problem: Problem, bounds: ShakedownBounds, tolerances: Tolerances) -> SecondRoad:
     """The bounds by Clarabel; λ_1 of a large joint at the nodes alone that collapse first by HiGHS."""
     upper = conic_upper_bound(problem, open_nodes=bounds.upper.open_nodes, tolerances=tolerances)
-    if isinstance(bounds, SpaceBounds):
+    if isinstance(bounds.lower, Missing):
         return SecondRoad(None, upper, 0)
     nodes = nodes_asked(bounds.lower)
     return SecondRoad(conic_lower_bound(problem, nodes=nodes, tolerances=tolerances), upper, len(nodes))
@@ -52,7 +50,7 @@ def _closest(bound: LowerBound | UpperBound, tolerances: Tolerances) -> float:
 
 
 def road_findings(
-    bounds: ShakedownBounds | SpaceBounds, second: SecondRoad, tolerances: Tolerances
+    bounds: ShakedownBounds, second: SecondRoad, tolerances: Tolerances
 ) -> Iterator[tuple[bool | None, str]]:
     """(False, what differs) or (None, what the independent solver leaves open) for each bound."""
     # A bound may be zero: it is compared on the scale of λ_max, or of the nominal loop.

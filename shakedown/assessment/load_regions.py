@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from shakedown.assessment.every_limit import Limits
-from shakedown.assessment.space_limits import SpaceLimits
+from shakedown.assessment.every_limit import JointLimits
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.status import Status
 
@@ -14,14 +13,15 @@ IN_ZONE, OUTSIDE = "zone is safe", "zone is not safe"  # between λ_lo and λ_ma
 NO_ZONE = "no zone is safe"  # all were tried
 
 
-def predicted_below(limits: Limits) -> tuple[float, str]:
+def predicted_below(limits: JointLimits) -> tuple[float, str]:
     """Up to where every closed state is expected to shake down: λ_1, of a load domain and in space λ_U."""
-    if isinstance(limits, SpaceLimits) or limits.problem.is_domain:
+    lower = limits.lower
+    if isinstance(lower, Missing) or limits.problem.is_domain:
         return limits.universal.load_factor, PROVED
-    return limits.lower.load_factor, BELOW
+    return lower.load_factor, BELOW
 
 
-def default_load_factors(limits: Limits) -> list[float]:
+def default_load_factors(limits: JointLimits) -> list[float]:
     """One load factor a little inside every region that is wider than four digits show.
 
     Examples
@@ -48,7 +48,7 @@ def default_load_factors(limits: Limits) -> list[float]:
         factors = [0.95 * first] if first > 0 else []
     if np.isinf(last):
         return [*factors, 1.5 * first or 1.0]
-    if not first and isinstance(limits, SpaceLimits):  # from every state nothing is proved
+    if not first and not limits.lower:  # from every state nothing is proved
         energy = sought(lambda: limits.energy)
         proved = 0.0 if isinstance(energy, Missing) else energy.load_factor
         first = proved if 0.0 < proved < last else 0.0
@@ -58,7 +58,7 @@ def default_load_factors(limits: Limits) -> list[float]:
     return [*factors, 1.05 * last or 1.0]
 
 
-def region_of(load_factor: float, limits: Limits) -> str:
+def region_of(load_factor: float, limits: JointLimits) -> str:
     """The region that a load factor lies in."""
     upper = limits.upper
     first, below = predicted_below(limits)

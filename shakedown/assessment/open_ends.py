@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from shakedown.bounds.collapse.lower import LowerBound
 from shakedown.bounds.energy.energy_bound import EnergyBound
 from shakedown.bounds.every_state.universal_bound import UniversalBound
-from shakedown.bounds.upper import UpperBound
+from shakedown.bounds.results import UpperBound
 from shakedown.ground.evidence import Missing
 from shakedown.ground.status import Status
 

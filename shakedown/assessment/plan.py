@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.assessment.assess import AS_GIVEN
-from shakedown.assessment.common_limits import MANY_PAIRS
-from shakedown.assessment.every_limit import Limits
+from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.from_state import BOX
 from shakedown.assessment.load_regions import (
     ABOVE,
@@ -24,6 +23,7 @@ from shakedown.assessment.load_regions import (
 )
 from shakedown.bounds.collapse.box_bound import BoxBound
 from shakedown.bounds.energy.energy_ball import energy_ball
+from shakedown.bounds.methods import methods_of
 from shakedown.bounds.safe_slip import safe_slip
 from shakedown.campaign.recorded_steps import RecordedSteps
 from shakedown.ground.evidence import Missing, sought
@@ -39,7 +39,6 @@ OVERLOAD = (
 )
 IN_BALL = 2  # initial states in the energy ball, per load factor
 JUST_INSIDE = 1 - 1e-8  # of its radius: the proof is for less than all of it
-FEW_PAIRS = 50  # of which runs in space take hundredths of a second
 JUST_BELOW = 1 - 1e-6  # of the box bound, where it proves most from the state given
 
 
@@ -106,16 +105,16 @@ class _SafeStart(NamedTuple):
 
 def is_large(problem: Problem) -> bool:
     """Whether runs of a joint take so long that few initial states are simulated."""
-    return problem.directions > 1 and problem.n > MANY_PAIRS
+    return problem.n > methods_of(problem).MANY_NODES
 
 
 def takes_long(problem: Problem) -> bool:
     """Whether runs of a joint take so long that several threads are worth it."""
-    return problem.directions > 1 and problem.n > FEW_PAIRS
+    return problem.n > methods_of(problem).FEW_NODES
 
 
 def planned_cases(
-    limits: Limits,
+    limits: JointLimits,
     load_factors: Sequence[float] | None,
     random_states: int,
     seed: int,
@@ -135,7 +134,7 @@ def planned_cases(
     return [replace(case, in_box=_in_box(case, limits.box)) for case in cases]
 
 
-def _cases_at(limits: Limits, load_factor: float, random_states: int, seed: int) -> list[Case]:
+def _cases_at(limits: JointLimits, load_factor: float, random_states: int, seed: int) -> list[Case]:
     """The simulations at one load factor: from what loads of this joint can leave behind, each state once."""
     problem, at = limits.problem, _At(limits, load_factor)
     states = {"zero": _at_zero(limits), "safe": at.safe.slip}
@@ -160,11 +159,11 @@ def _different(states: dict[str, FloatArray]) -> dict[str, FloatArray]:
     return kept
 
 
-def _case_at(limits: Limits, load_factor: float, name: str, state: FloatArray) -> Case:
+def _case_at(limits: JointLimits, load_factor: float, name: str, state: FloatArray) -> Case:
     return _At(limits, load_factor).case(name, state)
 
 
-def _at_zero(limits: Limits) -> FloatArray:
+def _at_zero(limits: JointLimits) -> FloatArray:
     """Slip zero."""
     return np.zeros(limits.problem.layout.slip_size)
 
@@ -172,7 +171,7 @@ def _at_zero(limits: Limits) -> FloatArray:
 class _At:
     """What is known at one load factor: its region, a safe slip, the largest energy ball."""
 
-    def __init__(self, limits: Limits, load_factor: float) -> None:
+    def __init__(self, limits: JointLimits, load_factor: float) -> None:
         self.limits, self.load_factor = limits, load_factor
         self.region = region_of(load_factor, limits)
         self.ball = limits.ball_at(load_factor)

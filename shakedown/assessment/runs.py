@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from shakedown.assessment.every_limit import Limits
+from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.load_regions import BELOW, NO_ZONE
 from shakedown.assessment.plan import Case
 from shakedown.bounds.collapse.lower import LowerBound
@@ -75,7 +75,7 @@ class Run(Result):
         return self.case.open_nodes
 
 
-def run_of(limits: Limits, case: Case, cycles: int, method: str) -> Run:
+def run_of(limits: JointLimits, case: Case, cycles: int, method: str) -> Run:
     """Simulate a case, and hold what comes out against what is predicted, and against the plan's ball."""
     began, problem = time.perf_counter(), limits.problem
     if case.after_transient:

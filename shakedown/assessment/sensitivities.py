@@ -12,7 +12,7 @@ from shakedown.assessment.row_rates import SIDES, RowRates, rates_of, spread_slo
 from shakedown.bounds.energy.energy_bound import EnergyBound
 from shakedown.bounds.energy.energy_rows import EnergyRows
 from shakedown.bounds.energy.zone_rows import zone_rows
-from shakedown.bounds.upper import UpperBound
+from shakedown.bounds.results import UpperBound
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain

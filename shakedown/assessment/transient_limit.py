@@ -25,7 +25,7 @@ from shakedown.long_term.passage import Passage
 from shakedown.long_term.state import LongTermState
 
 if TYPE_CHECKING:
-    from shakedown.bounds.upper import UpperBound
+    from shakedown.bounds.results import UpperBound
 
 SCANNED = 20  # load factors, beside λ = 0; one number everywhere, so that a joint has one λ_T
 SCAN_ABOVE = 1.05  # of λ_max, beyond which nothing shakes down: where the scan ends

@@ -3,7 +3,6 @@
 import functools
 import os
 from collections.abc import Callable, Iterable, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
@@ -13,22 +12,22 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
-from shakedown.assessment.every_limit import Limits
+from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.independent_bounds import SecondRoad, road_findings
 from shakedown.assessment.open_ends import open_ends
 from shakedown.assessment.plan import is_large, planned_cases, takes_long
 from shakedown.assessment.runs import Run, disagreements, open_questions, run_of
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.transient_limit import TransientLimit
-from shakedown.assessment.work import Beside, SideBySide, Work, find, sought_beside
-from shakedown.bounds.enumeration.critical import CriticalLoadFactors, subset_count
+from shakedown.assessment.work import Beside, SideBySide, Work, sought_beside
+from shakedown.bounds.enumeration.critical import CriticalLoadFactors
 from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
 from shakedown.bounds.independent_solver import ConicBound
 from shakedown.campaign.recorded_steps import recorded_steps
 from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.blas_threads import all_cores, on_one_thread
 from shakedown.ground.errors import UsageError
-from shakedown.ground.evidence import Missing, present
+from shakedown.ground.evidence import present
 from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -111,11 +110,6 @@ class Verification(Result):
         """The document that ``shakedown-bounds verify --json`` writes."""
         limits, counted = self.limits, {} if self.critical is None else self.critical.to_dict()
         second = {"lower": self.second.lower, "upper": self.second.upper}
-        subsets = (
-            subset_count(self.problem.n, len(self.problem.law.smooth))
-            if self.problem.directions == 1
-            else None
-        )
         document = {
             "problem": self.problem,
             **limits.bounds.to_dict(),
@@ -133,7 +127,7 @@ class Verification(Result):
                     for k, v in second.items()
                 },
             },
-            "critical": None if subsets is None else {"total": subsets, **counted},
+            "critical": None if limits.subsets is None else {"total": limits.subsets, **counted},
             "friction": present(limits.friction),
             "transient": self.transient,
             "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
@@ -162,7 +156,7 @@ class Verification(Result):
         return self.assessment.problem
 
     @property
-    def limits(self) -> Limits:
+    def limits(self) -> JointLimits:
         """Every limit of the joint."""
         return self.assessment.details
 
@@ -322,7 +316,7 @@ def _verified(
     limits, random = found.details, (settings.random_states, settings.seed)
     simulate(problem, 0.0, cycles=1, method=settings.method)  # compiled code: no run's time should count it
     for name in ("upper", "lower", "through_transient", "universal", "energy", "box"):
-        find(limits, name, work.steps.done)
+        limits.keep(name, work.steps.done(functools.partial(getattr, limits, name)))
     cases = planned_cases(limits, asked.load_factors, *random, work.steps)
     work.pieces = len(cases) + len(Beside._fields)
     how, runs = (settings.cycles, settings.method), list[Run]()
@@ -333,7 +327,7 @@ def _verified(
     for number in range(len(steps)):
         ended = work.done(functools.partial(side_by_side.result, number))
         if number == first:
-            vars(limits)["transient"] = ended
+            limits.keep("transient", ended)
         else:
             runs.append(ended)
         if any(_is_as_given(run, problem) for run in runs):
@@ -367,9 +361,7 @@ def _is_as_given(run: Run, problem: Problem) -> bool:
 
 def _so_far(found: Assessment, runs: Sequence[Run], planned: int, settings: Settings) -> Verification:
     """What is known before all is done; limits that are not worked out yet are missing."""
-    limits = copy(found.details)
-    later = Missing("still to come")
-    vars(limits).update({name: later for name in ("transient", "friction") if name not in vars(limits)})
+    limits = found.details.so_far("transient", "friction")
     none = ConicBound(Status.UNDECIDED, nan, -1, np.full(limits.problem.layout.slip_size, nan), "Clarabel")
     return Verification(
         assessment=replace(found, details=limits),

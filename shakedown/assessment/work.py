@@ -6,11 +6,11 @@ from concurrent.futures import Future
 from threading import Thread
 from typing import Any, NamedTuple, TypeVar
 
-from shakedown.assessment.every_limit import JointLimits, Limits
+from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.independent_bounds import SecondRoad, second_road
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.transient_limit import TransientLimit
-from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_load_factors, subset_count
+from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_load_factors
 from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds
 from shakedown.campaign.recorded_steps import RecordedSteps
@@ -50,11 +50,6 @@ class Work:
         if self.progress is not None:
             self.progress(self.count, self.pieces)
         return result
-
-
-def find(limits: Limits, name: str, done: Callable[[Callable[[], Any]], Any]) -> None:
-    """Read a limit, a piece of work, and keep it with the others whether it is found now or was before."""
-    vars(limits)[name] = done(lambda: getattr(limits, name))
 
 
 class SideBySide:
@@ -105,13 +100,14 @@ class Beside(NamedTuple):
                 yield f"{name} is missing: {found.reason}"
 
 
-def sought_beside(limits: Limits, budget: int, below: float | None, work: Work) -> Beside:
+def sought_beside(limits: JointLimits, budget: int, below: float | None, work: Work) -> Beside:
     """What is asked for beside the simulations, piece by piece."""
-    problem = limits.problem
-    few = problem.directions == 1 and subset_count(problem.n, len(problem.law.smooth)) <= budget
+    problem, subsets = limits.problem, limits.subsets
+    few = subsets is not None and subsets <= budget
     second = work.done(lambda: second_road(problem, limits.bounds, limits.tolerances))
-    curve = work.done(lambda: limits.curve(CURVE_RADII) if isinstance(limits, JointLimits) else None)
+    absent = "guarantee_curve" in limits.absent
+    curve = work.done(lambda: None if absent else limits.curve(CURVE_RADII))
     critical = work.done(lambda: critical_load_factors(problem) if few else None)
-    find(limits, "friction", work.done)
+    limits.keep("friction", work.done(lambda: limits.friction))
     slip = work.done(lambda: None if below is None else limits.slip(below))
     return Beside(second, curve, critical, present(limits.friction), limits.transient, slip)

@@ -26,6 +26,10 @@ class Methods(Protocol):
     ----------
     ABSENT
         Why a limit does not exist for joints of this kind, by its word in documents.
+    FEW_NODES, MANY_NODES
+        From so many nodes on a run takes more than hundredths of a second, and a run or a program seconds.
+    HELD_SOONER
+        Whether an energy ball that holds a slip is found sooner than the largest one.
     MOST_ZONES
         Contact zones that a search solves: then the best one so far is the answer.
     ALL_COMPARED_UP_TO
@@ -36,6 +40,12 @@ class Methods(Protocol):
 
     @property
     def ABSENT(self) -> Mapping[str, str]: ...
+    @property
+    def FEW_NODES(self) -> float: ...
+    @property
+    def MANY_NODES(self) -> float: ...
+    @property
+    def HELD_SOONER(self) -> bool: ...
     @property
     def MOST_ZONES(self) -> float: ...
     @property

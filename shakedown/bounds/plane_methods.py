@@ -23,7 +23,8 @@ from shakedown.programs.margin import widest
 from shakedown.programs.solver import solve
 
 ABSENT: Mapping[str, str] = {}
-MOST_ZONES = ALL_COMPARED_UP_TO = inf
+FEW_NODES = MANY_NODES = MOST_ZONES = ALL_COMPARED_UP_TO = inf
+HELD_SOONER = False
 SEVERAL: tuple[int, ...] = ()
 
 

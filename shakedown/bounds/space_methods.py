@@ -38,6 +38,9 @@ ABSENT: Mapping[str, str] = {
     "guarantee_curve": in_the_plane_only("guarantee curve", NO_SIDES),
 }
 CERTIFIED_UP_TO = 1000  # nodes: as long as the bound itself
+FEW_NODES = 50  # of which runs take hundredths of a second
+MANY_NODES = 200  # from where on a program or a run takes seconds
+HELD_SOONER = True
 MOST_ZONES = 100  # each takes a cone program
 ALL_COMPARED_UP_TO = 16  # nodes
 SEVERAL = (8, 4, 2)  # changes at once

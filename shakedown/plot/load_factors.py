@@ -131,7 +131,8 @@ def guarantee(
     axes.plot(curve.radii, curve.load_factors, "o-", color=BLUE, ms=4, label="λ_1(R)")
     if bounds is not None:
         axes.axhline(bounds.upper.load_factor, color=RED, ls="--", lw=1, label="λ_max")
-        axes.axhline(bounds.lower.load_factor, color=GREEN, ls="--", lw=1, label="λ_1, for every R")
+        if lower := bounds.lower:
+            axes.axhline(lower.load_factor, color=GREEN, ls="--", lw=1, label="λ_1, for every R")
     positive = curve.radii[curve.radii > 0]
     if len(positive):
         axes.set_xscale("symlog", linthresh=float(positive.min()), linscale=0.5)

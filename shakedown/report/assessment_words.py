@@ -18,11 +18,11 @@ from shakedown.report.node_words import open_in_words
 
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
-    from shakedown.assessment.every_limit import Limits
+    from shakedown.assessment.every_limit import JointLimits
     from shakedown.bounds.collapse.box_bound import BoxBound
     from shakedown.bounds.energy.energy_bound import EnergyBound
     from shakedown.bounds.every_state.universal_bound import UniversalBound
-    from shakedown.bounds.upper import UpperBound
+    from shakedown.bounds.results import UpperBound
     from shakedown.joint.problem import Problem
 
 BOX = "by the box of slips that it cannot leave"
@@ -58,7 +58,7 @@ def numbers_in_words(found: Assessment) -> list[tuple[str, str, str]]:
     ]
 
 
-def _where_impossible(limits: Limits) -> str:
+def _where_impossible(limits: JointLimits) -> str:
     """What is excluded above λ_max."""
     if limits.open_nodes:
         return f"not known: {_open(limits)}"
@@ -68,7 +68,7 @@ def _where_impossible(limits: Limits) -> str:
     return "some slip is safe at every λ" if every else "with all nodes in contact"
 
 
-def _this_state(limits: Limits) -> str:
+def _this_state(limits: JointLimits) -> str:
     """The state that is asked about."""
     opened = limits.problem.layout.slips_of(limits.open_nodes)
     slip = np.delete(limits.energy.initial_slip, opened)
@@ -76,7 +76,7 @@ def _this_state(limits: Limits) -> str:
     return "near " * (limits.distance > 0) + start + (f", {_open(limits)}" if limits.open_nodes else "")
 
 
-def _open(limits: Limits) -> str:
+def _open(limits: JointLimits) -> str:
     return f"{len(limits.open_nodes)} node{'s' * (len(limits.open_nodes) != 1)} open"
 
 
@@ -167,7 +167,7 @@ def said_as_given_in_words(found: Assessment) -> str:
     return f"{given}: the bounds do not decide."
 
 
-def certain_in_words(limits: Limits) -> list[str]:
+def certain_in_words(limits: JointLimits) -> list[str]:
     """What is certain, first of all: proved from this state, proved from every state, excluded.
 
     Of a load domain it is said that this holds for every path, and where it is not clear whether the

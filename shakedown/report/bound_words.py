@@ -17,7 +17,7 @@ from shakedown.report.node_words import node_in_words
 from shakedown.report.zone_words import without_safe_slip_in_words, zone_in_words
 
 if TYPE_CHECKING:
-    from shakedown.assessment.every_limit import Limits
+    from shakedown.assessment.every_limit import JointLimits
     from shakedown.bounds.collapse.lower import LowerBound
     from shakedown.bounds.upper import UpperBound
     from shakedown.joint.problem import Problem
@@ -28,7 +28,7 @@ NO_FIRST_COLLAPSE = (
 )
 
 
-def bounds_in_words(limits: Limits) -> list[str]:
+def bounds_in_words(limits: JointLimits) -> list[str]:
     """What a user can rely on below, between and above the limits, and where λ = 1 lies.
 
     Every sentence is about the joint with all nodes in contact, or names the open ones.
@@ -56,7 +56,7 @@ def bounds_in_words(limits: Limits) -> list[str]:
     return [*said, *reservations_in_words(limits)]
 
 
-def _below_and_above(limits: Limits, lower: LowerBound | None) -> list[str]:
+def _below_and_above(limits: JointLimits, lower: LowerBound | None) -> list[str]:
     """What holds below, between and above the limits of a joint with all nodes in contact."""
     upper = limits.upper
     begins = upper.least_load_factor > 0 if lower is None else lower.status == Status.INFEASIBLE
@@ -70,14 +70,14 @@ def _below_and_above(limits: Limits, lower: LowerBound | None) -> list[str]:
     return [_below(limits, lower), *between, above]
 
 
-def _closed(limits: Limits, lower: LowerBound) -> str:
+def _closed(limits: JointLimits, lower: LowerBound) -> str:
     """What holds with all nodes closed, where the upper bound is that of a zone."""
     if lower.status == Status.INFEASIBLE:
         return "With all nodes in contact no slip is safe under the mean load alone."
     return _below(limits, lower)
 
 
-def _below(limits: Limits, lower: LowerBound) -> str:
+def _below(limits: JointLimits, lower: LowerBound) -> str:
     """What holds below λ_1."""
     universal = limits.universal
     if lower.load_factor == 0:
@@ -135,7 +135,7 @@ def _constant(lower: LowerBound | None, upper: UpperBound) -> str:
     return f"{said}."
 
 
-def _between(limits: Limits, lower: LowerBound) -> str:
+def _between(limits: JointLimits, lower: LowerBound) -> str:
     """What decides between λ_1 and λ_max."""
     upper, before = limits.upper, limits.through_transient
     finite, domain = upper.status == Status.OPTIMAL, lower.problem.is_domain
@@ -150,7 +150,7 @@ def _between(limits: Limits, lower: LowerBound) -> str:
     )
 
 
-def _through_transient(before: UpperBound, limits: Limits, first: float) -> str:
+def _through_transient(before: UpperBound, limits: JointLimits, first: float) -> str:
     """What transient load steps leave of the safe slips that are locked in before them."""
     near, last = 1 - limits.tolerances.feasibility, limits.upper.load_factor
     low, high = before.least_load_factor, before.load_factor
@@ -174,7 +174,7 @@ def above_in_words(upper: UpperBound, problem: Problem) -> str:
     return f"Above λ_max = {up(upper.load_factor)} it cannot shake down{often} with all nodes in contact."
 
 
-def _nominal_load(limits: Limits, lower: LowerBound | None) -> str:
+def _nominal_load(limits: JointLimits, lower: LowerBound | None) -> str:
     """Where λ = 1 lies between the limits, and whether it is proved from this state where that is open."""
     upper, known = limits.upper, proved_up_to(limits.universal)
     finite = upper.status == Status.OPTIMAL
@@ -197,7 +197,7 @@ def _nominal_load(limits: Limits, lower: LowerBound | None) -> str:
     return place + from_here_in_words(limits)
 
 
-def from_here_in_words(limits: Limits) -> str:
+def from_here_in_words(limits: JointLimits) -> str:
     """Whether the nominal load is proved from this state, where every state does not do the same."""
     energy, box = limits.energy, present(limits.box)
     if energy.open_nodes:
@@ -210,7 +210,7 @@ def from_here_in_words(limits: Limits) -> str:
     return f"; from {start} shakedown is not proved there"
 
 
-def reservations_in_words(limits: Limits) -> list[str]:
+def reservations_in_words(limits: JointLimits) -> list[str]:
     """What keeps a number from being certified or fully accurate, where something does."""
     sentences = [f"{missing} (no number is touched by it)." for missing in _missing(limits)]
     if limits.energy.uncertified:
@@ -225,7 +225,7 @@ def reservations_in_words(limits: Limits) -> list[str]:
     return sentences
 
 
-def _missing(limits: Limits) -> Iterator[str]:
+def _missing(limits: JointLimits) -> Iterator[str]:
     """Evidence that a solver failed to give, and why."""
     yield from (f"λ_max: no {missing}" for missing in limits.upper.missing)
     swing = limits.universal.swing
@@ -233,7 +233,7 @@ def _missing(limits: Limits) -> Iterator[str]:
         yield f"λ_U: no certificate of the swing bound: {swing.uncertified}"
 
 
-def _open_in_space(limits: Limits) -> list[str]:
+def _open_in_space(limits: JointLimits) -> list[str]:
     """What is open between what is proved and λ_max, where there is no first collapse."""
     known = proved_up_to(limits.universal)
     if known >= limits.upper.load_factor:

@@ -13,7 +13,9 @@ from shakedown.joint.rigid_slips import rigid_slips
 
 if TYPE_CHECKING:
     from shakedown.assessment.shakedown_bounds import ShakedownBounds
+    from shakedown.bounds.collapse.lower import LowerBound
     from shakedown.bounds.enumeration.critical import CriticalLoadFactors
+    from shakedown.bounds.results import UpperBound
     from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, Threshold
     from shakedown.joint.problem import Problem
 
@@ -80,8 +82,13 @@ def _uniqueness(friction: float, where: str, threshold: Threshold) -> str:
     return f"It is open whether the friction lies below {name}, which is only known to lie {between}."
 
 
-def critical_in_words(critical: CriticalLoadFactors | None, total: int, bounds: ShakedownBounds) -> list[str]:
+def critical_in_words(
+    critical: CriticalLoadFactors | None, total: int | None, bounds: ShakedownBounds
+) -> list[str]:
     """How many subsets there are, the smallest values, and why these differ from the bounds."""
+    lower = bounds.lower
+    if total is None or isinstance(lower, Missing):
+        return ["Critical load factors exist of joints with one tangential direction only."]
     if critical is None:
         return [f"The {_subsets(total)} of n + 1 constraints were not enumerated: more than the budget."]
     smallest, feasible = critical.smallest_positive, critical.smallest_feasible
@@ -90,18 +97,18 @@ def critical_in_words(critical: CriticalLoadFactors | None, total: int, bounds: 
     if critical.degenerate:
         counts += f", {critical.degenerate:,} degenerate (their constraints do not meet in one point)"
     if not critical.regular:
-        return [f"{counts}.", *_why_degenerate(bounds)]
+        return [f"{counts}.", *_why_degenerate(lower, bounds.upper)]
     if not smallest.rows:
         return [f"{counts}. None of them is positive."]
     sentences = [f"{counts}. The smallest positive one is {down(smallest.load_factor)}."]
-    if smallest.load_factor < bounds.lower.load_factor * (1 - bounds.tolerances.feasibility):
+    if smallest.load_factor < lower.load_factor * (1 - bounds.tolerances.feasibility):
         sentences.append(
-            f"It lies below the first collapse λ_1 = {down(bounds.lower.load_factor)}, because it belongs to "
+            f"It lies below the first collapse λ_1 = {down(lower.load_factor)}, because it belongs to "
             "an intersection outside the safe region: there, other constraints are broken already, and "
             "no safe state ends. Only intersections on the safe region matter; the smallest of those is "
             f"{down(feasible.load_factor)}."
         )
-    elif bounds.lower.load_factor == 0:
+    elif lower.load_factor == 0:
         sentences.append(
             "λ_1 is 0 all the same: the safe region has lost its cube shape at the mean load already, and an "
             "intersection at a positive load factor says nothing about that."
@@ -109,10 +116,9 @@ def critical_in_words(critical: CriticalLoadFactors | None, total: int, bounds: 
     return sentences
 
 
-def _why_degenerate(bounds: ShakedownBounds) -> list[str]:
+def _why_degenerate(lower: LowerBound, upper: UpperBound) -> list[str]:
     """Why no subset meets in one point where a rigid slip changes no friction limit, and what helps."""
-    problem, lower, upper = bounds.lower.problem, bounds.lower, bounds.upper
-    if not rigid_slips(problem).pinned:
+    if not rigid_slips(lower.problem).pinned:
         return []
     known = [
         f"{name} = {rounded(value)}"

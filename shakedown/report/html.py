@@ -11,9 +11,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.verify import Verification
-from shakedown.bounds.enumeration.critical import subset_count
 from shakedown.files.atomic_write import atomic_write, atomic_write_together, check_target
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.blas_threads import on_one_thread
@@ -207,7 +205,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "nodes": nodes_table(v),
         "worst": worst_table(v),
         "nodes_note": nodes_note(v),
-        "critical": _critical(v),
+        "critical": critical_in_words(v.critical, v.limits.subsets, v.limits.bounds),
         "limits": limits_in_words(v),
         "provenance": _provenance(v),
     }
@@ -220,15 +218,8 @@ def _proved_below(v: Verification) -> float:
 
 def _coupling_ratio(v: Verification) -> float:
     """ρ*, where there is one."""
-    return v.limits.lower.coupling_ratio if isinstance(v.limits, JointLimits) else np.nan
-
-
-def _critical(v: Verification) -> list[str]:
-    """What the enumeration has found, or why there is none."""
-    if isinstance(v.limits, JointLimits):
-        count = subset_count(v.problem.n, len(v.problem.law.smooth))
-        return critical_in_words(v.critical, count, v.limits.bounds)
-    return ["Critical load factors exist of joints with one tangential direction only."]
+    lower = v.limits.lower
+    return lower.coupling_ratio if lower else np.nan
 
 
 def _directions(problem: Problem) -> str:

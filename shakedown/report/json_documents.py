@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
     from shakedown.bounds.energy.energy_bound import EnergyBound
     from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
-    from shakedown.bounds.upper import UpperBound
+    from shakedown.bounds.results import UpperBound
 
 
 def as_text(document: dict[str, Any]) -> str:
@@ -31,7 +31,7 @@ def _json_escape(character: str) -> str:
 
 def assessment_document(found: "Assessment", curve: "GuaranteeCurve | Missing | None") -> dict[str, Any]:
     """What ``shakedown-bounds solve --json`` writes."""
-    limits = found.details
+    limits, absent = found.details, found.details.absent
     return plain(
         {
             "problem": found.problem,
@@ -44,7 +44,7 @@ def assessment_document(found: "Assessment", curve: "GuaranteeCurve | Missing | 
             "friction": limits.friction,
             "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
             "guarantee_curve": present(curve),
-            **({"missing": why} if (why := limits.why_missing) else {}),
+            **({"missing": {word: each.reason for word, each in absent.items()}} if absent else {}),
         }
     )
 

@@ -12,7 +12,7 @@ from shakedown.ground.shown_values import DIGITS, certain_digits, down, few, up
 from shakedown.report.node_words import node_in_words, open_in_words
 
 if TYPE_CHECKING:
-    from shakedown.assessment.every_limit import Limits
+    from shakedown.assessment.every_limit import JointLimits
     from shakedown.assessment.sensitivities import Sensitivities
     from shakedown.assessment.transient_limit import TransientLimit
     from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
@@ -110,7 +110,7 @@ def _found_above(limit: TransientLimit) -> str:
     return f"{outcome.replace('-', ' ')} was found"
 
 
-def sensitivities_in_words(limits: Limits) -> list[str]:
+def sensitivities_in_words(limits: JointLimits) -> list[str]:
     """Which node limits λ_max, and which λ_E, most, and by how much the limit moves with one per cent there.
 
     Examples

@@ -7,7 +7,7 @@ import pytest
 
 import shakedown
 from benchmarks.problems import in_units, random_problem
-from shakedown.assessment import common_limits, every_limit
+from shakedown.assessment import every_limit
 from shakedown.assessment.from_state import admitted_up_to
 from shakedown.bounds import plane_methods
 from shakedown.bounds.collapse import proof_status
@@ -46,10 +46,8 @@ def test_nothing_is_computed_twice(monkeypatch, friction, asked):
 
         monkeypatch.setattr(room, name, counted)
 
-    for name in ("lower_bound", "universal_bound", "box_bound"):
+    for name in ("lower_bound", "upper_bound", "universal_bound", "energy_bound", "box_bound"):
         count(every_limit, name)
-    for name in ("upper_bound", "energy_bound"):
-        count(common_limits, name)
     for name in ("single_node_cycle", "lift_off_bound", "unique_in_contact"):
         count(proof_status, name)
     count(every_limit, "friction_thresholds")

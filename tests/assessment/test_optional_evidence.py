@@ -11,19 +11,19 @@ from shakedown.ground.errors import SolverError
 
 WHY = "made to fail"
 OPTIONAL = [  # module and name of every step of evidence on which no answer of `solve` and `verify` rests
-    "bounds.upper.certified_upper",
+    "bounds.row_limits.certified_upper",
     "bounds.collapse.lower.certified_lower",
     "bounds.collapse.collapse_programs.starts_safe",
     "bounds.collapse.proof_status.single_node_cycle",
     "bounds.energy.energy_bound._certificate",
-    "bounds.energy.energy_bound.ExactBall.holds",
+    "bounds.energy.row_bound.ExactBall.holds",
     "bounds.every_state.swing_bound.proved_swing",
     "bounds.collapse.box_bound._box_bound",
     "long_term.energy_proof.box_proves",
     "bounds.uniqueness.friction_thresholds.wedging_threshold",
     "assessment.every_limit.guarantee_curve",
     "assessment.transient_limit.transient_limit",
-    "assessment.common_limits.energy_ball",
+    "assessment.every_limit.energy_ball",
     "assessment.plan.energy_ball",
     "long_term.energy_proof.energy_ball",
 ]
@@ -71,7 +71,7 @@ def test_solve_keeps_every_answer(monkeypatch, expected, name, step):
 @pytest.mark.parametrize(
     "step",
     [
-        "bounds.upper.certified_upper",
+        "bounds.row_limits.certified_upper",
         "bounds.collapse.lower.certified_lower",
         "bounds.collapse.proof_status.single_node_cycle",
         "bounds.energy.energy_bound._certificate",
@@ -140,7 +140,7 @@ def test_a_universal_bound_whose_programs_fail_is_open_and_no_number(monkeypatch
 
 
 def test_an_energy_bound_whose_programs_fail_is_open_and_no_number(monkeypatch, expected):
-    monkeypatch.setattr(place("bounds.energy.energy_bound.end_of"), fails)
+    monkeypatch.setattr(place("bounds.energy.row_bound.end_of"), fails)
     found, code = command("solve", "two-node")
     assert code == 1
     assert (found["energy"]["load_factor"], found["energy"]["status"]) == (None, "undecided")

@@ -89,7 +89,7 @@ def test_three_numbers_of_the_reference_joints(name):
     bounds = shakedown.shakedown_bounds(shakedown.example(name))
     assert bounds.upper.load_factor == found.details.upper.load_factor
     assert bounds.to_dict()["lower"] is None
-    assert "SpaceBounds(" in repr(bounds)
+    assert "ShakedownBounds(" in repr(bounds)
 
 
 def test_what_the_bounds_decide_of_the_load_as_given():

@@ -8,7 +8,7 @@ from command import document, run
 
 import shakedown
 from shakedown import verify
-from shakedown.assessment import common_limits, plan
+from shakedown.assessment import every_limit, plan
 from shakedown.assessment.load_regions import OUTSIDE
 from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.joint.contact_zone import contact_zone
@@ -84,7 +84,7 @@ def test_a_claim_that_does_not_hold_is_a_disagreement(monkeypatch):
         upper = honest(problem, open_nodes="auto")
         return replace(shakedown.safe_slip(problem, 0.1, open_nodes=upper.open_nodes), slip=upper.slip)
 
-    monkeypatch.setattr(common_limits, "upper_bound", raised)
+    monkeypatch.setattr(every_limit, "upper_bound", raised)
     monkeypatch.setattr(plan, "safe_slip", slip_of_the_bound)
     result = verify(RECEDING, random_states=0, load_factors=[0.27])
     assert any("predicted shakedown, simulated cyclic-slip" in text for text in result.disagreements)

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.energy.energy_results import EnergyBound as EnergyBound
-from shakedown.bounds.energy.energy_results import EnergyCertificate, Inner
-from shakedown.bounds.methods import methods_of
+from shakedown.bounds.energy.energy_results import EnergyCertificate
+from shakedown.bounds.methods import Methods, methods_of
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
@@ -82,8 +82,7 @@ def energy_bound(
     bound = methods.energy_bound(zone, given, reach, tolerances, split=split)
     wanted = problem.n <= CERTIFIED_UP_TO if certify is None else certify
     if wanted and bound.status == Status.OPTIMAL and not zone.open_nodes:
-        inner = sought(methods.strictly_inside, zone, bound, tolerances)
-        proof = inner if isinstance(inner, Missing) else _certificate(inner, bound)
+        proof = sought(_certificate, methods, zone, bound, tolerances)
         if isinstance(proof, Missing):
             bound = replace(bound, uncertified=proof.reason)
         else:
@@ -104,8 +103,13 @@ def _in_zone(zone: Zone, given: FloatArray, bound: EnergyBound) -> EnergyBound:
     )
 
 
-def _certificate(inner: Inner, bound: EnergyBound) -> EnergyCertificate | Missing:
+def _certificate(
+    methods: Methods, zone: Zone, bound: EnergyBound, tolerances: Tolerances
+) -> EnergyCertificate | Missing:
     """Move from the optimum towards the point with the largest margins until all conditions are strict."""
+    inner = methods.strictly_inside(zone, bound, tolerances)
+    if isinstance(inner, Missing):
+        return inner
     for part in (10.0**digits for digits in range(-14, -2)):
         slip = (1 - part) * bound.slip + part * inner.slip
         lower = (1 - part) * bound.load_factor + part * inner.load_factor

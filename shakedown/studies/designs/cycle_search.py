@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.assessment.every_limit import Limits
+from shakedown.assessment.every_limit import JointLimits
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.studies.designs.attacking_states import AttackingStates, admissible
@@ -35,7 +35,7 @@ class CycleSearch:
     best: FoundCycle | None = None
     apart: FoundSeparation | None = None
 
-    def try_witness(self, limits: Limits) -> None:
+    def try_witness(self, limits: JointLimits) -> None:
         """Simulate the witness of the first collapse a little above it: there it no longer comes to rest."""
         lower = limits.lower
         if not lower or not (isfinite(lower.load_factor) and np.isfinite(lower.slip).all()):

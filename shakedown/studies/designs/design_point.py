@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from math import isinf, isnan, nan
 from typing import Any, Literal, NamedTuple
 
-from shakedown.assessment.every_limit import Limits, kind_of_limits
+from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.bounds.energy.energy_bound import EnergyBound
-from shakedown.bounds.upper import UpperBound
+from shakedown.bounds.results import UpperBound
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.evidence import Missing, allowed
 from shakedown.ground.float_array import FloatArray
@@ -94,7 +94,7 @@ class DesignPoint(Result):
     outcomes
         What becomes of the joint at each load factor that was asked for (:class:`Outcome`).
     contradictions
-        Limits that cannot all be right, in words: an error of this toolkit or of its theory.
+        JointLimits that cannot all be right, in words: an error of this toolkit or of its theory.
     slip_criterion
         Up to where slips stay below a length; None where that was not asked for.
     """
@@ -193,7 +193,7 @@ def design_point(
     {'lower': 0.657, 'universal': 0.657, 'energy': 0.662, 'box': 0.732, 'transient': 0.732, 'upper': 0.739}
     """
     asked = set(question.bounds)
-    joint = kind_of_limits(problem)(
+    joint = JointLimits(
         problem,
         question.initial_slip,
         zone=question.open_nodes,
@@ -265,7 +265,7 @@ def _outcome(problem: Problem, load_factor: float, question: Question, tolerance
     return Outcome.UNDECIDED if isinstance(found, Missing) else found.outcome  # loads too large to follow
 
 
-def _slips(joint: Limits, below: float) -> SlipAllowed:
+def _slips(joint: JointLimits, below: float) -> SlipAllowed:
     found = allowed(joint.slip, below)
     if isinstance(found, Missing):
         return SlipAllowed(below, nan, nan)

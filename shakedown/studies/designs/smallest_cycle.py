@@ -12,7 +12,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.assessment.every_limit import Limits, kind_of_limits
+from shakedown.assessment.every_limit import JointLimits
 from shakedown.campaign.recorded_steps import RecordedSteps, recorded_steps
 from shakedown.ground.argument_kinds import check_count, check_seed
 from shakedown.ground.errors import UsageError
@@ -101,7 +101,7 @@ class SmallestCycle(Result):
     least_dissipation: float
     slipping_nodes: tuple[int, ...]
     state: LongTermState | None = field(repr=False)
-    limits: Limits = field(repr=False)
+    limits: JointLimits = field(repr=False)
     tried_up_to: float
     below_first_collapse: bool
     tries: int
@@ -255,9 +255,9 @@ def _searched(
     joint: Problem, asked: _Asked, steps: RecordedSteps, progress: Progress | None, tolerances: Tolerances
 ) -> SmallestCycle:
     """The search itself."""
-    limits = kind_of_limits(joint)(joint, zone=(), certify=False, tolerances=tolerances)
+    limits = JointLimits(joint, zone=(), certify=False, tolerances=tolerances)
     for name in ("upper", "lower", "universal"):
-        vars(limits)[name] = steps.done(functools.partial(getattr, limits, name))
+        limits.keep(name, steps.done(functools.partial(getattr, limits, name)))
     top = steps.done(lambda: _top(limits, asked.largest))
     known = [*_known_slips(limits), *asked.initial_slips]
     simulator = Simulator(joint, tolerances, steps)
@@ -286,7 +286,7 @@ def _searched(
     return _result(search, limits, top, asked.seed)
 
 
-def _top(limits: Limits, largest: float | None) -> float:
+def _top(limits: JointLimits, largest: float | None) -> float:
     """Where the search begins."""
     joint = limits.problem
     if largest is not None:
@@ -304,12 +304,12 @@ def _top(limits: Limits, largest: float | None) -> float:
     return 1.0
 
 
-def _first_collapse(limits: Limits) -> float:
+def _first_collapse(limits: JointLimits) -> float:
     """λ_1; NaN with two tangential directions, where there is none."""
     return limits.lower.load_factor if limits.lower else nan
 
 
-def _known_slips(limits: Limits) -> Iterator[FloatArray]:
+def _known_slips(limits: JointLimits) -> Iterator[FloatArray]:
     """Slips from which a cycle may well begin: of the bounds, and those of the joint itself."""
     joint, lower, swing = limits.problem, limits.lower, limits.universal.swing
     yield np.zeros(joint.layout.slip_size)
@@ -329,7 +329,7 @@ def _given(joint: Problem, initial_slips: ArrayLike | None) -> FloatArray:
     return checked_initial_slips(joint, initial_slips)
 
 
-def _result(search: CycleSearch, limits: Limits, top: float, seed: int) -> SmallestCycle:
+def _result(search: CycleSearch, limits: JointLimits, top: float, seed: int) -> SmallestCycle:
     best, joint = search.best, search.simulator.problem
     nowhere = np.full(joint.layout.slip_size, nan)
     state = None if best is None else best.state
@@ -365,7 +365,7 @@ def _slipping(state: LongTermState, tolerances: Tolerances) -> tuple[int, ...]:
     return tuple(np.flatnonzero(state.slip_per_cycle > none).tolist())
 
 
-def _contradiction(search: CycleSearch, limits: Limits) -> str:
+def _contradiction(search: CycleSearch, limits: JointLimits) -> str:
     """What is called proved above a cycle or a separation that was found from an admissible state."""
     joint, tolerances, found = limits.problem, limits.tolerances, [search.best, search.apart]
     real = [
