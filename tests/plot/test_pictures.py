@@ -129,10 +129,20 @@ def test_reactions_on_two_faces_are_summed_along_the_axes_of_the_model():
     assert plot.loads_in_time(one_face).lines[1].get_label() == "Σ q_w, all nodes"
 
 
-def test_the_work_along_the_contact_is_the_dissipation():
-    state = shakedown.long_term_state(BLOCK, 5.0)
-    total = sum(line.get_ydata().sum() for line in plot.dissipation_along(state, BLOCK).lines)
-    assert total == pytest.approx(state.friction_dissipation_per_cycle * state.period, rel=1e-9)
+@pytest.mark.parametrize(
+    ("name", "load_factor"),
+    [("block-9", 5.0), ("press-fit", 2.0), ("four-node-3d", 1.4), ("two-node-3d", 1.2)],
+)
+def test_the_work_that_is_drawn_is_that_of_the_results_per_node(name, load_factor):
+    """Along a contact and over a patch: of each node, and of all of them the dissipation of the state."""
+    joint = replace(shakedown.example(name), node_area=None)
+    state = shakedown.long_term_state(joint, load_factor)
+    draw = plot.dissipation_along if joint.directions == 1 else plot.work_over_patch
+    drawn = np.concatenate([line.get_ydata() for line in draw(state, joint).lines])
+    places = np.arange(joint.n) if joint.x is None else np.argsort(joint.x, kind="stable")
+    work = state.period * shakedown.node_results(state).work
+    np.testing.assert_allclose(drawn, work[places], rtol=1e-9, atol=1e-12 * work.max())
+    assert drawn.sum() == pytest.approx(state.friction_dissipation_per_cycle * state.period, rel=1e-9)
 
 
 @pytest.mark.parametrize(("name", "load_factor"), [("press-fit", 2.0), ("block-9", 5.0)])

@@ -8,7 +8,13 @@ import pytest
 import shakedown
 from shakedown.joint.loading import loading
 from shakedown.report.bound_words import bounds_in_words
-from shakedown.report.node_words import label_column, node_in_words, open_in_words, slipping_nodes
+from shakedown.report.node_words import (
+    bound_columns,
+    label_column,
+    node_in_words,
+    open_in_words,
+    slipping_nodes,
+)
 
 NAMED = dataclasses.replace(shakedown.example("two-node"), label=["4711/12", "4712/13"], units="N, mm")
 
@@ -23,6 +29,17 @@ def test_a_node_is_called_the_same_everywhere():
     assert open_in_words((0, 1), NAMED) == "nodes 0, 1 (FE 4711/12, 4712/13)"
     assert open_in_words(tuple(range(9)), shakedown.example("press-fit")) == "nodes 0–8"
     assert label_column(NAMED) == {"FE": ["4711/12", "4712/13"]}
+
+
+@pytest.mark.parametrize("name", ["block-9", "receding-block", "one-node-3d", "four-node-3d"])
+def test_columns_of_the_bounds_name_the_limits_that_are_reached(name):
+    joint = shakedown.example(name)
+    upper = shakedown.upper_bound(joint, open_nodes="auto")
+    *slips, reached = bound_columns(joint, upper, str).values()
+    shown = np.array([[float(text) for text in column] for column in slips])
+    np.testing.assert_array_equal(shown.T, joint.layout.by_node(upper.slip))
+    named = {node for node, text in enumerate(reached) if text != "nan"}
+    assert named == {node for node, _ in upper.active} | set(upper.open_nodes)
 
 
 def test_round_off_is_no_slip():
