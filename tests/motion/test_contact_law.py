@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from shakedown.joint.law import Law
+from shakedown.long_term.settling import path_check
 from shakedown.motion import contact_law
 from shakedown.motion.contact_law import Scales, law_violation
 
@@ -47,6 +48,21 @@ def test_what_breaks_a_clause_is_found_and_measured(clause, scale):
 @pytest.mark.parametrize("case", LAWFUL)
 def test_what_obeys_the_law_passes(case):
     assert violation(law_violation, LAWFUL[case]) == 0.0
+
+
+def test_the_compiled_check_of_a_cycle_says_the_same(monkeypatch):
+    monkeypatch.setattr(path_check, "larger", max)
+    monkeypatch.setattr(path_check, "smaller", min)
+    random = np.random.default_rng(0).normal(size=(200, 5)) * (0, 1, 1, 1, 1) + (0.5, 0, 0, 0, 0)
+    states = [*(state for state, _ in BROKEN.values()), *LAWFUL.values(), *random]
+    scale = Scales(1e9, 1e-6)
+
+    def compiled(f, q, p, w, slip, scale):
+        return np.maximum([path_check.broken_law.py_func(scale, f[0], q[0], p[0], w[0], slip[0])], 0.0)
+
+    for state in states:
+        expected = max(violation(law_violation, state, scale), 0.0)
+        assert violation(compiled, state, scale) == pytest.approx(expected, rel=1e-14)
 
 
 STRUCK = {  # clause: where it is stated, in which words, and what is left without it

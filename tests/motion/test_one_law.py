@@ -1,0 +1,67 @@
+"""Compiled code restates Coulomb's law, each method in its own way: what it says is what ``joint.law`` says.
+
+Whatever follows a path names contact states and reactions itself: by rates from event to event in the plane,
+along smooth curves in space, by sweeps over the nodes, by Newton's method. All of them are held against the
+one law here, node by node, on joints whose nodes stick, slip and open.
+"""
+
+from functools import partial
+
+import numpy as np
+import pytest
+from joints_in_space import random_joint
+
+import shakedown
+from shakedown.ground.contact_status import OPEN, STICK
+from shakedown.motion.contact_law import law_resolution, scales
+from shakedown.motion.event_history import EventKind
+from shakedown.motion.fixed_steps import FixedSteps
+from shakedown.motion.integrator import Evolution
+from shakedown.motion.method import walk
+
+PLANE = shakedown.example("receding-block")
+SPACE = random_joint(np.random.default_rng(1), 3, pressure=1.0)
+MOTIONS = {
+    "event in the plane": (Evolution, PLANE, 0.7),
+    "event in space": (Evolution, SPACE, 1.0),
+    "sweeps in the plane": (FixedSteps, PLANE, 0.7),
+    "sweeps in space": (partial(FixedSteps, sweeps_only=True), SPACE, 1.0),
+    "newton": (FixedSteps, SPACE, 1.0),
+}
+
+
+def together(motion, history):
+    """Rows, slips that belong to their reactions, contact states, and where a node comes down in between."""
+    if isinstance(motion, Evolution) and motion.problem.directions == 2:
+        begin = np.flatnonzero(history.duration > 0)  # slips at the rate there
+        return begin, history.curve[begin, 0][:, motion.problem.layout.slips], history.state[begin], False
+    smooth = np.flatnonzero(history.kind[1:] != EventKind.JUMPS)
+    slip, lands = np.diff(history.v, axis=0)[smooth], history.w[smooth] > 0  # on its way it rubs on nothing
+    of_state = smooth if isinstance(motion, Evolution) else smooth + 1  # from this row on, or up to it
+    slip[np.repeat(lands, motion.problem.directions, axis=1)] = 0.0
+    return smooth + 1, slip, history.state[of_state], lands
+
+
+@pytest.mark.parametrize("method", MOTIONS)
+def test_contact_states_and_reactions_are_those_of_the_law(method):
+    follow, problem, load_factor = MOTIONS[method]
+    motion = follow(problem, load_factor)
+    history = walk(motion, 2, record=True).history
+    rows, slip, state, lands = together(motion, history)
+    scale, law, resolution = (
+        scales(problem, load_factor),
+        problem.law,
+        law_resolution(problem, motion.tolerances),
+    )
+    q, p, w = history.q[rows] / scale.force, history.p[rows] / scale.force, history.w[rows] / scale.length
+    is_open, sticks = state == OPEN, state == STICK
+    slips, closed = ~(is_open | sticks | lands), ~is_open
+    slip = np.where(np.repeat(is_open, problem.directions, axis=1), 0.0, slip / scale.length)
+    assert is_open.any()
+    assert sticks.any()
+    assert slips.any()
+    assert law.size(slip)[sticks].max() <= resolution
+    assert np.abs(law.excess(q, p)[slips]).max() <= resolution
+    assert law.violation(q, p, slip)[closed].max() <= resolution
+    assert max(np.abs(w[closed]).max(), -w.min(), -p.min()) <= resolution
+    assert max(np.abs(p[is_open]).max(), law.size(q)[is_open].max()) <= resolution
