@@ -22,6 +22,7 @@ CLEAR = 1e4  # by how much what resists exceeds what is round-off, or what is pr
 RESOLVED = 100.0
 CLEARLY_HELD = 1e-4  # smallest eigenvalue of the scaled A, relative, that needs no closer look
 TIED = 1e-6  # relative: pivots that differ by less are equal, and the lowest node is taken
+INVERSE_ITERATIONS = 3  # each gains eight digits at least
 NOTHING = 1e-9  # share of a node in a rigid slip, relative to the largest, that is none
 
 
@@ -103,7 +104,8 @@ def rigid_slips(problem: Problem) -> RigidSlips:
     if accuracy is None and _clearly_held(A):
         return held
     M = np.vstack([A, _coupling(problem, lengths, power)])
-    values, directions = np.linalg.svd(M, full_matrices=False)[1:]
+    R = np.asarray(np.linalg.qr(M, mode="r"))
+    values = np.linalg.svd(R, compute_uv=False)
     size = np.abs(M)
     most = float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))
     if most == 0.0:
@@ -114,7 +116,7 @@ def rigid_slips(problem: Problem) -> RigidSlips:
     )
     if not count:
         return replace(held, doubt=doubt)
-    return _pinned(directions[n - count :].T, lengths, doubt)
+    return _pinned(_softest(R, values[::-1], count), lengths, doubt)
 
 
 @once_per_problem
@@ -151,6 +153,25 @@ def _without_resistance(values: FloatArray) -> tuple[int, str]:
         count, doubt = _below(values, floor)
     printed = (values[count:] <= PRINTED) & (jumps[count:] >= CLEAR)
     return count, doubt or (_doubt(values[count]) if printed.any() else "")
+
+
+def _softest(R: FloatArray, values: FloatArray, count: int) -> FloatArray:
+    """Right singular vectors (n, r) of the least singular values of a triangular R; all of them, increasing.
+
+    By inverse iteration where the next one is larger by far: each round gains the square of their ratio.
+    """
+    from scipy.linalg import solve_triangular  # where a body floats only
+
+    n, least = len(R), np.finfo(float).eps * values[-1]
+    if count == n or not values[count] > CLEAR * values[count - 1]:
+        return np.asarray(np.linalg.svd(R)[2][n - count :].T)
+    factor = R.copy()
+    diagonal = np.einsum("ii->i", factor)
+    diagonal[np.abs(diagonal) < least] = least
+    found = np.linalg.qr(np.random.default_rng(0).normal(size=(n, count)))[0]
+    for _ in range(INVERSE_ITERATIONS):
+        found = np.linalg.qr(solve_triangular(factor, solve_triangular(factor, found, trans=1)))[0]
+    return np.asarray(found)
 
 
 def _below(values: FloatArray, accuracy: float) -> tuple[int, str]:

@@ -72,7 +72,7 @@ class DiscProgram:
         return self.blocks.shape[2]
 
     @cached_property
-    def _sums(self) -> sparse.csr_matrix:
+    def sums(self) -> sparse.csr_matrix:
         """What adds up the discs of every node, (n, K)."""
         K = len(self.node)
         return sparse.csr_matrix((np.ones(K), (self.node, np.arange(K))), shape=(len(self.blocks), K))
@@ -110,7 +110,7 @@ class DiscProgram:
     def transposed(self, z: FloatArray) -> FloatArray:
         """What multipliers of discs, rows and bound add up to."""
         discs, rows, tail = self.parts(z)
-        y = (self._sums @ discs).ravel() @ self._flat + rows @ self.rows
+        y = (self.sums @ discs).ravel() @ self._flat + rows @ self.rows
         w = discs.ravel() @ self.extra.reshape(discs.size, len(self.cost)) + rows @ self.rows_extra
         if self.norm is not None:
             y, w = y - tail[1:], w - tail[0] * self.norm
@@ -136,9 +136,15 @@ class DiscProgram:
         bends = across * np.sqrt(np.maximum(weights, 0.0) / length)[:, None]
         return Edges(length - u[:, 0], slopes, bends)
 
+    def halves(self, squares: FloatArray) -> FloatArray:
+        """A root of what the squares (K, 3, 3) of the discs of every node add up to, (n, 3, 3)."""
+        of_nodes = (self.sums @ squares.reshape(-1, TRIPLE**2)).reshape(-1, TRIPLE, TRIPLE)
+        values, vectors = np.linalg.eigh(of_nodes)  # round-off may leave one below zero
+        return np.asarray(np.sqrt(np.maximum(values, 0.0))[:, :, None] * np.swapaxes(vectors, 1, 2))
+
     def normal_equations(self, scaling: SmallScaling) -> Solve:
         """The solution of Mᵀ W⁻² M x = right, M all of the coefficients; raises ``LinAlgError``."""
-        return _by_cholesky(self._normal_matrix(scaling))
+        return by_cholesky(self._normal_matrix(scaling))
 
     def orthogonal_factor(self, scaling: SmallScaling) -> Solve:
         """The same from a triangular factor of W⁻¹ M, whose small rows no square hides behind large ones."""
@@ -163,9 +169,7 @@ class DiscProgram:
     def _normal_matrix(self, scaling: SmallScaling) -> FloatArray:
         """Mᵀ W⁻² M in the lower triangle, from one 3 × 3 block per node."""
         (n, _, rank), p, squares = self.blocks.shape, len(self.cost), scaling.inverse_squares()
-        of_nodes = (self._sums @ squares.reshape(-1, TRIPLE**2)).reshape(n, TRIPLE, TRIPLE)
-        values, vectors = np.linalg.eigh(of_nodes)  # round-off may leave one below zero
-        halves = np.sqrt(np.maximum(values, 0.0))[:, :, None] * np.swapaxes(vectors, 1, 2)
+        halves = self.halves(squares)
         weights = 1.0 / scaling.rest.diagonal[:, None]
         rows, loads = self.rows * weights, self.rows_extra * weights
         stacked = np.vstack([(halves @ self.blocks).reshape(TRIPLE * n, rank), rows])
@@ -173,7 +177,7 @@ class DiscProgram:
         if rank:
             normal[:rank, :rank] = blas.dsyrk(1.0, stacked.T, lower=1)
         pulled = squares @ self.extra
-        of_loads = (self._sums @ pulled.reshape(-1, TRIPLE * p)).reshape(TRIPLE * n, p)
+        of_loads = (self.sums @ pulled.reshape(-1, TRIPLE * p)).reshape(TRIPLE * n, p)
         normal[rank:, :rank] = of_loads.T @ self._flat + loads.T @ rows
         normal[rank:, rank:] = np.tensordot(self.extra, pulled, axes=((0, 1), (0, 1))) + loads.T @ loads
         if self.norm is not None:
@@ -184,7 +188,7 @@ class DiscProgram:
         return normal
 
 
-def _by_cholesky(normal: FloatArray) -> Solve:
+def by_cholesky(normal: FloatArray) -> Solve:
     """Solutions of a positive definite matrix in units of its diagonal; raises ``LinAlgError``."""
     diagonal = np.einsum("ii->i", normal)
     unit = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))

@@ -1,12 +1,14 @@
 """The end of a program over discs, by interior points of its own."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 from shakedown.ground.errors import SolverError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.self_dual import USABLE, SelfDualEnd, self_dual_end
+from shakedown.programs.reaction_program import in_reactions
+from shakedown.programs.self_dual import USABLE, Points, SelfDualEnd, self_dual_end
 
 ACCURATE = 1e-9  # of an end: less is said to be of reduced accuracy
 
@@ -55,17 +57,29 @@ def solved(program: DiscProgram, usable: float = USABLE) -> DiscSolution:
     return DiscSolution(end.status, end.x[:r], end.x[r:], discs, rows)
 
 
-def disc_end(program: DiscProgram, usable: float = USABLE) -> SelfDualEnd:
+def disc_end(program: DiscProgram, usable: float = USABLE, begun: Points = ()) -> SelfDualEnd:
     """The end of a program, with the points on the way to it; one less accurate than ``usable`` is none.
+
+    ``begun`` is the way to the end of a program that differs little, a head start where there are many nodes.
 
     Raises
     ------
     SolverError
         If it comes to no end.
     """
-    end = self_dual_end(program, usable)
+    faster = in_reactions(program)
+    if faster is None:
+        end = self_dual_end(program, usable)
+    else:
+        end = self_dual_end(faster, usable, _with(faster.in_z, begun))
+        end = replace(end, x=faster.in_y(end.x), path=_with(faster.in_y, end.path))
     if end.status == Status.UNDECIDED:
         raise SolverError(
             f"the program of {len(program.node)} discs ended without an answer, {end.accuracy:.1e} from one"
         )
     return end
+
+
+def _with(change: Callable[[FloatArray], FloatArray], points: Points) -> Points:
+    """Points in other unknowns."""
+    return tuple(point._replace(x=change(point.x)) for point in points)

@@ -16,6 +16,7 @@ Newton = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 ITERATIONS = 100
 REACHED = 1e-10  # gap and residuals at which it stops
+NEARLY = 1e-9  # those at which round-off ends it after two iterations that gain nothing
 USABLE = 1e-6  # what they must have reached where round-off ends it earlier
 PATIENCE = 6  # iterations that gain nothing, where round-off ends it
 LEFT = 1e-2  # of the balance that a step is to bring, where it is solved again by an orthogonal factor
@@ -23,6 +24,7 @@ REFINEMENTS, SOLVED = 3, 1e-13  # of every solution of the normal equations, at 
 STEP = 0.99  # share of the way to the boundary
 CENTRINGS, CENTRED = 15, 1e-13  # steps towards a centre; what may be left of its residuals
 INNER_GAP = 1e-4  # mean of slack times multiplier of an inner point, in numbers near 1
+NEAR = 0.5  # residuals of a point of another program, relative to its gap, from which this one may go on
 PROVES = 1e-9  # what is left of the balance of multipliers, or of a direction, that proves a status
 
 
@@ -64,6 +66,9 @@ class Point(NamedTuple):
     kappa: float
 
 
+Points = tuple[Point, ...]
+
+
 @dataclass(frozen=True)
 class SelfDualEnd:
     """Where the interior points ended.
@@ -79,7 +84,7 @@ class SelfDualEnd:
     accuracy
         The largest of gap and residuals, relative.
     path
-        The points on the way, with τ.
+        The points on the way, with τ; those of another program that it began with among them.
     """
 
     status: Status
@@ -87,24 +92,42 @@ class SelfDualEnd:
     slack: FloatArray
     multipliers: FloatArray
     accuracy: float
-    path: tuple[Point, ...]
+    path: Points
 
 
-def self_dual_end(rows: ConeRows, usable: float = USABLE) -> SelfDualEnd:
+def self_dual_end(rows: ConeRows, usable: float = USABLE, begun: Points = ()) -> SelfDualEnd:
     """The end of a program: its optimum, or what proves that there is none, to what round-off allows.
 
     The homogeneous self-dual embedding of Xu, Hung and Ye, with the scaling of Nesterov and Todd and
     the predictor and corrector of Mehrotra. An optimum less accurate than ``usable`` is undecided.
+    ``begun`` is the way to the optimum of a program that differs little: this one shares it as far as it may.
     """
     with np.errstate(all="ignore"):  # what overflows is no end, and is not taken for one
-        return _followed(rows, usable)
+        shared = _shared(rows, begun)
+        end = _followed(rows, usable, shared)
+        return _followed(rows, usable, ()) if shared and end.status == Status.UNDECIDED else end
 
 
-def _followed(rows: ConeRows, usable: float) -> SelfDualEnd:
-    point = Point(np.zeros(len(rows.costs)), rows.cones.unit, rows.cones.unit, 1.0, 1.0)
-    best, path, idle = _judged(rows, point), list[Point](), 0
+def _shared(rows: ConeRows, begun: Points) -> Points:
+    """A way up to its last point whose residuals here are small beside its gap; empty where there is none."""
+    size_h, size_c = _sizes(rows)
+    if begun and (begun[0].x.shape, begun[0].s.shape) != (rows.costs.shape, rows.limits.shape):
+        return ()
+    for last in range(len(begun), 0, -1):
+        x, s, y, tau, _ = begun[last - 1]
+        short = float(np.linalg.norm(rows.times(x) + s - tau * rows.limits)) / size_h
+        left = float(np.linalg.norm(rows.transposed(y) + tau * rows.costs)) / size_c
+        if max(short, left) * tau <= NEAR * float(s @ y):
+            return begun[:last]
+    return ()
+
+
+def _followed(rows: ConeRows, usable: float, shared: Points) -> SelfDualEnd:
+    unit, path = rows.cones.unit, list(shared)
+    point = path[-1] if path else Point(np.zeros(len(rows.costs)), unit, unit, 1.0, 1.0)
+    best, idle = _judged(rows, point), 0
     for _ in range(ITERATIONS):
-        if best.accuracy <= REACHED or (best.accuracy <= USABLE and idle >= PATIENCE) or idle > 3 * PATIENCE:
+        if best.accuracy <= REACHED or idle > _patience(best.accuracy):
             break
         scaling = rows.cones.scaling(point.s, point.y)
         if not np.all(np.isfinite(scaling.point)):
@@ -122,6 +145,13 @@ def _followed(rows: ConeRows, usable: float) -> SelfDualEnd:
     enough = usable if best.status == Status.OPTIMAL else USABLE
     status = best.status if best.accuracy <= enough else Status.UNDECIDED
     return SelfDualEnd(status, best.x, best.slack, best.multipliers, best.accuracy, tuple(path))
+
+
+def _patience(accuracy: float) -> int:
+    """How many iterations may gain nothing."""
+    if accuracy <= NEARLY:
+        return 1
+    return PATIENCE - 1 if accuracy <= USABLE else 3 * PATIENCE
 
 
 def inner_point(rows: ConeRows, end: SelfDualEnd, gap: float = INNER_GAP) -> Point | None:
@@ -182,7 +212,7 @@ def _judged(rows: ConeRows, point: Point) -> SelfDualEnd:
     """The point as an optimum or as a proof that there is none, whichever it is nearer to."""
     x, s, y, tau = point.x, point.s, point.y, point.tau
     h, c = rows.limits, rows.costs
-    size_h, size_c = max(1.0, float(np.linalg.norm(h))), max(1.0, float(np.linalg.norm(c)))
+    size_h, size_c = _sizes(rows)
     Gx, Gy = rows.times(x), rows.transposed(y)
     value, proved = float(c @ x), float(h @ y)
     gap = float(s @ y) / tau / max(abs(value), abs(proved), tau * USABLE)
@@ -196,6 +226,11 @@ def _judged(rows: ConeRows, point: Point) -> SelfDualEnd:
         beyond = float(np.linalg.norm(Gx + s)) / -value * size_c
         ends.append(SelfDualEnd(Status.UNBOUNDED, x / -value, s / -value, y, _sure(beyond), ()))
     return min(ends, key=lambda end: end.accuracy if np.isfinite(end.accuracy) else np.inf)
+
+
+def _sizes(rows: ConeRows) -> tuple[float, float]:
+    """What residuals of slacks and of multipliers are relative to."""
+    return max(1.0, float(np.linalg.norm(rows.limits))), max(1.0, float(np.linalg.norm(rows.costs)))
 
 
 def _sure(rest: float) -> float:

@@ -18,6 +18,7 @@ from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.programs.disc_solver import DiscSolution, solved
 from shakedown.programs.scaling import typical_size
+from shakedown.programs.self_dual import Points
 
 ROUNDS = 4
 HALF = 0.5
@@ -55,6 +56,11 @@ class Found:
     def status(self) -> Status:
         """How the program ended."""
         return self.end.status
+
+    @property
+    def way(self) -> Points:
+        """The points on the way to an optimum; of another end none."""
+        return self.end.path if self.status == Status.OPTIMAL else ()
 
     @property
     def carrying(self) -> Places:
@@ -107,7 +113,7 @@ class Room(NamedTuple):
     radius: float
 
 
-Solve = Callable[[DiscLimits], Found]
+Solve = Callable[[DiscLimits, Points], Found]  # from the way to the optimum with other shares
 
 
 def farthest(
@@ -115,9 +121,9 @@ def farthest(
 ) -> Found:
     """The largest load factor at which a ball holds a slip and the distance around it."""
 
-    def one(each: DiscLimits) -> Found:
+    def one(each: DiscLimits, begun: Points = ()) -> Found:
         about = discs_about(each, start, distance)
-        end = sharp_end(about.farthest_program(), lambda y: _largest_load(about, y))
+        end = sharp_end(about.farthest_program(), lambda y: _largest_load(about, y), begun)
         return _found(each, about, end, start)
 
     def room(each: DiscLimits) -> Room:
@@ -160,14 +166,15 @@ def largest(limits: DiscLimits, load_factor: float, tolerances: Tolerances, *, s
     """The largest ball at a load factor; unbounded where the centre may move away with the radius."""
     start = np.zeros(limits.n)
 
-    def one(each: DiscLimits, cap: float = inf) -> Found:
+    def one(each: DiscLimits, begun: Points = (), cap: float = inf) -> Found:
         about = discs_about(each, start).at_load(load_factor)
         unit = about.unit_of_radius
-        end = sharp_end(about.radius_program(cap), lambda y: np.array([unit * _largest_radius(about, y)]))
+        program = about.radius_program(cap)
+        end = sharp_end(program, lambda y: np.array([unit * _largest_radius(about, y)]), begun)
         end = replace(end, w=end.w / unit, proved=end.proved / unit)
         if end.status == Status.UNBOUNDED and cap == inf:
             room, wide = about.room(np.zeros_like(end.y)), about.all_s > 0
-            wider = one(each, typical_size(np.abs(room)[wide] / about.all_s[wide]))
+            wider = one(each, cap=typical_size(np.abs(room)[wide] / about.all_s[wide]))
             return replace(wider, end=replace(wider.end, status=Status.UNBOUNDED))
         return _found(each, about, end, start)
 
@@ -187,10 +194,10 @@ def holding(
 ) -> Found:
     """The ball at a load factor in which a state has the largest margin R − ‖v − v*‖, of either sign."""
 
-    def one(each: DiscLimits) -> Found:
+    def one(each: DiscLimits, begun: Points = ()) -> Found:
         about = discs_about(each, state).at_load(load_factor)
         unit = about.unit_of_radius
-        end = sharp_end(about.margin_program(), lambda y: _largest_margin(about, y))
+        end = sharp_end(about.margin_program(), lambda y: _largest_margin(about, y), begun)
         margin = end.value / unit
         end = replace(end, w=np.array([margin + end.w[0], margin]), proved=end.proved / unit)
         return _found(each, about, end, state)
@@ -229,10 +236,10 @@ def _by_turns(
     The turns: the best shares for the centre, the best centre for the shares. Each starts with what the one
     before allows, so that none is worse. Where neither has a solution, the one with most room goes on.
     """
-    found = one(limits)
+    found = one(limits, ())
     if not split or not limits.own.any() or found.status == Status.UNBOUNDED:
         return found
-    half = sought(one, limits.shared(HALF * full_share(limits)))
+    half = sought(one, limits.shared(HALF * full_share(limits)), found.way)
     if not isinstance(half, Missing) and half.status != Status.INFEASIBLE:
         worse = found.status == Status.INFEASIBLE or half.status == Status.UNBOUNDED
         found = half if worse or value(half) > value(found) else found
@@ -248,7 +255,7 @@ def _turns(found: Found, one: Solve, value: Callable[[Found], float], load_facto
             break
         at = found.end.value if load_factor is None else load_factor
         share = best_share(found.limits, found.slip, at, found.radius)
-        other = sought(one, found.limits.shared(share))
+        other = sought(one, found.limits.shared(share), found.way)
         if isinstance(other, Missing) or other.status == Status.INFEASIBLE:
             break
         gain = inf if other.status == Status.UNBOUNDED else value(other) - value(found)
@@ -271,7 +278,7 @@ def _first_solution(
     for _ in range(ROUNDS):
         margin, slip, load_factor, radius = room(each)
         if margin > tolerances.feasibility:
-            found = sought(one, each)
+            found = sought(one, each, ())
             return None if isinstance(found, Missing) or found.status == Status.INFEASIBLE else found
         each = each.shared(best_share(each, slip, load_factor, radius))
     return None

@@ -10,6 +10,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.disc_solver import disc_end
+from shakedown.programs.self_dual import Points
 
 ROUGH = (
     1e-4  # accuracy that is enough: what w is worth at y, and what the multipliers prove, is computed anew
@@ -32,6 +33,8 @@ class SharpEnd:
         Multipliers; of an infeasible program those that prove it.
     proved
         What the multipliers prove w_last not to exceed.
+    path
+        The points on the way.
     """
 
     status: Status
@@ -40,6 +43,7 @@ class SharpEnd:
     discs: FloatArray
     rows: FloatArray
     proved: float = np.nan
+    path: Points = ()
 
     @property
     def value(self) -> float:
@@ -47,7 +51,7 @@ class SharpEnd:
         return float(self.w[-1])
 
 
-def sharp_end(program: DiscProgram, value: Value) -> SharpEnd:
+def sharp_end(program: DiscProgram, value: Value, begun: Points = ()) -> SharpEnd:
     """The end of a program, polished, with the value that the discs allow there in floats.
 
     Parameters
@@ -56,15 +60,17 @@ def sharp_end(program: DiscProgram, value: Value) -> SharpEnd:
         Maximise w_last.
     value
         The w that the discs allow at a given y in floats, with the largest w_last.
+    begun
+        The way to the optimum of a program that differs little.
 
     Raises
     ------
     SolverError
         If no road comes to an end.
     """
-    end, r = polished(program, disc_end(program, ROUGH)), program.rank
+    end, r = polished(program, disc_end(program, ROUGH, begun)), program.rank
     discs, rows, _ = program.parts(end.multipliers)
-    best = SharpEnd(end.status, end.x[:r], end.x[r:], discs, rows)
+    best = SharpEnd(end.status, end.x[:r], end.x[r:], discs, rows, path=end.path)
     if end.status != Status.OPTIMAL:
         return best
     w = value(best.y)

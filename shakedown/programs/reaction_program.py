@@ -1,0 +1,196 @@
+"""A program over the discs of many nodes in their reactions: two of three numbers of a node are unknowns."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import blas, lapack
+
+from shakedown.programs.disc_program import DiscProgram, by_cholesky
+from shakedown.programs.self_dual import Solve
+from shakedown.programs.small_cones import TRIPLE, SmallCones, SmallScaling
+from shakedown.programs.symmetric_cone import FloatArray, Scaling
+
+MANY = 200  # unknowns from where on it is faster: measured with benchmarks/verify_times
+DISTORTED = 1e6  # condition of the reactions as unknowns, from where on they are not taken
+
+Places = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class ReactionProgram:
+    """A :class:`DiscProgram` in z = S y, S the coefficients of y in two of the numbers of most nodes.
+
+    In y the normal equations are a product of 3n rows, in z of n: z itself adds one 2 × 2 block per node.
+
+    Attributes
+    ----------
+    program
+        In y.
+    to_y : (r, r)
+        S⁻¹.
+    kept : (r,)
+        Which of the last two numbers of all nodes are unknowns.
+    tied, columns : (t,), (t, 2)
+        The nodes of which the last two numbers are unknowns, and which.
+    dense : (R, r)
+        Coefficients of z: in the first number of tied nodes, in all of the others, in the rows.
+    """
+
+    program: DiscProgram
+    to_y: FloatArray
+    kept: Places
+    tied: Places
+    columns: Places
+    dense: FloatArray
+
+    @property
+    def cones(self) -> SmallCones:
+        """Those of the program."""
+        return self.program.cones
+
+    @property
+    def limits(self) -> FloatArray:
+        """Those of the program."""
+        return self.program.limits
+
+    @property
+    def costs(self) -> FloatArray:
+        """Those of the program: z has none."""
+        return self.program.costs
+
+    def in_y(self, x: FloatArray) -> FloatArray:
+        """(y, w) of (z, w)."""
+        return np.append(self.to_y @ x[: self.program.rank], x[self.program.rank :])
+
+    def in_z(self, x: FloatArray) -> FloatArray:
+        """(z, w) of (y, w)."""
+        of = self.program
+        reactions = (of.blocks.reshape(-1, of.rank) @ x[: of.rank]).reshape(-1, TRIPLE)[:, 1:]
+        return np.append(reactions.ravel()[self.kept], x[of.rank :])
+
+    @cached_property
+    def _others(self) -> Places:
+        return np.setdiff1d(np.arange(len(self.program.blocks)), self.tied)
+
+    @cached_property
+    def _gram(self) -> FloatArray:
+        """S⁻ᵀ S⁻¹, that of the length of y."""
+        return np.asarray(self.to_y.T @ self.to_y)
+
+    def times(self, x: FloatArray) -> FloatArray:
+        """Discs, rows and bound at x = (z, w)."""
+        of = self.program
+        z, w = x[: of.rank], x[of.rank :]
+        numbers = np.empty((len(of.blocks), TRIPLE))
+        numbers[self.tied, 0], numbers[self._others], rows = self._parts(self.dense @ z)
+        numbers[self.tied, 1:] = z[self.columns]
+        tail = np.zeros(0) if of.norm is None else -np.append(of.norm @ w, self.to_y @ z)
+        discs = numbers[of.node] + of.extra @ w
+        return np.concatenate([discs.ravel(), rows + of.rows_extra @ w, tail])
+
+    def transposed(self, u: FloatArray) -> FloatArray:
+        """What multipliers of discs, rows and bound add up to."""
+        of = self.program
+        discs, rows, tail = of.parts(u)
+        sums = of.sums @ discs
+        z = np.concatenate([sums[self.tied, 0], sums[self._others].ravel(), rows]) @ self.dense
+        z[self.columns] += sums[self.tied, 1:]
+        w = discs.ravel() @ of.extra.reshape(discs.size, len(of.cost)) + rows @ of.rows_extra
+        if of.norm is not None:
+            z, w = z - tail[1:] @ self.to_y, w - tail[0] * of.norm
+        return np.append(z, w)
+
+    def normal_equations(self, scaling: SmallScaling) -> Solve:
+        """The solution of Mᵀ W⁻² M x = right, M all of the coefficients; raises ``LinAlgError``."""
+        of, squares = self.program, scaling.inverse_squares()
+        halves = np.asarray(np.linalg.qr(of.halves(squares), mode="r"))  # one row knows the first number
+        size = of.rank + len(of.cost)
+        normal = np.zeros((size, size), order="F")
+        normal[: of.rank, : of.rank] = self._of_z(halves, scaling.rest)
+        own = halves[self.tied, 1:, 1:]
+        at = self.columns
+        normal[at[:, :, None], at[:, None, :]] += np.swapaxes(own, 1, 2) @ own
+        self._add_loads(normal, squares, scaling.rest)
+        return by_cholesky(normal)
+
+    def orthogonal_factor(self, scaling: SmallScaling) -> Solve:
+        """The same by way of y, from a factor that loses less."""
+        solve, r = self.program.orthogonal_factor(scaling), self.program.rank
+        S = self.program.blocks[:, 1:].reshape(-1, r)[self.kept]
+
+        def solved(right: FloatArray) -> FloatArray:
+            found = solve(np.append(right[:r] @ S, right[r:]))
+            return np.append(S @ found[:r], found[r:])
+
+        return solved
+
+    def _of_z(self, halves: FloatArray, rest: Scaling) -> FloatArray:
+        """What dense coefficients of z and the length of y make of it, (r, r) in the lower triangle.
+
+        On the cone of that length W⁻² = (2 w wᵀ + I − 2 e₀ e₀ᵀ) / factor².
+        """
+        of, t, bound = self.program, len(self.tied), self.program.norm is not None
+        stacked = np.empty((len(self.dense) + bound, of.rank))
+        rows, others = self._parts(stacked[: len(self.dense)]), self._parts(self.dense)[1]
+        np.multiply(self.dense[:t], halves[self.tied, :1, 0], out=stacked[:t])
+        stacked[np.arange(t)[:, None], self.columns] += halves[self.tied, 0, 1:]
+        rows[1][:] = halves[self._others] @ others
+        rows[2][:] = self._parts(self.dense)[2] / rest.diagonal[:, None]
+        if not bound:
+            return np.asarray(blas.dsyrk(1.0, stacked.T, lower=1))
+        stacked[-1] = (np.sqrt(2.0) / rest.factor * rest.axis[1:]) @ self.to_y
+        return np.asarray(blas.dsyrk(1.0, stacked.T, 1.0 / rest.factor**2, self._gram.T, lower=1))
+
+    def _add_loads(self, normal: FloatArray, squares: FloatArray, rest: Scaling) -> None:
+        """What w has in discs, rows and the bound of the length of y."""
+        of, r, p = self.program, self.program.rank, len(self.program.cost)
+        pulled = squares @ of.extra
+        of_loads = (of.sums @ pulled.reshape(-1, TRIPLE * p)).reshape(-1, TRIPLE, p)
+        rows = of.rows_extra / rest.diagonal[:, None] ** 2
+        parts = [of_loads[self.tied, 0], of_loads[self._others].reshape(-1, p), rows]
+        normal[r:, :r] = np.vstack(parts).T @ self.dense
+        normal[r:, self.columns] += np.moveaxis(of_loads[self.tied, 1:], 2, 0)
+        normal[r:, r:] = np.tensordot(of.extra, pulled, axes=((0, 1), (0, 1))) + rows.T @ of.rows_extra
+        if of.norm is not None:
+            w = rest.axis / rest.factor
+            normal[r:, :r] -= np.outer(2.0 * w[0] * of.norm, w[1:] @ self.to_y)
+            normal[r:, r:] += (2.0 * w[0] ** 2 - 1.0 / rest.factor**2) * np.outer(of.norm, of.norm)
+
+    def _parts(self, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Of dense rows (R, …) those of tied nodes, of the others (o, 3, …) and of the rows, as views."""
+        t, end = len(self.tied), len(rows) - len(self.program.rows)
+        return rows[:t], rows[t:end].reshape(-1, TRIPLE, *rows.shape[1:]), rows[end:]
+
+
+def in_reactions(program: DiscProgram) -> ReactionProgram | None:
+    """A program in the last two numbers of its nodes; None where that is slower, or ill-conditioned."""
+    n, r = len(program.blocks), program.rank
+    if r < MANY or 2 * n < r:
+        return None
+    reactions = program.blocks[:, 1:].reshape(2 * n, r)
+    kept = _independent(reactions)
+    try:
+        to_y = np.asarray(np.linalg.inv(reactions[kept]), dtype=float)
+    except np.linalg.LinAlgError:
+        return None
+    if not np.linalg.norm(to_y, 1) * np.linalg.norm(reactions[kept], 1) < DISTORTED:
+        return None
+    column = np.full(2 * n, -1)
+    column[kept] = np.arange(r)
+    of_nodes = column.reshape(n, 2)
+    tied = np.flatnonzero((of_nodes >= 0).all(axis=1))
+    others = np.setdiff1d(np.arange(n), tied)
+    parts = [program.blocks[tied, 0], program.blocks[others].reshape(-1, r), program.rows]
+    return ReactionProgram(program, to_y, kept, tied, of_nodes[tied], np.vstack(parts) @ to_y)
+
+
+def _independent(rows: FloatArray) -> Places:
+    """As many rows as there are columns, independent of each other: the pivots of Gauss's elimination."""
+    if len(rows) == rows.shape[1]:
+        return np.arange(len(rows))
+    order = np.arange(len(rows))
+    for k, pivot in enumerate(lapack.dgetrf(rows)[1]):
+        order[[k, pivot]] = order[[pivot, k]]
+    return np.sort(order[: rows.shape[1]])

@@ -1,0 +1,91 @@
+"""Programs in the reactions of nodes: the same coefficients, the same normal equations, the same ends."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from shakedown.ground.status import Status
+from shakedown.programs import reaction_program
+from shakedown.programs.disc_program import DiscProgram
+from shakedown.programs.reaction_program import in_reactions
+from shakedown.programs.self_dual import self_dual_end
+
+
+def program(rank: int, *, norm: bool, seed: int = 4) -> DiscProgram:
+    """The largest w_1 over the discs of four nodes and two rows: safe at the origin."""
+    rng = np.random.default_rng(seed)
+    n, K = 4, 12
+    right = rng.normal(size=(K, 3))
+    right[:, 0] = np.hypot(right[:, 1], right[:, 2]) + rng.uniform(0.5, 1.0, K)
+    extra = rng.normal(size=(K, 3, 2))
+    extra[:, 0, 0], extra[:, 1:, 0] = 0.3, 0.0
+    return DiscProgram(
+        blocks=rng.normal(size=(n, 3, rank)),
+        node=rng.permutation(np.arange(K) % n),
+        extra=extra,
+        right=right,
+        rows=np.vstack([rng.normal(size=(2, rank)), np.zeros((2, rank))]),
+        rows_extra=np.array([[0.0, 0.1], [0.1, 0.0], [-1.0, 0.0], [0.0, 1.0]]),
+        rows_right=np.array([1.0, 2.0, 0.0, 9.0]),
+        cost=np.array([0.0, -1.0]),
+        norm=np.array([1.0, 0.0]) if norm else None,
+        offset=0.1 if norm else 0.0,
+    )
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """Programs of few unknowns are put in reactions, too."""
+    monkeypatch.setattr(reaction_program, "MANY", 1)
+
+
+@pytest.mark.parametrize("norm", [True, False])
+@pytest.mark.parametrize("rank", [8, 5])  # of all nodes two numbers; of some one, or none
+def test_the_program_is_the_same_in_other_unknowns(few, rank, norm):
+    discs, rng = program(rank, norm=norm), np.random.default_rng(5)
+    same = in_reactions(discs)
+    x, z = rng.normal(size=rank + 2), rng.normal(size=len(discs.limits))
+    np.testing.assert_allclose(same.in_y(same.in_z(x)), x, atol=1e-12)
+    np.testing.assert_allclose(same.times(same.in_z(x)), discs.times(x), atol=1e-12)
+    np.testing.assert_allclose(same.transposed(z) @ same.in_z(x), discs.transposed(z) @ x, atol=1e-12)
+    unit = discs.cones.unit
+    s, y = (unit + 0.3 * rng.uniform(-1, 1, len(unit)) / np.sqrt(len(unit)) for _ in range(2))
+    scaling = discs.cones.scaling(s, y)
+    found = same.normal_equations(scaling)(same.transposed(z))
+    np.testing.assert_allclose(
+        same.in_y(found), discs.normal_equations(scaling)(discs.transposed(z)), atol=1e-11
+    )
+
+
+@pytest.mark.parametrize("norm", [True, False])
+@pytest.mark.parametrize("rank", [8, 5])
+def test_ends_are_the_same(few, rank, norm):
+    discs = program(rank, norm=norm)
+    one, two = self_dual_end(discs), self_dual_end(in_reactions(discs))
+    assert one.status == two.status == Status.OPTIMAL
+    np.testing.assert_allclose(one.x[-1], two.x[-1], rtol=1e-9)
+
+
+def test_reactions_that_say_nearly_the_same_are_no_unknowns(few):
+    discs = program(8, norm=False)
+    blocks = discs.blocks.copy()
+    blocks[0, 1] = blocks[1, 1] + 1e-9 * blocks[0, 1]
+    assert in_reactions(replace(discs, blocks=blocks)) is None
+
+
+def test_a_program_that_differs_little_shares_the_way_to_its_end():
+    discs = program(8, norm=True)
+    other = replace(discs, blocks=discs.blocks * (1.0 + 1e-6))
+    first, alone = self_dual_end(discs), self_dual_end(other)
+    shared = self_dual_end(other, begun=first.path)
+    assert shared.path[0] is first.path[0]
+    np.testing.assert_allclose(shared.x[-1], alone.x[-1], rtol=1e-9)
+
+
+def test_a_program_that_differs_much_goes_its_own_way():
+    discs = program(8, norm=True)
+    other = program(8, norm=True, seed=6)
+    shared, alone = self_dual_end(other, begun=self_dual_end(discs).path), self_dual_end(other)
+    assert shared.status == alone.status
+    np.testing.assert_allclose(shared.x[-1], alone.x[-1], rtol=1e-9)
