@@ -13,6 +13,7 @@ from shakedown.programs.self_dual import Solve
 from shakedown.programs.small_cones import TRIPLE, SmallCones, SmallScaling
 from shakedown.programs.symmetric_cone import FloatArray, SymmetricCone
 
+LEFT = 1e-2  # share of a balance that is missed by too much
 RANK = np.finfo(float).eps  # per row, of a diagonal of the orthogonal factor, relative: less is no direction
 
 Places = NDArray[np.intp]
@@ -65,6 +66,11 @@ class DiscProgram:
     cost: FloatArray
     norm: FloatArray | None = None
     offset: float = 0.0
+
+    @property
+    def left(self) -> float:
+        """See :class:`ConeRows`."""
+        return LEFT
 
     @property
     def rank(self) -> int:
@@ -203,7 +209,8 @@ def _by_orthogonal_factor(root: FloatArray) -> Solve:
     lengths = np.linalg.norm(root, axis=0)
     unit = 1.0 / np.where(lengths > 0, lengths, 1.0)
     root = root * unit
-    _, R, order = qr(_largest_first(root), mode="economic", pivoting=True, check_finite=False)
+    R, order = qr(_largest_first(root), mode="r", pivoting=True, check_finite=False)
+    R = R[: root.shape[1]]
     sizes = np.abs(np.diag(R))
     rank = int(np.count_nonzero(sizes > RANK * len(R) * sizes.max(initial=0.0)))
     known, R = order[:rank], R[:rank, :rank]

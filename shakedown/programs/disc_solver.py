@@ -67,12 +67,12 @@ def disc_end(program: DiscProgram, usable: float = USABLE, begun: Points = ()) -
     SolverError
         If it comes to no end.
     """
-    faster = in_reactions(program)
-    if faster is None:
-        end = self_dual_end(program, usable)
-    else:
+    faster, end = in_reactions(program), None
+    if faster is not None:
         end = self_dual_end(faster, usable, _with(faster.in_z, begun))
         end = replace(end, x=faster.in_y(end.x), path=_with(faster.in_y, end.path))
+    if end is None or end.status == Status.UNDECIDED:
+        end = self_dual_end(program, usable)
     if end.status == Status.UNDECIDED:
         raise SolverError(
             f"the program of {len(program.node)} discs ended without an answer, {end.accuracy:.1e} from one"

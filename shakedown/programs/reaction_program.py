@@ -60,6 +60,11 @@ class ReactionProgram:
         """Those of the program: z has none."""
         return self.program.costs
 
+    @property
+    def left(self) -> float:
+        """All of it: an orthogonal factor takes as long as ten steps, and what has no end is solved in y."""
+        return np.inf
+
     def in_y(self, x: FloatArray) -> FloatArray:
         """(y, w) of (z, w)."""
         return np.append(self.to_y @ x[: self.program.rank], x[self.program.rank :])

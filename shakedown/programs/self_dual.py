@@ -19,7 +19,6 @@ REACHED = 1e-10  # gap and residuals at which it stops
 NEARLY = 1e-9  # those at which round-off ends it after two iterations that gain nothing
 USABLE = 1e-6  # what they must have reached where round-off ends it earlier
 PATIENCE = 6  # iterations that gain nothing, where round-off ends it
-LEFT = 1e-2  # of the balance that a step is to bring, where it is solved again by an orthogonal factor
 REFINEMENTS, SOLVED = 3, 1e-13  # of every solution of the normal equations, at most; what may be left
 STEP = 0.99  # share of the way to the boundary
 CENTRINGS, CENTRED = 15, 1e-13  # steps towards a centre; what may be left of its residuals
@@ -42,6 +41,10 @@ class ConeRows(Protocol):
     @property
     def costs(self) -> FloatArray:
         """c."""
+
+    @property
+    def left(self) -> float:
+        """Share of the balance that a step may miss before it is solved again by an orthogonal factor."""
 
     def times(self, x: FloatArray) -> FloatArray:
         """G x."""
@@ -299,7 +302,7 @@ def _newton_equations(rows: ConeRows, scaling: SmallScaling) -> Newton:
         nonlocal solve, sharp
         dx, dy = _refined(rows, scaling, solve, first, second)
         left = float(np.linalg.norm(first - rows.transposed(dy)))
-        enough = max(LEFT * float(np.linalg.norm(first)), SOLVED * float(np.linalg.norm(dy)))
+        enough = max(rows.left * float(np.linalg.norm(first)), SOLVED * float(np.linalg.norm(dy)))
         if sharp or left <= enough:
             return dx, dy
         solve, sharp = rows.orthogonal_factor(scaling), True
