@@ -1,4 +1,4 @@
-"""How long real joints take: ``verify`` with its report, λ_max, λ_E, maps; from builders and problem files.
+"""How long real joints take: ``verify`` with its report, λ_max, λ_E, λ_U, maps; from builders and from files.
 
 ``VERIFY_TIMES=joint.npz,other.npz python -m benchmarks verify_times --short`` takes files of the user's own.
 """
@@ -29,6 +29,8 @@ JOINTS: dict[str, Callable[[], Problem]] = {
     "lap joint, 441 pairs": lambda: lap_joint((36, 20, 3)),
     "lap joint, 675 pairs": lambda: lap_joint((48, 24, 3)),
 }
+LARGE = "half-space 45 × 45"  # 2,025 pairs: λ_max alone
+BOUNDS = ("λ_max", "λ_E", "λ_U")
 MAPS = {"two-node": (0.7, 100_000), "four-node-3d": (1.0, 10_000)}  # load factor, states
 FEWER = 100  # times fewer states in the short form
 
@@ -37,7 +39,9 @@ def cases(short: bool) -> list[dict]:
     files = [name for name in os.environ.get(FILES, "").split(",") if name]
     joints = files or list(JOINTS)[: 2 if short else None]
     verified = [{"joint": name, "what": "verify"} for name in joints]
-    bounds = [{"joint": joints[-1], "what": what} for what in ("λ_max", "λ_E")]
+    bounds = [{"joint": name, "what": what} for name in joints for what in BOUNDS]
+    if not (files or short):
+        bounds.append({"joint": LARGE, "what": "λ_max"})
     maps = [
         {"joint": name, "what": "map", "states": states // (FEWER if short else 1)}
         for name, (_, states) in MAPS.items()
@@ -52,6 +56,7 @@ def measure(case: dict) -> dict:
         "verify": lambda: _verified(joint, began),
         "λ_max": lambda: {"value": shakedown.upper_bound(joint, certify=False).load_factor},
         "λ_E": lambda: {"value": shakedown.energy_bound(joint, certify=False).load_factor},
+        "λ_U": lambda: {"value": shakedown.universal_bound(joint, certify=False).load_factor},
         "map": lambda: _mapped(joint, MAPS[case["joint"]][0], case["states"]),
     }[case["what"]]()
     seconds = {"processor": time.process_time() - spent, "clock": time.perf_counter() - began}
@@ -61,6 +66,8 @@ def measure(case: dict) -> dict:
 @cache
 def joint_of(name: str) -> Problem:
     """A joint by name, or of a file; compiled code is there already when its time is taken."""
+    if name == LARGE:
+        return half_space(45, 45)
     joint = JOINTS[name]() if name in JOINTS else _of_file(name)
     shakedown.simulate(joint, 0.0, cycles=1)
     return joint

@@ -164,7 +164,7 @@ class DiscProgram:
         of_nodes = np.split(discs[np.argsort(self.node, kind="stable")], ends) if len(self.blocks) else []
         parts = [np.hstack([self.rows, self.rows_extra]) / scaling.rest.diagonal[:, None]]
         for own, block in zip(of_nodes, self.blocks, strict=True):
-            triangle = np.linalg.qr(_largest_first(own.reshape(-1, own.shape[2])), mode="r")
+            triangle = np.asarray(np.linalg.qr(_largest_first(own.reshape(-1, own.shape[2])), mode="r"))
             parts.append(np.hstack([triangle[:, :TRIPLE] @ block, triangle[:, TRIPLE:]]))
         if self.norm is not None:
             bound = np.zeros((self.rank + 1, self.rank + len(self.cost)))
