@@ -96,6 +96,12 @@ def test_in_space_no_zone_that_differs_in_one_node_is_better(seed, n):
     assert search.visited <= 100
 
 
+def test_zones_that_differ_in_two_nodes_are_tried_where_one_does_not_help():
+    joint = partly_open(9, 7, 2)
+    best = upper_bound(joint, open_nodes=(1, 3, 4, 6), certify=False).load_factor  # of all 127 zones
+    assert best_zone(joint).load_factor == pytest.approx(best, rel=1e-6)
+
+
 def test_of_many_nodes_in_space_those_next_to_opening_or_closing_are_tried():
     joint = partly_open(1, 24, d=2)
     start = upper_bound(joint, open_nodes=opened_by_mean_load(joint, friction=False), certify=False)
