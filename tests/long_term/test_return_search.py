@@ -8,7 +8,9 @@ from shakedown.ground.status import Outcome
 from shakedown.long_term.returning.extrapolation import course_of
 from shakedown.long_term.returning.return_search import ReturnSearch, Rules, Settled
 from shakedown.motion.contact_law import scales
+from shakedown.motion.cycle_record import CycleRecord, State
 from shakedown.motion.integrator import Evolution
+from tests.joints import FAMILY, member
 
 GOAL = 1e-8
 
@@ -41,6 +43,56 @@ def test_the_search_finds_the_exact_long_term_state(name):
                 work = np.mean([record.dissipation for record in found.records])
                 off = 8 * problem.n * scale.force * found.error
                 assert work == pytest.approx(exact.dissipation_per_cycle, abs=off)
+
+
+class Turning:
+    """A motion whose state turns by a p-th of a circle in every cycle, while its radius comes to a given one."""
+
+    may_jump, stop = True, None
+
+    def __init__(self, period: int, radius: float, rate: float) -> None:
+        self.problem = shakedown.Problem(
+            A=np.eye(2), B=np.zeros((2, 2)), f=0.5, q_w=np.zeros((1, 2)), p_w=np.ones((1, 2))
+        )
+        turn = 2.0 * np.pi / period
+        self.turn = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+        self.radius, self.rate = radius, rate
+        self.state = State(np.array([10.0 * radius, 0.0, 0.0, 0.0]), np.zeros(2, dtype=np.int64))
+
+    def cycle(self) -> CycleRecord:
+        x, y = self.turn @ self.state.u[:2]
+        size = float(np.hypot(x, y))
+        share = (self.radius + self.rate * (size - self.radius)) / size
+        self.state = State(np.array([share * x, share * y, 0.0, 0.0]), self.state.contact)
+        none, slip = np.zeros(2, dtype=bool), np.ones(2)
+        return CycleRecord(self.state.u[:2], slip, slip, 1.0, 0.0, none, ~none, 1, 1, ())
+
+
+@pytest.mark.parametrize("period", [2, 3, 4])
+@pytest.mark.parametrize("rate", [0.5, 0.9])
+def test_a_period_whose_states_differ_by_little_is_told(period, rate):
+    motion = Turning(period, 1e-5, rate)
+    found = ReturnSearch(motion, Rules(1000, 8, 1e-10, np.ones(2))).settle()
+    assert (found.outcome, found.period) == (Outcome.CYCLIC_SLIP, period)
+
+
+@pytest.mark.parametrize("rate", [-0.9, -0.999])
+def test_states_that_come_together_have_no_longer_period(rate):
+    motion = Turning(1, 0.0, rate)
+    motion.state = State(np.array([1e-5, 0.0, 0.0, 0.0]), motion.state.contact)
+    found = ReturnSearch(motion, Rules(20000, 8, 1e-10, np.ones(2))).settle()
+    assert (found.outcome, found.period) == (Outcome.CYCLIC_SLIP, 1)
+
+
+def test_no_leap_leads_from_one_cycle_to_another():
+    """States that turn back along two sequences of contact states, next to a cycle of period one."""
+    *data, load_factor, start = FAMILY[0]
+    problem, load_factor = member(*data), 1.035 * load_factor
+    found = settled(problem, load_factor, start)
+    exact = shakedown.long_term_state(problem, load_factor, start)
+    assert (found.outcome, found.period, exact.period) == (Outcome.CYCLIC_SLIP, 2, 2)
+    apart = [np.abs(u[:2] - exact.final_slip).max() for u in (found.records[0].end_slip, found.state.u)]
+    assert min(apart) <= 1e-7
 
 
 def test_an_affine_map_is_at_its_limit_at_once():

@@ -5,6 +5,7 @@ import pytest
 from joints_in_space import embedded, in_units, turned
 
 import shakedown
+from benchmarks.space_verdicts import random_joint
 from shakedown import Outcome, Problem, Tolerances
 from shakedown.joint.loading import slip_reach
 from shakedown.motion.contact_law import scales
@@ -114,7 +115,7 @@ def test_next_to_the_end_of_shakedown_the_slip_grows_in_proportion_to_what_the_l
     found = [shakedown.long_term_state(problem, load_factor) for load_factor in load_factors]
     slips = [float(state.slip_per_cycle[0]) for state in found]
     assert {state.outcome for state in found} == {Outcome.CYCLIC_SLIP}
-    assert max(state.cycles_simulated for state in found) < 200
+    assert max(state.cycles_simulated for state in found) < 400  # of two searches: the first leaves more open
     assert slips[0] == pytest.approx(2 * slips[1] - slips[2], rel=0.05)
 
 
@@ -221,3 +222,22 @@ def test_a_cycle_that_takes_next_to_no_work_is_one(friction):
     state = shakedown.long_term_state(joint, 0.5, max_cycles=20)
     assert state.outcome == "cyclic-slip"
     assert state.slip_per_cycle == pytest.approx([0.0, 4.0 * (0.5 - 2.0 * friction)])
+
+
+def test_what_leaps_leave_in_doubt_is_confirmed_or_said():
+    """A cycle whose slip is less than what leaps leave open: with an eighth of that it is found once more."""
+    problem = random_joint(np.random.default_rng([0, 0, 4]), "held", 4)
+    state = shakedown.long_term_state(problem, 1.137974)
+    assert state.outcome == Outcome.CYCLIC_SLIP
+    assert state.error < state.slip_per_cycle.max()
+    short = shakedown.long_term_state(problem, 1.137974, max_cycles=state.cycles_simulated - 5)
+    assert short.outcome == Outcome.CYCLIC_SLIP
+    assert "not certainly the one" in short.reason
+
+
+def test_a_curved_approach_is_leapt_along():
+    """One node next to λ_T: its slip falls like a power of the number of cycles."""
+    problem = random_joint(np.random.default_rng([0, 0, 2]), "held", 4)
+    state = shakedown.long_term_state(problem, 2.163755653263206)
+    assert state.outcome == Outcome.CYCLIC_SLIP
+    assert state.cycles_simulated < 300

@@ -108,6 +108,7 @@ class Ahead:
     FURTHER: ClassVar[int] = 4  # times as far after a leap that was taken, and less far after another
     LONGEST_WAIT: ClassVar[int] = 64  # periods, doubled from leap to leap that leads nowhere
 
+    care: float = 1.0  # share of what leaps may be unsure by otherwise
     reach: int = 64
     wait: int = 0
     since: int = 0
@@ -127,7 +128,7 @@ class Ahead:
             if not 0.0 < way < np.inf:
                 break
             differ = measure.misses(other - x, state - x, way)
-            if differ > max(self.AGREE, min(self.ROUGHLY, PRICE * whole / way)):
+            if differ > self.care * max(self.AGREE, min(self.ROUGHLY, PRICE * whole / way)):
                 break
             if not max(self.LEFT, differ) <= share <= self.GROWN:
                 break
@@ -184,10 +185,10 @@ class Crawl:
     both ends; how fast it is passed does not matter.
     """
 
-    TRIES: ClassVar[int] = 6
+    TRIES: ClassVar[int] = 12
     SLOW: ClassVar[float] = 0.03  # change of F per period, relative
     STEADY: ClassVar[float] = 0.2  # of that: by how much it changes, and F turns
-    FADED: ClassVar[float] = 0.5  # from period to period: what is off dies away after a leap
+    FADING: ClassVar[float] = 0.8  # from period to period, or more: what is off still dies away after a leap
     SLACK: ClassVar[float] = 0.3  # of |F|: by how much more or less may be left than foreseen
     OVERSHOT: ClassVar[float] = 0.125  # of what was foreseen: less left is at the very limit, or beyond
     AS_FORESEEN: ClassVar[float] = 0.25  # of what was foreseen
@@ -196,6 +197,7 @@ class Crawl:
     TRUST: ClassVar[tuple[float, float, float]] = 0.25, 2.0, 7.0  # after vain leaps, at first, at most
     PAUSE: ClassVar[int] = 32  # periods
 
+    care: float = 1.0  # share of what leaps may be unsure by otherwise
     trust: float = TRUST[1]  # e^-trust of the way is left
     bend: float = 1.0
     refused: bool = False
@@ -204,6 +206,12 @@ class Crawl:
     fresh: bool = False  # whether the tangent at the end of the last leap has not been seen
     planned: Site | None = None
     foreseen: float = 1.0
+    seen: FloatArray | None = (
+        None  # the direction of the change after the last leap, where its size was right
+    )
+    turned: FloatArray | None = (
+        None  # per unit of way: by how much the direction turned on a leap refused for it
+    )
 
     def plan(self, window: FloatArray, measure: Measure, cycles: int) -> Leap | None:
         """Most of the way to the limit, as far as leaps before have been right."""
@@ -221,12 +229,12 @@ class Crawl:
         turning, most = np.zeros_like(toward), measure.size(window[-1])
         if site is not None:
             turning, most = (toward - site.toward) / site.gone, min(self.LONGER * site.gone, most)
-            if not seen:
-                self.bend = 1.0
-            elif self.fresh and forward:
+            if seen and self.fresh and forward:
                 bend = site.gone / (site.left - left) if site.left > left else 1.0
                 self.bend = min(max(bend, 1.0), self.MOST_BEND)
             self.fresh = False
+        if self.turned is not None:
+            turning = self.turned
         bend = self.bend if forward else 1.0
         gone = min(-np.expm1(-self.trust) * bend * left, most)
         if gone < WORTH * size:
@@ -235,7 +243,7 @@ class Crawl:
             return None
         self.foreseen = (1.0 - gone / (bend * left)) ** bend if forward else 1.0 + gone / left
         self.planned = Site(left, gone, toward, turning, np.nan)
-        turn = min(MOST_TURN, max(LEAST_TURN, PRICE * measure.size(window[-1]) / gone))
+        turn = self.care * min(MOST_TURN, max(LEAST_TURN, PRICE * measure.size(window[-1]) / gone))
         return Leap(
             start=window[-1] + gone * (toward + 0.5 * gone * turning),
             fits=self._fits(size * (toward + gone * turning), turn, measure),
@@ -267,7 +275,8 @@ class Crawl:
         before, now = measure.size(changes[-2]), measure.size(changes[-1])
         if not (before > 0.0 and now > 0.0):
             return None
-        slope = (1.0 - self.site.share) / self.site.share * now / self.site.gone
+        left = self.site.share ** (1.0 / self.bend)
+        slope = self.bend * (1.0 - left) / left * now / self.site.gone
         turned = measure.size(changes[-1] / now - changes[-2] / before)
         return slope if turned <= MOST_TURN and slope <= self.SLOW else None
 
@@ -275,28 +284,37 @@ class Crawl:
         self, foreseen: FloatArray, turn: float, measure: Measure
     ) -> Callable[[FloatArray], bool | None]:
         """Whether a change has the direction foreseen, and a share of the size."""
-        offs, whole, direction = list[float](), measure.size(foreseen), measure.root @ foreseen
+        whole, direction, self.seen = measure.size(foreseen), measure.root @ foreseen, None
+        before = np.inf
 
         def fits(change: FloatArray) -> bool | None:
+            nonlocal before
             assert self.planned is not None
             share = float((measure.root @ change) @ direction) / whole**2
             if share == 0.0:
                 return None
-            off = measure.misses(change, share * foreseen, whole)
+            off = measure.misses(change, share * foreseen, whole) / abs(share)
+            fading, before = off <= self.FADING * before, off
             self.planned = self.planned._replace(share=share)
             least = max(self.OVERSHOT * self.foreseen, self.foreseen - self.SLACK)
-            if least <= share <= self.foreseen + self.SLACK and off <= turn * share:
+            right = least <= share <= self.foreseen + self.SLACK
+            if right and off <= turn:
                 return True
-            offs.append(off)
-            return False if len(offs) < 3 or offs[-1] <= self.FADED * offs[-2] else None
+            if fading:
+                return False
+            self.seen = change / measure.size(change) if right else None
+            return None
 
         return fits
 
     def heed(self, taken: bool, cycles: int) -> None:
         """Trust more, or less."""
         assert self.planned is not None
+        learnt, self.turned = self.turned is None and self.seen is not None, None
         if not taken:
-            self.trust, self.refused, self.since = self.trust / 2.0, True, cycles + 1
+            if self.seen is not None:  # the way there is as far as the directions at both ends tell
+                self.turned = (self.seen - self.planned.toward) / self.planned.gone
+            self.trust, self.refused, self.since = self.trust / (1.0 if learnt else 2.0), True, cycles + 1
             return
         self.site, self.fresh = self.planned, True
         if not self.refused and abs(self.site.share - self.foreseen) <= self.AS_FORESEEN * self.foreseen:
@@ -305,7 +323,7 @@ class Crawl:
 
     def forget(self) -> None:
         """Know nothing of the last leap, as after one of another kind."""
-        self.site, self.bend, self.fresh = None, 1.0, False
+        self.site, self.bend, self.fresh, self.turned = None, 1.0, False, None
 
     def rigid_miss(self, window: FloatArray, measure: Measure) -> FloatArray | None:
         """Rigid slip by which the last leap missed the curve, by its tangents at both ends; None: unseen.

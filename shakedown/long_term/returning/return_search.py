@@ -28,6 +28,7 @@ ROUND_OFF = 64.0 * np.finfo(float).eps  # of a state: change that is none
 CLEAR = 1e-3  # of the slip per period: by so little it is uncertain, and differs from the one before
 DRIFTS = 1e-6  # of the slip per period: a change of a state that repeats is a drift
 ALTERNATES = 0.1  # of the change from one period to the next: that to a later one whose like comes back
+APART = 4.0  # times what fades away: twice that is between states on both sides of where they meet
 STILL = 1e-3  # of the noise: slip below it that grows is round-off
 VARIES_LITTLE = "the varying part of the loads is next to round-off beside the constant part"
 
@@ -115,6 +116,21 @@ class Settled:
         )  # fmt: skip
 
     @property
+    def slip(self) -> float:
+        """Largest slip of a node in the last period [length]."""
+        return float(np.sum([record.slip for record in self.records], axis=0).max())
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether leaps leave more open than the slip of a period: the motion may reach another cycle."""
+        return self.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING) and self.error > self.slip
+
+    def is_like(self, other: "Settled") -> bool:
+        """Whether outcome and slip of a period are those of another search, as far as that is certain."""
+        alike = (self.outcome, self.period) == (other.outcome, other.period)
+        return alike and abs(self.slip - other.slip) <= CLEAR * self.slip
+
+    @property
     def signature(self) -> int:
         """Identifies the contact states of one period, whichever of its cycles it begins with."""
         return sum(record.signature for record in self.records) % 2**64
@@ -129,9 +145,11 @@ class ReturnSearch:
         The joint, at the start of a cycle.
     rules
         When to end.
+    care
+        What leaps may be unsure by, as a share of what they may be otherwise.
     """
 
-    def __init__(self, motion: Evolution, rules: Rules) -> None:
+    def __init__(self, motion: Evolution, rules: Rules, care: float = 1.0) -> None:
         self.motion, self.rules, self.layout = motion, rules, motion.problem.layout
         self.measure = measure_of(motion.problem)
         longest = rules.longest_period
@@ -141,7 +159,7 @@ class ReturnSearch:
         self.cycles = self.events = self.leaps = 0
         self.gathered = 0.0  # errors of integration, which what no cycle changes keeps
         self.rate, self.unsure = np.nan, 0.0  # per cycle; what leaps leave open
-        self.period, self.crawl, self.ahead = 1, Crawl(), Ahead()
+        self.period, self.crawl, self.ahead = 1, Crawl(care), Ahead(care)
         self.passed: list[tuple[CycleRecord, State]] = []  # before the first leap
         self.jumps: list[Jump] = []
 
@@ -233,11 +251,16 @@ class ReturnSearch:
                 self.repeated[p - 1] = 0
                 continue
             self.repeated[p - 1] += 1
-            if self.repeated[p - 1] > p and changes[: p - 1].min(initial=np.inf) > CLEAR * size:
+            if self.repeated[p - 1] > p and changes[: p - 1].min(initial=np.inf) > self._left(p):
                 found = self._repeats(p, slip)
                 if found is not None:
                     return found
         return None
+
+    def _left(self, p: int) -> float:
+        """By how much the states of a period may still move together, as changes fade [energy norm]."""
+        last, before = (self.measure.size(self.states[-1 - k].u - self.states[-1 - k - p].u) for k in (0, p))
+        return APART * last * min(before / max(before - last, np.finfo(float).tiny), self.rules.most_cycles)
 
     def _repeats(self, p: int, slip: FloatArray) -> Settled | None:
         """What slips so much in every period of p cycles, where that is clear."""
@@ -274,6 +297,8 @@ class ReturnSearch:
     def _leap(self) -> bool:
         """Go on from where the last states lead, if a period from there does what was foreseen."""
         window = self._window()
+        if self._comes_back(window):
+            return False
         missed = self.crawl.rigid_miss(window, self.measure)
         if missed is not None:
             window = window + missed
@@ -285,6 +310,17 @@ class ReturnSearch:
                 self._take(way, leap)
                 return True
         return missed is not None
+
+    def _comes_back(self, window: FloatArray) -> bool:
+        """Whether the last change undoes the one before it along other contact states: no smooth map."""
+        p, changes = self.period, np.diff(window[-3:], axis=0) @ self.measure.root.T
+        if len(changes) < 2 or changes[0] @ changes[1] >= 0.0:
+            return False
+        records = list(self.records)
+        last, before = (
+            [record.signature for record in cycles] for cycles in (records[-p:], records[-2 * p : -p])
+        )
+        return last != before
 
     def _take(self, way: Crawl | Ahead, leap: Leap) -> None:
         """Follow a leap, or stay where it does not lead to what it has foreseen."""

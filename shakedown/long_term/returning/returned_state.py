@@ -22,6 +22,8 @@ from shakedown.motion.violation import path_violation
 from shakedown.motion.viscous_jump import Jump
 
 LOST = 8.0  # times how near its limit a node is at it: what is lost at the events of a period
+TIGHTER = 0.125  # of what leaps may be unsure by, from one search to the next that is to confirm it
+NOT_CERTAIN = "a cycle exists, not certainly the one that this motion reaches"
 VERDICTS = {outcome: code for code, outcome in reversed(list(enumerate(OUTCOMES)))}
 
 
@@ -108,7 +110,7 @@ def returned_state(
 
 def settled(motion: Evolution, rules: Rules, halt: Halt | None = None) -> Settled:
     """What a motion settles into, undecided where the period found breaks the friction law."""
-    found = ReturnSearch(motion, rules).settle(halt)
+    found = carefully(motion, rules, halt)
     if not found.period:
         return found
     motion.pieces.clear()
@@ -124,6 +126,27 @@ def settled(motion: Evolution, rules: Rules, halt: Halt | None = None) -> Settle
         return replace(found, violation=violation)
     reason = f"the friction law is violated by {violation:.1e} in the period found ({found.reason})"
     return found.undecided(reason)
+
+
+def carefully(motion: Evolution, rules: Rules, halt: Halt | None = None) -> Settled:
+    """What a motion settles into; where leaps leave that in doubt, what a search with less leeway confirms.
+
+    Where none does within the cycles allowed, the reason says so.
+    """
+    begun, care = motion.interim(), 1.0
+    found = ReturnSearch(motion, rules).settle(halt)
+    while found.doubtful:
+        care *= TIGHTER
+        motion.go_on(begun)
+        left = replace(rules, most_cycles=rules.most_cycles - found.cycles)
+        again = ReturnSearch(motion, left, care).settle()
+        if not again.period:
+            return replace(found, reason=f"{found.reason}: {NOT_CERTAIN}", cycles=found.cycles + again.cycles)
+        agreed, again = again.is_like(found), replace(again, cycles=found.cycles + again.cycles)
+        if agreed:
+            return again
+        found = again
+    return found
 
 
 def rules_of(motion: Evolution, scale: Scales, most_cycles: int, longest_period: int) -> Rules:
