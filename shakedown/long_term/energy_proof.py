@@ -11,6 +11,7 @@ import numpy as np
 from shakedown.bounds.collapse.box_bound import BoxBound, box_bound, box_proves
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
+from shakedown.bounds.methods import methods_of
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
@@ -96,7 +97,7 @@ def energy_proof(problem: Problem, passage: Passage, course: Course) -> EnergyPr
         bound_of_start(passage), load_factor
     ):
         return WITHOUT_MARGIN
-    if course.open_nodes or problem.directions > 1:  # boxes are of one direction
+    if course.open_nodes or "box" in methods_of(problem).ABSENT:
         return NO_PROOF
     states = chain([course.final_slip], slips_in_zone(passage, course))
     proofs = (sought(box_proves, problem, slip, load_factor, passage.tolerances) for slip in states)
@@ -226,7 +227,7 @@ def note_bound(begun: Passage, bound: EnergyBound) -> None:
 def box_of_start(begun: Passage) -> BoxBound | Missing:
     """λ_box of the start, worked out once; Missing where nodes are open there, and in space."""
     known, asked = _known_boxes(begun.problem), _key(begun)
-    if begun.open_nodes or begun.problem.directions > 1:
+    if begun.open_nodes or "box" in methods_of(begun.problem).ABSENT:
         return Missing(NO_BOX)
     if asked not in known:
         known[asked] = box_bound(begun.problem, begun.start, tolerances=begun.tolerances)

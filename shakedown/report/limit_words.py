@@ -123,7 +123,7 @@ def sensitivities_in_words(limits: JointLimits) -> list[str]:
     λ_E is limited most at node 1: +0.95 % for 1 % more friction, +0.95 % for 1 % more constant
     load, −0.97 % for 1 % more load amplitude there.
     """
-    if limits.problem.directions > 1:
+    if "sensitivities" in limits.absent:
         return [IN_SPACE]
     symbols = {"upper": "λ_max", "energy": "λ_E"}
     sentences = [

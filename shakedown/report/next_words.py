@@ -72,15 +72,14 @@ def decides_in_words(found: Assessment) -> str:
         return "The loading does not change over the period, so the load factor makes no difference."
     if found.said_as_given == Said.OPEN and limits.energy.status == Status.INFEASIBLE:
         return f"From this state no load factor is proved at once: {limits.energy.reason}."
-    if problem.directions == 1:
-        order = ["energy", "upper"]
-        if found.said_as_given == Said.IMPOSSIBLE or limits.from_state.symbol == BOX:
-            order.reverse()
-        for sensitivities in (limits.sensitivities.get(name) for name in order):
-            if not isinstance(sensitivities, Missing | None):
-                sentence = limited_in_words(sensitivities, problem)
-                if sentence:
-                    return sentence
+    order = ["energy", "upper"]
+    if found.said_as_given == Said.IMPOSSIBLE or limits.from_state.symbol == BOX:
+        order.reverse()
+    for sensitivities in (limits.sensitivities.get(name) for name in order):
+        if not isinstance(sensitivities, Missing | None):
+            sentence = limited_in_words(sensitivities, problem)
+            if sentence:
+                return sentence
     if upper.status == Status.UNBOUNDED:
         return above_in_words(upper, problem)
     nodes = tuple(sorted({node for node, _ in upper.active}))

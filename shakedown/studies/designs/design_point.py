@@ -22,12 +22,6 @@ from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
 
 LIMITS = tuple(SYMBOLS)
-OF_SPACE = (
-    "universal",
-    "energy",
-    "transient",
-    "upper",
-)  # what a joint with two tangential directions has of them
 FROM_HERE = ("energy", "box")  # shakedown is proved from the state asked about, below the larger of them
 RESTS_ON = {"lower": {"universal"}, "upper": {"energy", "transient"}}  # what cannot be found without it
 ALL = 9  # digits, so that what contradicts is seen to

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shakedown.bounds.methods import methods_of
 from shakedown.campaign.crew import Crew
 from shakedown.campaign.journal import journal_at
 from shakedown.campaign.pieces import run_campaign
@@ -21,7 +22,7 @@ from shakedown.joint.arguments import check_load_factor, checked, real_array
 from shakedown.joint.problem import Problem
 from shakedown.long_term.slip_criterion import check_slip_below
 from shakedown.models.importing.import_model import Import
-from shakedown.studies.designs.design_point import LIMITS, OF_SPACE, DesignPoint, Question, design_point
+from shakedown.studies.designs.design_point import LIMITS, DesignPoint, Question, design_point
 from shakedown.studies.designs.diagram import Sweep
 from shakedown.studies.designs.variation import Configured, ProblemOf, Variation, checked_variation
 
@@ -145,13 +146,13 @@ def sweep(
 
 
 def _checked_bounds(bounds: Sequence[str] | None, base: Problem | None) -> tuple[str, ...]:
-    in_space = base is not None and base.directions > 1
-    there = OF_SPACE if in_space else LIMITS
+    absent = () if base is None else methods_of(base).ABSENT
+    there = tuple(name for name in LIMITS if name not in absent)
     if bounds is None:
         return there
     names = (bounds,) if isinstance(bounds, str) else tuple(bounds)
     if not names or len(set(names)) < len(names) or not set(names) <= set(there):
-        found, where = ", ".join(map(str, names)) or "none", " with two directions" * in_space
+        found, where = ", ".join(map(str, names)) or "none", " with two directions" * bool(absent)
         raise UsageError(f"bounds{where}: expected some of {', '.join(there)}, each once, found {found}")
     return names
 
