@@ -32,7 +32,7 @@ def safe_slip(
     load_factor
         λ ≥ 0, the factor on the periodic part of the loading.
     open_nodes, transient
-        As for :func:`upper_bound`.
+        As for :func:`upper_bound`, which of a zone gives the least safe slip; this one has the most room.
     tolerances
         ``feasibility`` decides what is safe.
 

@@ -57,6 +57,7 @@ class Disc:
 
     cones = SmallCones(1, SymmetricCone(1))
     costs = np.array([-1.0, 0.0])
+    left = 1e-2  # of the balance, before an orthogonal factor is asked for
 
     def __init__(self, limit: float, least: float) -> None:
         self.limits = np.array([limit, 0.0, 0.0, -least])
