@@ -27,6 +27,7 @@ STUDIES: tuple[str, ...] = (
     "classical_contacts",
     "collapse_adversary",
     "complete_contact",
+    "constants",
     "energy_adversary",
     "energy_bounds",
     "enumeration",

@@ -132,15 +132,15 @@ def named_numbers(path: Path) -> int:
             names = target.elts if isinstance(target, ast.Tuple) else [target]
             values = value.elts if isinstance(value, ast.Tuple) and len(names) > 1 else [value]
             pairs = zip(names, values, strict=False)
-            found += sum(_word(name).isupper() and _is_number(value) for name, value in pairs)
+            found += sum(_word(name).isupper() and is_number(value) for name, value in pairs)
     return found
 
 
-def _is_number(node: ast.AST) -> bool:
+def is_number(node: ast.AST) -> bool:
     if isinstance(node, ast.UnaryOp):
-        return _is_number(node.operand)
+        return is_number(node.operand)
     if isinstance(node, ast.BinOp):
-        return _is_number(node.left) and _is_number(node.right)
+        return is_number(node.left) and is_number(node.right)
     return isinstance(node, ast.Constant) and type(node.value) in (int, float)
 
 

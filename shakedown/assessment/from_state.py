@@ -6,7 +6,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.constraints import CONE, DISC, constraints, step_loads
+from shakedown.joint.constraints import CONE, Side, constraints, step_loads
 from shakedown.joint.problem import Problem
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def admitted_up_to(problem: Problem, slip: FloatArray, tolerances: Tolerances = 
         heads = rows.heads[np.unique(rows.node[rows.heads], return_index=True)[1]]
         limits = room[heads[:, None] + np.arange(CONE)]
         in_discs = min(map(leaves_cone, limits, -law.of_nodes(first)))
-        room, first = room[rows.side != DISC], first[law.rows * problem.n :]
+        room, first = room[rows.side != Side.DISC], first[law.rows * problem.n :]
     rising = first > 0
     return max(float(np.min(room[rising] / first[rising], initial=in_discs)), 0.0)
 

@@ -4,11 +4,12 @@ import numpy as np
 
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.shown_values import FEW_DIGITS
 from shakedown.ground.status import Status
 
 UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above λ_max"
 PROVED = "below λ_U"  # of a load domain, of whose λ_1 nothing is predicted, and in space, which has none
-NARROW = 1e-4  # relative width of a region in which nothing is simulated: four digits do not show it
+NARROW = 10.0**-FEW_DIGITS  # relative width of a region that is not shown: nothing is simulated in it
 IN_ZONE, OUTSIDE = "zone is safe", "zone is not safe"  # between λ_lo and λ_max of a zone, and elsewhere
 NO_ZONE = "no zone is safe"  # all were tried
 

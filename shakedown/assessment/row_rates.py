@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from shakedown.bounds.energy.energy_metric import EnergyMetric
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.constraints import FORWARD
+from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.joint.constraints import Side
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 
-TIED = 1e-12  # load steps that leave a row the same room, relative to the largest load in it
 SIDES = np.array([-1.0, 1.0])  # a parameter falls, or grows
 
 
@@ -124,7 +124,7 @@ class RowRates:
         tangential, normal = np.abs(self._loads), np.abs(self._loads)
         tangential[:, self.zone.problem.layout.gaps], normal[:, self.zone.problem.layout.slips] = 0.0, 0.0
         size = (np.abs(self._rooms(tangential)) + np.abs(self._rooms(normal))).max(axis=0)
-        return rooms <= rooms.min(axis=0) + TIED * size
+        return rooms <= rooms.min(axis=0) + NEGLIGIBLE * size
 
     def _worst(self, rates: FloatArray) -> FloatArray:
         """The least rate over the load steps that decide, for a parameter that falls and one that grows."""
@@ -148,7 +148,7 @@ def spread_slopes(problem: Problem, metric: EnergyMetric, spread: FloatArray) ->
     γ does not depend on f up to the node's own critical friction A_ii / |B_ii|; beyond it is that of
     the limit itself, f γ = ‖f B_i ∓ A_i‖.
     """
-    f, side = np.repeat(problem.f, 2), np.tile([1.0, FORWARD], problem.n)
+    f, side = np.repeat(problem.f, 2), np.tile([1.0, Side.FORWARD], problem.n)
     A, B = (np.repeat(M @ metric.inverse, 2, axis=0) for M in (problem.A, problem.B))
     limit = f[:, None] * B - side[:, None] * A
     own, stiff = (np.repeat(np.diagonal(M), 2) for M in (problem.B, problem.A))

@@ -15,7 +15,7 @@ from shakedown.bounds.energy.zone_rows import zone_rows
 from shakedown.bounds.results import UpperBound
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import plain
+from shakedown.ground.shown_values import DIGITS, plain
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, require_plane
@@ -24,7 +24,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
 KINDS = ("friction", "constant", "amplitude")
-SMOOTH = 1e-7  # of an elasticity, relative to the largest: one-sided values that differ by less are one
+SMOOTH = 10.0**-DIGITS  # of the largest elasticity: one-sided values that differ by less are one
 ROUND_OFF = 64 * np.finfo(float).eps  # of a difference of slopes, relative to its terms
 
 

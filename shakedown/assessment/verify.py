@@ -24,6 +24,7 @@ from shakedown.bounds.enumeration.critical import CriticalLoadFactors
 from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
 from shakedown.bounds.independent_solver import ConicBound
 from shakedown.campaign.recorded_steps import recorded_steps
+from shakedown.ground.amounts import MANY
 from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.blas_threads import all_cores, on_one_thread
 from shakedown.ground.errors import UsageError
@@ -31,7 +32,7 @@ from shakedown.ground.evidence import present
 from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import MANY, check_load_factor, checked, require_problem
+from shakedown.joint.arguments import check_load_factor, checked, require_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.node_results import node_results

@@ -12,12 +12,12 @@ from shakedown.bounds.methods import methods_of
 from shakedown.bounds.opened_by_mean_load import opened_by_mean_load
 from shakedown.bounds.results import ZoneLimit
 from shakedown.ground.errors import UsageError
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.contact_zone import Zone, contact_zone
 from shakedown.joint.problem import Problem
 
-SURELY_MORE = 1e-9  # relative: by how much a zone must be better, so that a search cannot go in circles
 NEIGHBOURS = 8  # changes tried per round, those that promise most first
 NEAREST = 4  # nodes next to opening or closing: of more than 16 these are tried, of others pairs of them
 FEW = 16  # nodes: of so few a climb that ends tries all that differ in one node
@@ -71,8 +71,8 @@ class _Visit:
         """Whether this zone is better by more than round-off."""
         if other.load_factor == -inf:  # which no relative margin can be added to
             (_, margin), (_, least) = self.rank, other.rank
-            return self.load_factor > -inf or margin - least > SURELY_MORE * abs(least)
-        return self.load_factor > other.load_factor + SURELY_MORE * abs(other.load_factor)
+            return self.load_factor > -inf or margin - least > NEGLIGIBLE * abs(least)
+        return self.load_factor > other.load_factor + NEGLIGIBLE * abs(other.load_factor)
 
 
 NOTHING = ZoneLimit(-inf, np.zeros(0), np.zeros(0), -inf)

@@ -9,10 +9,10 @@ from shakedown.bounds.discs.disc_rows import DiscRows, Indices
 from shakedown.bounds.discs.safest_slip import safest
 from shakedown.bounds.results import ZoneLimit
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 
-CARRIES = 1e-9  # share of the largest multiplier from where on a disc is said to determine an end
 INSIDE = 1.05  # σ over |y| from where on multipliers point well inside their cone
 
 
@@ -39,7 +39,7 @@ def wishes(
     of_disc, of_gap = _terms(rows, x, load_factor)
     parts = z * of_gap  # in λ: next to the largest what carries nothing is round-off of interior points
     largest = max(parts.max(initial=0.0), (np.abs(y).max(axis=1) * of_disc).max(initial=0.0))
-    pressing = np.flatnonzero((of_gaps > 0) & (parts > CARRIES * largest))
+    pressing = np.flatnonzero((of_gaps > 0) & (parts > NEGLIGIBLE * largest))
     wish = {int(rows.half_spaces.node[k]): float(of_gaps[k]) for k in pressing}
     sizes = np.abs(rows.stiffness).max(axis=(1, 2))
     shares = (rows.sums @ y[:, 0]) * np.maximum(sizes, _largest_load(rows))
@@ -49,7 +49,7 @@ def wishes(
         apex = (np.abs(s) <= tolerances.feasibility * terms.max(axis=1)[:, None]).all(axis=1)
     else:
         apex = y[:, 0] > INSIDE * np.hypot(y[:, 1], y[:, 2])
-        apex &= y[:, 0] > CARRIES * y[:, 0].max(initial=0.0)
+        apex &= y[:, 0] > NEGLIGIBLE * y[:, 0].max(initial=0.0)
     for node in np.unique(rows.node[apex]).tolist():
         wish[int(rows.names[node])] = float(shares[node])
     return wish

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.joint.constraints import constraints, step_loads
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.law import Law
@@ -16,8 +17,6 @@ from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.integer_algebra import IntegerRows
 
 Exact = NDArray[np.object_]  # fractions (FLINT's fmpq), element by element
-
-_NEAR = 1e-12  # a load step this near to the largest, relative to its terms, may be it: round-off is below
 
 
 @dataclass(frozen=True)
@@ -104,7 +103,8 @@ def _extremes(problem: Problem, law: Law, q0: Exact, p0: Exact) -> Exact:
     pressed = np.abs(problem.p_w) + np.abs(loop.p0)
     terms = np.abs(problem.q_w) + np.abs(loop.q0) + problem.law.limit(pressed)
     size = np.where(rows.sided, terms.max(axis=0)[rows.node], pressed.max(axis=0)[rows.node])
-    reached, near = step_loads(problem) >= rows.d - _NEAR * size, np.zeros((problem.m, problem.n), dtype=bool)
+    reached = step_loads(problem) >= rows.d - NEGLIGIBLE * size  # so near to the largest it may be it
+    near = np.zeros((problem.m, problem.n), dtype=bool)
     np.logical_or.at(near.T, rows.node, reached.T)
     moving_q, moving_p = np.any(loop.q1 != 0, axis=0), np.any(loop.p1 != 0, axis=0)
     found = []

@@ -19,7 +19,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, node_numbers, require_plane
-from shakedown.joint.constraints import CONE, DISC, GAP, Constraints, constraints, step_loads
+from shakedown.joint.constraints import CONE, Constraints, Side, constraints, step_loads
 from shakedown.joint.contact_zone import ROUND_OFF, contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -165,7 +165,7 @@ def _sparse(rows: Constraints, towards: float, tolerances: Tolerances) -> _Spars
     So every disc has three numbers of z, and one dense row for every node is left: Nᵀ z = 0 with N
     orthonormal, which keeps the accuracy that slips of a stiff joint would lose.
     """
-    discs = int((rows.side == DISC).sum()) // CONE
+    discs = int((rows.side == Side.DISC).sum()) // CONE
     node = rows.node[: CONE * discs : CONE]
     new = np.append(True, np.diff(node) != 0)
     triple, others = np.arange(CONE), np.arange(CONE * discs, len(rows.g))
@@ -203,7 +203,7 @@ def _sparse(rows: Constraints, towards: float, tolerances: Tolerances) -> _Spars
 
 def _bound_in_zone(rows: Constraints, solver: str | None, tolerances: Tolerances) -> ConicBound:
     """λ_max of closed and open nodes; gaps, most of which never close, where they are broken."""
-    taken, most = rows.side != GAP, load_factor_program(rows, towards=-1.0, tolerances=tolerances)
+    taken, most = rows.side != Side.GAP, load_factor_program(rows, towards=-1.0, tolerances=tolerances)
     while True:
         bound = extreme_load_factor(replace(most, matrix=most.matrix[taken], right=rows.g[taken]), solver)
         bound = replace(bound, slip=rows.slips(bound.slip))

@@ -4,10 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 
-BALANCED = 1e-10  # force left over, relative: more means that rigid motions drown the solution
 PATIENCE = 10  # changes of all nodes at once that may leave no fewer nodes on the wrong side
 ALONE = 4  # changes of one node at a time, per node, after which the search ends as it is
 
@@ -64,6 +64,6 @@ def _equilibrium(stiffness: FloatArray, force: FloatArray) -> FloatArray:
         u = np.full(len(force), np.inf)
     with np.errstate(invalid="ignore"):
         left = np.abs(stiffness @ u - force).max(initial=0.0)
-    if left <= BALANCED * np.abs(force).max(initial=0.0):
+    if left <= NEGLIGIBLE * np.abs(force).max(initial=0.0):
         return np.asarray(u)
     return np.asarray(np.linalg.lstsq(stiffness, force, rcond=None)[0])

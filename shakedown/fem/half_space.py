@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shakedown.ground.amounts import BLOCK
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import checked
 
-AT_ONCE = 2**20  # pairs of a point and an edge: some 100 MB
 RULE = (1 / 6, 2 / 3)  # barycentric coordinates of the three points of a triangle that are exact for degree 2
 
 
@@ -63,7 +63,7 @@ def half_space_compliance(
     first = np.concatenate(corners)
     last = np.concatenate([np.roll(polygon, -1, axis=0) for polygon in corners])
     begins = np.cumsum([0, *map(len, corners)])[:-1]
-    rows = max(AT_ONCE // len(first), 1)
+    rows = max(BLOCK // len(first), 1)  # a block of pairs of a point and an edge takes some 100 MB
     pieces = [
         _displacements(where[k : k + rows], first, last, begins, poisson) for k in range(0, len(where), rows)
     ]

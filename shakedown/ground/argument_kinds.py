@@ -14,6 +14,7 @@ from typing import Any, Literal, NamedTuple, ParamSpec, TypeVar, Union, get_args
 
 import numpy as np
 
+from shakedown.ground.amounts import MANY
 from shakedown.ground.errors import ShakedownError, UsageError
 from shakedown.ground.given_numbers import LARGEST_WHOLE, real_number, real_values, whole_number
 from shakedown.ground.shown_values import short
@@ -21,7 +22,6 @@ from shakedown.ground.visible_text import shortened
 
 P = ParamSpec("P")
 T = TypeVar("T")
-MOST_LISTED = 1_000_000  # values in one argument; an iterator may have no end
 
 
 class Unfit(Exception):
@@ -176,8 +176,8 @@ def _several(origin: Any, members: tuple[Any, ...]) -> Kind:
         if isinstance(value, str) and each.expected == TEXT:
             return value
         _where(_is_listed(value, needed) and not isinstance(value, str | bytes | Mapping), value)
-        listed = list(islice(value, MOST_LISTED + 1))
-        _where(len(listed) == count if count else len(listed) <= MOST_LISTED, value)
+        listed = list(islice(value, MANY + 1))  # an iterator may have no end
+        _where(len(listed) == count if count else len(listed) <= MANY, value)
         readers = kinds if count else [each] * len(listed)
         return tuple(
             item if kind is None else kind.read(item) for kind, item in zip(readers, listed, strict=True)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-LARGEST_WHOLE = 2**63  # numbers from here on no compiled loop can count
+LARGEST_WHOLE = int(np.iinfo(np.int64).max) + 1  # numbers from here on no compiled loop can count
 
 
 def real_number(value: object) -> float | None:

@@ -14,7 +14,7 @@ from shakedown.ground.visible_text import one_line
 DIGITS = 7  # of a load factor or a limit that is known to as many
 FEW_DIGITS = 4  # of simulated values and margins, and of a limit at least
 LONGEST_VALUE = 56  # characters of one value
-LONGEST_WHOLE, LOG_2 = 20, 0.30103  # digits of a whole number that is written out; log10 of 2
+LONGEST_WHOLE = 20  # digits of a whole number that is written out
 
 
 def plain(value: Any) -> Any:
@@ -183,7 +183,7 @@ def short(value: Any) -> str:
     if isinstance(value, float | np.floating):
         return f"{value:.10g}"
     if isinstance(value, int) and abs(value) >= 10**LONGEST_WHOLE:  # Python refuses to write the longest ones
-        return f"{'-' * (value < 0)}10^{int(value.bit_length() * LOG_2)}"
+        return f"{'-' * (value < 0)}10^{int(value.bit_length() * math.log10(2))}"
     if isinstance(value, np.ndarray):
         return _short_array(value)
     if hasattr(value, "in_one_line"):

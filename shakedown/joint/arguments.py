@@ -19,7 +19,6 @@ PLANE_SO_FAR = "it exists in the plane only, so far"  # why something needs one 
 NO_SUBSETS = "there are no (n+1)-subsets of cones"
 NO_SIDES = "it needs the two opposite limits of a node, and in space the limit is a disc"
 NO_SIGNS = "uniqueness is decided by the signs of slips"
-MANY = 1_000_000  # of what is kept in memory, or followed one after the other
 
 
 def is_finite(value: object) -> bool:

@@ -1,6 +1,7 @@
 """The frictional constraints in slip space and load factor: rows in the plane, cones in space."""
 
 from dataclasses import dataclass, field, replace
+from enum import IntEnum
 from functools import cached_property
 from typing import Any
 
@@ -15,11 +16,18 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import ROUND_OFF, RigidSlips, rigid_slips
 
-BACKWARD, FORWARD = +1, -1
-GAP = 0  # the row of an open node: its gap
-DISC = 2  # one of the rows of a disc, which has no sides
-PRESSURE = 3  # the row of a closed node without friction: p ≥ 0, which |q| ≤ f p does not imply where f = 0
-SIDE_NAMES = {BACKWARD: "backward", FORWARD: "forward", GAP: "gap", DISC: "disc", PRESSURE: "pressure"}
+
+class Side(IntEnum):
+    """What a row limits: one side of the friction of a node, a gap, a disc, or the pressure where f = 0."""
+
+    BACKWARD = 1
+    FORWARD = -1
+    GAP = 0
+    DISC = 2
+    PRESSURE = 3
+
+
+SIDE_NAMES = {int(side): side.name.lower() for side in Side}
 CONE = 3  # rows of a disc: f p, q_x, q_y
 
 
@@ -66,13 +74,13 @@ class Constraints(Result):
     @cached_property
     def heads(self) -> NDArray[np.intp]:
         """The first row of every cone of K, in order; a half-space has no other."""
-        in_disc = self.side == DISC
+        in_disc = self.side == Side.DISC
         return np.flatnonzero(~in_disc | (np.cumsum(in_disc) % CONE == 1))
 
     @cached_property
     def sided(self) -> NDArray[np.bool_]:
         """The rows (r,) of friction in the plane, two for every closed node: no gaps, no pressures."""
-        return np.asarray(np.abs(self.side) == BACKWARD)
+        return np.asarray(np.abs(self.side) == Side.BACKWARD)
 
     def limits_of(self, node: int) -> NDArray[np.bool_]:
         """The two limits of a node in the plane, among all rows (r,)."""
@@ -91,7 +99,7 @@ class Constraints(Result):
         of gaps are as accurate as the largest of them.
         """
         kept, pinned = self.rigid.columns(self.G), list(self.rigid.pinned)
-        gaps = np.flatnonzero(self.side == GAP)
+        gaps = np.flatnonzero(self.side == Side.GAP)
         if pinned and gaps.size:
             terms = (np.abs(self.G[gaps]) @ np.abs(self.rigid.motions)).max(axis=0)
             moved = self.G[gaps] @ self.rigid.motions
@@ -156,13 +164,13 @@ def constraints(problem: Problem) -> Constraints:
     if problem.directions > 1:
         place = law.extreme_steps(loop.q1, loop.p1)
         return _cones(law, G, steps, np.broadcast_to(g, steps.shape), place, rigid)
-    sides = np.tile([BACKWARD, FORWARD], problem.n)
+    sides = np.tile([Side.BACKWARD, Side.FORWARD], problem.n)
     return Constraints(
         G=G,
         d=steps.max(axis=0),
         g=g,
         node=np.append(np.repeat(np.arange(problem.n), 2), law.smooth),
-        side=np.append(sides, np.full(len(law.smooth), PRESSURE)),
+        side=np.append(sides, np.full(len(law.smooth), Side.PRESSURE)),
         step=steps.argmax(axis=0),
         rigid=rigid,
     )
@@ -197,7 +205,7 @@ def _cones(
         d=taken[steps, rows],
         g=left[steps, rows],
         node=np.append(node, law.smooth),
-        side=np.append(np.full(len(node), DISC), np.full(len(law.smooth), PRESSURE)),
+        side=np.append(np.full(len(node), Side.DISC), np.full(len(law.smooth), Side.PRESSURE)),
         step=steps,
         rigid=rigid,
     )

@@ -15,7 +15,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT, Tolerances
 from shakedown.joint.arguments import require_problem
-from shakedown.joint.constraints import GAP, Constraints, constraints, through_transient
+from shakedown.joint.constraints import Constraints, Side, constraints, through_transient
 from shakedown.joint.layout import Layout
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
@@ -88,7 +88,7 @@ class Zone:
             d=h1.max(axis=0),
             g=-welded(loop.q0[None], loop.p0[None])[0, gaps],
             node=np.array(self.open_nodes, dtype=np.intp),
-            side=np.full(len(self.open_nodes), GAP),
+            side=np.full(len(self.open_nodes), Side.GAP),
             step=h1.argmax(axis=0),
             rigid=rigid_slips(self.joint),
         )

@@ -14,7 +14,7 @@ from shakedown.joint.field_table import FORCES, STIFFNESS
 
 # Beyond these, products of three numbers are no numbers any more.
 LARGEST = 1e100  # of a stiffness, force or length, in whatever units: its square is still a number
-SMALLEST = 1e-100  # of the largest entry of an array that is not zero
+SMALLEST = 1 / LARGEST  # of the largest entry of an array that is not zero
 NEGLIGIBLE = 1e-30  # entries so much smaller than the largest of their array are taken as zero
 LARGEST_FRICTION = 1e12
 LARGEST_LENGTH = 1e75  # of a slip, force over stiffness

@@ -6,11 +6,11 @@ import numpy as np
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.tolerances import DEFAULT
 
 NOT_NEGATIVE = {"node_area": ("areas", "node"), "load_amplitude": ("amplitudes", "load")}
 DIRECTIONS = ("normal", "tangent", "tangents")
-NO_AREA = 1e-12  # of the largest: shares of a face that cancel leave round-off
 
 
 def without_cancelled(area: FloatArray) -> FloatArray:
@@ -21,7 +21,8 @@ def without_cancelled(area: FloatArray) -> FloatArray:
     >>> without_cancelled(np.array([-2e-18, 0.5, 1e-17])).tolist()
     [0.0, 0.5, 0.0]
     """
-    return np.where(np.abs(area) <= NO_AREA * np.abs(area).max(initial=0.0), 0.0, area)
+    # shares of a face that cancel leave round-off
+    return np.where(np.abs(area) <= NEGLIGIBLE * np.abs(area).max(initial=0.0), 0.0, area)
 
 
 def bearing_no_pressure(area: FloatArray, names: Sequence[str]) -> tuple[str, ...]:

@@ -11,19 +11,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 
 ROUND_OFF = 2.0**-30  # of a rigid motion, relative, at most: condensing a model costs a few digits
-PRINTED = 1e-6  # likewise where the stiffness went through seven printed digits, and does not say so
 CLEAR = 1e4  # by how much what resists exceeds what is round-off, or what is printed
 # By how much what resists exceeds the accuracy of the data, or of floats, where that is known.
 RESOLVED = 100.0
 CLEARLY_HELD = 1e-4  # smallest eigenvalue of the scaled A, relative, that needs no closer look
-TIED = 1e-6  # relative: pivots that differ by less are equal, and the lowest node is taken
 INVERSE_ITERATIONS = 3  # each gains eight digits at least
-NOTHING = 1e-9  # share of a node in a rigid slip, relative to the largest, that is none
 
 
 @dataclass(frozen=True)
@@ -151,7 +149,8 @@ def _without_resistance(values: FloatArray) -> tuple[int, str]:
     count, doubt = int(np.argmax(rounded)) + 1, ""
     if rounded[count - 1] < CLEAR:
         count, doubt = _below(values, floor)
-    printed = (values[count:] <= PRINTED) & (jumps[count:] >= CLEAR)
+    # the stiffness went through seven printed digits, and does not say so
+    printed = (values[count:] <= SIX_DIGITS) & (jumps[count:] >= CLEAR)
     return count, doubt or (_doubt(values[count]) if printed.any() else "")
 
 
@@ -220,12 +219,13 @@ def _pinned(basis: FloatArray, lengths: FloatArray, doubt: str) -> RigidSlips:
     for _ in range(basis.shape[1]):
         size = np.linalg.norm(left, axis=1)
         size[pinned] = 0.0
-        node = int(np.flatnonzero(size >= (1.0 - TIED) * size.max())[0])
+        # of pivots that are equal but for round-off the one of the lowest node is taken
+        node = int(np.flatnonzero(size >= (1.0 - SIX_DIGITS) * size.max())[0])
         pinned.append(node)
         along = left[node] / np.linalg.norm(left[node])
         left = left - np.outer(left @ along, along)
     motions = np.linalg.solve(basis[pinned].T, basis.T).T
-    motions[np.abs(motions) <= NOTHING * np.abs(motions).max(axis=0)] = 0.0
+    motions[np.abs(motions) <= NEGLIGIBLE * np.abs(motions).max(axis=0)] = 0.0
     return _sorted(lengths[:, None] * motions / lengths[pinned], pinned, doubt)
 
 

@@ -1,6 +1,7 @@
 """The texts of a problem: one each, names, JSON, the word of the load path."""
 
 import json
+import sys
 from typing import Any, NoReturn
 
 import numpy as np
@@ -11,7 +12,6 @@ from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
 from shakedown.joint.numbers import kind
 
 LOOP, DOMAIN = "loop", "domain"  # what the load steps are: followed in their order, or corners
-LAST_CODE_POINT = 0x10FFFF
 SOURCE_LISTS = {"files": (dict, "objects"), "warnings": (str, "texts")}
 
 
@@ -120,7 +120,7 @@ def _check_characters(key: str, array: NDArray[Any]) -> None:
     """Refuse what NumPy stores as text and is none: halves of characters, numbers beyond the last one."""
     native = np.ascontiguousarray(array.astype(array.dtype.newbyteorder("=")))
     codes = np.frombuffer(native.tobytes(), dtype=np.uint32)
-    wrong = codes[(codes > LAST_CODE_POINT) | ((codes >= 0xD800) & (codes < 0xE000))]
+    wrong = codes[(codes > sys.maxunicode) | ((codes >= 0xD800) & (codes < 0xE000))]
     if wrong.size:
         raise ProblemError(f"key '{key}': expected text, found the character number 0x{wrong[0]:x}")
 

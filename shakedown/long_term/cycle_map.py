@@ -7,12 +7,11 @@ from scipy.linalg import schur, solve_sylvester
 
 from shakedown.ground.contact_status import STICK
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.motion.cycle_record import CycleRecord
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import cycles_of
 from shakedown.motion.plane_events import PlaneEvents
-
-UNIT = 1e-9  # distance from 1 of an eigenvalue of the cycle map that counts as 1
 
 
 @dataclass(frozen=True)
@@ -86,7 +85,7 @@ def limit(J: FloatArray, d: FloatArray) -> Limit:
     """
     if not len(d):
         return Limit(d, d, True, 0.0)
-    T, Q, k = schur(J, output="real", sort=lambda re, im=0.0: (re - 1.0) ** 2 + im**2 <= UNIT**2)
+    T, Q, k = schur(J, output="real", sort=lambda re, im=0.0: (re - 1.0) ** 2 + im**2 <= NEGLIGIBLE**2)
     rest = T[k:, k:]
     Z = np.zeros((k, len(d) - k))
     if 0 < k < len(d):

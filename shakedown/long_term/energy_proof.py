@@ -17,6 +17,8 @@ from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, allowed, sought
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
@@ -63,9 +65,9 @@ class Course(NamedTuple):
 
 
 NO_PROOF, WITHOUT_MARGIN = EnergyProof(False, nan, nan), EnergyProof(True, nan, nan)
-ABOVE = 1.0 + 1e-7  # of λ_max: more than it may be off
+ABOVE = 1.0 + DEFAULT.second_road  # of λ_max: more than it may be off
 NO_BOX = "boxes are of one tangential direction, all nodes closed"
-BELOW = 1.0 - 1e-9  # of a load factor up to which something is proved: round-off of the bound
+BELOW = 1.0 - NEGLIGIBLE  # of a load factor up to which something is proved: round-off of the bound
 
 
 @on_one_thread

@@ -7,13 +7,13 @@ from itertools import count
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shakedown.ground.amounts import MANY
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import (
-    MANY,
     check_arguments,
     checked,
     checked_initial_slip,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from shakedown.files.table_file import write_csv
 from shakedown.files.vtk_points import write_points
+from shakedown.ground.amounts import LARGEST_LABEL
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
@@ -26,7 +27,7 @@ TABLE = (
     "p_min", "p_max", "q_max", "work", "tau_delta",
 )  # fmt: skip
 TRACTIONS = ("pressure_min", "pressure_max", "shear_max", "work_per_area")
-LONGEST_NUMBER = 18  # digits of a label that is written as a whole number
+LONGEST_NUMBER = len(str(LARGEST_LABEL)) - 1  # digits of a label that is written as a whole number
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -12,6 +12,7 @@ from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.result import Result
 from shakedown.motion.plane.moving_state import (
@@ -25,7 +26,6 @@ from shakedown.motion.plane.moving_state import (
 from shakedown.motion.space.moving_state import CURVES, REACHES_LIMIT, STOPS
 
 HASH_START, HASH_PRIME = np.uint64(14695981039346656037), np.uint64(1099511628211)
-SHORT = 1e-9  # of a cycle: contact states that last no longer are those of one instant, met in any order
 
 
 class EventKind(IntEnum):
@@ -152,7 +152,7 @@ class EventHistory(Result):
         >>> one.signature == other.signature
         True
         """
-        lasting = np.flatnonzero(np.diff(self.cycle) > SHORT)
+        lasting = np.flatnonzero(np.diff(self.cycle) > NEGLIGIBLE)
         codes = np.full(len(lasting), HASH_START, dtype=np.uint64)
         for states in self.state[lasting].T:
             codes = (codes ^ (states + 2).astype(np.uint64)) * HASH_PRIME
@@ -183,7 +183,7 @@ class EventHistory(Result):
         """
         cycle = np.asarray(cycle, dtype=float)
         first, last = self.cycle[[0, -1]]
-        outside = cycle[~((cycle >= first - SHORT) & (cycle <= last + SHORT))]
+        outside = cycle[~((cycle >= first - NEGLIGIBLE) & (cycle <= last + NEGLIGIBLE))]
         if outside.size:
             raise UsageError(f"cycle: expected times from {first:g} to {last:g}, found {outside[0]:g}")
         right = np.clip(np.searchsorted(self.cycle, cycle, side="right"), 1, len(self) - 1)

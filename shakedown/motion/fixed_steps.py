@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.argument_kinds import check_count
-from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
+from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, SLIP, STICK
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -23,7 +23,6 @@ from shakedown.motion.plane.gauss_seidel import Stiffness, load_steps
 
 MAX_SWEEPS = 10_000
 REMEMBERED = 2  # cycles whose load steps are kept, recorded or not
-SLIPS = 1  # in space, beside STICK and OPEN: a disc has no sides
 
 
 class FixedSteps(Motion):
@@ -309,7 +308,7 @@ class SolvedSteps:
 
     def sides(self, steps: Steps) -> NDArray[np.int64]:
         """States of closed nodes."""
-        return np.where(steps.length > 0, SLIPS, STICK)
+        return np.where(steps.length > 0, SLIP, STICK)
 
     def missed(self, steps: Steps, path: EventHistory) -> float:
         """By how much load steps that were solved break the law, relative (:func:`projection_error`)."""

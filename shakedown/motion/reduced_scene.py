@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.joint.arguments import check_load_factor, checked, checked_initial_slip, require_plane
 from shakedown.joint.loading import loading, loop_path, ramp_start, transient_path
 from shakedown.joint.problem import Problem
@@ -26,8 +27,6 @@ from shakedown.joint.result import Result
 from shakedown.motion.contact_law import scales
 from shakedown.programs.program import INF, Program
 from shakedown.programs.solver import solve
-
-MARGIN = 1e-9  # least distance from a limit, relative to the force scale, that proves that it is not reached
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -97,7 +96,7 @@ def reduced_scene(problem: Problem, load_factor: float, initial_slip: ArrayLike 
     while True:  # ends: every round frees a node, or lets one open
         clearance = states.least(closed, fixed, fixed, states.clearance)
         normal = states.least(closed, fixed, closed & ~fixed, states.normal)
-        can_slip, can_open = fixed & (clearance <= MARGIN), closed & ~fixed & (normal <= MARGIN)
+        can_slip, can_open = fixed & (clearance <= NEGLIGIBLE), closed & ~fixed & (normal <= NEGLIGIBLE)
         if not (can_slip | can_open).any():
             break
         fixed &= ~can_slip

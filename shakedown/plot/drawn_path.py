@@ -8,13 +8,12 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import few
 from shakedown.joint.arguments import in_the_plane_only, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.event_history import EventHistory
-
-UNRESOLVED = 1e-6  # of the largest limit: a path in space knows forces to 1e-8 of the largest
 
 
 class Recorded(Protocol):
@@ -46,7 +45,7 @@ def path_in_the_plane(result: Recorded | EventHistory, problem: Problem | None) 
 def pressed(problem: Problem, path: EventHistory) -> NDArray[np.bool_]:
     """Where nodes are closed and pressed by more than a path resolves, so that there is a q/(f p), (s, n)."""
     limit = problem.law.limit(path.p)
-    return np.asarray((path.state != 2) & (limit > UNRESOLVED * np.abs(limit).max(initial=0.0)))
+    return np.asarray((path.state != 2) & (limit > SIX_DIGITS * np.abs(limit).max(initial=0.0)))
 
 
 def time_in_words(cycle: float) -> str:

@@ -20,10 +20,10 @@ from matplotlib.ticker import AutoLocator, MaxNLocator
 from matplotlib.transforms import Bbox
 
 from shakedown.ground.visible_text import SUBSCRIPT, visible
+from shakedown.plot.style import DOTS_PER_INCH
 
 SVG = "{http://www.w3.org/2000/svg}"
 POINTS = 72  # of an inch: then a place on the figure is a place in the picture
-SHARP = 150  # dots per inch of what is drawn as an image
 ROUNDED = {"d", "x", "y", "transform"}  # attributes in which nobody sees a third decimal
 MOST_MARKERS = 700  # of one picture; with more of them lines carry none
 MOST_TICKS = 5  # of an axis, less one
@@ -108,7 +108,7 @@ def picture(caption: str, *drawings: Drawing, alike: int = 0, one_legend: bool =
     with matplotlib.rc_context(STYLE):
         size = SMALL if len(drawings) % 3 == 0 else PANEL
         sizes = [drawing.size or size for drawing in drawings]
-        figures = [Figure(figsize=size, dpi=SHARP) for size in sizes]
+        figures = [Figure(figsize=size, dpi=DOTS_PER_INCH) for size in sizes]
         axes = [_drawn(*each) for each in zip(figures, sizes, drawings, strict=True)]
         _share_limits(axes[:alike])
         legend = _common_legend(axes) if one_legend else None
@@ -165,7 +165,7 @@ def _common_legend(axes: Sequence[Axes]) -> Markup | None:
         legend.remove()
     if not entries:
         return None
-    figure = Figure(figsize=PANEL, dpi=SHARP)
+    figure = Figure(figsize=PANEL, dpi=DOTS_PER_INCH)
     figure.legend(
         list(entries.values()), list(entries), ncols=_columns(entries, POINTS * PANEL[0]), loc="upper left",
         fontsize="small", frameon=False,

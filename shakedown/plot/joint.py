@@ -8,6 +8,7 @@ from matplotlib.ticker import MaxNLocator
 from shakedown.assessment.sensitivities import KINDS, Sensitivities
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked, require_plane, require_problem
 from shakedown.joint.loading import loading
@@ -32,7 +33,6 @@ MOST_ARROWS = 40
 SHAFT = 0.004  # of the width of the axes
 LONGEST_ARROW = 0.16  # of the size of the picture
 NORMAL = 0.06  # length of a normal, of the size of the picture
-PARALLEL = 1e-6  # largest difference of unit vectors that are taken as equal
 MOST_NODES = 4  # on which a bound depends, with three bars each
 LEAST = 0.02  # of the influence of the first: what would be no bar
 BAR = 0.26  # of the distance of two nodes
@@ -185,12 +185,12 @@ def _sums(problem: Problem, q: FloatArray, p: FloatArray) -> dict[str, FloatArra
     """Sums over the nodes: normal and tangential, or along the axes where directions differ."""
     plane, normal, both = problem.directions == 1, problem.normal, problem.layout.by_node(q)
     tangents = problem.tangents if not plane or problem.tangent is None else problem.tangent[:, None]
-    if normal is None or tangents is None or np.allclose(tangents, tangents[0], atol=PARALLEL):
+    if normal is None or tangents is None or np.allclose(tangents, tangents[0], atol=SIX_DIGITS):
         names = ["Σ q_w, all nodes"] if plane else ["Σ q_w in x", "Σ q_w in y"]
         tangential = zip(names, both.sum(axis=1).T, strict=True)
         return {"Σ p_w, all nodes": p.sum(axis=1), **dict(tangential)}
     total = p @ normal + np.einsum("snd,ndk->sk", both, tangents)
-    loaded = np.abs(normal).max(axis=0) + np.abs(tangents).max(axis=(0, 1)) > PARALLEL
+    loaded = np.abs(normal).max(axis=0) + np.abs(tangents).max(axis=(0, 1)) > SIX_DIGITS
     return {f"Σ along {'xyz'[k]}, all nodes": total[:, k] for k in np.flatnonzero(loaded)}
 
 

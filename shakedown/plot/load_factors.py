@@ -11,6 +11,7 @@ from shakedown.assessment.shakedown_bounds import ShakedownBounds
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
 from shakedown.ground.errors import UsageError
+from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.shown_values import DIGITS, few
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked
@@ -35,7 +36,6 @@ LETTER = 6.0  # width of one letter on the scale of load factors, in points
 BAND, LOWEST_TEXT = 0.27, 0.95  # heights of the coloured band and of the axes with one level of text
 AXES = 0.8  # of the width of a picture, at least
 ROOM = 1e6  # above the floor where nothing slips, so that the floor is seen to be one
-NO_SLIP = 1e-13  # of the largest slip: where zero is drawn on a logarithmic axis
 
 
 @checked
@@ -261,7 +261,7 @@ def slip_per_cycle(
     named = {"": runs} if isinstance(runs, Simulation) else dict(runs)
     axes = axes_for(ax)
     largest = max((float(run.cycles.slip.max(initial=0.0)) for run in named.values()), default=0.0)
-    floor, longest = max(NO_SLIP * largest, resolution) or NO_SLIP, 1
+    floor, longest = max(ROUND_OFF * largest, resolution) or ROUND_OFF, 1
     for k, (name, run) in enumerate(named.items()):
         slip = run.cycles.slip
         longest = max(longest, len(slip))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.problem import Problem
@@ -18,8 +19,6 @@ from shakedown.joint.units import units_of
 from shakedown.plot.style import GREY, axes_for
 
 FLAT = 0.99  # of a normal along an axis of the model: then the other two axes are those of the picture
-THIN = 1e-6  # of the length of a patch: a width that is none, whose nodes lie on a line
-NEAREST_AXIS = 1e-9  # of a unit vector: tangents that are taken as equal
 # Of the usual longest side and circle about a triangle: larger ones lie across a hole (whose rim may be one
 # circle) or between two patches.
 LARGEST_TRIANGLE = 2.0
@@ -74,7 +73,7 @@ class Places:
             return None
         middle = self.points - self.points.mean(axis=0)
         long, wide = np.linalg.svd(middle, compute_uv=False)
-        if not wide > THIN * long:
+        if not wide > SIX_DIGITS * long:
             return None
         mesh = Triangulation(
             middle[:, 0] / long, middle[:, 1] / long
@@ -139,7 +138,7 @@ def _areas(corners: FloatArray) -> FloatArray:
 def _circles(corners: FloatArray) -> FloatArray:
     """Radii of the circles through the corners of triangles; of thin ones next to infinite."""
     sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-    area = np.maximum(_areas(corners), (THIN * sides.max(axis=1)) ** 2)
+    area = np.maximum(_areas(corners), (SIX_DIGITS * sides.max(axis=1)) ** 2)
     return np.asarray(sides.prod(axis=1) / (4.0 * area))
 
 
@@ -149,7 +148,7 @@ def places_of(problem: Problem) -> Places:
     unit = units_of(problem).length
     area = None if problem.node_area is None else float(problem.node_area.sum())
     tangents = problem.tangents
-    same = tangents is None or bool(np.abs(tangents - tangents[0]).max() < NEAREST_AXIS)
+    same = tangents is None or bool(np.abs(tangents - tangents[0]).max() < NEGLIGIBLE)
     if place is not None and place.ndim == 2 and place.shape[1] == 2 and same:
         return Places(place, axes, ("x", "y"), unit, problem.normal, area)
     if problem.coordinates is not None:

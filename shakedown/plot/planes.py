@@ -15,7 +15,7 @@ from shakedown.ground.shown_values import at_lambda, few
 from shakedown.ground.status import Status
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import check_load_factor, checked, require_plane
-from shakedown.joint.constraints import BACKWARD, SIDE_NAMES, Constraints, constraints
+from shakedown.joint.constraints import SIDE_NAMES, Constraints, Side, constraints
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.motion.event_history import EventHistory, EventKind
@@ -164,7 +164,7 @@ def draw_rows(
         foot = normal * limit / size
         axes.axline(
             foot, foot + [-normal[1], normal[0]] / np.sqrt(size) * (np.linalg.norm(foot) or 1.0),
-            color=ROW_COLOURS[rows.node[i]], ls="-" if side == BACKWARD else "--", zorder=1,
+            color=ROW_COLOURS[rows.node[i]], ls="-" if side == Side.BACKWARD else "--", zorder=1,
             lw=2.5 if active is not None and active[i] else 1.0,
             label=f"node {rows.node[i]}, {SIDE_NAMES[side]} limit",
         )  # fmt: skip

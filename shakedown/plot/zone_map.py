@@ -12,6 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
 from shakedown.motion.event_history import EventHistory
@@ -19,7 +20,6 @@ from shakedown.plot.drawn_path import Recorded, path_in_the_plane
 from shakedown.plot.style import BLACK, GREY, STATES, axes_for, flanks, positions
 
 DOTS = "#D01C8B"  # seen on what sticks and on paper, light or dark
-AT_THE_LIMIT = 1e-9  # how far from its limit, relative, a stuck node counts as being there
 
 
 @checked
@@ -92,7 +92,7 @@ def zones(
 def _mark_limits(axes: Axes, path: EventHistory, problem: Problem, x: FloatArray) -> list[Any]:
     """Dots where a node that never slips is at its limit; the entry of the legend, if there are any."""
     limit = problem.law.limit(path.p)
-    noise = AT_THE_LIMIT * float(np.abs(limit).max())
+    noise = NEGLIGIBLE * float(np.abs(limit).max())
     still = ~path.slips() & (path.state != OPEN).all(axis=0)
     rows, nodes = np.nonzero(still & (np.abs(np.abs(path.q) - limit) <= noise) & (limit > noise))
     if len(rows) == 0:

@@ -10,8 +10,6 @@ from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.reaction_program import in_reactions
 from shakedown.programs.self_dual import USABLE, Points, SelfDualEnd, self_dual_end
 
-ACCURATE = 1e-9  # of an end: less is said to be of reduced accuracy
-
 
 @dataclass(frozen=True)
 class DiscSolution:

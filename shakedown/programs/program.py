@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.programs.scaling import Scales, ball_scales, equilibration, typical_size
 
 INF = float("inf")
-ROUND_OFF = 2.0**-44  # of right sides of cones, relative to the largest: no size of anything
 
 
 class Sides(NamedTuple):

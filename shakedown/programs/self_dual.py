@@ -7,6 +7,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.round_off import ITERATIONS, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
 from shakedown.ground.status import Status
 from shakedown.programs.small_cones import SmallCones, SmallScaling
 
@@ -14,17 +15,15 @@ FloatArray = NDArray[np.float64]
 Solve = Callable[[FloatArray], FloatArray]
 Newton = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
-ITERATIONS = 100
 REACHED = 1e-10  # gap and residuals at which it stops
-NEARLY = 1e-9  # those at which round-off ends it after two iterations that gain nothing
-USABLE = 1e-6  # what they must have reached where round-off ends it earlier
+NEARLY = NEGLIGIBLE  # those at which round-off ends it after two iterations that gain nothing
+USABLE = SIX_DIGITS  # what they must have reached where round-off ends it earlier
 PATIENCE = 6  # iterations that gain nothing, where round-off ends it
-REFINEMENTS, SOLVED = 3, 1e-13  # of every solution of the normal equations, at most; what may be left
+REFINEMENTS = 3  # of every solution of the normal equations, at most; what may be left
 STEP = 0.99  # share of the way to the boundary
-CENTRINGS, CENTRED = 15, 1e-13  # steps towards a centre; what may be left of its residuals
+CENTRINGS = 15  # steps towards a centre; what may be left of its residuals
 INNER_GAP = 1e-4  # mean of slack times multiplier of an inner point, in numbers near 1
 NEAR = 0.5  # residuals of a point of another program, relative to its gap, from which this one may go on
-PROVES = 1e-9  # what is left of the balance of multipliers, or of a direction, that proves a status
 
 
 class ConeRows(Protocol):
@@ -185,7 +184,7 @@ def _centred(rows: ConeRows, end: SelfDualEnd, gap: float) -> Point | None:
         centre = scaling.point
         left, short = -(rows.transposed(y) + c), h - rows.times(x) - s
         rest = max(float(np.abs(left).max()), float(np.abs(short).max()))
-        if rest <= CENTRED * max(1.0, float(np.abs(y).max()), float(np.abs(s).max())):
+        if rest <= ROUND_OFF * max(1.0, float(np.abs(y).max()), float(np.abs(s).max())):
             return Point(x, s, y, 1.0, 0.0)
         wanted = cones.quotient(centre, target * cones.unit - cones.product(centre, centre))
         dx, dy = _newton_equations(rows, scaling)(left, short - scaling.times(wanted))
@@ -238,7 +237,7 @@ def _sizes(rows: ConeRows) -> tuple[float, float]:
 
 def _sure(rest: float) -> float:
     """What is left of a proof, so that one counts as reached where it proves something."""
-    return rest * REACHED / PROVES
+    return rest * REACHED / NEGLIGIBLE
 
 
 def _next(rows: ConeRows, point: Point, scaling: SmallScaling) -> Point:
@@ -302,7 +301,7 @@ def _newton_equations(rows: ConeRows, scaling: SmallScaling) -> Newton:
         nonlocal solve, sharp
         dx, dy = _refined(rows, scaling, solve, first, second)
         left = float(np.linalg.norm(first - rows.transposed(dy)))
-        enough = max(rows.left * float(np.linalg.norm(first)), SOLVED * float(np.linalg.norm(dy)))
+        enough = max(rows.left * float(np.linalg.norm(first)), ROUND_OFF * float(np.linalg.norm(dy)))
         if sharp or left <= enough:
             return dx, dy
         solve, sharp = rows.orthogonal_factor(scaling), True
@@ -321,7 +320,7 @@ def _refined(
     right = first + rows.transposed(scaling.divided(scaling.divided(second)))
     dx = solve(right)
     dy = scaling.divided(scaling.divided(rows.times(dx) - second))
-    enough, way, last = SOLVED * float(np.linalg.norm(right)), np.zeros_like(dx), 1.0
+    enough, way, last = ROUND_OFF * float(np.linalg.norm(right)), np.zeros_like(dx), 1.0
     for _ in range(REFINEMENTS):
         rest = first - rows.transposed(dy)
         if not np.linalg.norm(rest) > enough:

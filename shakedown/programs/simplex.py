@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import SolverError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.status import Status
 from shakedown.programs.dense_programs import meeting_rows
 from shakedown.programs.highs import (
@@ -26,7 +27,6 @@ from shakedown.programs.program import INF, Meeting, Point, Program, Solution
 from shakedown.programs.vertex import cleaned, polished, sharpened
 
 DENSE_FROM = 80  # columns, from where on dense interior points are the quicker road to the first vertex
-FINEST = 1e-13  # of a reduced cost: what is larger is no round-off, and where slips are large it counts
 FINER = 2.0**14  # by how much costs are larger where HiGHS's tolerance leaves such a reduced cost
 
 
@@ -156,7 +156,8 @@ class Simplex:
             np.where(program.right < INF, -y, y).max(initial=0.0),  # what a limit does is to push back
             np.select([low, high], [-rest, rest], np.abs(rest)).max(initial=0.0),
         )
-        if not (np.max(wrong) <= FINEST and program.violation(x) <= TOLERANCE):  # nor is NaN a vertex
+        # a larger reduced cost is no round-off, and where slips are large it counts
+        if not (np.max(wrong) <= ROUND_OFF and program.violation(x) <= TOLERANCE):  # nor is NaN a vertex
             return None
         point, value = (cleaned(program, x) * self.scales.x, y * self.scales.y), float(program.cost @ x)
         return self._end(Status.OPTIMAL, value, False, lambda _: point, lambda: meeting)
@@ -191,7 +192,7 @@ class Simplex:
 
         Along a slip with little resistance even that much can change the optimum.
         """
-        if self._left_to_gain() <= FINEST:
+        if self._left_to_gain() <= ROUND_OFF:
             return
         basis, columns = self._highs.getBasis(), np.arange(len(self.program.cost), dtype=np.int32)
         self._highs.changeColsCost(len(columns), columns, self.program.cost * FINER)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import EPS, SIX_DIGITS
 from shakedown.ground.status import Status
 from shakedown.programs.exact_program import ExactProgram, ExactVertex
 from shakedown.programs.integer_algebra import enclosure, integer_matrix, product
@@ -21,8 +22,8 @@ Bits = NDArray[np.intc]
 WORTH_IT = 60  # rows: fewer are solved exactly in no time
 DIGITS = 220  # bits of the solutions behind the point
 REFINEMENTS = 12  # each adds what the condition of the matrix leaves of 53 bits
-ROUNDING = 2.0**-53
-SAFETY = 1.0 + 1e-6  # for the rounding of sums of numbers ≥ 0, and of the conversion of integers to floats
+ROUNDING = EPS / 2
+SAFETY = 1.0 + SIX_DIGITS  # for the rounding of sums of numbers ≥ 0, and of integers made floats
 
 
 def verified_vertex(program: ExactProgram, active: list[int], free: list[int]) -> ExactVertex | None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.shown_values import at_lambda, cycles_in_words, down, few, up
+from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, at_lambda, cycles_in_words, down, few, up
 
 if TYPE_CHECKING:
     from shakedown.joint.problem import Problem
@@ -28,10 +28,10 @@ SAID = {
     "never": "certain not to shake down with all nodes in contact",
 }
 FROM_HERE = {"energy": "λ_E", "box": "λ_box"}  # proved from this state: the larger of them
-TIED = 1e-7  # of the largest limit: the digits that are shown
 SHOWN = 6  # digits of a parameter
+TIED = 10.0**-DIGITS  # of the largest limit: what is not shown
 LISTED = 3  # values in a row; more are counted
-SAME = 1e-4  # of λ_1: a cycle this near begins at it
+SAME = 10.0**-FEW_DIGITS  # of λ_1: a cycle this near begins at it
 SEPARATES = "nodes open and close in every period, or contact is lost, without slip in contact,"
 NOTHING = 1e-5  # of where the search began: no load factor at all
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from shakedown import plot
 from shakedown.assessment.verify import Verification
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import at_lambda, cycles_in_words, sized
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
@@ -19,14 +20,12 @@ from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import evolve
 from shakedown.plot.drawn_path import extreme_rows, time_in_words, work_of_nodes
 from shakedown.plot.inline_svg import Drawing, Picture, picture
+from shakedown.plot.loops import MOST_LOOPS
 from shakedown.plot.patch_arrows import MOST_DISCS
 from shakedown.plot.style import node_name
 from shakedown.report.load_figures import FEW, patch_size
 
-MOST_NODES = 4  # with loops of their own
-NONE = 1e-6  # of the work of the node that dissipates most: what is no loop to see
 INSTANTS = {1: 4, 2: 3}  # of one period: lines of one picture, pictures side by side
-SHORTEST = 1e-6  # of a cycle: a node that touches its limit slips by round-off for less
 EARLY = (1, 9)  # cycles whose zones are shown beside those of the long-term state
 AT_ONE = {
     Outcome.SHAKEDOWN: "nothing slips in the long term",
@@ -99,8 +98,8 @@ def no_pictures(v: Verification) -> str:
 def _loops(pictured: Pictured, problem: Problem) -> Picture:
     """The nodes that dissipate most: loops, or orbits of slips and reactions."""
     state, work = pictured.state, work_of_nodes(pictured.state)
-    most = np.argsort(-work, kind="stable")[:MOST_NODES].tolist()
-    worst = [node for node in most if work[node] > NONE * work.max()] or [0]
+    most = np.argsort(-work, kind="stable")[:MOST_LOOPS].tolist()
+    worst = [node for node in most if work[node] > SIX_DIGITS * work.max()] or [0]
     names = [node_name(node, problem) for node in worst]
     total = sized(state.dissipation_per_cycle, units_of(problem).work)
     whole = f"the joint dissipates {total} per cycle. "
@@ -243,7 +242,8 @@ def instants(path: EventHistory) -> list[float]:
     """Times at which the fewest nodes stick, one of each part of the period."""
     from_on, first, last = path.cycle[:-1], max(float(path.cycle[0]), 0.0), float(path.cycle[-1])
     middles = 0.5 * (from_on + path.cycle[1:])  # a state holds from its row on
-    lasting = np.diff(path.cycle) > SHORTEST
+    # a node that touches its limit slips by round-off for less
+    lasting = np.diff(path.cycle) > SIX_DIGITS
     moving = np.where(lasting, (path.state[:-1] != 0).sum(axis=1), -1)
     ends = np.linspace(first, last, INSTANTS[2] + 1)
     times = []

@@ -9,7 +9,7 @@ import shakedown
 from shakedown import Outcome, Problem, Status
 from shakedown.bounds.collapse.lift_off import lift_off_bound
 from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
-from shakedown.joint.constraints import PRESSURE, constraints
+from shakedown.joint.constraints import Side, constraints
 from shakedown.joint.loading import loading
 
 
@@ -123,7 +123,7 @@ def test_every_road_knows_the_pressures(seed):
 def test_the_rows_of_pressures_follow_those_of_friction():
     joint = two_nodes(1)
     rows = constraints(joint)
-    assert (rows.side[-1], rows.node[-1], rows.step[-1]) == (PRESSURE, 1, 3)
+    assert (rows.side[-1], rows.node[-1], rows.step[-1]) == (Side.PRESSURE, 1, 3)
     assert (rows.g[-1], rows.d[-1]) == (1.0, 1.0)
     assert lift_off_bound(joint) == pytest.approx(1.0)
     found = shakedown.critical_load_factors(joint, values=True)

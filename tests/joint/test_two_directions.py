@@ -11,7 +11,7 @@ from public_names import public
 import shakedown
 from shakedown import Problem, ProblemError, UsageError, load_problem, plot, save_problem
 from shakedown.assessment.random_paths import random_paths
-from shakedown.joint.constraints import DISC, constraints, step_loads, through_transient
+from shakedown.joint.constraints import Side, constraints, step_loads, through_transient
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading, ramp_start, slip_reach, transient_path, with_initial_gap
 from shakedown.joint.rigid_slips import rigid_slips
@@ -227,7 +227,7 @@ def test_most_load_steps_imply_nothing():
     rows = constraints(joint())
     assert 3 <= len(rows.heads) < 3 * 24
     np.testing.assert_array_equal(rows.cones, 3)
-    np.testing.assert_array_equal(rows.side, DISC)
+    np.testing.assert_array_equal(rows.side, Side.DISC)
     assert rows.G.shape == (3 * len(rows.heads), 6)
 
 

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 import shakedown
 from shakedown import Outcome, Problem, simulate
-from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
+from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, NO_STATE, OPEN, STICK
 from shakedown.joint.loading import loading
 from shakedown.motion.contact_law import law_violation
-from shakedown.motion.plane.gauss_seidel import NO_STATE, Stiffness, nodal_state
+from shakedown.motion.plane.gauss_seidel import Stiffness, nodal_state
 
 TWO_NODE = shakedown.example("two-node")
 LOWER, UPPER = shakedown.lower_bound(TWO_NODE), shakedown.upper_bound(TWO_NODE)

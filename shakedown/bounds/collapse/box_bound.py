@@ -17,6 +17,7 @@ from shakedown.bounds.upper import upper_bound
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import HALVINGS, ITERATIONS
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, checked_initial_slip, require_plane
@@ -28,8 +29,6 @@ from shakedown.programs.program import INF
 from shakedown.programs.simplex import Simplex
 
 WORK = 4 * 10**9  # programs times the cube of their size: some 250 at 250 nodes, no limit in effect up to 100
-DOUBLINGS = 60  # of the load factor, where no λ_max ends the search
-STEPS = 100  # of the search; each closes the bracket by half at least every other time
 ACCURACY = 1e-11  # of the load factor, relative
 # Of what is proved, in steps by which that rose last: the first collapse hardly changes with the box.
 AHEAD = 8.0
@@ -311,7 +310,7 @@ def _beyond(upper: UpperBound, boxes: _Boxes) -> float:
     if isfinite(largest):
         return largest
     load_factor = 1.0
-    for _ in range(DOUBLINGS):
+    for _ in range(HALVINGS):
         if boxes.first_end(boxes.at(load_factor), load_factor).load_factor <= load_factor:
             break
         load_factor *= 2.0
@@ -330,7 +329,7 @@ def _farthest(boxes: _Boxes, beyond: float) -> BoxBound:
         return _bound(boxes, beyond, end)
     proved, at, known = max(end.load_factor, 0.0), nan, [(beyond, end.load_factor - beyond)]
     at = proved
-    for _ in range(STEPS):
+    for _ in range(ITERATIONS):  # each closes the bracket by half at least every other time
         found, before = boxes.first_end(boxes.at(at), at), proved
         late = found.load_factor - at
         proved, end = max(proved, min(found.load_factor, at)), found if found.limited_by else end

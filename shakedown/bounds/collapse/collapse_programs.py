@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from shakedown.bounds.certificate import starts_safe
 from shakedown.ground.evidence import sought
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ITERATIONS, SETTLED
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import Constraints, by_side, rows_of
 from shakedown.joint.problem import Problem
@@ -16,9 +17,7 @@ from shakedown.programs.program import INF, Solution
 from shakedown.programs.scaling import power_of_two
 from shakedown.programs.simplex import Simplex
 
-_SWEEPS = 60  # of the iteration for the multipliers of all nodes
 _NEWTON_UP_TO = 12  # nodes, with one system of equations for each
-_SETTLED = 8 * np.finfo(float).eps  # a change that is round-off
 _NEARLY_FIRST = 1e-8  # relative; nodes this near are told apart by polish, not by the solver's 1e-10
 
 
@@ -135,14 +134,14 @@ def _multipliers(A: FloatArray, fB: FloatArray) -> tuple[FloatArray, NDArray[np.
 def _iterated(influence: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
     s = -influence
     with np.errstate(over="ignore", invalid="ignore"):
-        for _ in range(_SWEEPS):
+        for _ in range(ITERATIONS):
             folded = np.abs(s)
             np.fill_diagonal(folded, -1.0)
             before, s = s, influence @ folded
             change, largest = np.abs(s - before).max(axis=0), np.maximum(np.abs(s).max(axis=0), 1.0)
-            if np.all(change <= _SETTLED * largest):
+            if np.all(change <= SETTLED * largest):
                 break
-    settled: NDArray[np.bool_] = change <= _SETTLED * largest
+    settled: NDArray[np.bool_] = change <= SETTLED * largest
     return s, settled
 
 
@@ -150,7 +149,7 @@ def _by_newton(influence: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
     """The same for few nodes: with the signs of the last s the equations are linear; few change twice."""
     n = len(influence)
     nodes, s = np.arange(n), -influence
-    for _ in range(_SWEEPS):
+    for _ in range(ITERATIONS):
         signs = np.where(s.T < 0.0, -1.0, 1.0)  # by node of the program, then by node
         signs[nodes, nodes] = 0.0
         matrices = np.eye(n) - influence * signs[:, None, :]
@@ -164,7 +163,7 @@ def _by_newton(influence: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
 def _limits(rows: Constraints, y: FloatArray, s: FloatArray, known: NDArray[np.bool_]) -> CollapseLimits:
     n, terms = rows.n, np.abs(y) @ np.abs(rows.d)
     value, slope = y @ rows.g, y @ rows.d
-    rising, never = slope > _SETTLED * n * terms, value > _SETTLED * n * (np.abs(y) @ np.abs(rows.g))
+    rising, never = slope > SETTLED * n * terms, value > SETTLED * n * (np.abs(y) @ np.abs(rows.g))
     with np.errstate(divide="ignore", invalid="ignore"):
         load_factors = np.where(rising, np.maximum(value / slope, 0.0), np.where(never, inf, 0.0))
     sides = 2 * np.arange(n) + (s.T <= 0.0)

@@ -22,18 +22,17 @@ from shakedown.bounds.discs.frictionless import Frictionless, without_frictionle
 from shakedown.bounds.discs.polish import end_of
 from shakedown.bounds.discs.safe_proof import proved_unbounded
 from shakedown.bounds.discs.safest_slip import safest
-from shakedown.bounds.discs.scaled_discs import NOTHING, Basis, Carrying, DiscEnd, basis_of, scaled_discs
+from shakedown.bounds.discs.scaled_discs import Basis, Carrying, DiscEnd, basis_of, scaled_discs
 from shakedown.ground.errors import SolverError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
-from shakedown.programs.disc_solver import ACCURATE
 
 LOGGER = logging.getLogger("shakedown")
 INACCURATE = "the largest load factor misses its own conditions: a relative residual of {:.1e}"
-IDLE = 1e-9  # load of a node, relative to the largest, below which it is no scale of its own
 LARGE = 1000  # nodes, from where on time and memory are announced
 SECONDS, BYTES = 4e-8, 1100.0  # per node cubed, per node squared: measured on one core with 20 load steps
 
@@ -114,7 +113,7 @@ def _missed(rows: DiscRows, found: DiscLimit) -> float:
     """
     x, at, y, z, H = found.x, found.load_factor, found.y, found.z, rows.half_spaces
     loads = np.maximum(np.abs(rows.c), at * np.abs(rows.e)).max(axis=1)
-    sizes = np.maximum(loads, IDLE * loads.max())
+    sizes = np.maximum(loads, NEGLIGIBLE * loads.max())  # a smaller load is no scale of its own
     broken = float(np.max(-rows.room(x, at)[0] / np.where(sizes > 0, sizes, 1.0), initial=0.0))
     balance = (rows.sums @ y).ravel() @ rows.flat - z @ H.coefficients
     gap = abs(np.vdot(y, rows.c) + z @ H.g - at) + np.abs(balance) @ np.abs(x)
@@ -153,11 +152,11 @@ def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> DiscLimit:
 
 
 def _optimal(rows: DiscRows, best: DiscEnd) -> DiscLimit:
-    load_factor = best.load_factor if best.load_factor > NOTHING * best.scaled.load_unit else 0.0
+    load_factor = best.load_factor if best.load_factor > ROUND_OFF * best.scaled.load_unit else 0.0
     return DiscLimit(
         Status.OPTIMAL, load_factor, best.x, best.y, best.z, best.carrying,
         residual=rows.relative_excess(best.x, load_factor),
-        reduced_accuracy=best.accuracy > ACCURATE,
+        reduced_accuracy=best.accuracy > NEGLIGIBLE,
         end=best,
     )  # fmt: skip
 
@@ -186,7 +185,7 @@ def _infeasible(rows: DiscRows, end: DiscEnd) -> DiscLimit:
     return DiscLimit(
         Status.INFEASIBLE, nan, end.x, end.y, end.z, end.carrying,
         residual=_imbalance(rows, end.y, end.z),
-        reduced_accuracy=end.accuracy > ACCURATE,
+        reduced_accuracy=end.accuracy > NEGLIGIBLE,
         end=end,
     )  # fmt: skip
 
@@ -224,11 +223,11 @@ def _without(taken: Frictionless, balanced: bool, tolerances: Tolerances) -> Dis
     """The limit of what is left without frictionless nodes, in its own unknowns."""
     rest, zeta = taken.rest, np.zeros(taken.ways.shape[1])
     none, nothing = np.zeros_like(rest.c), np.zeros_like(rest.half_spaces.g)
-    if taken.against.size or (taken.forced is not None and taken.forced < -NOTHING):
+    if taken.against.size or (taken.forced is not None and taken.forced < -ROUND_OFF):
         return DiscLimit(Status.INFEASIBLE, nan, zeta, none, nothing, _none(), 0.0)
     if taken.forced is None:
         return _limit(rest, balanced, tolerances)
-    at = taken.forced if taken.forced > NOTHING else 0.0
+    at = taken.forced if taken.forced > ROUND_OFF else 0.0
     gaps = replace(rest.half_spaces, g=rest.half_spaces.g - at * rest.half_spaces.d, d=nothing)
     fixed = replace(rest, c=rest.c + at * rest.e, e=none, half_spaces=gaps)
     safe = safest(fixed, 0.0)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.constraints import PRESSURE, Constraints, stacked
+from shakedown.joint.constraints import Constraints, Side, stacked
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.law import Law
@@ -102,7 +102,7 @@ class DiscRows:
         """
         y = y.copy()
         y[self.smooth, 0] = 0.0
-        for row in np.flatnonzero(self.half_spaces.side == PRESSURE):
+        for row in np.flatnonzero(self.half_spaces.side == Side.PRESSURE):
             own = self.names[self.node] == self.half_spaces.node[row]
             least = np.flatnonzero(own & (self.step == self.half_spaces.step[row]))
             y[least[0], 0] = z[row]
@@ -185,7 +185,7 @@ def _pressures(problem: Problem, p0: FloatArray, less: FloatArray, step: Indices
         d=less[:, smooth].max(axis=0),
         g=p0[smooth],
         node=smooth,
-        side=np.full(len(smooth), PRESSURE),
+        side=np.full(len(smooth), Side.PRESSURE),
         step=step[less[:, smooth].argmax(axis=0)],
         rigid=rigid_slips(problem),
     )

@@ -8,6 +8,7 @@ from scipy.linalg import lu_factor, lu_solve
 
 from shakedown.bounds.discs.scaled_discs import DiscEnd, ScaledDiscs, in_units
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.disc_solver import disc_end
@@ -15,7 +16,6 @@ from shakedown.programs.self_dual import USABLE, Point, SelfDualEnd, balanced_mu
 from shakedown.programs.small_cones import TRIPLE
 
 STEPS = 12
-SHARP = 1e-13  # largest condition of the optimum that is left, in numbers near 1
 NEGATIVE = 1e-12  # largest room or multiplier below zero likewise
 ALIKE = (1.0, 1e-2, 1e2)  # by how much a slack may exceed its multiplier where the limit is active
 PROXIMITY = 1e-11  # what holds slips that the active limits leave free, and limits that say the same
@@ -104,7 +104,7 @@ def _newton(program: DiscProgram, end: SelfDualEnd, active: _Active) -> SelfDual
         if not np.isfinite(size) or size > 0.5 * reached:
             break
         best, reached = (x, m), size
-        if size <= SHARP * 1e-2:
+        if size <= ROUND_OFF * 1e-2:
             break
         step = _step(gradient, missing, H, J)
         x, m = x + step[: len(x)], m - step[len(x) :]

@@ -9,9 +9,9 @@ from shakedown.bounds.discs.frictionless import without_frictionless
 from shakedown.bounds.discs.polish import end_of
 from shakedown.bounds.discs.scaled_discs import Carrying, basis_of, scaled_discs
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
-from shakedown.programs.disc_solver import ACCURATE
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,7 @@ def safest(rows: DiscRows, load_factor: float) -> Safest:
     moved = replace(rows, c=c - cap * down, e=down, half_spaces=held)
     end = end_of(scaled_discs(moved, basis_of(rows), -1.0, 2.0 * cap))
     margin = end.load_factor - cap if end.optimal else -np.inf
-    return Safest(end.x, margin, cap, end.carrying, end.accuracy > ACCURATE)
+    return Safest(end.x, margin, cap, end.carrying, end.accuracy > NEGLIGIBLE)
 
 
 def safe_under_mean_load(problem: Problem, tolerances: Tolerances) -> bool:

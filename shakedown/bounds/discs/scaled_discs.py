@@ -8,14 +8,13 @@ from scipy.linalg import qr, solve_triangular
 
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.self_dual import SelfDualEnd
 
 Carrying = tuple[NDArray[np.intp], NDArray[np.intp]]  # discs and half-spaces by number
 
-CARRIES = 1e-9  # share of the largest multiplier from where on a disc is said to determine an end
-NOTHING = 1e-14  # of an unknown, in numbers near 1: it is round-off
 RANK = 64 * np.finfo(float).eps  # of a diagonal of the triangular factor, relative: less is no direction
 
 
@@ -80,7 +79,7 @@ class DiscEnd:
         """The discs and half-spaces that determine it: those with a multiplier, in numbers near 1."""
         discs, others, _ = self.scaled.program.parts(self.end.multipliers)
         weights, others = discs[:, 0], others[: len(self.z)]
-        least = CARRIES * max(weights.max(initial=0.0), others.max(initial=0.0))
+        least = NEGLIGIBLE * max(weights.max(initial=0.0), others.max(initial=0.0))
         return np.flatnonzero(weights > least), np.flatnonzero(others > least)
 
 
@@ -113,7 +112,7 @@ class ScaledDiscs:
 
     def slips(self, x: FloatArray) -> FloatArray:
         """Unknowns (k,) [length] from a point (K + 1,) of the program; none where all of it is round-off."""
-        if np.abs(x[:-1]).max(initial=0.0) <= NOTHING:
+        if np.abs(x[:-1]).max(initial=0.0) <= ROUND_OFF:
             return np.zeros(len(self.basis.to_slips))
         return np.asarray(self.unit * (self.basis.to_slips @ x[:-1]))
 

@@ -5,8 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from shakedown.bounds.energy.ball_limits import CONE, DiscLimits, Places
+from shakedown.bounds.energy.ball_limits import DiscLimits, Places
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.constraints import CONE
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.scaling import power_of_two
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from shakedown.bounds.energy.energy_metric import EnergyMetric, energy_metric
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.constraints import GAP
+from shakedown.joint.constraints import CONE, Side
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.law import Law
@@ -18,7 +18,6 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
 
 Places = NDArray[np.intp]
-CONE = 3  # numbers of a disc: f p, q_x, q_y
 OWN = 32 * np.finfo(float).eps  # what is left of a pressure that its node's reaction determines
 
 
@@ -236,7 +235,7 @@ def _own_parts(
 def _with_gaps(limits: DiscLimits, zone: Zone, transient: bool, tolerances: Tolerances) -> DiscLimits:
     """With the rows of the open nodes; a gap is multiplied by ``metric.unit``², so that it is a force."""
     whole, metric, limits_of = zone.constraints, limits.metric, zone.problem.layout
-    gap = whole.side == GAP
+    gap = whole.side == Side.GAP
     slope, d, g = whole.G[gap], whole.d[gap], whole.g[gap]
     node, step, force = whole.node[gap], whole.step[gap], metric.unit**2
     lengths = np.abs(slope) @ (force / metric.sizes)

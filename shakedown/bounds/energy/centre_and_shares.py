@@ -14,6 +14,7 @@ from shakedown.bounds.energy.polished_ball import ROUGH, SharpEnd, balance, shar
 from shakedown.ground.errors import SolverError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ITERATIONS, NEGLIGIBLE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.programs.disc_solver import DiscSolution, solved
@@ -21,11 +22,8 @@ from shakedown.programs.scaling import typical_size
 from shakedown.programs.self_dual import Points
 
 ROUNDS = 4
-HALF = 0.5
 GAIN = 1e-4  # relative: less than this, and no further round is made
-NEWTON_STEPS = 30  # towards the largest load factor at a centre; each ends nearer
 ROUND_OFF = 4 * np.finfo(float).eps
-NEGLIGIBLE = 1e-9  # share of a disc in the proof, relative to the largest, below which it is not named
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,7 +237,7 @@ def _by_turns(
     found = one(limits, ())
     if not split or not limits.own.any() or found.status == Status.UNBOUNDED:
         return found
-    half = sought(one, limits.shared(HALF * full_share(limits)), found.way)
+    half = sought(one, limits.shared(0.5 * full_share(limits)), found.way)
     if not isinstance(half, Missing) and half.status != Status.INFEASIBLE:
         worse = found.status == Status.INFEASIBLE or half.status == Status.UNBOUNDED
         found = half if worse or value(half) > value(found) else found
@@ -274,7 +272,7 @@ def _first_solution(
     tolerances: Tolerances,
 ) -> Found | None:
     """A solution with shares other than zero, None where none is found."""
-    each = limits.shared(HALF * full_share(limits))
+    each = limits.shared(0.5 * full_share(limits))
     for _ in range(ROUNDS):
         margin, slip, load_factor, radius = room(each)
         if margin > tolerances.feasibility:
@@ -330,7 +328,7 @@ def _last_zero(u: FloatArray, d: FloatArray, need: FloatArray) -> float:
     load = float(np.min(last[leaving], initial=inf))
     if load == inf:
         return load
-    for _ in range(NEWTON_STEPS):  # the root of a small difference may lack half the digits
+    for _ in range(ITERATIONS):  # the root of a small difference may lack half the digits
         q, left = u[:, 1:] - load * d[:, 1:], h - load * d[:, 0]
         size = np.hypot(q[:, 0], q[:, 1])
         along = np.einsum("ij,ij->i", q, d[:, 1:]) / np.where(size > 0, size, 1.0)

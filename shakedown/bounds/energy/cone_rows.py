@@ -7,9 +7,8 @@ from numpy.typing import NDArray
 
 from shakedown.bounds.energy.energy_rows import EnergyRows
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.programs.scaling import power_of_two
-
-NEGLIGIBLE = 1e-9  # share of a row in the proof, relative to the largest, below which it is not named
 
 
 @dataclass(frozen=True)

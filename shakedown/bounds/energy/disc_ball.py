@@ -12,11 +12,12 @@ from shakedown.bounds.energy.energy_results import EnergyBall
 from shakedown.bounds.energy.reasons import ALL_ADMISSIBLE, NO_ROOM, NO_SAFE_SLIP, NOT_HELD, WEDGED
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.contact_zone import Zone
 
-JUST_LESS = 1.0 - 1e-12  # of a radius that must be smaller than that
+JUST_LESS = 1.0 - 10 * ROUND_OFF  # of a radius that must be smaller than that
 
 
 @dataclass(frozen=True)

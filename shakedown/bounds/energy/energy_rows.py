@@ -9,7 +9,7 @@ from shakedown.bounds.energy.energy_metric import EnergyMetric, cleaned, energy_
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.constraints import GAP, constraints, through_transient
+from shakedown.joint.constraints import Side, constraints, through_transient
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips
@@ -118,7 +118,7 @@ def _rows(problem: Problem, transient: bool, tolerances: Tolerances) -> EnergyRo
 
 def check_resolved(rows: EnergyRows, slip: FloatArray, distance: float, tolerances: Tolerances) -> None:
     """Raise ``UsageError`` where a slip, or a distance around it, drowns the loads in its round-off."""
-    friction = rows.side != GAP
+    friction = rows.side != Side.GAP
     loads = float(np.max(np.abs(rows.g[friction])) + np.max(np.abs(rows.d[friction])))
     most = tolerances.stored_digits / np.finfo(float).eps * loads
     with np.errstate(over="ignore"):
@@ -136,13 +136,13 @@ def without_margin(problem: Problem, rows: EnergyRows) -> str:
     A frictionless node has no margin, and a pressure that changes under a slip that
     costs no energy has no bound within any ball.
     """
-    closed = np.unique(rows.node[rows.side != GAP])
+    closed = np.unique(rows.node[rows.side != Side.GAP])
     smooth = closed[problem.f[closed] == 0.0]
     if smooth.size:
         return f"node {smooth[0]} has no friction, and so no margin to a limit"
     unbounded = np.flatnonzero(np.isinf(rows.spread))
     if unbounded.size:
-        node, what = rows.node[unbounded[0]], "gap" if rows.side[unbounded[0]] == GAP else "pressure"
+        node, what = rows.node[unbounded[0]], "gap" if rows.side[unbounded[0]] == Side.GAP else "pressure"
         return (
             f"node {node}: a slip without tangential energy changes its {what} "
             "(with a normal stiffness added, kappa would not be positive semi-definite)"

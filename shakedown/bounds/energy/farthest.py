@@ -9,6 +9,7 @@ from shakedown.bounds.energy.cone_rows import ConeRows
 from shakedown.ground.errors import SolverError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.programs.program import Program, ball
@@ -20,7 +21,6 @@ NEWTON_STEPS = 5
 SHARP = 1e-10  # what may be left between λ and what its multipliers prove, relatively
 PULLING, NEAR = 1e-7, 1e-5  # active rows have larger multipliers and smaller slacks, relatively
 ROUND_OFF = 32 * np.finfo(float).eps
-SINGULAR = 1e-6  # relative singular value of a Newton system that the cone solver cannot tell from zero
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def _sharp(rows: ConeRows, found: Farthest) -> Farthest:
     it comes nearest to what the multipliers prove is kept.
     """
     best = replace(found, load_factor=rows.farthest(found.y))
-    for singular in (ROUND_OFF, SINGULAR):
+    for singular in (ROUND_OFF, SIX_DIGITS):  # the cone solver tells none below SIX_DIGITS from zero
         candidate = _newton(rows, found, singular)
         if candidate is None:
             continue

@@ -4,10 +4,9 @@ import numpy as np
 
 from shakedown.bounds.energy.ball_limits import DiscLimits
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import HALVINGS, NEGLIGIBLE
 
 MOST = 0.99  # largest f |c|: the proof needs less than 1
-TIED = 1e-9  # relative: load steps that leave a node the same room but for round-off
-HALVINGS = 54
 
 
 def best_share(limits: DiscLimits, slip: FloatArray, load_factor: float, radius: float) -> FloatArray:
@@ -52,7 +51,7 @@ def best_share(limits: DiscLimits, slip: FloatArray, load_factor: float, radius:
         steep = np.sqrt(np.einsum("ij,ij->i", away**2, values))
         taken = a[node] * drawn - pressed
         worst = np.maximum.reduceat(taken, first)
-        tied = taken >= worst[node] - TIED * (np.abs(pressed) + a[node] * drawn)
+        tied = taken >= worst[node] - NEGLIGIBLE * (np.abs(pressed) + a[node] * drawn)
         at = np.maximum.reduceat(np.where(tied, drawn, 0.0), first)
         left = np.where(limits.least > 0, 1.0 - t, 1.0)  # where γ itself vanishes 1 − t is divided out
         gamma = np.where(limits.least > 0, np.hypot(limits.least, left * steep), steep)

@@ -6,7 +6,7 @@ import numpy as np
 
 from shakedown.bounds.energy.energy_rows import EnergyRows, energy_rows
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.constraints import GAP
+from shakedown.joint.constraints import Side
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.loading import transient_path
 
@@ -38,7 +38,7 @@ def zone_rows(zone: Zone, *, transient: bool = True, tolerances: Tolerances = DE
     if not zone.open_nodes:
         return rows
     whole, metric = zone.constraints, rows.metric
-    gap = whole.side == GAP
+    gap = whole.side == Side.GAP
     slope, d, g, node = whole.G[gap], whole.d[gap], whole.g[gap], whole.node[gap]
     lengths = np.abs(slope) @ (metric.unit**2 / metric.sizes)
     spread = metric.relative_dual_norms(slope, lengths, tolerances)  # inf where a rigid slip changes it
@@ -57,5 +57,5 @@ def zone_rows(zone: Zone, *, transient: bool = True, tolerances: Tolerances = DE
         g=np.append(rows.g, force * g),
         spread=np.append(rows.spread, force * spread),
         node=np.append(np.array(zone.closed_nodes)[rows.node], node),
-        side=np.append(rows.side, np.full(len(node), GAP)),
+        side=np.append(rows.side, np.full(len(node), Side.GAP)),
     )

@@ -25,9 +25,9 @@ from shakedown.bounds.enumeration.walk_state import (
 from shakedown.ground.code_cache import ensure_code_can_be_compiled
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.linked_code import pipeline
+from shakedown.ground.round_off import ROUND_OFF
 
 SUSPECT = 1e-7  # smaller pivots, in rows of size 1, are left to a method that sees the condition number
-ABSENT = 1e-13  # entries that round-off leaves of zero
 DOUBTFUL = 1e3  # tolerances within which a point is solved again before it is judged
 
 ensure_code_can_be_compiled()
@@ -71,7 +71,7 @@ def leaves(whole: Whole) -> None:
             a, b = b, a
             own, other = 1, 0
         if abs(a) <= SUSPECT:
-            if abs(a) > ABSENT or known or abs(b) <= SUSPECT:
+            if abs(a) > ROUND_OFF or known or abs(b) <= SUSPECT:
                 set_aside(path, N - 1, whole.suspects)
                 continue
             own, other, fixed = 1, 0, True  # no slip is left in the row: it gives the load factor

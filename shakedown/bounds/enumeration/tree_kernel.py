@@ -13,10 +13,11 @@ its completions, to be examined by other means.
 import numpy as np
 from numba import njit
 
-from shakedown.bounds.enumeration.leaf_kernel import ABSENT, SUSPECT, leaves, linked, set_aside, triples
+from shakedown.bounds.enumeration.leaf_kernel import SUSPECT, leaves, linked, set_aside, triples
 from shakedown.bounds.enumeration.walk_state import IntArray, Limits, WalkElimination, Whole
 from shakedown.ground.code_stamp import stamped
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ROUND_OFF
 
 
 def elimination(rows: FloatArray, prefix: IntArray) -> WalkElimination:
@@ -104,7 +105,7 @@ def _pivot(work: FloatArray, depth: int, row: int, width: int, known: bool) -> t
             pivot, size = c, entry
     if size > SUSPECT:
         return pivot, known
-    if size > ABSENT or known or abs(work[depth, width - 1, row]) <= SUSPECT:
+    if size > ROUND_OFF or known or abs(work[depth, width - 1, row]) <= SUSPECT:
         return -1, known
     return width - 1, True
 

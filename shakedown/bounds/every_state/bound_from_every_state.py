@@ -17,6 +17,7 @@ from shakedown.bounds.every_state.unique_rates import held
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.status import Status
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
@@ -24,7 +25,6 @@ from shakedown.joint.result import Result
 
 FIRST_SECTORS, MOST_SECTORS = 32, 256
 WORTH = 1.01  # by which factor more sectors must raise the bound for still more to be tried
-APART = 1e-9  # relative: a node that only lift-off limits
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -232,7 +232,7 @@ def _result(
         status=Status.OPTIMAL if load_factor < inf else Status.UNBOUNDED,
         load_factor=load_factor,
         node=node if load_factor < inf else -1,
-        lifts=bool(lift_off[node] >= (1.0 - APART) * largest) and largest > 0,
+        lifts=bool(lift_off[node] >= (1.0 - NEGLIGIBLE) * largest) and largest > 0,
         sectors=int(reach.sectors[node]),
         reactions=z / np.repeat(joint.lengths, 2),
         pressures=pressures / joint.lengths,

@@ -8,11 +8,7 @@ from numpy.typing import NDArray
 from shakedown.bounds.every_state.leaning_discs import LeaningDiscs
 from shakedown.bounds.every_state.sectors import Sectors
 from shakedown.ground.float_array import FloatArray
-
-STEPS = 300  # of exchanging one of three touching points: 10 to 40 are taken
-WIDTH = 2.0**-44  # of what is left open, relative to the radius
-NONE = 2.0**-40  # change of a weight that is round-off
-EPS = float(np.finfo(float).eps)
+from shakedown.ground.round_off import EPS, ITERATIONS, ROUND_OFF
 
 
 @dataclass(frozen=True)
@@ -116,13 +112,13 @@ def disc_centres(loops: Loops) -> DiscCentres:
     if not k:
         return DiscCentres(centre, below, below)
     best, above, going = centre.copy(), np.full(k, np.inf), np.arange(k)
-    for _ in range(STEPS):
+    for _ in range(ITERATIONS):  # each exchanges one of three touching points: 10 to 40 are taken
         part = loops.part(going)
         reached = part.needed_above(centre[going])
         better = reached < above[going]
         above[going[better]], best[going[better]] = reached[better], centre[going[better]]
         needed, u, constant, right = part.worst(centre[going])
-        open_yet = needed - below[going] > np.maximum(WIDTH * np.abs(needed), part.round_off())
+        open_yet = needed - below[going] > np.maximum(ROUND_OFF * np.abs(needed), part.round_off())
         if not open_yet.any():
             break
         going = going[open_yet]
@@ -156,7 +152,8 @@ def _exchanged(basis: FloatArray, new: FloatArray) -> tuple[FloatArray, NDArray[
     columns = basis[..., :3].transpose(0, 2, 1)
     right = np.stack([np.broadcast_to([0.0, 0.0, 1.0], new[:, :3].shape), new[:, :3]], axis=2)
     weights, change = np.moveaxis(np.linalg.solve(columns, right), 2, 0)
-    ratio = np.where(change > NONE, np.maximum(weights, 0.0) / np.where(change > NONE, change, 1.0), np.inf)
+    changes = change > ROUND_OFF
+    ratio = np.where(changes, np.maximum(weights, 0.0) / np.where(changes, change, 1.0), np.inf)
     leaving, found = ratio.argmin(axis=1), basis.copy()
     found[np.arange(len(found)), leaving] = new
     regular = np.abs(np.linalg.det(found[..., :3])) > 4 * EPS * found[..., 2].max(axis=1)

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from shakedown.bounds.every_state.least_pressures import LeastPressures
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import EPS
 
 ROUND = 0.05  # least |1 − f h| at which a disc leans: below it nearly degenerates
 MOST = 2.0  # size of a disc up to which the round-off of a reach is bounded
-EPS = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,9 @@ from numpy.typing import NDArray
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint
 from shakedown.bounds.every_state.sectors import Sectors
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import EPS, ITERATIONS, ROUND_OFF, SETTLED, SWEEPS
 
-SWEEPS = 400  # of the iteration: at 0.9 a sweep that settles
-NEWTON_STEPS = 40
-SETTLED = 2.0**-50  # last change of multipliers, relative: as far as round-off lets them
-EXCESS = 2.0**-44  # by how much the weights of the friction limits exceed the multipliers, relative, at first
 TRIES, MORE = 4, 2.0  # to exceed the round-off in them; by so many times
-EPS = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -67,7 +63,8 @@ def least_pressures(joint: ScaledJoint, sectors: Sectors) -> LeastPressures:
     inverse = np.linalg.inv(joint.A)
     own, others = (joint.B @ inverse)[sectors.node], joint.fB @ inverse
     size = np.abs(own).max(axis=1, initial=0.0)
-    excess, Y = EXCESS * max(1.0, joint.n / 4) * size, own
+    # the weights of the friction limits exceed the multipliers
+    excess, Y = ROUND_OFF * max(1.0, joint.n / 4) * size, own
     for _ in range(TRIES):
         Y, settled = _iterated(own, others, excess, sectors, Y)
         for c in np.flatnonzero(~settled):
@@ -125,7 +122,7 @@ def _by_newton(joint: ScaledJoint, sectors: Sectors, c: int, excess: float, star
     one = Sectors(sectors.node[[c]], sectors.middle[[c]], sectors.half)
     fB, right, n = joint.fB, joint.B[sectors.node[c]], joint.n
     Y, best, least = np.zeros_like(start), start, np.inf
-    for _ in range(NEWTON_STEPS):
+    for _ in range(ITERATIONS):
         rest = right - (_sizes(Y[None], one)[0] + excess) @ fB - Y @ joint.A
         if (size := float(np.abs(rest).max())) < least:
             best, least = Y.copy(), size

@@ -4,15 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ITERATIONS, SETTLED
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import rows_of
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.scaling import power_of_two
 
-SWEEPS = 60  # of the iteration for all nodes together, each one product of matrices
-CORRECTIONS = 30  # of the sides of one node for which it does not settle, each one linear system
-SETTLED = 8 * np.finfo(float).eps  # a change of a multiplier, relative to the largest, that is round-off
 BALANCED = 64 * np.finfo(float).eps  # what round-off leaves of a balance of forces, relative to its terms
 
 
@@ -69,7 +67,7 @@ def _iterated(influence: FloatArray, sign: float) -> FloatArray:
     """s of every node as columns; columns that have not settled after the last sweep are far from balance."""
     s = start = sign * np.eye(len(influence))
     with np.errstate(over="ignore", invalid="ignore"):
-        for _ in range(SWEEPS):
+        for _ in range(ITERATIONS):
             before, s = s, start + influence @ _folded(s, sign)
             if np.abs(s - before).max() <= SETTLED * np.abs(s).max():
                 break
@@ -94,7 +92,7 @@ def _balanced(A: FloatArray, fB: FloatArray, s: FloatArray, sign: float) -> NDAr
 def _corrected(A: FloatArray, fB: FloatArray, sign: float, node: int) -> FloatArray:
     """s of one node, by Newton's method; NaN where it comes to no end."""
     side = np.where(np.arange(len(A)) == node, -sign, 1.0)
-    for _ in range(CORRECTIONS):
+    for _ in range(ITERATIONS):
         try:
             s = _solved((A.T - side[:, None] * fB).T, sign * A[:, node])
         except np.linalg.LinAlgError:

@@ -6,11 +6,10 @@ from shakedown.bounds.every_state.least_pressures import LeastPressures
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint
 from shakedown.bounds.every_state.sectors import Sectors, turned
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import EPS, SIX_DIGITS
 
 SAMPLES = 17  # of a sector, at which its curve is looked at; between them its curvature is bounded
 EVEN = 0.1  # ends that differ by more than this factor are covered by one circle
-FLAT = 1e-6  # least size of an end
-EPS = float(np.finfo(float).eps)
 
 
 def sector_rows(joint: ScaledJoint, least: LeastPressures, half: float) -> tuple[Sectors, FloatArray]:
@@ -43,7 +42,7 @@ def sector_rows(joint: ScaledJoint, least: LeastPressures, half: float) -> tuple
 def _covering(base: FloatArray, wave: FloatArray, half: float) -> FloatArray:
     """Sizes (c, 2) of ends whose triangle with 0 holds g u, g = base + wave · (cos δ, sin δ), |δ| ≤ half."""
     swing = np.hypot(wave[:, 0], wave[:, 1])
-    highest = np.maximum(base + swing, FLAT)
+    highest = np.maximum(base + swing, SIX_DIGITS)
     at_ends = np.stack([_curve(base, wave, angle) for angle in (-half, half)], axis=1)
     uneven = at_ends.min(axis=1) < EVEN * highest
     ends = np.where(uneven[:, None], highest[:, None], at_ends)
@@ -54,7 +53,7 @@ def _covering(base: FloatArray, wave: FloatArray, half: float) -> FloatArray:
     curvature = (np.abs(base) + 4.0 * swing) * np.hypot(even, odd)
     step = 2.0 * half / (SAMPLES - 1)
     stretch = np.max(gauge, axis=0) + step**2 / 8.0 * curvature + 64 * EPS * (1.0 + np.abs(base) + swing)
-    return np.asarray(ends * np.maximum(stretch, FLAT)[:, None])
+    return np.asarray(ends * np.maximum(stretch, SIX_DIGITS)[:, None])
 
 
 def _curve(base: FloatArray, wave: FloatArray, angle: float) -> FloatArray:

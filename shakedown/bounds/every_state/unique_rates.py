@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint
+from shakedown.bounds.uniqueness.weak_coupling import WIDTH
 from shakedown.ground.golden_section import least_value
+from shakedown.ground.round_off import EPS
 
 WAYS = 64  # directions of slip in which a node's own resistance is looked at; between them it is bounded
-WIDTH = 10.0  # largest distance of the best log c from the middle; any c gives a valid margin
-EPS = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)

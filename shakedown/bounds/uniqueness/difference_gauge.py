@@ -6,13 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS, SWEEPS
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 
-SWEEPS = 400  # of the search for the scales, each four products of matrices
-CLEARLY = 1e-9  # below 1, so that round-off decides nothing
-LEAST = 1e-6  # scale of two nodes, relative to the largest
 SUMS_UP_TO = 16  # nodes up to which sums of slips are compared, too: each sweep takes n⁵ steps
 
 
@@ -77,7 +75,7 @@ def difference_gauge(problem: Problem) -> DifferenceGauge | None:
         new[:n] = _largest(p, m, total, t)
         new[:, :n] = np.maximum(new[:, :n], _largest(p, m, total, t.T).T)
         least, ratio, smaller = _compared(new, t)
-        if ratio < 1.0 - CLEARLY:
+        if ratio < 1.0 - NEGLIGIBLE:
             return DifferenceGauge(compared, t, ratio)
         if least >= 1.0:
             return None
@@ -92,7 +90,7 @@ def _compared(new: FloatArray, t: FloatArray) -> tuple[float, float, FloatArray]
     return (
         float(shares.min()),
         float(shares.max()),
-        np.where(apart, np.maximum(new / new[apart].max(), LEAST), 0.0),
+        np.where(apart, np.maximum(new / new[apart].max(), SIX_DIGITS), 0.0),
     )
 
 
@@ -115,7 +113,7 @@ def _with_sums(weights: FloatArray, compared: FloatArray) -> DifferenceGauge | N
         unsettled = False
         for each in flips:
             other = _set_off(size, each, place, opposite, t)
-            better = other < bound * (1.0 - CLEARLY)
+            better = other < bound * (1.0 - NEGLIGIBLE)
             taken = np.where(better[:, :, None], each, taken)
             bound, unsettled = np.where(better, other, bound), unsettled or bool(better.any())
         bound = bound.reshape(2, n, nodes).max(axis=0)
@@ -123,7 +121,7 @@ def _with_sums(weights: FloatArray, compared: FloatArray) -> DifferenceGauge | N
         new = np.maximum(new, new.T)
         new[own, n + own] = new[n + own, own] = 2.0 * new[own, -1]
         least, ratio, smaller = _compared(new, t)
-        if ratio < 1.0 - CLEARLY:
+        if ratio < 1.0 - NEGLIGIBLE:
             return DifferenceGauge(compared, t, ratio)
         if least >= 1.0 and not unsettled:
             return None

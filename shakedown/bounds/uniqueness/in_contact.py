@@ -2,15 +2,19 @@
 
 from dataclasses import dataclass
 
-from shakedown.bounds.uniqueness.moving_sets import MovingSet, every_set, few_nodes, first_to_lose
+from shakedown.bounds.uniqueness.moving_sets import (
+    LARGEST_SET,
+    MovingSet,
+    every_set,
+    few_nodes,
+    first_to_lose,
+)
 from shakedown.bounds.uniqueness.scaled_stiffness import ScaledStiffness, held, scaled_stiffness
 from shakedown.bounds.uniqueness.weak_coupling import energy_limit, weakly_coupled
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIGNS, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-
-EXACT_IN_CONTACT = 8  # nodes up to which all moving sets are tried
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -75,7 +79,7 @@ def unique_in_contact(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> 
     if weakly_coupled(stiffness, friction):
         return Uniqueness(True, "coupling ratio below 1")
     n = stiffness.n
-    if n <= EXACT_IN_CONTACT:
+    if n <= LARGEST_SET:
         return _judged(stiffness, every_set(n, separation=False), friction, every=True)
     few = _judged(stiffness, few_nodes(stiffness), friction)
     if few.unique is False:

@@ -18,13 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.uniqueness.scaled_stiffness import ScaledStiffness, held
+from shakedown.ground.amounts import AT_ONCE
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ROUND_OFF
 
 DOUBLE_ROOT = 1e-7  # imaginary part, relative to the size, to which round-off ε parts a double root: √ε
-ROUND_OFF = 1e-14  # eigenvalue, relative to the largest entry, that is round-off of zero
-AT_ONCE = 1 << 16  # matrices whose eigenvalues are held in memory at one time
 LARGEST_SET = 8  # moving nodes up to which sets grow
-NEIGHBOURS = 8  # nodes that each one is paired with
 PROMISING = 4  # grown sets, the best with the sides they had, whose sides are all tried
 
 
@@ -163,7 +162,7 @@ def neighbours(stiffness: ScaledStiffness) -> list[tuple[int, int]]:
     B = np.abs(stiffness.B)
     strength = (np.abs(stiffness.A) + B + B.T) / np.outer(size, size)
     np.fill_diagonal(strength, -1.0)
-    most = np.argsort(-strength, axis=1)[:, : min(n - 1, NEIGHBOURS)]
+    most = np.argsort(-strength, axis=1)[:, : min(n - 1, LARGEST_SET)]
     return [(i, int(j)) for i in range(n) for j in most[i]]
 
 

@@ -7,15 +7,8 @@ import numpy as np
 from shakedown.bounds.uniqueness.scaled_stiffness import ScaledStiffness, held
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.golden_section import least_value
+from shakedown.ground.round_off import EPS, HALVINGS, ITERATIONS, NEGLIGIBLE, ROUND_OFF
 
-DOUBLINGS = 40  # of the factor 1, after which a coupling ratio of 1 counts as never reached
-CLOSE = 1e-9  # distance from a node's own critical friction, where its limits move without bound
-BISECTIONS = 40
-STEPS = 60  # of the search for the weights; each converges quadratically once the sides are settled
-SETTLED = 1e-14  # distance of the two ends of ρ*, relative to it
-TRACE = 1e-13  # of coupling between all nodes makes the weights positive where some nodes act on no others
-LEAST_WEIGHT = 1e-12  # of a node that hardly takes part in the coupling
-EPS = float(np.finfo(float).eps)
 WIDTH = 10.0  # largest distance of the best log c from the middle: e²⁰ in c²; any c is valid
 
 
@@ -57,12 +50,13 @@ def row_coupling_ratio(A: FloatArray, fB: FloatArray) -> RowCoupling | None:
         return None
     n = len(A)
     all_nodes, d, best = np.arange(n), np.ones(n), (np.inf, np.ones(n))
-    M = N + TRACE * N.max()
-    for _ in range(STEPS):
+    # a trace of coupling between all nodes makes the weights positive where some act on no others
+    M = N + ROUND_OFF * N.max()
+    for _ in range(ITERATIONS):
         moved = M @ d
         quotient = moved.max(axis=0) / d
         best = min(best, (float(quotient.max()), d), key=lambda found: found[0])
-        if quotient.max() - quotient.min() <= SETTLED * quotient.max():
+        if quotient.max() - quotient.min() <= ROUND_OFF * quotient.max():
             break
         chosen = M[moved.argmax(axis=0), all_nodes]
         try:
@@ -72,7 +66,7 @@ def row_coupling_ratio(A: FloatArray, fB: FloatArray) -> RowCoupling | None:
         d = np.abs(d)
         if not np.all(np.isfinite(d)) or d.max() == 0.0:
             break
-        d = np.maximum(d / d.max(), LEAST_WEIGHT)
+        d = np.maximum(d / d.max(), ROUND_OFF)  # where a node hardly takes part in the coupling
     weights = best[1]
     bound = _rounded_up(A, fB, weights)
     return RowCoupling(min(float((N @ weights / weights).max()), bound), bound, weights)
@@ -106,13 +100,13 @@ def coupling_limit(stiffness: ScaledStiffness) -> float:
     own = float(np.min(a / np.where(b > 0, b, 1.0), where=b > 0, initial=np.inf))
     if not weakly_coupled(stiffness, 0.0):
         return 0.0
-    high = own * (1 - CLOSE)
+    high = own * (1 - NEGLIGIBLE)  # at a node's own critical friction its limits move without bound
     if np.isinf(own):
-        high = next((t for t in 2.0 ** np.arange(DOUBLINGS) if not weakly_coupled(stiffness, t)), np.inf)
+        high = next((t for t in 2.0 ** np.arange(HALVINGS) if not weakly_coupled(stiffness, t)), np.inf)
     if np.isinf(high) or weakly_coupled(stiffness, high):
         return float(high)
     low = 0.0
-    for _ in range(BISECTIONS):
+    for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if weakly_coupled(stiffness, middle) else (low, middle)
     return float(low)
@@ -128,7 +122,7 @@ def weakly_coupled(stiffness: ScaledStiffness, factor: float) -> bool:
         return False
     n = len(stiffness.A)
     side = N.sum(axis=2).argmax(axis=0)
-    for _ in range(STEPS):
+    for _ in range(ITERATIONS):
         try:
             x = np.linalg.solve(np.eye(n) - N[side, np.arange(n)], np.ones(n))
         except np.linalg.LinAlgError:

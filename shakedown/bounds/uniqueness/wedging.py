@@ -7,6 +7,7 @@ from scipy.linalg import null_space
 
 from shakedown.bounds.uniqueness.scaled_stiffness import ScaledStiffness
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
 from shakedown.joint.result import Result
 from shakedown.programs.program import INF, Program
 from shakedown.programs.solver import solve
@@ -15,11 +16,8 @@ LARGEST_PROBLEM = 100  # nodes
 PROGRAMS = 60  # linear programs that one search may take
 QUICK = 16  # of them just below the last witness; the others halve the bracket
 LARGEST = 1e8  # friction up to which a wedged state is looked for
-ROUND_OFF = 1e-11  # reactions, relative to the terms of their sum, that count as zero
+NO_REACTION = 1e-11  # reactions, relative to the terms of their sum, that count as zero
 LEAST_SPARE = 1e-3  # smallest weight of a row, so that every program has a solution
-SPARE = 1e-12  # violation of the rows, in numbers near 1, that round-off leaves
-CLOSE = 1e-9  # relative gap at which the search ends
-KNOWN = 1e-6  # relative gap up to which the threshold counts as known
 HIDDEN = "round-off hides whether a wedged state exists"
 NOT_SEARCHED = f"a wedged state is looked for up to {LARGEST_PROBLEM} nodes only"
 
@@ -119,13 +117,13 @@ class Bracket:
         self.slip: FloatArray | None = None
         self.programs, self.spare = 0, np.ones(stiffness.n)
         self.ways = slips_held_by_friction(stiffness)
-        self.least = CLOSE * np.abs(stiffness.A).max() / np.abs(stiffness.weighted).max()
-        self.largest = LARGEST * self.least / CLOSE
+        self.least = NEGLIGIBLE * np.abs(stiffness.A).max() / np.abs(stiffness.weighted).max()
+        self.largest = LARGEST * self.least / NEGLIGIBLE
 
     @property
     def closed(self) -> bool:
         """Whether the two factors agree, or there is a wedged state for any friction."""
-        return self.low >= self.high * (1 - KNOWN) or self.high <= self.least
+        return self.low >= self.high * (1 - SIX_DIGITS) or self.high <= self.least
 
     def close(self) -> None:
         """Find a wedged state for large friction, then ever smaller friction for one."""
@@ -135,8 +133,8 @@ class Bracket:
     def _lower_high(self) -> float:
         """Draw ``high`` down; gives the largest factor at which no witness turned up."""
         below, quick = max(self.low, self.least), True
-        while self.programs < PROGRAMS and below < self.high * (1 - CLOSE):
-            factor = min(self.high if quick else np.sqrt(self.high * below), self.high * (1 - CLOSE))
+        while self.programs < PROGRAMS and below < self.high * (1 - NEGLIGIBLE):
+            factor = min(self.high if quick else np.sqrt(self.high * below), self.high * (1 - NEGLIGIBLE))
             lowered = self._lowered(factor)
             if not lowered and not quick:
                 below = factor  # be it that only round-off spoils the witness, and that `low` stays
@@ -146,7 +144,7 @@ class Bracket:
 
     def _raise_low(self, top: float) -> None:
         """Prove more, where round-off spoilt the witnesses up to ``top``."""
-        while self.programs < PROGRAMS and self.low < top * (1 - CLOSE) and not self.closed:
+        while self.programs < PROGRAMS and self.low < top * (1 - NEGLIGIBLE) and not self.closed:
             factor = np.sqrt(max(self.low, self.least) * top)
             self._lowered(factor)
             if self.low < factor:
@@ -156,7 +154,7 @@ class Bracket:
         """Whether there is a wedged state at a factor; draws the bracket together."""
         self.programs += 1
         slip, violation = wedged_slip(self.stiffness, factor, self.spare, self.ways)
-        if violation > SPARE:
+        if violation > ROUND_OFF:
             self.low = max(self.low, factor)
             return False
         used = friction_used(self.stiffness, slip)
@@ -172,7 +170,7 @@ def friction_used(stiffness: ScaledStiffness, slip: FloatArray) -> float:
     """Smallest t with |A v| ≤ t φ B v for a given v; infinite where there is none."""
     A, B = stiffness.A, stiffness.weighted
     q, p = np.abs(A @ slip), B @ slip
-    no_q, no_p = ROUND_OFF * (np.abs(A) @ np.abs(slip)), ROUND_OFF * (np.abs(B) @ np.abs(slip))
+    no_q, no_p = NO_REACTION * (np.abs(A) @ np.abs(slip)), NO_REACTION * (np.abs(B) @ np.abs(slip))
     pressed = p > no_p
     idle = (q <= no_q) & (p >= -no_p)
     ratios = np.where(pressed, q / np.where(pressed, p, 1.0), np.where(idle, 0.0, np.inf))

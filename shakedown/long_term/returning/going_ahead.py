@@ -11,13 +11,13 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.long_term.returning.extrapolation import course_of
 from shakedown.motion.integrator import closed_stiffness
 
-ROUND_OFF = 1e-9  # of the largest eigenvalue of a scaled stiffness: smaller ones are none
 WORTH = 8.0  # periods that a leap goes ahead, at least: it costs some, and so does what is seen before it
 PRICE = 1e-5  # of all that a joint has slipped: by so much a leap may be unsure
 LEAST_TURN, MOST_TURN = 1e-3, 0.1  # of a change: what it may differ by from what was foreseen, however far
@@ -62,7 +62,7 @@ def measure_of(problem: Problem) -> Measure:
     diagonal = np.diag(stiffness)
     own = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(0.5 * (stiffness + stiffness.T) / own / own[:, None])
-    kept = values > ROUND_OFF * values[-1]
+    kept = values > NEGLIGIBLE * values[-1]
     motions = rigid_slips(problem).motions
     rigid = np.zeros((layout.size, motions.shape[1]))
     rigid[layout.slips] = np.linalg.qr(motions)[0] if motions.shape[1] else motions

@@ -10,6 +10,7 @@ from shakedown.bounds.every_state.universal_bound import UniversalBound, univers
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.evidence import Missing, allowed
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import Outcome
 from shakedown.joint.derived import once_per_problem
@@ -20,7 +21,7 @@ from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import scales
 from shakedown.motion.cycle_record import State
 
-CLEAR = 1e-6  # of the slip per period: by less a cycle misses its start that no ball with margins can hold
+CLEAR = SIX_DIGITS  # of the slip per period: by less a cycle misses its start that no ball can hold
 CLEAR_ENOUGH = 1e-3  # and how well it is known, where the load factor is in no proof of the start
 
 S = TypeVar("S", bound=LongTermState)

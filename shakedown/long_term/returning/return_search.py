@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
 from shakedown.joint.rigid_slips import can_drift
@@ -26,7 +27,6 @@ WINDOW = 7  # states one period apart that a leap begins with, at most
 FOR_EVER = 1e-8
 ROUND_OFF = 64.0 * np.finfo(float).eps  # of a state: change that is none
 CLEAR = 1e-3  # of the slip per period: by so little it is uncertain, and differs from the one before
-DRIFTS = 1e-6  # of the slip per period: a change of a state that repeats is a drift
 ALTERNATES = 0.1  # of the change from one period to the next: that to a later one whose like comes back
 APART = 4.0  # times what fades away: twice that is between states on both sides of where they meet
 STILL = 1e-3  # of the noise: slip below it that grows is round-off
@@ -269,7 +269,7 @@ class ReturnSearch:
         error = max(record.error for record in list(self.records)[-p:])
         if error > clear or np.abs(self._slip(p + 1, 2 * p) - slip).max() > CLEAR * most:
             return None
-        if np.abs(self._change(p)).max() <= DRIFTS * most:
+        if np.abs(self._change(p)).max() <= SIX_DIGITS * most:
             return self._found(Outcome.CYCLIC_SLIP, f"the same slip every {every}{self._way()}", p)
         if not can_drift(self.motion.problem):
             return None

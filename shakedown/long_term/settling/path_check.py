@@ -23,11 +23,11 @@ from shakedown.ground.named_state import (
     inner,
     made,
 )
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.motion.plane.active_set import ActiveSet, add_product, larger
 from shakedown.motion.plane.moving_state import JUMPS, Course, Record
 
 MOST_ADDED = 64  # changes of κ u, after which it is computed anew, so that round-off does not add up
-SHORT = 1e-9  # of a cycle: contact states that last no longer are those of one instant, met in any order
 
 
 class Scale(NamedTuple):
@@ -201,7 +201,7 @@ def smaller(a: float, b: float) -> float:
 @inner
 def enter_contact(check: PathCheck, time: float, steps: int, code: np.uint64) -> None:
     """The contact states of the row before have lasted until now, when these take over."""
-    if check.rows > 1 and time - check.time > SHORT * steps:
+    if check.rows > 1 and time - check.time > NEGLIGIBLE * steps:
         if check.first == np.uint64(0):
             check.first = check.code
         elif check.code != check.last:

@@ -19,7 +19,7 @@ from scipy.linalg.lapack import dpotrf
 from shakedown.ground.float_array import FloatArray
 from shakedown.models.condensation.dissection import DissectionPiece, IntArray
 
-BYTES = 8  # of a number
+BYTES = np.dtype(float).itemsize
 
 
 @dataclass(frozen=True, eq=False)

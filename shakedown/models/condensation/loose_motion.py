@@ -9,9 +9,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import eigsh
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 
 Places = Mapping[int, Sequence[float]]  # node → (x, y, z)
-_NULL = 1e-9  # of the largest diagonal entry: an eigenvalue that is a motion without resistance
 _SAME = 1e-5  # part of a motion that must lie outside the free ones for it not to be one of them
 _MOST_MODES = 12
 _DENSE = 400  # rows up to which all eigenvalues are computed
@@ -57,10 +57,10 @@ def _null_space(K: sparse.csc_array) -> FloatArray:
     if N <= _DENSE:
         values, modes = np.linalg.eigh(K.toarray())
     else:
-        shifted = {"k": _MOST_MODES, "sigma": -_NULL * largest, "v0": np.ones(N)}
+        shifted = {"k": _MOST_MODES, "sigma": -NEGLIGIBLE * largest, "v0": np.ones(N)}
         values, modes = eigsh(K, **shifted)
     order = np.argsort(values)
-    null = max(int((values <= _NULL * largest).sum()), 1)
+    null = max(int((values <= NEGLIGIBLE * largest).sum()), 1)
     return np.asarray(modes[:, order[:null]])
 
 

@@ -5,11 +5,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.tolerances import DEFAULT
 
-STEEP = 0.2  # sine of the angle between an axis and a normal below which the axis gives no tangent there
 FLAT = 1e-3  # by which unit normals of a flat patch may differ from their mean
-TIED = 1e-9  # axes that lie along the normals by as much, to round-off: the first of them is taken
+STEEP = 0.2  # sine of the angle between an axis and a normal below which the axis gives no tangent there
 
 
 def tangent_pairs(normals: FloatArray, tangent: ArrayLike | None = None) -> FloatArray:
@@ -99,7 +99,8 @@ def _by_axes(normals: FloatArray) -> FloatArray:
 
 def _least(along: FloatArray) -> NDArray[np.intp]:
     """The column with the least number of every row, the first of those that are equal to round-off."""
-    return np.argmax(along <= along.min(axis=1, keepdims=True) + TIED, axis=1)
+    # axes that lie along the normals by as much, to round-off: the first of them is taken
+    return np.argmax(along <= along.min(axis=1, keepdims=True) + NEGLIGIBLE, axis=1)
 
 
 def _completed(normals: FloatArray, towards: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.result import Result
 from shakedown.models.condensation.loose_motion import motions_in_words
@@ -16,7 +17,6 @@ from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.stiffness import Stiffness
 
-_FREE = 1e-9  # of the largest stiffness: resistance to a rigid motion that is round-off
 _ORDER = ("first", "second")
 
 
@@ -202,5 +202,6 @@ def free_motions(
     K = stiffness.K[rows[loose]][:, rows[loose]]
     met = np.vstack([K @ everywhere[loose] / (abs(K).max() if K.nnz else 1.0), everywhere[~loose]])
     _, size, modes = np.linalg.svd(np.linalg.qr(met, mode="r"))
-    null = modes[size <= max(_FREE, 10.0 * (stiffness.accuracy or 0.0)) * np.sqrt(len(rows))].T
+    # a rigid motion meets no more than round-off
+    null = modes[size <= max(NEGLIGIBLE, 10.0 * (stiffness.accuracy or 0.0)) * np.sqrt(len(rows))].T
     return tuple(motions_in_words(motions @ null, dofs[own], places)) if null.size else ()

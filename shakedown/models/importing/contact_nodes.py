@@ -12,7 +12,7 @@ from shakedown.models.importing.model_section import Model
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.toml_table import TomlTable
 
-_NEAR = 0.25  # of the smallest spacing: a partner must lie nearer, so that no other can be meant
+FARTHEST = 0.25  # of the spacing: beyond, another partner may be meant
 
 
 def contact_nodes(table: TomlTable, model: Model) -> tuple[NDArray[np.intp], bool]:
@@ -52,11 +52,11 @@ def _matched(mesh: Mesh, first: NDArray[np.intp], second: NDArray[np.intp], wher
     one, two = mesh.at(first), mesh.at(second)
     distance, partner = cKDTree(two).query(one)
     spacing = _spacing(one, mesh)
-    far = np.flatnonzero(distance > _NEAR * spacing)
+    far = np.flatnonzero(distance > FARTHEST * spacing)
     if far.size:
         k = int(far[0])
         raise ProblemError(
-            f"{where}: expected nodes that lie on each other (nearer than {_NEAR:g} of the spacing "
+            f"{where}: expected nodes that lie on each other (nearer than {FARTHEST:g} of the spacing "
             f"{spacing:.3g}), "
             f"found node {first[k]} at a distance of {distance[k]:.3g} from the nearest; give pairs of labels"
         )

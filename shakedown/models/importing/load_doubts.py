@@ -5,12 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.joint.problem import Problem
 from shakedown.models.condensation.condense import Condensation
 from shakedown.models.condensation.load_case import ROUND_OFF, LoadCase, histories
 from shakedown.models.readers.text import quoted
-
-UNFELT = 1e-9  # of what acts: welded reactions that are round-off of the condensation
 
 
 def sampling_doubts(names: Sequence[str], doubts: Sequence[Sequence[str]]) -> tuple[str, ...]:
@@ -68,7 +67,8 @@ def _unfelt(case: LoadCase, reduced: Condensation, held: NDArray[np.bool_]) -> l
     stiff = float(np.abs(reduced.stiffness).max())
     sizes = [np.abs(part).max(initial=0.0) for part in (case.force, case.reactions) if part is not None]
     sizes += [stiff * np.abs(part).max() for part in (case.displacement, case.opened) if part is not None]
-    if np.abs(reduced.welded_reactions(case)).max() > UNFELT * max(sizes):
+    # welded reactions that are round-off of the condensation
+    if np.abs(reduced.welded_reactions(case)).max() > NEGLIGIBLE * max(sizes):
         return []
     if case.force is not None and len(acting) == 1 and not case.force[~held].any():
         return ["acts on held rows only, and reaches no contact node"]

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.joint.result import Result
 from shakedown.models.condensation.condense import Condensation
 from shakedown.models.condensation.load_case import LoadCase
@@ -15,8 +16,6 @@ from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.model_evidence import ModelEvidence
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import quoted
-
-_LEFT_OVER = 1e-6  # of the largest part: what a body without supports has left, by round-off
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -117,7 +116,8 @@ class Resultants:
             if self.axisymmetric:  # the hoop stress carries the rest
                 carried[0] = np.nan
             met = body.contact_nodes or np.any(acting[body.name])
-            if (met and not body.free) or np.nanmax(np.abs(carried[keys])) > _LEFT_OVER * size:
+            # a body without supports has only round-off left
+            if (met and not body.free) or np.nanmax(np.abs(carried[keys])) > SIX_DIGITS * size:
                 yield self._part(f"supports, {body.name}", carried)
 
     def _on_body(self, body: ModelBody, spread: FloatArray) -> FloatArray:

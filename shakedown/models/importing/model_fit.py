@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.importing.bodies import coupled_nodes, rigid_motions
 from shakedown.models.importing.contact_section import ContactSection
@@ -19,7 +20,6 @@ from shakedown.models.readers.stiffness import Stiffness
 _UNALIKE = 200.0  # times: mm for m is 1,000, the shape of an element or Poisson's ratio of 0.499 less
 _MANY = 1000  # elements that are measured
 _FEWEST = 0.1  # of the nodes inside: a few may have springs, equations, elements of no shape here
-_ONE_PLACE = 1e-6  # of the size of the model: coordinates have six digits at least
 _RESISTS = 1e-4  # of the stiffness of a row: what a rigid motion of its neighbours may meet there
 
 
@@ -132,7 +132,7 @@ def _touching(
         return ()
     places = mesh.at(labels)
     size = float(np.ptp(places, axis=0).max())
-    close = cKDTree(places).query_pairs(_ONE_PLACE * size, output_type="ndarray")
+    close = cKDTree(places).query_pairs(SIX_DIGITS * size, output_type="ndarray")
     close = close[part[close[:, 0]] != part[close[:, 1]]]
     pairs = {frozenset(pair) for pair in contact.labels.tolist()} if contact.labels.ndim > 1 else set()
     alone = [pair for pair in labels[close].tolist() if frozenset(pair) not in pairs]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.amounts import LARGEST_LABEL
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.models.readers.coordinates import read_coordinates
@@ -18,7 +19,6 @@ from shakedown.models.readers.text import quoted, read_lines
 from shakedown.models.readers.toml_table import TomlTable, shown
 
 Values = dict[tuple[int, int], float]  # {(node, direction): value}
-_LARGEST_LABEL = 2**62
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,7 @@ def _is_label(item: Any) -> bool:
     """Whole and of a size that labels can have; 21.0 counts as 21."""
     if isinstance(item, bool) or not isinstance(item, int | float):
         return False
-    return abs(item) < _LARGEST_LABEL and item == int(item)
+    return abs(item) < LARGEST_LABEL and item == int(item)
 
 
 def model_section(table: TomlTable, files: InputFiles, superelement: int | None = None) -> Model:

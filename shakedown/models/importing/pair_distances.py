@@ -8,14 +8,14 @@ from scipy.spatial import cKDTree
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.joint.result import Result
+from shakedown.models.importing.contact_nodes import FARTHEST
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.readers.mesh import Mesh
 
-LARGEST = 0.25  # of the spacing: beyond, another partner may be meant
 DOUBTFUL = 0.03  # of the spacing, along the surface: what coordinates as printed do not explain
 DRAWN = 1e-3  # of the spacing, across it: a clearance or an interference that the mesh was drawn with
-_SAME_PLACE = 1e-9  # of the size of the contact: nodes of several bodies at one place
 _NEIGHBOURS = 8  # nearest nodes among which one lies elsewhere
 
 
@@ -107,7 +107,7 @@ def _spacings(places: FloatArray) -> FloatArray:
     if len(places) == 1:
         return np.full(1, np.nan)
     distance, _ = cKDTree(places).query(places, k=min(len(places), _NEIGHBOURS))
-    elsewhere = distance > _SAME_PLACE * np.ptp(places, axis=0).max()
+    elsewhere = distance > NEGLIGIBLE * np.ptp(places, axis=0).max()
     first = np.argmax(elsewhere, axis=1)
     return np.where(elsewhere.any(axis=1), distance[np.arange(len(places)), first], np.nan)
 
@@ -149,10 +149,10 @@ def check_gap(contact: ContactSection) -> tuple[str, ...]:
         return ()
     spacing, gap = _spacings(contact.coordinates), np.broadcast_to(contact.gap, len(contact.coordinates))
     nearest, deepest = np.nan_to_num(gap / spacing).min(), np.nan_to_num(-gap / spacing).max()
-    if nearest <= LARGEST and deepest <= LARGEST:
+    if nearest <= FARTHEST and deepest <= FARTHEST:
         return ()
     found = f"the bodies touch nowhere: the least gap is {gap.min():.3g}"
-    if deepest > LARGEST:
+    if deepest > FARTHEST:
         found = f"the interference is up to {-gap.min():.3g}"
     return (
         f"{found}, {max(nearest, deepest):.2g} of the spacing of the nodes: is it in the unit of the model?",
@@ -166,10 +166,10 @@ def _worst(share: FloatArray) -> tuple[int, float]:
 
 
 def _refuse(pairs: PairDistances, share: FloatArray, distance: FloatArray, where: str, how: str) -> None:
-    far = np.flatnonzero(share > LARGEST)
+    far = np.flatnonzero(share > FARTHEST)
     if far.size:
         k = int(far[np.argmax(share[far])])
         raise ProblemError(
-            f"{where}: key 'pairs': expected nodes that lie on each other (nearer than {LARGEST:g} of the "
+            f"{where}: key 'pairs': expected nodes that lie on each other (nearer than {FARTHEST:g} of the "
             f"spacing {pairs.spacing[k]:.3g}), found {pairs.names[k]} {distance[k]:.3g} apart {how}"
         )

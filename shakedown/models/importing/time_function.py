@@ -4,18 +4,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from shakedown.ground.amounts import MANY
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.models.readers.input_files import InputFiles
 from shakedown.models.readers.table import NumberTable, read_table
 from shakedown.models.readers.text import listed
 from shakedown.models.readers.toml_table import TomlTable
 
-MOST_STEPS = 1_000_000  # load steps of one period
 MISSED = 0.01  # of the range: peaks between the load steps that go further by less are not said
 _FINE = 64  # places of one wave among which its peaks are looked for
 _UNRECORDED = 0.05  # of the period after the last row of a record
-_ROUNDED = 1e-6  # of a period: times are printed with few digits
 
 
 class TimeFunction(NamedTuple):
@@ -86,9 +86,9 @@ def _function(table: TomlTable, steps: int | None, files: InputFiles) -> TimeFun
 
 def _steps(table: TomlTable, steps: int | None) -> FloatArray:
     """t = k/m at the load steps."""
-    if steps is None or not 1 <= steps <= MOST_STEPS:
+    if steps is None or not 1 <= steps <= MANY:
         raise ProblemError(
-            f"{table.where}: expected 'steps' from 1 to {MOST_STEPS} at the top of the file, found "
+            f"{table.where}: expected 'steps' from 1 to {MANY} at the top of the file, found "
             f"{'none' if steps is None else steps}"
         )
     return np.arange(steps) / steps
@@ -117,7 +117,7 @@ def _harmonics(table: TomlTable, t: FloatArray) -> TimeFunction:
         for order, cos, sin in terms
         if (cos or sin) and (2 * order > m or (2 * order == m and sin))
     )
-    fine = np.linspace(0.0, 1.0, _FINE * min(highest, MOST_STEPS // _FINE) + 1)
+    fine = np.linspace(0.0, 1.0, _FINE * min(highest, MANY // _FINE) + 1)
     return TimeFunction(sampled, aliases or _missed(sampled, at(fine)))
 
 
@@ -184,7 +184,8 @@ def _resampled(
 ) -> TimeFunction:
     """Values at the load steps of the period that begins with the first row."""
     down = np.flatnonzero(np.diff(times) < 0)
-    if not period > 0 or down.size or times[-1] - times[0] > period * (1 + _ROUNDED):
+    # times are printed with few digits
+    if not period > 0 or down.size or times[-1] - times[0] > period * (1 + SIX_DIGITS):
         found = f"{times.min():g} to {times.max():g}"
         if down.size:
             found = f"{times[down[0] + 1]:g} after {times[down[0]]:g} in line {rows.lines[down[0] + 1]}"
@@ -192,7 +193,7 @@ def _resampled(
             f"{rows.name}: expected times in ascending order within one period of {period:g}, found {found}"
         )
     passed = (times - times[0]) / period
-    whole = abs(passed[-1] - 1.0) <= _ROUNDED
+    whole = abs(passed[-1] - 1.0) <= SIX_DIGITS
     sampled = np.interp(t, passed, values, period=None if whole else 1.0)
     doubts = _missed(sampled, values)
     unrecorded = 1.0 - passed[-1]

@@ -3,11 +3,11 @@
 import os
 
 from shakedown.ground.errors import ProblemError
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.models.readers.calculix_reactions import LETTERS, step_of
 from shakedown.models.readers.nodal_vectors import NodalVectors, What
 from shakedown.models.readers.text import integers, number, quoted, read_lines
 
-SIX_DIGITS = 1e-6
 _BLOCKS: dict[What, str] = {"displacements": "DISP", "reactions": "FORC"}
 _NODE = {"0": slice(3, 8), "1": slice(3, 13)}  # by the format of a block; others are binary
 _WIDTH = 12  # of a number; numbers touch

@@ -6,9 +6,8 @@ import numpy as np
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.models.readers.text import number, quoted
-
-PARALLEL = 1e-9  # sine of an angle below which two directions do not span a plane
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +47,7 @@ class CoordinateSystem:
         if not self.cylindrical:
             third = np.cross(self.first, self.second)
             size = np.linalg.norm(self.first) * np.linalg.norm(self.second)
-            self._check(bool(np.linalg.norm(third) > PARALLEL * size), "two directions that span a plane")
+            self._check(bool(np.linalg.norm(third) > NEGLIGIBLE * size), "two directions that span a plane")
             axes = np.array([self.first, np.cross(third, self.first), third])
             return np.tile(axes / np.linalg.norm(axes, axis=1)[:, None], (len(places), 1, 1))
         axis = self.second - self.first
@@ -58,7 +57,7 @@ class CoordinateSystem:
         arm = places - self.first
         radial = arm - np.outer(arm @ axis, axis)
         radius = np.linalg.norm(radial, axis=1)
-        self._check(bool((radius > PARALLEL * length).all()), "nodes beside its axis")
+        self._check(bool((radius > NEGLIGIBLE * length).all()), "nodes beside its axis")
         radial = radial / radius[:, None]
         along = np.broadcast_to(axis, radial.shape)
         return np.stack([radial, np.cross(axis, radial), along], axis=1) + 0.0

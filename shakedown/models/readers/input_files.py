@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
+from shakedown.ground.amounts import BLOCK
 from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.text import open_regular
 
 Result = TypeVar("Result")
-_BLOCK = 1 << 20
 
 
 @dataclass
@@ -78,6 +78,6 @@ def sha256(path: str | os.PathLike[str]) -> str:
     open_regular(path)
     digest = hashlib.sha256()
     with open(path, "rb") as file:
-        while block := file.read(_BLOCK):
+        while block := file.read(BLOCK):
             digest.update(block)
     return digest.hexdigest()

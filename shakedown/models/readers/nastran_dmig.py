@@ -13,7 +13,7 @@ from shakedown.models.readers.nastran_cards import cards, of_superelement
 from shakedown.models.readers.stiffness import Stiffness, from_entries
 from shakedown.models.readers.text import integers, listed, number, read_lines
 
-_SYMMETRIC, _SQUARE = 6, 1
+_FORMS = (1, 6)  # square, symmetric
 _REAL = (1, 2)
 
 
@@ -50,7 +50,7 @@ def read_nastran_dmig(
         )
     shown = listed([chosen])
     form, kind = integers(header[0][1][2:4], f"{name}: line {header[0][0]}")
-    if form not in (_SYMMETRIC, _SQUARE) or kind not in _REAL:
+    if form not in _FORMS or kind not in _REAL:
         raise ProblemError(
             f"{name}: line {header[0][0]}: expected {shown} square or symmetric (form 1, 6) and real "
             f"(type 1, 2), found form {form}, type {kind}"

@@ -9,11 +9,11 @@ from scipy import sparse
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ROUND_OFF
 from shakedown.models.condensation.contact_frame import checked_dofs
 
 # With fewer digits numbers are round, with more they are as good as floats.
 FEWEST_DIGITS, MOST_DIGITS = 5, 10
-DECIMAL = 1e-13  # round-off of a decimal number between 1 and 10, scaled
 MOST_ENTRIES = 20000  # that are looked at
 
 
@@ -190,6 +190,7 @@ def printed_accuracy(values: FloatArray) -> float | None:
     mantissa = size / 10.0 ** np.floor(np.log10(size))
     for digits in range(1, MOST_DIGITS + 1):
         printed = np.round(mantissa, digits - 1)
-        if np.all(np.abs(printed - mantissa) <= DECIMAL):
+        # round-off of a decimal number between 1 and 10, scaled
+        if np.all(np.abs(printed - mantissa) <= ROUND_OFF):
             return 10.0**-digits if digits >= FEWEST_DIGITS else None
     return None

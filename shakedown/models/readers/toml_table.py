@@ -6,12 +6,12 @@ import tomllib
 from difflib import get_close_matches
 from typing import Any
 
+from shakedown.ground.amounts import LARGEST_LABEL
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.visible_text import visible
 from shakedown.models.readers.text import quoted, read_bytes
 
 MOST_BYTES = 16 << 20  # of a configuration
-_LARGEST_LABEL = 2**62
 
 
 def read_toml(path: str | os.PathLike[str]) -> "TomlTable":
@@ -209,7 +209,7 @@ def shown(value: Any) -> str:
 
 
 def _is_whole(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and abs(value) < _LARGEST_LABEL
+    return isinstance(value, int) and not isinstance(value, bool) and abs(value) < LARGEST_LABEL
 
 
 def is_number(value: Any) -> bool:

@@ -9,13 +9,13 @@ that the node is held in, and where it cannot open either, any.
 
 import math
 
+from shakedown.ground.contact_status import NO_STATE, OPEN, SLIP, STICK
 from shakedown.ground.named_state import inner
+from shakedown.ground.round_off import HALVINGS
 
-STICKS, SLIPS, OPENS, NO_STATE = 0, 1, 2, 3
 ROUNDS = 20  # of Newton's method
 CLOSE = 1e-15  # its residual, relative to the reactions
 DIRECTIONS = 64
-HALVINGS = 60
 
 
 @inner
@@ -101,23 +101,23 @@ def state_alone(K, P, f, separable, r, tension):  # type: ignore[no-untyped-def]
     """
     q, p = (r[0], r[1]), r[2]
     if p >= -tension and math.hypot(q[0], q[1]) <= f * p:
-        return STICKS, 0.0, 0.0, 0.0
+        return STICK, 0.0, 0.0, 0.0
     A, b = (K[0, 0], K[0, 1], K[1, 1]), (K[2, 0], K[2, 1])
     if A[0] + A[2] > 0.0 and (q[0] != 0.0 or q[1] != 0.0):
         if p > 0.0:
             found, x, y = slip_by_newton(A, b, f, q, p, tension)
             if found:
-                return SLIPS, x, y, 0.0
+                return SLIP, x, y, 0.0
         found, x, y = slip_by_direction(A, b, f, q, p, tension, True)
         if found:
-            return SLIPS, x, y, 0.0
+            return SLIP, x, y, 0.0
     if separable:
         gap = -(P[2, 0] * r[0] + P[2, 1] * r[1] + P[2, 2] * r[2])
         if gap > 0.0:
             x = -(P[0, 0] * r[0] + P[0, 1] * r[1] + P[0, 2] * r[2])
             y = -(P[1, 0] * r[0] + P[1, 1] * r[1] + P[1, 2] * r[2])
-            return OPENS, x, y, gap
+            return OPEN, x, y, gap
     found, x, y = slip_by_direction(A, b, f, q, p, tension, False)
     if found:
-        return SLIPS, x, y, 0.0
+        return SLIP, x, y, 0.0
     return NO_STATE, 0.0, 0.0, 0.0

@@ -6,8 +6,9 @@ that closes is taken back; without, its gap is one more displacement (the thesis
 
 import numpy as np
 
+from shakedown.ground.contact_status import NO_STATE, OPEN
 from shakedown.ground.named_state import borrowing, inner
-from shakedown.motion.implicit.node_alone import NO_STATE, OPENS, state_alone
+from shakedown.motion.implicit.node_alone import state_alone
 from shakedown.motion.implicit.swept_stiffness import exchange, inverse, shift
 
 
@@ -74,7 +75,7 @@ def sweep(body, tableau, start, contact, tension, condense):  # type: ignore[no-
         x, y, z = x + dx, y + dy, z + dz
         for a in range(k, k + 3):
             change = max(change, abs(N[a, k] * x + N[a, k + 1] * y + N[a, k + 2] * z))
-        if state == OPENS and condense and exchange(body, tableau, i):
+        if state == OPEN and condense and exchange(body, tableau, i):
             shift(tableau, i, r_w[k] - given[k], r_w[k + 1] - given[k + 1], r_w[k + 2] - given[k + 2])
         elif x != 0.0 or y != 0.0 or z != 0.0:
             shift(tableau, i, x, y, z)

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import borrowing, inner, summing
+from shakedown.ground.round_off import ROUND_OFF
 
-SINGULAR = 1e-13  # of a block's determinant, relative to what the node's own stiffness has
 MOST_UPDATES = 2000  # before N is made anew from κ: each of them leaves a round-off
 
 
@@ -93,7 +93,7 @@ def exchange(body, tableau, i):  # type: ignore[no-untyped-def]
     k, N, was_open = 3 * i, tableau.N, tableau.is_open[i]
     P = np.empty((3, 3))
     det = inverse(N, k, P)
-    if not was_open and not det > SINGULAR * body.block[i]:
+    if not was_open and not det > ROUND_OFF * body.block[i]:
         return False
     own = np.empty((3, len(N)))
     for s in range(len(N)):

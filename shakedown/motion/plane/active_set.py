@@ -34,8 +34,7 @@ from shakedown.ground.named_state import (
     summing,
 )
 from shakedown.ground.pointed_state import PointedState
-
-SINGULAR = 1e-13  # pivot, relative to the terms that it is the difference of, that counts as zero
+from shakedown.ground.round_off import ROUND_OFF
 
 
 class ActiveSet(PointedState):
@@ -134,7 +133,7 @@ def border(act: ActiveSet, col: int, coef: float) -> bool:
         column[c] = y
         pivot -= row[c] * y
         size = larger(size, abs(row[c] * y))
-    if abs(pivot) <= SINGULAR * size:
+    if abs(pivot) <= ROUND_OFF * size:
         return False
     for b in range(a):  # last column = −M⁻¹ (new column) / pivot
         total = 0.0
@@ -164,7 +163,7 @@ def strike(act: ActiveSet, col: int) -> bool:
     pivot, largest_entry = inverse[k * m + k], 0.0
     for b in range(a + 1):
         largest_entry = larger(larger(largest_entry, abs(inverse[b * m + k])), abs(inverse[k * m + b]))
-    if abs(pivot) <= SINGULAR * largest_entry:
+    if abs(pivot) <= ROUND_OFF * largest_entry:
         return False
     if k != a:
         for b in range(a + 1):
@@ -228,7 +227,7 @@ def factorize(act: ActiveSet) -> int:
         for j in range(m):
             size = larger(size, abs(kappa[cols[k] * m + j]))
         pivot = matrix[best * m + k]
-        if abs(pivot) <= SINGULAR * size:
+        if abs(pivot) <= ROUND_OFF * size:
             act.sign = 0
             return 0
         swaps[k] = best

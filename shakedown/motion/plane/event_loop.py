@@ -30,6 +30,7 @@ from numba import types
 from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import address_of, handed_on, inner
+from shakedown.ground.round_off import ROUND_OFF
 from shakedown.motion.plane.active_set import (
     ActiveSet,
     add_product,
@@ -68,7 +69,6 @@ from shakedown.motion.plane.run import RUN, Run
 
 # Load steps that an event counts for: it adds more round-off to κ u than one of them.
 EVENT = MOST_FOLLOWED // 8
-SIGNATURE_TIME = 1e-12  # share of a load step below which a passing state is not part of the signature
 
 
 @handed_on
@@ -131,7 +131,7 @@ def load_step(act: ActiveSet, rate: Rates, mo: Motion, rec: Record, course: Cour
         note(act, mo, rec, course.first)
         duration, node, kind = next_event(act, rate, mo, course)
         mo.signed = False
-        if duration > SIGNATURE_TIME:
+        if duration > ROUND_OFF:  # what passes in less is not part of the signature
             sign(act, mo, course.first + step)
         advance(act, rate, mo, duration)
         mo.node, mo.kind = node, kind

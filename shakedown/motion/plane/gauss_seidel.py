@@ -18,11 +18,9 @@ import numba
 import numpy as np
 
 from shakedown.ground.code_stamp import stamped
-from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
+from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, NO_STATE, OPEN, STICK
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.linked_code import pipeline
-
-NO_STATE = 3  # beside the contact states: none of them satisfies the law
 
 linked: Any = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **pipeline())  # type: ignore[call-overload]
 

@@ -32,6 +32,7 @@ from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, S
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Integers, Reals, inner
 from shakedown.ground.pointed_state import PointedState
+from shakedown.ground.round_off import ROUND_OFF
 from shakedown.motion.plane.active_set import (
     ActiveSet,
     add_product,
@@ -43,7 +44,6 @@ from shakedown.motion.plane.active_set import (
     largest_residual,
 )
 
-REFINED = 1e-13  # residual of the rates, relative to the largest, above which they are refined
 WORN = -1  # in place of a number of nodes: the inverse must be set up afresh
 INSIDE, ON_BACKWARD, ON_FORWARD, APEX, FRICTIONLESS, AIR = 0, 1, -1, 2, 3, 4
 
@@ -153,7 +153,7 @@ def compute_rates(act: ActiveSet, rate: Rates) -> bool:
         for k in range(2 * act.n):
             motion[k] += change[k]
         add_product(act, change, reaction)
-        worn = largest_residual(act, reaction) > REFINED * largest(reaction, 2 * act.n)
+        worn = largest_residual(act, reaction) > ROUND_OFF * largest(reaction, 2 * act.n)
         if not worn:
             break
     return not worn or act.updates == 0

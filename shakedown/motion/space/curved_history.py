@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.motion.event_history import SHORT, EventHistory, EventKind
+from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.motion.space.moving_state import DEGREE
 
 WITHIN = (0.0, 0.25, 0.5, 0.75)  # shares of a step at which its curve is looked at
@@ -95,7 +96,7 @@ class CurvedHistory(EventHistory):
         """
         cycle = np.asarray(cycle, dtype=float)
         first, last = self.cycle[[0, -1]]
-        outside = cycle[~((cycle >= first - SHORT) & (cycle <= last + SHORT))]
+        outside = cycle[~((cycle >= first - NEGLIGIBLE) & (cycle <= last + NEGLIGIBLE))]
         if outside.size:
             raise UsageError(f"cycle: expected times from {first:g} to {last:g}, found {outside[0]:g}")
         row = np.clip(np.searchsorted(self.cycle, cycle, side="right") - 1, 0, len(self) - 1)

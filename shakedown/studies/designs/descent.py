@@ -8,6 +8,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shakedown.assessment.transient_limit import COARSE
 from shakedown.campaign.recorded_steps import RecordedSteps
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
@@ -25,7 +26,6 @@ MOST_PATTERNS = 200  # followed one after the other in one descent
 ROUNDED = 16  # how many units in the last place of the data are allowed for
 SHARES = (1e-4, 1e-2, 0.1, 0.5)  # of the way back from where a pattern ends, where it is simulated
 STEP_IN_SPACE = 1e-4  # of λ: a cycle in space, which has no pattern, is not followed down more finely
-STEP_OF_SEPARATION = 1e-3  # of λ: separation is not followed down more finely
 BELOW = (1e-6, 1e-4, 1e-2)  # how far below the end of a pattern another one is sought
 BATCH = 64  # states that are simulated, and recorded, together
 
@@ -212,7 +212,7 @@ def _halved(simulator: Simulator, cycle: FoundCycle, nothing: float) -> FoundCyc
 def lowered(simulator: Simulator, found: FoundSeparation, nothing: float) -> FoundSeparation:
     """Separation at a smaller load factor from the same slip, half as far down each time there is none."""
     step = 0.5
-    while step > STEP_OF_SEPARATION and found.load_factor > nothing:
+    while step > COARSE and found.load_factor > nothing:
         below = (1.0 - step) * found.load_factor
         if simulator.separates(below, found.slip):
             found = FoundSeparation(below, found.slip)

@@ -7,13 +7,14 @@ from math import isinf, isnan, nan
 from typing import Any, Literal, NamedTuple
 
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.transient_limit import TransientLimit
+from shakedown.assessment.transient_limit import COARSE, TransientLimit
 from shakedown.bounds.energy.energy_bound import EnergyBound
 from shakedown.bounds.results import UpperBound
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.evidence import Missing, allowed
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.limit_names import SYMBOLS
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import down, few, nodes_in_words, up
 from shakedown.ground.status import Guarantee, Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -25,7 +26,6 @@ LIMITS = tuple(SYMBOLS)
 FROM_HERE = ("energy", "box")  # shakedown is proved from the state asked about, below the larger of them
 RESTS_ON = {"lower": {"universal"}, "upper": {"energy", "transient"}}  # what cannot be found without it
 ALL = 9  # digits, so that what contradicts is seen to
-QUICK_ACCURACY, ACCURACY = 1e-3, 1e-6  # of λ_T
 
 
 class DesignLimit(NamedTuple):
@@ -192,7 +192,7 @@ def design_point(
         question.initial_slip,
         zone=question.open_nodes,
         certify=False,
-        accuracy=QUICK_ACCURACY if question.quick else ACCURACY,
+        accuracy=COARSE if question.quick else SIX_DIGITS,
         tolerances=tolerances,
     )
     needed = [name for name in LIMITS if name in asked or asked & RESTS_ON.get(name, set())]

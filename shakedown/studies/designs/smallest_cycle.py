@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.campaign.recorded_steps import RecordedSteps, recorded_steps
+from shakedown.ground.amounts import MANY
 from shakedown.ground.argument_kinds import check_count, check_seed
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing
@@ -21,7 +22,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Guarantee, Outcome, Search, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import MANY, check_load_factor, checked, is_finite
+from shakedown.joint.arguments import check_load_factor, checked, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.many_states import checked_initial_slips

@@ -9,6 +9,7 @@ from numbers import Real
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shakedown.ground.amounts import MANY
 from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import shortened
@@ -17,7 +18,6 @@ from shakedown.joint.problem import Problem
 from shakedown.models.importing.import_model import Import, import_model
 from shakedown.studies.designs.parameters import FACTORS, PARAMETERS, parameter_of, with_parameter
 
-MOST_POINTS = 1_000_000
 ProblemOf = Callable[..., Problem]
 
 
@@ -127,8 +127,8 @@ def checked_variation(
         base = joint if isinstance(joint, Problem) else joint.problem
         _check_meanings(vary, base.load_names or (), imported=isinstance(joint, Import))
     values = tuple(_rising(name, given) for name, given in vary.items())
-    if (count := int(np.prod([len(v) for v in values]))) > MOST_POINTS:
-        raise BudgetExceeded(f"vary: {count:,} points are more than {MOST_POINTS:,}; nothing was computed")
+    if (count := int(np.prod([len(v) for v in values]))) > MANY:
+        raise BudgetExceeded(f"vary: {count:,} points are more than {MANY:,}; nothing was computed")
     return Variation(Configured(joint) if isinstance(joint, Import) else joint, tuple(vary)), values
 
 

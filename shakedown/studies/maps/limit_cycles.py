@@ -7,19 +7,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.amounts import AT_ONCE
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.cycle_map import UNIT, CycleMap, follow_period
+from shakedown.long_term.cycle_map import CycleMap, follow_period
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import path_resolution, scales
 from shakedown.motion.method import cycles_of, walk
 from shakedown.studies.maps.map_file import Columns
 from shakedown.studies.maps.map_pieces import MapSearch
-from shakedown.studies.maps.slip_scatter import AT_ONCE, slip_scatter
+from shakedown.studies.maps.slip_scatter import slip_scatter
 
 Rows = NDArray[np.intp]  # numbers of states
 
@@ -269,9 +271,9 @@ def _one_more_period(state: LongTermState) -> CycleMap | None:
 
 def _stability(multipliers: NDArray[np.complex128]) -> str:
     largest = float(np.abs(multipliers).max(initial=0.0))
-    if largest > 1.0 + UNIT:
+    if largest > 1.0 + NEGLIGIBLE:
         return UNSTABLE
-    return BORDER if largest >= 1.0 - UNIT else STABLE
+    return BORDER if largest >= 1.0 - NEGLIGIBLE else STABLE
 
 
 def _counted(seen: _Seen, one: _Examined, rows: Rows) -> LimitCycle:

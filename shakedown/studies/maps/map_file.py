@@ -16,13 +16,14 @@ from shakedown.campaign.payload import unpacked
 from shakedown.files.atomic_write import atomic_write
 from shakedown.files.npy import read_header
 from shakedown.files.regular_file import open_regular
+from shakedown.ground.amounts import BLOCK
 from shakedown.ground.errors import ProblemError
 
 Columns = dict[str, NDArray[Any]]
 Kinds = dict[str, tuple[np.dtype[Any], tuple[int, ...]]]
 
 SEAL = b"sha256 of all that is before it: "  # the comment of the archive, and then the number itself
-DIGITS, BLOCK = 64, 1 << 20
+DIGITS = 2 * hashlib.sha256().digest_size  # of the checksum
 LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the time stamp of every member: equal maps are equal files
 
 

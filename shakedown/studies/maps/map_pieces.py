@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from shakedown.campaign.payload import packed, unpacked
+from shakedown.ground.amounts import MANY
 from shakedown.ground.argument_kinds import check_count, check_fields
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import MANY
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
@@ -22,7 +22,6 @@ from shakedown.studies.maps.samplers import BLOCK, Sampling
 LITTLE = 1 << 17  # states times nodes squared: a few seconds at most
 MUCH = 1 << 22  # the same: half a minute or more
 IN_SPACE = 16  # times the work of a state in the plane, and of its pieces so many less
-FEW = 1 << 20  # slips of one load factor that are sent to other processes: 8 MB
 COLUMNS = (  # what is kept of every state in any case
     "initial_slip",
     "final_slip",
@@ -74,7 +73,7 @@ class MapPieces:
     def for_other_processes(self) -> "MapPieces":
         """The same work with few states drawn here, so that a worker need not load what draws them."""
         first = self.samplings[0]
-        if first.states * first.problem.layout.slip_size > FEW:
+        if first.states * first.problem.layout.slip_size > MANY:  # too much to send to other processes
             return self
         return replace(self, slips=tuple(chosen.slips(0, chosen.states) for chosen in self.samplings))
 

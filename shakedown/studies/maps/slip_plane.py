@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.constraints import CONE, DISC, constraints
+from shakedown.joint.constraints import CONE, Side, constraints
 from shakedown.joint.loading import first_load
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -22,7 +22,7 @@ from shakedown.programs.polygon import corners
 from shakedown.studies.maps.samplers import Sampling
 
 OUTLINE = 181  # points of an ellipse
-ROUND = 721  # points about the centre of an outline with corners that are not known
+ROUND = 4 * OUTLINE - 3  # points about the centre of an outline with corners that are not known
 
 REGION_TYPES = {
     "i": "a safe region and no complementary one, as below the first collapse",
@@ -107,7 +107,7 @@ def _of_discs(chosen: Sampling) -> SlipPlane:
     """The plane with two tangential directions: outlines as far as they go round the centre."""
     problem, pair = chosen.problem, chosen.coordinates
     rows = constraints(problem)
-    room, discs = rows.g - chosen.load_factor * rows.d, rows.side == DISC
+    room, discs = rows.g - chosen.load_factor * rows.d, rows.side == Side.DISC
     every = problem.law.stiffness(problem.A, problem.B)[: CONE * problem.n]
     at_first = first_room(problem, chosen.load_factor)[: CONE * problem.n]
     return SlipPlane(

@@ -5,9 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.amounts import AT_ONCE
 from shakedown.ground.float_array import FloatArray
-
-AT_ONCE = 1 << 16  # states looked at together
 
 
 class Scatter(NamedTuple):

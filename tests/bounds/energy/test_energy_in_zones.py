@@ -8,7 +8,7 @@ from scipy.optimize import linprog
 
 import shakedown
 from shakedown import Status, UsageError, energy_ball, energy_bound, long_term_state, upper_bound
-from shakedown.joint.constraints import GAP
+from shakedown.joint.constraints import Side
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading
 from shakedown.motion.evolve import evolve
@@ -34,7 +34,7 @@ BALLS = list(with_a_ball(SOME))
 
 def test_there_are_enough_of_them_and_open_nodes_limit_some():
     assert len(BALLS) >= 8
-    assert any(side == GAP for _, _, ball in BALLS for _, side in ball.active)
+    assert any(side == Side.GAP for _, _, ball in BALLS for _, side in ball.active)
 
 
 def radius_by_another_road(problem, load_factor, nodes):

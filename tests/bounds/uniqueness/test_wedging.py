@@ -7,7 +7,8 @@ import shakedown
 from benchmarks.problems import in_units, joint
 from shakedown import Problem
 from shakedown.bounds.uniqueness.in_contact import unique_in_contact
-from shakedown.bounds.uniqueness.wedging import KNOWN, PROGRAMS
+from shakedown.bounds.uniqueness.wedging import PROGRAMS
+from shakedown.ground.round_off import SIX_DIGITS
 
 
 def sparse_joint(seed: int) -> Problem:
@@ -59,7 +60,7 @@ def test_sparse_and_integer_joints_end_with_a_bracket() -> None:
             assert np.all(excess <= 1e-9 * terms)
             assert np.any(problem.B @ v > 0)
             if not wedged.reason:
-                assert wedged.low >= wedged.high * (1 - KNOWN)
+                assert wedged.low >= wedged.high * (1 - SIX_DIGITS)
     assert known >= 21  # of 24
 
 
