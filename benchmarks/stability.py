@@ -27,7 +27,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import ramp_start
 from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.evolve import evolve
-from shakedown.motion.fixed_steps import MAX_SWEEPS
+from shakedown.motion.fixed_steps import MOST_SWEEPS
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.plane import event_loop, moving_state
 from shakedown.motion.plane.active_set import factorize
@@ -214,13 +214,13 @@ def _gauss_seidel(hard: Scene, tolerance: float) -> Path:
     def run() -> tuple:
         v, w = hard.start.astype(float), np.zeros(n)
         return load_steps(
-            stiffness, q_w, p_w, v, w, tolerance * size.length, MAX_SWEEPS, v_path, w_path, slip
+            stiffness, q_w, p_w, v, w, tolerance * size.length, MOST_SWEEPS, v_path, w_path, slip
         )
 
     seconds, (_, _, step, node) = median_time(run, least=0.01, runs=1 if _long(hard) else 3)
     said = ""
     if step >= 0:
-        what = f"no state of node {node}" if node >= 0 else f"not converged in {MAX_SWEEPS} sweeps"
+        what = f"no state of node {node}" if node >= 0 else f"not converged in {MOST_SWEEPS} sweeps"
         said = f"{what} at load step {step}"
     return _stepped(hard, q_w, p_w, v_path, w_path, slip, seconds, said)
 

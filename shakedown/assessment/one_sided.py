@@ -7,13 +7,14 @@ import numpy as np
 
 from shakedown.ground.errors import SolverError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.programs.program import INF, Program, ball
 from shakedown.programs.scaling import equilibration
 from shakedown.programs.solver import solve
 
-SAME = 1e-8  # of a derivative, relative to its terms: what different optima may do to it without a kink
+SAME = 10 * NEGLIGIBLE  # of the terms of a derivative: what different optima may do to it without a kink
 
 
 @dataclass(frozen=True)

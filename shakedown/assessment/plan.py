@@ -28,7 +28,7 @@ from shakedown.bounds.safe_slip import safe_slip
 from shakedown.campaign.recorded_steps import RecordedSteps
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.status import Status
 from shakedown.joint.loading import transient_path
 from shakedown.joint.problem import Problem
@@ -39,7 +39,7 @@ OVERLOAD = (
     2.0  # of the random loads that leave initial states behind: within those of the loop few joints slip
 )
 IN_BALL = 2  # initial states in the energy ball, per load factor
-JUST_INSIDE = 1 - 1e-8  # of its radius: the proof is for less than all of it
+JUST_INSIDE = 1 - 10 * NEGLIGIBLE  # of its radius: the proof is for less than all of it
 JUST_BELOW = 1 - SIX_DIGITS  # of the box bound, where it proves most from the state given
 
 

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.given_numbers import real_values
+from shakedown.ground.round_off import EPS
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.field_table import FORCES, STIFFNESS
 
@@ -18,7 +19,7 @@ SMALLEST = 1 / LARGEST  # of the largest entry of an array that is not zero
 NEGLIGIBLE = 1e-30  # entries so much smaller than the largest of their array are taken as zero
 LARGEST_FRICTION = 1e12
 LARGEST_LENGTH = 1e75  # of a slip, force over stiffness
-CANCELLED = 2.0**-40  # of the largest stiffness: what may be left where larger ones cancel each other
+CANCELLED = 2**12 * EPS  # of the largest stiffness: what may be left where larger ones cancel each other
 
 
 def real_numbers(key: str, value: ArrayLike) -> NDArray[np.float64]:

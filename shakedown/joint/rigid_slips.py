@@ -20,7 +20,7 @@ ROUND_OFF = 2.0**-30  # of a rigid motion, relative, at most: condensing a model
 CLEAR = 1e4  # by how much what resists exceeds what is round-off, or what is printed
 # By how much what resists exceeds the accuracy of the data, or of floats, where that is known.
 RESOLVED = 100.0
-CLEARLY_HELD = 1e-4  # smallest eigenvalue of the scaled A, relative, that needs no closer look
+CLEARLY_HELD = 1 / CLEAR  # smallest eigenvalue of the scaled A, relative, that needs no closer look
 INVERSE_ITERATIONS = 3  # each gains eight digits at least
 
 

@@ -49,7 +49,7 @@ OUTCOMES = (  # of the verdicts of compiled code
 )  # fmt: skip
 COUNTED = "phase", "cycles", "events", "remembered", "signed", "patience"  # on a walk
 MOST_REMEMBERED = 4096  # states between two cycles
-CLEAR = 8.0  # times the force that counts as none: what is lost at the events of a period
+LOST = 8.0  # times how near its limit a node is at it: what is lost at the events of a period
 BLURRED = 100.0  # times that force: of loads that change by less at most one digit is certain
 
 
@@ -116,7 +116,7 @@ class LimitSearch:
         self._near = near
         self.compiled.set(least_force=scale.force, blurred=0.0 < moving < BLURRED * lost)
         self.compiled.check.set(force=scale.force, length=scale.length, near=near)
-        self.compiled.weight[:] = near / alone(evolution.problem, max(share * moving, CLEAR * lost))
+        self.compiled.weight[:] = near / alone(evolution.problem, max(share * moving, LOST * lost))
 
     def from_here(self, answers: Answers, halt: Halt | None = None) -> None:
         """Answer for the state that the evolution is in, at its very start, or go on from a halt."""

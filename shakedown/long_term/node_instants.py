@@ -20,12 +20,12 @@ from shakedown.long_term.node_table import points_of
 from shakedown.long_term.state import LongTermState, SteppedState
 from shakedown.motion.event_history import EventHistory
 
-INSTANTS, MOST_INSTANTS = 24, 500
+MOST_INSTANTS = 500
 
 
 @checked
 def save_node_instants(
-    simulation_or_state: object, path: str | os.PathLike[str], instants: int = INSTANTS
+    simulation_or_state: object, path: str | os.PathLike[str], instants: int = 24
 ) -> tuple[Path, ...]:
     """Write the nodes at instants of a period: NAME_000.vtp, …, and NAME.pvd, which ParaView opens as one.
 

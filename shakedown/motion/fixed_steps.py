@@ -16,12 +16,11 @@ from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import Scales, law_violation, reactions
 from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, Interim, State, Stop
 from shakedown.motion.event_history import EventHistory, EventKind
-from shakedown.motion.implicit.implicit_step import ImplicitJoint, Steps, StepStatus
+from shakedown.motion.implicit.implicit_step import MOST_SWEEPS, ImplicitJoint, Steps, StepStatus
 from shakedown.motion.initial_state import Beginning
 from shakedown.motion.method import Motion
 from shakedown.motion.plane.gauss_seidel import Stiffness, load_steps
 
-MAX_SWEEPS = 10_000
 REMEMBERED = 2  # cycles whose load steps are kept, recorded or not
 
 
@@ -236,7 +235,7 @@ class SweptSteps:
         loads = np.ascontiguousarray(q_w), np.ascontiguousarray(p_w)
         v, w, slip = (np.zeros_like(loads[0]) for _ in range(3))
         _, change, failed, node = load_steps(
-            self.stiffness, *loads, self.v, self.w, self.tolerance, MAX_SWEEPS, v, w, slip
+            self.stiffness, *loads, self.v, self.w, self.tolerance, MOST_SWEEPS, v, w, slip
         )
         if failed < 0:
             status, solved, residual = StepStatus.SOLVED, len(v), 0.0
@@ -260,7 +259,7 @@ class SweptSteps:
 
     def unsolved(self, steps: Steps) -> str:
         """What is said of a load step that no node alone was in the way of."""
-        return f"not converged in {MAX_SWEEPS} sweeps (last relative change {steps.residual:.1e})"
+        return f"not converged in {MOST_SWEEPS} sweeps (last relative change {steps.residual:.1e})"
 
 
 class SolvedSteps:

@@ -20,11 +20,10 @@ from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
-from shakedown.plot.style import BLACK, BLUE, GREEN, PURPLE, RED, SKY, axes_for, finished, node_name
+from shakedown.plot.style import BLACK, BLUE, GREEN, MARGIN, PURPLE, RED, SKY, axes_for, finished, node_name
 
 RESTING = "#D9D9D9"  # states that shake down
 DISSIPATION = "cividis_r"  # even in lightness, and for readers with colour-blindness
-BEYOND = 0.06  # of the width: margin about the states
 
 
 class Outlines(Protocol):
@@ -126,7 +125,7 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     points = np.asarray(found.initial_slip)[:, pair]
     handles = _draw_states(axes, found, points, with_unit("dissipation per cycle", units.work))
     low, high = points.min(axis=0), points.max(axis=0)
-    margin = np.where(high > low, BEYOND * (high - low), 1.0)
+    margin = np.where(high > low, MARGIN * (high - low), 1.0)
     axes.set_xlim(low[0] - margin[0], high[0] + margin[0])
     axes.set_ylim(low[1] - margin[1], high[1] + margin[1])
     plane = found.problem.layout.slip_size == 2 or found.sampling.sampler == "grid"

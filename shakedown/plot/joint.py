@@ -17,8 +17,10 @@ from shakedown.joint.units import units_of
 from shakedown.plot.style import (
     BLACK,
     BLUE,
+    FEW,
     GREEN,
     GREY,
+    MANY,
     ORANGE,
     RED,
     axes_for,
@@ -29,11 +31,9 @@ from shakedown.plot.style import (
     positions,
 )
 
-MOST_ARROWS = 40
 SHAFT = 0.004  # of the width of the axes
 LONGEST_ARROW = 0.16  # of the size of the picture
 NORMAL = 0.06  # length of a normal, of the size of the picture
-MOST_NODES = 4  # on which a bound depends, with three bars each
 LEAST = 0.02  # of the influence of the first: what would be no bar
 BAR = 0.26  # of the distance of two nodes
 NAMES = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
@@ -72,7 +72,7 @@ def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = Non
     size = float(np.ptp(place, axis=0).max()) or 1.0
     largest = float(max(np.linalg.norm(tips, axis=2).max(), np.linalg.norm(arrows, axis=1).max()))
     scale = LONGEST_ARROW * size / largest if largest else 0.0
-    shown = np.unique(np.linspace(0, problem.n - 1, min(problem.n, MOST_ARROWS)).round().astype(int))
+    shown = np.unique(np.linspace(0, problem.n - 1, min(problem.n, MANY)).round().astype(int))
     axes = axes_for(ax)
     axes.plot(*place.T, "o", color=BLACK, ms=3, label="contact nodes", zorder=3)
     ends = np.stack([place, place + NORMAL * size * normal], axis=1)[shown]
@@ -224,7 +224,7 @@ def sensitivity(found: Sensitivities, problem: Problem | None = None, *, ax: Axe
     >>> axes.get_xlabel(), len(axes.patches)
     ('change of λ_max for 1 % more [%]', 6)
     """
-    nodes = found.ranked(at_least=LEAST)[:MOST_NODES]
+    nodes = found.ranked(at_least=LEAST)[:FEW]
     if not nodes.size:
         raise UsageError(f"found: expected a bound with derivatives, found none ({found.reason})")
     axes, places = axes_for(ax, (6.0, 0.9 + 0.7 * len(nodes))), -np.arange(len(nodes))

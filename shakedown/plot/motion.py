@@ -34,7 +34,7 @@ from shakedown.plot.style import (
 )
 from shakedown.programs.polygon import corners
 
-FRAMES, MOST_FRAMES = 60, 10_000
+MOST_FRAMES = 10_000
 PER_SECOND = 12
 PALETTE = 64  # colours of an animation: few enough for a small file
 DOTS_PER_INCH = 80
@@ -170,7 +170,7 @@ def animate_slip_space(
     path: str | os.PathLike[str],
     *,
     longest: float = 3.0,
-    frames: int = FRAMES,
+    frames: int = 60,
 ) -> None:
     """Write the motion of :func:`slip_space_at` as an animation (GIF), whole or not at all.
 
@@ -215,7 +215,7 @@ def animate_reactions(
     node: int = 0,
     *,
     longest: float = 3.0,
-    frames: int = FRAMES,
+    frames: int = 60,
 ) -> None:
     """Write the motion of :func:`reactions_at` as an animation (GIF), whole or not at all.
 

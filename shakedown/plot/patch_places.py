@@ -16,7 +16,7 @@ from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
-from shakedown.plot.style import GREY, axes_for
+from shakedown.plot.style import GREY, MARGIN, axes_for
 
 FLAT = 0.99  # of a normal along an axis of the model: then the other two axes are those of the picture
 # Of the usual longest side and circle about a triangle: larger ones lie across a hole (whose rim may be one
@@ -26,7 +26,6 @@ COVERED = 0.999  # of the area of a contact, by the triangles that are drawn
 FACING = 0.5  # cosine of the angle between two normals below which their nodes are of two patches
 FEWEST = 4  # nodes that span an area
 MOST_NUMBERED = 16  # nodes whose numbers stand beside them
-MARGIN = 0.06  # of the patch about it
 ALONE = 1.0  # the room about a node that has no neighbour
 
 

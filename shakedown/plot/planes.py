@@ -22,6 +22,7 @@ from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.plot.drawn_path import Recorded, path_of
 from shakedown.plot.style import (
     BLACK,
+    FEW,
     GREEN,
     LINES,
     ORANGE,
@@ -37,7 +38,6 @@ from shakedown.programs.polygon import corners
 
 ROW_COLOURS = (SKY, ORANGE)
 SLANTED = 0.05  # sine of the angle between two limits below which they meet far away, if at all
-SECTORS = 4  # stick sectors drawn, at most
 
 
 @checked
@@ -223,7 +223,7 @@ def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axe
     low, high = force.min(axis=0) - size, force.max(axis=0) + size
     reach = 3.0 * float(np.max(high - low))
     stuck = np.unique(path.v[path.state[:, node] == 0, node].round(9))
-    for colour, v in zip(LINES, stuck[:: max(1, len(stuck) // SECTORS)][:SECTORS], strict=False):
+    for colour, v in zip(LINES, stuck[:: max(1, len(stuck) // FEW)][:FEW], strict=False):
         sector = stick_sector(problem, node, v, reach)
         axes.add_patch(Polygon(sector, closed=True, fc=colour, ec=colour, alpha=0.18, label=f"v = {few(v)}"))
         axes.plot(*sector[0], "^", color=colour, ms=6, zorder=2)

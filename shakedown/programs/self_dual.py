@@ -15,7 +15,7 @@ FloatArray = NDArray[np.float64]
 Solve = Callable[[FloatArray], FloatArray]
 Newton = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
-REACHED = 1e-10  # gap and residuals at which it stops
+REACHED = NEGLIGIBLE / 10  # gap and residuals at which it stops
 NEARLY = NEGLIGIBLE  # those at which round-off ends it after two iterations that gain nothing
 USABLE = SIX_DIGITS  # what they must have reached where round-off ends it earlier
 PATIENCE = 6  # iterations that gain nothing, where round-off ends it

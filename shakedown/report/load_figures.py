@@ -10,7 +10,7 @@ from shakedown.plot.inline_svg import PANEL, SMALL, Drawing, Picture, picture
 from shakedown.plot.patch_arrows import MOST_LOOPS
 from shakedown.plot.patch_places import places_of
 
-FEW = 3  # nodes up to which each one has its own picture
+OF_THEIR_OWN = 3  # nodes up to which each one has its own picture
 HALF, THIRD = PANEL[0], SMALL[0]  # inches: widths of two or three pictures that fill a page
 LEAST, MOST = 2.0, 3.6  # inches: heights of a long patch and a high one
 AROUND, BESIDE = 0.85, 1.8  # inches: what stands above and below a patch, and beside it
@@ -21,7 +21,7 @@ def problem_pictures(problem: Problem) -> list[Picture]:
     """Nodes, normals and loads; the loads in the limits of a few nodes or of all; their sums."""
     draw = _loads_along if problem.directions == 1 else _loads_over_patch
     time = Drawing("Sums of the welded reactions over one period", partial(plot.loads_in_time, problem))
-    caption, nodes, loads = draw(problem, problem.n <= FEW)
+    caption, nodes, loads = draw(problem, problem.n <= OF_THEIR_OWN)
     return [picture(f"{caption} {WELDED}", nodes, loads, time)]
 
 

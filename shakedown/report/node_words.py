@@ -16,6 +16,7 @@ from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.motion.contact_law import path_resolution, scales
+from shakedown.plot.style import FEW
 
 if TYPE_CHECKING:
     from shakedown.assessment.slip_limit import SlipLimit
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from shakedown.bounds.upper import UpperBound
     from shakedown.long_term.node_table import NodeResults
 
-MOST_LABELS = 4  # that are listed beside the numbers
 LONGEST_LABEL = 16  # characters of a label in a table
 COLUMNS = (  # of a table of what nodes go through, those first that stand where it is narrow
     "slip_range", "accumulated_slip", "work", "p_max", "q_max", "p_min",
@@ -59,7 +59,7 @@ def open_in_words(nodes: tuple[int, ...], problem: Problem | None = None) -> str
     if len(nodes) == 1:
         return node_in_words(problem, nodes[0])
     text, labels = f"nodes {_ranges(nodes)}", None if problem is None else problem.label
-    if labels is None or len(nodes) > MOST_LABELS:
+    if labels is None or len(nodes) > FEW:
         return text
     return f"{text} (FE {', '.join(labels[i] for i in nodes)})"
 

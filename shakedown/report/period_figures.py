@@ -20,10 +20,9 @@ from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import evolve
 from shakedown.plot.drawn_path import extreme_rows, time_in_words, work_of_nodes
 from shakedown.plot.inline_svg import Drawing, Picture, picture
-from shakedown.plot.loops import MOST_LOOPS
 from shakedown.plot.patch_arrows import MOST_DISCS
-from shakedown.plot.style import node_name
-from shakedown.report.load_figures import FEW, patch_size
+from shakedown.plot.style import FEW, node_name
+from shakedown.report.load_figures import OF_THEIR_OWN, patch_size
 
 INSTANTS = {1: 4, 2: 3}  # of one period: lines of one picture, pictures side by side
 EARLY = (1, 9)  # cycles whose zones are shown beside those of the long-term state
@@ -68,7 +67,7 @@ def cycling_state(v: Verification) -> Pictured | None:
 def state_pictures(v: Verification) -> list[Picture]:
     """Loops of the nodes that dissipate most, reactions, zones, slips and friction work of all nodes."""
     problem, given, cycling = v.problem, as_given_state(v), cycling_state(v)
-    plane, many = problem.directions == 1, problem.n > FEW
+    plane, many = problem.directions == 1, problem.n > OF_THEIR_OWN
     elsewhere = cycling is not None and (given is None or cycling.state is not given.state)
     pictures = [] if cycling is None else [_loops(cycling, problem)]
     if given is not None and many:
@@ -98,7 +97,7 @@ def no_pictures(v: Verification) -> str:
 def _loops(pictured: Pictured, problem: Problem) -> Picture:
     """The nodes that dissipate most: loops, or orbits of slips and reactions."""
     state, work = pictured.state, work_of_nodes(pictured.state)
-    most = np.argsort(-work, kind="stable")[:MOST_LOOPS].tolist()
+    most = np.argsort(-work, kind="stable")[:FEW].tolist()
     worst = [node for node in most if work[node] > SIX_DIGITS * work.max()] or [0]
     names = [node_name(node, problem) for node in worst]
     total = sized(state.dissipation_per_cycle, units_of(problem).work)

@@ -2,11 +2,9 @@
 
 from collections.abc import Sequence
 
-LONGEST_LISTING = 40  # rows
-
 
 def table(
-    headers: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "  ", longest: int = LONGEST_LISTING
+    headers: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "  ", longest: int = 40
 ) -> str:
     """Right-aligned columns under their headers; long tables show their ends."""
     cut = len(rows) > longest

@@ -17,7 +17,7 @@ from shakedown.ground.shown_values import DIGITS, at_lambda, few, sized
 from shakedown.joint.units import units_of
 from shakedown.motion.contact_law import scales
 from shakedown.plot.inline_svg import Drawing, Picture, picture
-from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
+from shakedown.plot.style import BLACK, BLUE, GREEN, MANY, ORANGE, PURPLE, RED
 from shakedown.report.load_figures import patch_size
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.page_tables import limits_on_page, transient_is_proved
@@ -35,7 +35,6 @@ SLIP_SPACE = (
     "Slip space: the limits of both nodes at their extreme load steps, the safe region between "
     "them, and the paths from the initial states (circle: start, square: end)."
 )
-MANY = 40  # nodes beyond which arrows of several runs cover each other
 ALONE = ", of the one that slips farthest"
 WIDE, NARROW = (5.4, 2.1), (3.4, 2.6)  # of the scale of load factors [inch]
 

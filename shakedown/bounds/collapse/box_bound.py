@@ -17,7 +17,7 @@ from shakedown.bounds.upper import upper_bound
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import HALVINGS, ITERATIONS
+from shakedown.ground.round_off import HALVINGS, ITERATIONS, ROUND_OFF
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, checked_initial_slip, require_plane
@@ -29,7 +29,7 @@ from shakedown.programs.program import INF
 from shakedown.programs.simplex import Simplex
 
 WORK = 4 * 10**9  # programs times the cube of their size: some 250 at 250 nodes, no limit in effect up to 100
-ACCURACY = 1e-11  # of the load factor, relative
+ACCURACY = 100 * ROUND_OFF  # of the load factor, relative
 # Of what is proved, in steps by which that rose last: the first collapse hardly changes with the box.
 AHEAD = 8.0
 UNLIMITED: dict[str, Any] = {

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from shakedown.bounds.certificate import starts_safe
 from shakedown.ground.evidence import sought
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ITERATIONS, SETTLED
+from shakedown.ground.round_off import ITERATIONS, NEGLIGIBLE, SETTLED
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import Constraints, by_side, rows_of
 from shakedown.joint.problem import Problem
@@ -18,7 +18,7 @@ from shakedown.programs.scaling import power_of_two
 from shakedown.programs.simplex import Simplex
 
 _NEWTON_UP_TO = 12  # nodes, with one system of equations for each
-_NEARLY_FIRST = 1e-8  # relative; nodes this near are told apart by polish, not by the solver's 1e-10
+_NEARLY_FIRST = 10 * NEGLIGIBLE  # nodes this near are told apart by polish, not by the solver's 1e-10
 
 
 def mean_load_is_safe(

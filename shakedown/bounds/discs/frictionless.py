@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.bounds.discs.scaled_discs import basis_of
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.rigid_slips import RigidSlips
 
 Mask = NDArray[np.bool_]
-SAME = 1e-11  # of a singular value, relative: less is round-off
+SAME = 100 * ROUND_OFF  # of a singular value, relative: less is round-off
 
 
 @dataclass(frozen=True, eq=False)

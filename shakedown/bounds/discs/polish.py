@@ -16,9 +16,9 @@ from shakedown.programs.self_dual import USABLE, Point, SelfDualEnd, balanced_mu
 from shakedown.programs.small_cones import TRIPLE
 
 STEPS = 12
-NEGATIVE = 1e-12  # largest room or multiplier below zero likewise
+NEGATIVE = 10 * ROUND_OFF  # largest room or multiplier below zero likewise
 ALIKE = (1.0, 1e-2, 1e2)  # by how much a slack may exceed its multiplier where the limit is active
-PROXIMITY = 1e-11  # what holds slips that the active limits leave free, and limits that say the same
+PROXIMITY = 100 * ROUND_OFF  # what holds slips that active limits leave free, and limits that say the same
 
 Mask = NDArray[np.bool_]
 

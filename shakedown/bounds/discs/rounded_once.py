@@ -5,11 +5,12 @@ from math import fsum, inf
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import HALVINGS
 
 HALF_ULP = 0.5 * np.finfo(float).eps  # of a rounding, relative
 TINY = float(np.finfo(float).tiny)  # what an underflow may lose, at most, in a sum of products
 SUMS = 16 * HALF_ULP  # of what is put together of few rounded parts, relative to them
-SPLITTER = 2.0**27 + 1.0
+SPLITTER = 2.0 ** (HALVINGS // 2) + 1.0  # parts a number in two of half its digits
 REPAIRABLE = 0.25  # largest norm of I − R A for an approximate inverse R of A
 
 

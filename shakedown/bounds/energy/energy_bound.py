@@ -9,6 +9,7 @@ from typing import Literal
 from numpy.typing import ArrayLike
 
 from shakedown.bounds.best_zone import chosen_zone
+from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.bounds.energy.energy_results import EnergyBound as EnergyBound
 from shakedown.bounds.energy.energy_results import EnergyCertificate
 from shakedown.bounds.methods import Methods, methods_of
@@ -21,7 +22,6 @@ from shakedown.joint.arguments import checked, checked_initial_slip
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.problem import Problem
 
-CERTIFIED_UP_TO = 40
 NOWHERE_STRICT = "near the optimum no slip and radius satisfy all conditions strictly"
 
 
@@ -80,7 +80,7 @@ def energy_bound(
     zone, _ = chosen_zone(problem, open_nodes, tolerances)
     methods, given = methods_of(problem), start[problem.layout.slips_of(zone.closed_nodes)]
     bound = methods.energy_bound(zone, given, reach, tolerances, split=split)
-    wanted = problem.n <= CERTIFIED_UP_TO if certify is None else certify
+    wanted = problem.n <= LOWER_CERTIFIED_UP_TO if certify is None else certify
     if wanted and bound.status == Status.OPTIMAL and not zone.open_nodes:
         proof = sought(_certificate, methods, zone, bound, tolerances)
         if isinstance(proof, Missing):

@@ -9,7 +9,7 @@ from shakedown.bounds.energy.cone_rows import ConeRows
 from shakedown.ground.errors import SolverError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.programs.program import Program, ball
@@ -18,7 +18,7 @@ from shakedown.programs.solver import ROADS, solve
 # With these, and half as many as there are nodes, most programs are solved in one or two rounds.
 FIRST_ROWS = 40
 NEWTON_STEPS = 5
-SHARP = 1e-10  # what may be left between λ and what its multipliers prove, relatively
+SHARP = NEGLIGIBLE / 10  # what may be left between λ and what its multipliers prove, relatively
 PULLING, NEAR = 1e-7, 1e-5  # active rows have larger multipliers and smaller slacks, relatively
 ROUND_OFF = 32 * np.finfo(float).eps
 

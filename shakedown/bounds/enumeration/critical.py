@@ -35,7 +35,6 @@ Progress = Callable[[int, int], None]
 LISTED = 1000
 SMALL = 20_000  # up to here batches are done before compiled code is loaded
 COUNTABLE = 10**40  # so many subsets and more are not even sampled
-BUDGET = 200_000_000
 MOST_NODES = 10_000  # a number of subsets has no more digits than anyone can write
 
 
@@ -106,7 +105,7 @@ def subset_count(n: int, smooth: int = 0) -> int:
 def critical_load_factors(
     problem: Problem,
     *,
-    budget: int = BUDGET,
+    budget: int = 200_000_000,
     values: bool = False,
     progress: Progress | None = None,
     threads: int | None = None,

@@ -12,6 +12,7 @@ of a floating body) are left out: they move freely whatever the friction.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations, groupby, product
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -20,9 +21,9 @@ from numpy.typing import NDArray
 from shakedown.bounds.uniqueness.scaled_stiffness import ScaledStiffness, held
 from shakedown.ground.amounts import AT_ONCE
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.round_off import EPS, ROUND_OFF
 
-DOUBLE_ROOT = 1e-7  # imaginary part, relative to the size, to which round-off ε parts a double root: √ε
+DOUBLE_ROOT = 8 * sqrt(EPS)  # imaginary part, relative to the size, to which round-off parts a double root
 LARGEST_SET = 8  # moving nodes up to which sets grow
 PROMISING = 4  # grown sets, the best with the sides they had, whose sides are all tried
 

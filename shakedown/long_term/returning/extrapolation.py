@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ROUND_OFF
 
-INDEPENDENT = 1e-12  # of the largest: smaller singular values of the changes are round-off
+INDEPENDENT = 10 * ROUND_OFF  # of the largest: smaller singular values of the changes are round-off
 
 
 @dataclass(frozen=True)

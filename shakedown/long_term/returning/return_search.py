@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
 from shakedown.joint.rigid_slips import can_drift
@@ -24,7 +24,7 @@ from shakedown.motion.viscous_jump import Jump
 WINDOW = 7  # states one period apart that a leap begins with, at most
 # Of the slip per period: what a state changes by that repeats. The way to rest is half that slip at least,
 # and would take so many periods.
-FOR_EVER = 1e-8
+FOR_EVER = 10 * NEGLIGIBLE
 ROUND_OFF = 64.0 * np.finfo(float).eps  # of a state: change that is none
 CLEAR = 1e-3  # of the slip per period: by so little it is uncertain, and differs from the one before
 ALTERNATES = 0.1  # of the change from one period to the next: that to a later one whose like comes back

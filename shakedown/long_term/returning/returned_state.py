@@ -8,7 +8,7 @@ import numpy as np
 
 from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.float_array import FloatArray
-from shakedown.long_term.limit_search import BLURRED, OUTCOMES
+from shakedown.long_term.limit_search import BLURRED, LOST, OUTCOMES
 from shakedown.long_term.passage import Passage, Way
 from shakedown.long_term.returning.proved_rest import heeding_proofs
 from shakedown.long_term.returning.return_search import ReturnSearch, Rules, Settled, opened_and_closed
@@ -21,7 +21,6 @@ from shakedown.motion.space.space_events import SpaceEvents
 from shakedown.motion.violation import path_violation
 from shakedown.motion.viscous_jump import Jump
 
-LOST = 8.0  # times how near its limit a node is at it: what is lost at the events of a period
 TIGHTER = 0.125  # of what leaps may be unsure by, from one search to the next that is to confirm it
 NOT_CERTAIN = "a cycle exists, not certainly the one that this motion reaches"
 VERDICTS = {outcome: code for code, outcome in reversed(list(enumerate(OUTCOMES)))}

@@ -26,8 +26,7 @@ from shakedown.ground.named_state import (
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.motion.plane.active_set import ActiveSet, add_product, larger
 from shakedown.motion.plane.moving_state import JUMPS, Course, Record
-
-MOST_ADDED = 64  # changes of κ u, after which it is computed anew, so that round-off does not add up
+from shakedown.motion.plane.quiet_steps import MOST_FOLLOWED
 
 
 class Scale(NamedTuple):
@@ -158,7 +157,7 @@ def check_row(check: PathCheck, act: ActiveSet, jumps: bool) -> None:
         at = change[j]
         change[j] = at - u[j]
         u[j] = at
-    if check.rows == 0 or check.added >= MOST_ADDED:
+    if check.rows == 0 or check.added >= MOST_FOLLOWED:
         for j in range(m):
             check.elastic[j] = 0.0
         add_product(act, u, check.elastic)

@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.layout import Layout
 from shakedown.motion.implicit.dense_solver import no_factors
 from shakedown.motion.implicit.load_steps import follow
 from shakedown.motion.implicit.swept_stiffness import Body, Tableau
 
-CLOSE = 2e-12  # what Newton's method leaves of the equations, relative to the force scale
+CLOSE = 20 * ROUND_OFF  # what Newton's method leaves of the equations, relative to the force scale
 TENSION = 16 * np.finfo(float).eps  # a closed node's p may be negative by that, relative to the force scale
 MOST_SWEEPS = 10_000
 TURNS = 60  # of sweeps and Newton's method, in a step

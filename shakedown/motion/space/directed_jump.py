@@ -9,14 +9,14 @@ put into equilibrium exactly, nodes that still slip at the limit in their last d
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.contact_status import OPEN, STICK
+from shakedown.ground.contact_status import OPEN, SLIP, STICK
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
 from shakedown.motion.implicit.implicit_step import ImplicitJoint, StepStatus
 from shakedown.motion.plane.moving_state import DONE, PAUSED, course
 from shakedown.motion.space.curved_loop import follow_curve
-from shakedown.motion.space.moving_state import SLIP, curve_room
+from shakedown.motion.space.moving_state import curve_room
 from shakedown.motion.space.space_run import Measures, run_in_space
 from shakedown.motion.viscous_jump import Relaxation, StepEnd
 

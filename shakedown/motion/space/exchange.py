@@ -14,11 +14,11 @@ and the other is not the matrix is antisymmetric, elsewhere symmetric, so that i
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import entered, inner, summing
+from shakedown.ground.round_off import ROUND_OFF
 from shakedown.motion.plane.moving_state import Course
 from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
 from shakedown.motion.space.rates_state import Slipping, SpaceRates
 
-SINGULAR = 1e-13  # pivot, relative to the largest entry of its row of κ, that counts as zero
 MOST_EXCHANGES = 60  # after which the matrix is made afresh: each adds its round-off
 
 
@@ -31,7 +31,7 @@ def exchange(joint: CompiledJoint, place: int) -> bool:
     if joint.free[place] == 0:
         for j in range(N):
             size = max(size, abs(joint.kappa[row + j]))
-        if pivot <= SINGULAR * size:
+        if pivot <= ROUND_OFF * size:
             return False
     for i in range(N):
         x = S[i * N + place] / pivot

@@ -14,11 +14,11 @@ the problem until it has left the cone or is found outside.
 
 import numpy as np
 
-from shakedown.ground.contact_status import OPEN, STICK
+from shakedown.ground.contact_status import OPEN, SLIP, STICK
 from shakedown.ground.named_state import inner, summing
 from shakedown.motion.plane.moving_state import CLOSES, OPENS, Course
 from shakedown.motion.space.exchange import arrange, compute_base, compute_out, move
-from shakedown.motion.space.moving_state import SLIP, CompiledJoint, SpaceMotion
+from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
 from shakedown.motion.space.rates_state import Slipping, SpaceRates
 from shakedown.motion.space.space_run import SpaceRun
 from shakedown.motion.space.speeds import (

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import Scales, swing
@@ -23,7 +24,6 @@ from shakedown.motion.space.space_run import Measures, begin, resume, run_in_spa
 
 RECORD_ROWS = 256
 NEAR = 1e-2  # of the error allowed: a node that near its limit, relative to the force scale, is there
-FINEST = 1e-13  # accuracy of a path, relative to the length scale, that floats allow
 
 
 def measures(scale: Scales, locked: float, moving: float, tolerances: Tolerances) -> Measures:
@@ -33,7 +33,7 @@ def measures(scale: Scales, locked: float, moving: float, tolerances: Tolerances
     """
     force = max(scale.force, locked)
     near = max(NEAR * tolerances.path * scale.force, tolerances.limit * force)
-    accuracy = max(tolerances.path * min(moving / scale.force, 1.0), FINEST) if moving else tolerances.path
+    accuracy = max(tolerances.path * min(moving / scale.force, 1.0), ROUND_OFF) if moving else tolerances.path
     zero = tolerances.limit * force, tolerances.limit * scale.length, 10.0 * tolerances.rate
     return Measures(Precision(*zero, settled=near), scale, accuracy)
 

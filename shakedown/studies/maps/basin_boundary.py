@@ -13,11 +13,9 @@ from shakedown.studies.maps.basin_map import InitialStateMap
 from shakedown.studies.maps.limit_cycles import STABLE, same_slip
 from shakedown.studies.maps.samplers import Sampler
 
-HALVINGS = 30  # of the distance between neighbours
-
 
 @checked
-def basin_boundary(found: InitialStateMap, *, halvings: int = HALVINGS) -> FloatArray:
+def basin_boundary(found: InitialStateMap, *, halvings: int = 30) -> FloatArray:
     """Initial slips on the boundaries between basins, in the plane of a grid (thesis §7.2.1).
 
     Basins are told apart by outcome and period, and where a limit cycle is stable, by
