@@ -12,21 +12,23 @@ import ast
 import importlib.machinery
 import importlib.util
 import multiprocessing
-import os
 import re
 import sys
 import time
+from collections import defaultdict
 from collections.abc import Iterator
+from contextlib import ExitStack, chdir
 from functools import cache
 from multiprocessing.connection import Connection
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import FunctionType
+from unittest.mock import patch
 
-from benchmarks.answers import ALONE, differences
+from benchmarks.answers import differences
 from benchmarks.command_worker import answer
-from benchmarks.structure import imported, is_number, sources
-from shakedown.report.node_words import table
+from benchmarks.structure import imported, is_number, sources, tree
+from shakedown.report.text_table import table
 
 TITLE = "Constants of the algorithms, each at half and at twice its value"
 ROOT = Path(__file__).parents[1]
@@ -39,7 +41,6 @@ OF_ALGORITHMS = (
     "ground.round_off",
     "joint.rigid_slips",
 )
-NO_NUMBERS = ("contact_status", "given_numbers")  # names of states, limits of input
 CODES = {"AS_GIVEN", "CONE", "TRIPLE", "WORN", "FAILED", "NEVER", "STAGES", "DEGREE", "BYTES"}
 FACTORS = (0.5, 2.0)
 WITHIN = 1e-9
@@ -52,25 +53,13 @@ COMPILED = re.compile(r"^@(inner|summing|borrowing|entered|linked|stamped|checke
 def constants(root: Path = ROOT) -> Iterator[tuple[str, str, float]]:
     """Module, name and value of every constant of an algorithm; of codes several stand in a row."""
     for module, path in sources(root).items():
-        if not module.startswith(OF_ALGORITHMS):
-            continue
-        for name, value in _assigned(ast.parse(path.read_text(encoding="utf-8"))):
-            if name not in CODES:
-                yield module, name, value
-
-
-def _assigned(tree: ast.Module) -> Iterator[tuple[str, float]]:
-    for node in tree.body:
-        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name | ast.Tuple):
-            names, values = _pairs(node)
-            found = [ast.literal_eval(_folded(value)) for value in values if is_number(value)]
-            if len(found) > 1 and all(isinstance(value, int) and abs(value) < 10 for value in found):
-                continue  # codes
-            yield from (
-                (name.id, ast.literal_eval(_folded(value)))
-                for name, value in zip(names, values, strict=False)
-                if isinstance(name, ast.Name) and name.id.isupper() and is_number(value)
-            )
+        for node in tree(path).body if module.startswith(OF_ALGORITHMS) else ():
+            if isinstance(node, ast.Assign):
+                found = {_name(name): _value(number) for name, number in zip(*_pairs(node), strict=False)}
+                codes = len(found) > 1 and all(isinstance(v, int) and abs(v) < 10 for v in found.values())
+                for name, value in found.items():
+                    if name.isupper() and name not in CODES and value is not None and not codes:
+                        yield module, name, value
 
 
 def _pairs(node: ast.Assign) -> tuple[list[ast.expr], list[ast.expr]]:
@@ -80,11 +69,13 @@ def _pairs(node: ast.Assign) -> tuple[list[ast.expr], list[ast.expr]]:
     return target.elts, node.value.elts if isinstance(node.value, ast.Tuple) else []
 
 
-def _folded(node: ast.expr) -> ast.Constant:
-    """The number that an expression of numbers stands for."""
-    return ast.Constant(
-        eval(compile(ast.Expression(ast.fix_missing_locations(node)), "constant", "eval"), {})
-    )
+def _name(node: ast.expr) -> str:
+    return node.id if isinstance(node, ast.Name) else ""
+
+
+def _value(node: ast.expr) -> float | None:
+    """The number that is written; None where it follows from another one."""
+    return eval(ast.unparse(node), {}) if is_number(node) else None
 
 
 def changed(value: float, factor: float) -> float:
@@ -104,18 +95,11 @@ class _Changed(importlib.machinery.SourceFileLoader):
         self.name, self.value = name, value
 
     def get_code(self, fullname: str):
-        tree = ast.parse(self.get_data(self.path))
-        for node in tree.body:
-            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name | ast.Tuple):
-                names, values = _pairs(node)
-                for k, (name, value) in enumerate(zip(names, values, strict=False)):
-                    if isinstance(name, ast.Name) and name.id == self.name:
-                        put = ast.copy_location(ast.Constant(self.value), value)
-                        if isinstance(node.targets[0], ast.Tuple):
-                            node.value.elts[k] = put
-                        else:
-                            node.value = put
-        return compile(ast.fix_missing_locations(tree), self.path, "exec")
+        lines = self.get_data(self.path).decode().split("\n")
+        places = (node for node in tree(Path(self.path)).body if isinstance(node, ast.Assign))
+        place = next(node for node in places if self.name in {_name(part) for part in _pairs(node)[0]})
+        lines.insert(place.end_lineno, f"{self.name} = {self.value!r}")
+        return compile("\n".join(lines), self.path, "exec")
 
 
 class _Finder:
@@ -133,9 +117,9 @@ def cases(short: bool) -> list[dict]:
     compiled = {
         module for module, path in modules.items() if COMPILED.search(path.read_text(encoding="utf-8"))
     }
-    into_compiled = {(to, name) for module in compiled for to, name, _ in imported(modules[module], modules)}
     for module, name, value in constants():
-        takes = module in compiled or (module, name) in into_compiled
+        users = {module, *(to.removeprefix("shakedown.") for to in _importers()[f"shakedown.{module}", name])}
+        takes = bool(compiled & users)
         kinds = [False] * (module not in compiled) + [True] * (takes and not short)
         case = {"module": module, "constant": name, "value": value}
         found += [case | {"compiled": kind, "factor": factor} for kind in kinds for factor in FACTORS]
@@ -162,10 +146,8 @@ def measure(case: dict) -> dict:
 @cache
 def as_they_are() -> tuple[dict, float]:
     """The answers with the constants as they are; all that they need is loaded and compiled before."""
-    os.environ.update(ALONE)
-    with TemporaryDirectory() as folder:
-        _answers(Path(folder))
-        return _answers(Path(folder))
+    answers()
+    return answers()
 
 
 def _is_float(text: str) -> bool:
@@ -177,51 +159,63 @@ def _is_float(text: str) -> bool:
 
 
 def _asked(case: dict) -> tuple[dict, float] | str:
-    """The answers of a process of its own, and its processor time; or why there are none."""
-    context = multiprocessing.get_context("fork")
+    """The answers with one constant changed and their processor time; or why there are none."""
+    value, module = changed(case["value"], case["factor"]), f"shakedown.{case['module']}"
+    if not case["compiled"]:
+        with ExitStack() as stack:
+            for place, what in _followed(module, case["constant"], value):
+                stack.enter_context(patch.multiple(place, **what))
+            return answers()
+    context = multiprocessing.get_context("spawn")
     here, there = context.Pipe(duplex=False)
-    process = context.Process(target=_with_changed, args=(case, there))
+    process = context.Process(target=_compiled_anew, args=(module, case["constant"], value, there))
     process.start()
     there.close()
     try:
         found = here.recv() if here.poll(PATIENCE) else "no end"
     except EOFError:
         found = "died"
-    if process.is_alive():
-        process.kill()
+    process.kill()
     process.join()
     return found
 
 
-def _with_changed(case: dict, there: Connection) -> None:
-    value, module = changed(case["value"], case["factor"]), f"shakedown.{case['module']}"
-    with TemporaryDirectory() as folder:
-        if case["compiled"]:
-            _load_changed(module, case["constant"], value, folder)
-        else:
-            put(module, case["constant"], value)
-        there.send(_answers(Path(folder)))
-
-
-def put(module: str, name: str, value: float) -> None:
-    """Change a constant in its module, where it was imported to, and what follows from it."""
-    was, there = getattr(sys.modules[module], name), sys.modules[module]
-    setattr(there, name, value)
-    for place, path in sources(ROOT).items():
-        here = sys.modules.get(f"shakedown.{place}")
-        if here is None or not hasattr(here, name) or (here is not there and getattr(here, name) is not was):
+def _followed(module: str, name: str, value: float) -> Iterator[tuple[object, dict]]:
+    """Where a constant stands, and what becomes of it, of defaults and of constants derived from it."""
+    was = getattr(sys.modules.get(module), name, None)
+    for place in (module, *_importers()[module, name]):
+        here = sys.modules.get(place)
+        if here is None:  # nothing that is asked needs it
             continue
-        setattr(here, name, value)
+        yield here, {name: value}
         for function in vars(here).values():
-            if isinstance(function, FunctionType) and function.__defaults__:
-                function.__defaults__ = tuple(value if v is was else v for v in function.__defaults__)
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(function, FunctionType) and any(v is was for v in function.__defaults__ or ()):
+                yield (
+                    function,
+                    {"__defaults__": tuple(value if v is was else v for v in function.__defaults__)},
+                )
+        for node in tree(Path(here.__file__)).body:
             if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
-                derived = node.targets[0].id
-                if derived.isupper() and name in {
-                    n.id for n in ast.walk(node.value) if isinstance(n, ast.Name)
-                }:
-                    put(here.__name__, derived, eval(ast.unparse(node.value), vars(here)))
+                names = {n.id for n in ast.walk(node.value) if isinstance(n, ast.Name)}
+                if node.targets[0].id.isupper() and name in names:
+                    follows = eval(ast.unparse(node.value), vars(here) | {name: value})
+                    yield from _followed(here.__name__, node.targets[0].id, follows)
+
+
+@cache
+def _importers() -> dict[tuple[str, str], list[str]]:
+    """Where a name of a module was imported to."""
+    modules, found = sources(ROOT), defaultdict[tuple[str, str], list[str]](list)
+    for to, path in modules.items():
+        for module, name, _ in imported(path, modules):
+            found[f"shakedown.{module}", name].append(f"shakedown.{to}")
+    return found
+
+
+def _compiled_anew(module: str, name: str, value: float, there: Connection) -> None:
+    with TemporaryDirectory() as folder:
+        _load_changed(module, name, value, folder)
+        there.send(answers())
 
 
 def _load_changed(module: str, name: str, value: float, folder: str) -> None:
@@ -235,21 +229,21 @@ def _load_changed(module: str, name: str, value: float, folder: str) -> None:
     sys.meta_path.insert(0, _Finder(module, path, name, value))
 
 
-def _answers(folder: Path) -> tuple[dict, float]:
+def answers() -> tuple[dict, float]:
     """What the commands say of built-in joints and of two drawn ones, and its processor time."""
     import shakedown
     from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 
-    os.chdir(folder)
     drawn = {"plane.npz": drawn_joint(0, 3), "space.npz": drawn_joint_in_space(0, 1)}
-    for name, joint in drawn.items():
-        shakedown.save_problem(Path(name), joint)
     asked = [["critical", "two-node", "--all"]]
     for joint in ("two-node", "three-node", "receding-block", "two-node-3d", *drawn):
-        asked += [["solve", joint], ["simulate", joint, "--load-factor", "0.95", "--initial", "safe"]]
-    began = time.process_time()
-    found = {" ".join(words): answer([*words, "--json", "-q"]) for words in asked}
-    return found, time.process_time() - began
+        asked += [["solve", joint], ["simulate", joint, "--load-factor", "0.6", "--initial", "safe"]]
+    with TemporaryDirectory() as folder, chdir(folder):
+        for name, joint in drawn.items():
+            shakedown.save_problem(Path(name), joint)
+        began = time.process_time()
+        found = {" ".join(words): answer([*words, "--json", "-q"]) for words in asked}
+        return found, time.process_time() - began
 
 
 def tables(rows: list[dict]) -> str:
@@ -259,7 +253,7 @@ def tables(rows: list[dict]) -> str:
             row["factor"]
         ] = row
     lines = [
-        [module, name + " (compiled)" * compiled, f"{value:g}", *(_said(sides[f]) for f in FACTORS)]
+        [module, name + " (compiled)" * compiled, f"{value:g}", *(_said(sides.get(f)) for f in FACTORS)]
         for (module, name, value, compiled), sides in by_constant.items()
     ]
     moved = sum(any(row["outcome"] != "same" for row in sides.values()) for sides in by_constant.values())
@@ -268,7 +262,9 @@ def tables(rows: list[dict]) -> str:
     return table(headers, lines, longest=len(lines)) + f"\n\n{counted}"
 
 
-def _said(row: dict) -> str:
+def _said(row: dict | None) -> str:
+    if row is None:
+        return "-"
     if row["outcome"] == "differs":
         return f"{row['words']} words, {row['numbers']} numbers"
     return row["outcome"]
