@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from joints_in_space import in_last_bits
 from scipy.optimize import linprog
 
 import shakedown
@@ -11,6 +10,7 @@ from shakedown.bounds.collapse.lift_off import lift_off_bound
 from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
 from shakedown.joint.constraints import Side, constraints
 from shakedown.joint.loading import loading
+from tests.joints_in_space import in_last_bits
 
 
 def two_nodes(d: int, *, swing: float = 1.0) -> Problem:
