@@ -70,9 +70,17 @@ def _statuses(basic: NDArray[np.bool_], low: FloatArray, high: FloatArray) -> li
     ]
 
 
+class SilentHighs(highspy.Highs):
+    """HiGHS that prints nothing: version 1.16 announces itself while it is made, where the answers go."""
+
+    def enableCallbacks(self) -> None:  # the first that its constructor calls
+        self.setOptionValue("output_flag", False)
+        super().enableCallbacks()
+
+
 @cache
 def _options() -> highspy.HighsOptions:
-    highs = highspy.Highs()
+    highs = SilentHighs()
     for name, value in OPTIONS.items():
         if highs.setOptionValue(name, value) != highspy.HighsStatus.kOk:
             raise SolverError(f"HiGHS {highs.version()} does not take the option {name} = {value}")
@@ -90,7 +98,7 @@ def made(program: Program) -> highspy.Highs:
     model.a_matrix_.format_ = highspy.MatrixFormat.kColwise
     by_columns = columnwise(program.matrix)
     model.a_matrix_.value_, model.a_matrix_.index_, model.a_matrix_.start_ = by_columns
-    highs = highspy.Highs()
+    highs = SilentHighs()
     highs.passOptions(_options())
     highs.setOptionValue("simplex_iteration_limit", MOST_PIVOTS * (rows + columns))
     if highs.passModel(model) == highspy.HighsStatus.kError:

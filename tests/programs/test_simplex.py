@@ -18,6 +18,11 @@ def square(cost, upper=(1.0, 1.0)):
     return Simplex(Program(np.eye(2), np.array(upper), cost=np.array(cost), lower=-np.ones(2)))
 
 
+def test_the_solver_prints_nothing(capfd):
+    assert square((-1.0, -2.0)).solve().x == pytest.approx([1.0, 1.0])
+    assert capfd.readouterr() == ("", "")
+
+
 def test_a_vertex_is_taken_only_where_it_is_optimal():
     both = np.arange(2)
     assert square((-1.0, -2.0)).at(both).x == pytest.approx([1.0, 1.0])
