@@ -271,9 +271,15 @@ class ReturnSearch:
             return None
         if np.abs(self._change(p)).max() <= SIX_DIGITS * most:
             return self._found(Outcome.CYCLIC_SLIP, f"the same slip every {every}{self._way()}", p)
-        if not can_drift(self.motion.problem):
+        if not can_drift(self.motion.problem) or not self._drifts_on(p, error):
             return None
         return self._found(Outcome.RATCHETTING, f"the same drift every {every}{self._way()}", p)
+
+    def _drifts_on(self, p: int, error: float) -> bool:
+        """Whether a state moves on by no less than in the period before: else the drift may fade away."""
+        drift, before = self._change(p), self.states[-1 - p].u - self.states[-1 - 2 * p].u
+        known = p * error + ROUND_OFF * float(np.abs(self.states[-1].u).max())
+        return bool(np.abs(drift - before).max() <= SIX_DIGITS * np.abs(drift).max() + known)
 
     def _find_rhythm(self, u: FloatArray) -> None:
         """The period after which changes come back, where those of one cycle and the next differ."""
