@@ -109,7 +109,7 @@ def test_what_is_known_can_be_read_while_the_work_goes_on(joint, asked, tmp_path
 @pytest.mark.usefixtures("short_scan")
 def test_threads_change_no_run(tmp_path, monkeypatch):
     alone = said(shakedown.verify(SPACE, random_states=2))
-    monkeypatch.setattr("shakedown.assessment.plan.FEW_PAIRS", 0)
+    monkeypatch.setattr("shakedown.bounds.space_methods.FEW_NODES", 0)
     monkeypatch.setattr("shakedown.assessment.verify.all_cores", lambda: 3)
     path = tmp_path / "report.html.partial"
     assert said(shakedown.verify(SPACE, random_states=2, partial=path)) == alone
@@ -117,7 +117,7 @@ def test_threads_change_no_run(tmp_path, monkeypatch):
 
 @pytest.mark.usefixtures("short_scan")
 def test_what_fails_in_a_thread_is_raised(monkeypatch):
-    monkeypatch.setattr("shakedown.assessment.plan.FEW_PAIRS", 0)
+    monkeypatch.setattr("shakedown.bounds.space_methods.FEW_NODES", 0)
     monkeypatch.setattr("shakedown.assessment.verify.all_cores", lambda: 2)
     monkeypatch.setattr("shakedown.assessment.verify.run_of", lambda *_: 1 // 0)
     with pytest.raises(ZeroDivisionError):

@@ -79,7 +79,7 @@ def test_a_ball_of_the_plan_holds_what_is_proved():
 def test_of_many_pairs_few_states_are_simulated_unless_more_are_asked_for(monkeypatch):
     joint = shakedown.example("two-node-3d")
     assert shakedown.verify(joint, load_factors=[0.5]).settings.random_states == 3
-    monkeypatch.setattr("shakedown.assessment.plan.MANY_PAIRS", 1)
+    monkeypatch.setattr("shakedown.bounds.space_methods.MANY_NODES", 1)
     assert shakedown.verify(joint, load_factors=[0.5]).settings.random_states == 1
     assert shakedown.verify(joint, load_factors=[0.5], random_states=2).settings.random_states == 2
 
