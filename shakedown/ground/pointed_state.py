@@ -94,7 +94,10 @@ class PointedState:
 
     def with_parts(self, **held: Any) -> Self:
         """A state of the same parts, but for some."""
-        return type(self)({}, **{name: vars(self)[name] for name in self.compiled.kinds} | held)
+        other = type(self)({})
+        vars(other)["content"] = self.memory.from_buffer_copy(self.content)
+        other.hold(**{name: part for name, part in vars(self).items() if name != "content"} | held)
+        return other
 
 
 def _compiled_type(declared: Any) -> Any:

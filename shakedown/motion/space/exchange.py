@@ -13,7 +13,7 @@ and the other is not the matrix is antisymmetric, elsewhere symmetric, so that i
 
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.named_state import entered, inner, summing
+from shakedown.ground.named_state import inner, summing
 from shakedown.ground.round_off import ROUND_OFF
 from shakedown.motion.plane.moving_state import Course
 from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
@@ -45,12 +45,6 @@ def exchange(joint: CompiledJoint, place: int) -> bool:
     joint.free[place] = 1 - joint.free[place]
     joint.exchanges += 1
     return True
-
-
-@entered
-def make_afresh(joint: CompiledJoint) -> None:
-    """Make the matrix of the present contact states anew before the next load step."""
-    joint.exchanges = MOST_EXCHANGES + 1
 
 
 @inner
