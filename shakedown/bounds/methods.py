@@ -88,6 +88,7 @@ class Methods(Protocol):
         *,
         transient: bool,
         split: bool,
+        best: bool = True,
     ) -> EnergyBall:
         """The largest ball of the closed nodes, or the one that holds a state (dk,) of these best."""
 

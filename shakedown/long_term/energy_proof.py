@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeGuard
 import numpy as np
 
 from shakedown.bounds.collapse.box_bound import BoxBound, box_bound, box_proves
-from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
+from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball, holding_ball
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
 from shakedown.bounds.methods import methods_of
 from shakedown.ground.blas_threads import on_one_thread
@@ -79,7 +79,7 @@ def energy_proof(problem: Problem, passage: Passage, course: Course) -> EnergyPr
     after finitely many cycles: the ball that holds the state at rest best is found, and
     the states that the motion really passes through are looked at until one is inside.
     Where none is, the least box of the state at rest, which is inside those of the states before,
-    tells whether any of theirs can be a proof. In space a ball without shares comes first: one program.
+    tells whether any of theirs can be a proof. In space any ball that holds the state comes first.
 
     Parameters
     ----------
@@ -88,12 +88,15 @@ def energy_proof(problem: Problem, passage: Passage, course: Course) -> EnergyPr
     course
         Where it comes to rest, and what is known of the way.
     """
-    load_factor, none = passage.load_factor, problem.directions > 1
-    for split in (False, True) if none else (True,):
-        ball = _ball(problem, passage, course, split)
+    load_factor, in_space = passage.load_factor, problem.directions > 1
+    ball = _ball(problem, passage, course, best=not in_space)
+    none = in_space and ball is None
+    if isinstance(ball, EnergyBall) and comes_into(ball, passage, course):
+        return _proof_of(ball, course, best=not in_space)
+    if in_space and isinstance(ball, EnergyBall):
+        ball = _ball(problem, passage, course, best=True)
         if isinstance(ball, EnergyBall) and comes_into(ball, passage, course):
-            return _proof_of(ball, course, best=split)
-        none = none and ball is None
+            return _proof_of(ball, course, best=True)
     # A ball that holds the start holds the state at rest: λ_E is not worked out where none does.
     if (not none or _key(passage) in _known_bounds(passage.problem)) and bound_proves(
         bound_of_start(passage), load_factor
@@ -108,7 +111,7 @@ def energy_proof(problem: Problem, passage: Passage, course: Course) -> EnergyPr
 
 def with_margins(problem: Problem, passage: Passage, course: Course) -> EnergyProof:
     """The proof by an energy ball with the margins of the ball that holds the state at rest best."""
-    ball = on_one_thread(_ball)(problem, passage, course, split=True)
+    ball = on_one_thread(_ball)(problem, passage, course, best=True)
     return _proof_of(ball, course, best=True) if isinstance(ball, EnergyBall) else WITHOUT_MARGIN
 
 
@@ -185,19 +188,23 @@ def slips_in_zone(passage: Passage, course: Course) -> Iterator[FloatArray]:
             yield record.end_slip if scene is None else scene.spread(record.end_slip, scene.initial_slip)
 
 
-def _ball(problem: Problem, passage: Passage, course: Course, split: bool) -> EnergyBall | Missing | None:
-    """The ball that holds the state at rest best; None where none does, or there is no such zone."""
+def _ball(problem: Problem, passage: Passage, course: Course, *, best: bool) -> EnergyBall | Missing | None:
+    """A ball that holds the state at rest, or the best; None where none does, or there is no such zone."""
+    at, state, opened = passage.load_factor, course.final_slip, course.open_nodes
+    tolerances = passage.tolerances
     try:
-        found = sought(
-            energy_ball,
-            problem,
-            passage.load_factor,
-            around=course.final_slip,
-            transient=False,
-            open_nodes=course.open_nodes,
-            split=split,
-            tolerances=passage.tolerances,
-        )
+        if best:
+            found = sought(
+                energy_ball,
+                problem,
+                at,
+                around=state,
+                transient=False,
+                open_nodes=opened,
+                tolerances=tolerances,
+            )
+        else:
+            found = sought(holding_ball, problem, at, state, opened, tolerances)
     except UsageError:  # there is no such zone
         return None
     return found if isinstance(found, Missing) or found.contains(course.final_slip) else None

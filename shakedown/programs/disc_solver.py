@@ -8,7 +8,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.reaction_program import in_reactions
-from shakedown.programs.self_dual import USABLE, Points, SelfDualEnd, self_dual_end
+from shakedown.programs.self_dual import USABLE, Enough, Points, SelfDualEnd, never, self_dual_end
 
 
 @dataclass(frozen=True)
@@ -55,10 +55,13 @@ def solved(program: DiscProgram, usable: float = USABLE) -> DiscSolution:
     return DiscSolution(end.status, end.x[:r], end.x[r:], discs, rows)
 
 
-def disc_end(program: DiscProgram, usable: float = USABLE, begun: Points = ()) -> SelfDualEnd:
+def disc_end(
+    program: DiscProgram, usable: float = USABLE, begun: Points = (), enough: Enough = never
+) -> SelfDualEnd:
     """The end of a program, with the points on the way to it; one less accurate than ``usable`` is none.
 
     ``begun`` is the way to the end of a program that differs little, a head start where there are many nodes.
+    A point (y, w) on the way that is ``enough`` is an end, however inaccurate.
 
     Raises
     ------
@@ -67,10 +70,10 @@ def disc_end(program: DiscProgram, usable: float = USABLE, begun: Points = ()) -
     """
     faster, end = in_reactions(program), None
     if faster is not None:
-        end = self_dual_end(faster, usable, _with(faster.in_z, begun))
+        end = self_dual_end(faster, usable, _with(faster.in_z, begun), lambda x: enough(faster.in_y(x)))
         end = replace(end, x=faster.in_y(end.x), path=_with(faster.in_y, end.path))
     if end is None or end.status == Status.UNDECIDED:
-        end = self_dual_end(program, usable)
+        end = self_dual_end(program, usable, enough=enough)
     if end.status == Status.UNDECIDED:
         raise SolverError(
             f"the program of {len(program.node)} discs ended without an answer, {end.accuracy:.1e} from one"

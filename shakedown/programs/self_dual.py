@@ -69,6 +69,12 @@ class Point(NamedTuple):
 
 
 Points = tuple[Point, ...]
+Enough = Callable[[FloatArray], bool]
+
+
+def never(x: FloatArray) -> bool:
+    """No point on the way is enough."""
+    return False
 
 
 @dataclass(frozen=True)
@@ -97,17 +103,20 @@ class SelfDualEnd:
     path: Points
 
 
-def self_dual_end(rows: ConeRows, usable: float = USABLE, begun: Points = ()) -> SelfDualEnd:
+def self_dual_end(
+    rows: ConeRows, usable: float = USABLE, begun: Points = (), enough: Enough = never
+) -> SelfDualEnd:
     """The end of a program: its optimum, or what proves that there is none, to what round-off allows.
 
     The homogeneous self-dual embedding of Xu, Hung and Ye, with the scaling of Nesterov and Todd and
     the predictor and corrector of Mehrotra. An optimum less accurate than ``usable`` is undecided.
     ``begun`` is the way to the optimum of a program that differs little: this one shares it as far as it may.
+    A point x on the way that is ``enough`` is an end: what is asked of the program is known there.
     """
     with np.errstate(all="ignore"):  # what overflows is no end, and is not taken for one
         shared = _shared(rows, begun)
-        end = _followed(rows, usable, shared)
-        return _followed(rows, usable, ()) if shared and end.status == Status.UNDECIDED else end
+        end = _followed(rows, usable, shared, enough)
+        return _followed(rows, usable, (), enough) if shared and end.status == Status.UNDECIDED else end
 
 
 def _shared(rows: ConeRows, begun: Points) -> Points:
@@ -124,7 +133,7 @@ def _shared(rows: ConeRows, begun: Points) -> Points:
     return ()
 
 
-def _followed(rows: ConeRows, usable: float, shared: Points) -> SelfDualEnd:
+def _followed(rows: ConeRows, usable: float, shared: Points, enough: Enough) -> SelfDualEnd:
     unit, path = rows.cones.unit, list(shared)
     point = path[-1] if path else Point(np.zeros(len(rows.costs)), unit, unit, 1.0, 1.0)
     best, idle = _judged(rows, point), 0
@@ -142,10 +151,13 @@ def _followed(rows: ConeRows, usable: float, shared: Points) -> SelfDualEnd:
             break
         path.append(point)
         found = _judged(rows, point)
+        x, s, y = (part / point.tau for part in point[:3])
+        if enough(x):
+            return SelfDualEnd(Status.OPTIMAL, x, s, y, found.accuracy, tuple(path))
         idle = 0 if found.accuracy < 0.9 * best.accuracy else idle + 1
         best = found if found.accuracy < best.accuracy else best
-    enough = usable if best.status == Status.OPTIMAL else USABLE
-    status = best.status if best.accuracy <= enough else Status.UNDECIDED
+    least = usable if best.status == Status.OPTIMAL else USABLE
+    status = best.status if best.accuracy <= least else Status.UNDECIDED
     return SelfDualEnd(status, best.x, best.slack, best.multipliers, best.accuracy, tuple(path))
 
 

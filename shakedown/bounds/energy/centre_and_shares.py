@@ -22,6 +22,7 @@ from shakedown.programs.scaling import typical_size
 from shakedown.programs.self_dual import Points
 
 ROUNDS = 4
+INSIDE = 4.0  # margin, in round-offs of a radius, by which a state is in a ball for certain
 GAIN = 1e-4  # relative: less than this, and no further round is made
 ROUND_OFF = 4 * np.finfo(float).eps
 
@@ -188,14 +189,31 @@ def largest(limits: DiscLimits, load_factor: float, tolerances: Tolerances, *, s
 
 
 def holding(
-    limits: DiscLimits, load_factor: float, state: FloatArray, tolerances: Tolerances, *, split: bool
+    limits: DiscLimits,
+    load_factor: float,
+    state: FloatArray,
+    tolerances: Tolerances,
+    *,
+    split: bool,
+    best: bool,
 ) -> Found:
-    """The ball at a load factor in which a state has the largest margin R − ‖v − v*‖, of either sign."""
+    """The ball at a load factor in which a state has the largest margin R − ‖v − v*‖, of either sign.
+
+    Or, unless the best is asked for, the first one that is met in which that margin is positive.
+    """
+
+    def inside(margin: float, radius: float) -> bool:
+        return not best and margin > INSIDE * tolerances.feasibility * radius
 
     def one(each: DiscLimits, begun: Points = ()) -> Found:
         about = discs_about(each, state).at_load(load_factor)
         unit = about.unit_of_radius
-        end = sharp_end(about.margin_program(), lambda y: _largest_margin(about, y), begun)
+
+        def enough(y: FloatArray) -> bool:
+            length, margin = _largest_margin(about, y)
+            return inside(margin / unit, length + margin / unit)
+
+        end = sharp_end(about.margin_program(), lambda y: _largest_margin(about, y), begun, enough)
         margin = end.value / unit
         end = replace(end, w=np.array([margin + end.w[0], margin]), proved=end.proved / unit)
         return _found(each, about, end, state)
@@ -203,7 +221,10 @@ def holding(
     def value(found: Found) -> float:
         return found.end.value * found.about.length
 
-    return _by_turns(limits, one, value, None, tolerances, split=split, load_factor=load_factor)
+    def held(found: Found) -> bool:
+        return inside(value(found), found.radius)
+
+    return _by_turns(limits, one, value, None, tolerances, split=split, load_factor=load_factor, enough=held)
 
 
 def widest(limits: DiscLimits, load_factor: float) -> tuple[FloatArray, float]:
@@ -228,6 +249,7 @@ def _by_turns(
     *,
     split: bool,
     load_factor: float | None = None,
+    enough: Callable[[Found], bool] = lambda found: False,
 ) -> Found:
     """Shares zero, and half of those at which γ is least; from the better on by turns.
 
@@ -235,7 +257,7 @@ def _by_turns(
     before allows, so that none is worse. Where neither has a solution, the one with most room goes on.
     """
     found = one(limits, ())
-    if not split or not limits.own.any() or found.status == Status.UNBOUNDED:
+    if not split or not limits.own.any() or found.status == Status.UNBOUNDED or enough(found):
         return found
     half = sought(one, limits.shared(0.5 * full_share(limits)), found.way)
     if not isinstance(half, Missing) and half.status != Status.INFEASIBLE:
@@ -243,13 +265,19 @@ def _by_turns(
         found = half if worse or value(half) > value(found) else found
     elif found.status == Status.INFEASIBLE and room is not None:
         found = _first_solution(limits, one, room, tolerances) or found
-    return _turns(found, one, value, load_factor)
+    return _turns(found, one, value, load_factor, enough)
 
 
-def _turns(found: Found, one: Solve, value: Callable[[Found], float], load_factor: float | None) -> Found:
+def _turns(
+    found: Found,
+    one: Solve,
+    value: Callable[[Found], float],
+    load_factor: float | None,
+    enough: Callable[[Found], bool],
+) -> Found:
     """Rounds from a solution on, until they gain little."""
     for _ in range(ROUNDS):
-        if found.status != Status.OPTIMAL:
+        if found.status != Status.OPTIMAL or enough(found):
             break
         at = found.end.value if load_factor is None else load_factor
         share = best_share(found.limits, found.slip, at, found.radius)

@@ -42,10 +42,11 @@ def energy_ball(
     *,
     transient: bool,
     split: bool,
+    best: bool = True,
 ) -> EnergyBall:
-    """The largest ball of the closed nodes, or the one that holds a state best."""
+    """The largest ball of the closed nodes, or the one that holds a state best, or the first that is met."""
     limits = disc_limits(zone, transient=transient, tolerances=tolerances)
-    found = best_ball(limits, load_factor, state, tolerances, split=split)
+    found = best_ball(limits, load_factor, state, tolerances, split=split, best=best)
     radius = found.radius * limits.metric.unit
     if found.share.any():  # no node may open in a jump
         most = closed_radius(zone.joint, limits.metric, found.slip, (load_factor,)) / limits.metric.unit
@@ -86,8 +87,12 @@ def best_ball(
     tolerances: Tolerances,
     *,
     split: bool,
+    best: bool = True,
 ) -> BestBall:
-    """The largest ball at a load factor, or the one in which a state has the largest margin."""
+    """The largest ball at a load factor, or the one in which a state has the largest margin.
+
+    Or, unless the best is asked for, the first one that is met in which the state has a margin.
+    """
     reason = without_margin(limits)
     if reason:
         return _nothing(limits, reason)
@@ -105,7 +110,7 @@ def best_ball(
     if held is None:
         found, missing = largest(limits, load_factor, tolerances, split=split), NO_SAFE_SLIP
     else:
-        found, missing = holding(limits, load_factor, held, tolerances, split=split), NOT_HELD
+        found, missing = holding(limits, load_factor, held, tolerances, split=split, best=best), NOT_HELD
     if found.status == Status.INFEASIBLE:
         return _nothing(limits, missing)
     if held is not None and not found.end.value > 0:

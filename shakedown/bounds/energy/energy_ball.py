@@ -7,9 +7,10 @@ from numpy.typing import ArrayLike
 
 from shakedown.bounds.energy.energy_results import EnergyBall as EnergyBall
 from shakedown.bounds.methods import methods_of
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked, checked_initial_slip, require_problem
-from shakedown.joint.contact_zone import contact_zone
+from shakedown.joint.contact_zone import Zone, contact_zone
 from shakedown.joint.problem import Problem
 
 
@@ -75,7 +76,37 @@ def energy_ball(
     check_load_factor(load_factor, problem)
     state = None if around is None else checked_initial_slip(problem, around)
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)
+    return _in_zone(zone, load_factor, state, tolerances, transient=transient, split=split)
+
+
+def holding_ball(
+    problem: Problem,
+    load_factor: float,
+    state: FloatArray,
+    open_nodes: tuple[int, ...],
+    tolerances: Tolerances,
+) -> EnergyBall:
+    """A ball that holds a state after the transient: in space the first that is met, if any does.
+
+    Raises as :func:`energy_ball`, which finds the one that holds it best.
+    """
+    zone = contact_zone(problem, open_nodes, tolerances=tolerances)
+    return _in_zone(zone, load_factor, state, tolerances, transient=False, split=True, best=False)
+
+
+def _in_zone(
+    zone: Zone,
+    load_factor: float,
+    state: FloatArray | None,
+    tolerances: Tolerances,
+    *,
+    transient: bool,
+    split: bool,
+    best: bool = True,
+) -> EnergyBall:
+    """A ball of the closed nodes of a zone in terms of all nodes."""
+    problem = zone.problem
     held = None if state is None else state[problem.layout.slips_of(zone.closed_nodes)]
     find = methods_of(problem).energy_ball
-    ball = find(zone, load_factor, held, tolerances, transient=transient, split=split)
+    ball = find(zone, load_factor, held, tolerances, transient=transient, split=split, best=best)
     return replace(ball, slip=zone.slips(ball.slip), zone=zone) if zone.open_nodes else ball

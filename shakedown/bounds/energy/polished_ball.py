@@ -10,7 +10,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.disc_solver import disc_end
-from shakedown.programs.self_dual import Points
+from shakedown.programs.self_dual import Enough, Points, never
 
 ROUGH = (
     1e-4  # accuracy that is enough: what w is worth at y, and what the multipliers prove, is computed anew
@@ -51,7 +51,7 @@ class SharpEnd:
         return float(self.w[-1])
 
 
-def sharp_end(program: DiscProgram, value: Value, begun: Points = ()) -> SharpEnd:
+def sharp_end(program: DiscProgram, value: Value, begun: Points = (), enough: Enough = never) -> SharpEnd:
     """The end of a program, polished, with the value that the discs allow there in floats.
 
     Parameters
@@ -62,13 +62,18 @@ def sharp_end(program: DiscProgram, value: Value, begun: Points = ()) -> SharpEn
         The w that the discs allow at a given y in floats, with the largest w_last.
     begun
         The way to the optimum of a program that differs little.
+    enough
+        Whether a y on the way is as good as the optimum.
 
     Raises
     ------
     SolverError
         If no road comes to an end.
     """
-    end, r = polished(program, disc_end(program, ROUGH, begun)), program.rank
+    r = program.rank
+    end = disc_end(program, ROUGH, begun, lambda x: enough(x[:r]))
+    if not enough(end.x[:r]):
+        end = polished(program, end)
     discs, rows, _ = program.parts(end.multipliers)
     best = SharpEnd(end.status, end.x[:r], end.x[r:], discs, rows, path=end.path)
     if end.status != Status.OPTIMAL:

@@ -30,6 +30,7 @@ def energy_ball(
     *,
     transient: bool,
     split: bool,
+    best: bool = True,
 ) -> EnergyBall:
     """The largest ball of the closed nodes, or the one that holds a state best."""
     rows = zone_rows(zone, transient=transient, tolerances=tolerances)
