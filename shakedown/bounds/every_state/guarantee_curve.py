@@ -12,7 +12,7 @@ from shakedown.bounds.row_programs import load_factor_program
 from shakedown.bounds.safe_slip import safe_slip
 from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.bounds.upper import upper_bound
-from shakedown.ground.errors import UsageError
+from shakedown.ground.errors import SolverError, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import Status
@@ -21,6 +21,7 @@ from shakedown.joint.arguments import NO_SIDES, checked, real_array, require_pla
 from shakedown.joint.constraints import Constraints, constraints
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.programs.program import INF
 from shakedown.programs.simplex import Simplex
 
 
@@ -202,9 +203,24 @@ def _first_collapses(
         for node in np.argsort(known, kind="stable").tolist():
             if known[node] >= found[k][0]:
                 break  # nor do the nodes after it
-            vertex = collapse_in_box(program, rows, node, lower, upper)
+            vertex = _collapse(program, rows, node, lower, upper)
             value = inf if vertex is None else float(vertex[-1])
             known[node] = max(known[node], value)
             if vertex is not None and value < found[k][0]:
                 found[k] = value, node, rows.slips(vertex[:-1])
     return found
+
+
+def _collapse(
+    program: Simplex, rows: Constraints, node: int, lower: FloatArray, upper: FloatArray
+) -> FloatArray | None:
+    """Where a node collapses first in a box; in any slip, which is no later, where its size leaves no answer."""
+    try:
+        return collapse_in_box(program, rows, node, lower, upper)
+    except SolverError:
+        columns, free = np.arange(rows.n), np.full(rows.n, INF)
+        program.set_columns(columns, -free, free)
+        try:
+            return collapse_in_box(program, rows, node, lower, upper)
+        finally:
+            program.set_columns(columns, lower, upper)
