@@ -3,4 +3,5 @@
 MANY = 1_000_000  # of what is given as a list, kept in memory, or followed one after the other
 LARGEST_LABEL = 2**62  # of a node: compiled code counts to twice as many
 BLOCK = 1 << 20  # bytes or numbers that are taken at one time: a few MB, a hundred where each has a matrix
+NODES_SHOWN = 4  # nodes that are named or drawn each on its own
 AT_ONCE = 1 << 16  # rows or small matrices that are taken at one time

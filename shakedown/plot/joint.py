@@ -6,6 +6,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.ticker import MaxNLocator
 
 from shakedown.assessment.sensitivities import KINDS, Sensitivities
+from shakedown.ground.amounts import NODES_SHOWN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
@@ -17,7 +18,6 @@ from shakedown.joint.units import units_of
 from shakedown.plot.style import (
     BLACK,
     BLUE,
-    FEW,
     GREEN,
     GREY,
     MANY,
@@ -224,7 +224,7 @@ def sensitivity(found: Sensitivities, problem: Problem | None = None, *, ax: Axe
     >>> axes.get_xlabel(), len(axes.patches)
     ('change of λ_max for 1 % more [%]', 6)
     """
-    nodes = found.ranked(at_least=LEAST)[:FEW]
+    nodes = found.ranked(at_least=LEAST)[:NODES_SHOWN]
     if not nodes.size:
         raise UsageError(f"found: expected a bound with derivatives, found none ({found.reason})")
     axes, places = axes_for(ax, (6.0, 0.9 + 0.7 * len(nodes))), -np.arange(len(nodes))

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from matplotlib.axes import Axes
 
+from shakedown.ground.amounts import NODES_SHOWN
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import few
 from shakedown.ground.visible_text import with_unit
@@ -22,7 +23,7 @@ from shakedown.plot.drawn_path import (
     work_of_nodes,
 )
 from shakedown.plot.patch_places import require_space
-from shakedown.plot.style import FEW, GREY, LINES, axes_for, finished, node_name
+from shakedown.plot.style import GREY, LINES, axes_for, finished, node_name
 
 FARTHEST = 3.0  # times the limit: reactions beyond, of nodes that hardly press, are cut off
 RIM = np.linspace(0.0, 2.0 * np.pi, 121)
@@ -284,7 +285,7 @@ def load_orbits(
 
 def _worst(work: FloatArray, nodes: Iterable[int] | None) -> Iterator[tuple[str, int]]:
     """The nodes to draw, by default those that dissipate most, and their colours."""
-    most = np.argsort(-work, kind="stable")[:FEW].tolist()
+    most = np.argsort(-work, kind="stable")[:NODES_SHOWN].tolist()
     return _coloured(most if nodes is None else chosen_nodes(nodes, len(work)))
 
 

@@ -9,6 +9,7 @@ from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
 from shakedown.bounds.upper import upper_bound
+from shakedown.ground.amounts import NODES_SHOWN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import at_lambda, few
@@ -22,7 +23,6 @@ from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.plot.drawn_path import Recorded, path_of
 from shakedown.plot.style import (
     BLACK,
-    FEW,
     GREEN,
     LINES,
     ORANGE,
@@ -223,7 +223,7 @@ def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axe
     low, high = force.min(axis=0) - size, force.max(axis=0) + size
     reach = 3.0 * float(np.max(high - low))
     stuck = np.unique(path.v[path.state[:, node] == 0, node].round(9))
-    for colour, v in zip(LINES, stuck[:: max(1, len(stuck) // FEW)][:FEW], strict=False):
+    for colour, v in zip(LINES, stuck[:: max(1, len(stuck) // NODES_SHOWN)][:NODES_SHOWN], strict=False):
         sector = stick_sector(problem, node, v, reach)
         axes.add_patch(Polygon(sector, closed=True, fc=colour, ec=colour, alpha=0.18, label=f"v = {few(v)}"))
         axes.plot(*sector[0], "^", color=colour, ms=6, zorder=2)

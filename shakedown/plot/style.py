@@ -35,7 +35,7 @@ STATES = {
 }
 
 MARGIN = 0.06  # about what is drawn, of its size
-FEW, MANY = 4, 40  # nodes that are drawn each on its own; arrows beyond which they cover each other
+MANY = 40  # arrows, beyond which they cover each other
 LONGEST_LABEL = 40  # letters in a legend
 DOTS_PER_INCH = 150
 UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}  # the same picture has the same bytes

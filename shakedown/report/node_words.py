@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from shakedown.ground.amounts import NODES_SHOWN
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import down, few, sized
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -16,7 +17,6 @@ from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.motion.contact_law import path_resolution, scales
-from shakedown.plot.style import FEW
 
 if TYPE_CHECKING:
     from shakedown.assessment.slip_limit import SlipLimit
@@ -59,7 +59,7 @@ def open_in_words(nodes: tuple[int, ...], problem: Problem | None = None) -> str
     if len(nodes) == 1:
         return node_in_words(problem, nodes[0])
     text, labels = f"nodes {_ranges(nodes)}", None if problem is None else problem.label
-    if labels is None or len(nodes) > FEW:
+    if labels is None or len(nodes) > NODES_SHOWN:
         return text
     return f"{text} (FE {', '.join(labels[i] for i in nodes)})"
 

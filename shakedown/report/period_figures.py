@@ -10,6 +10,7 @@ import numpy as np
 
 from shakedown import plot
 from shakedown.assessment.verify import Verification
+from shakedown.ground.amounts import NODES_SHOWN
 from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import at_lambda, cycles_in_words, sized
 from shakedown.ground.status import Outcome
@@ -21,7 +22,7 @@ from shakedown.motion.evolve import evolve
 from shakedown.plot.drawn_path import extreme_rows, time_in_words, work_of_nodes
 from shakedown.plot.inline_svg import Drawing, Picture, picture
 from shakedown.plot.patch_arrows import MOST_DISCS
-from shakedown.plot.style import FEW, node_name
+from shakedown.plot.style import node_name
 from shakedown.report.load_figures import OF_THEIR_OWN, patch_size
 
 INSTANTS = {1: 4, 2: 3}  # of one period: lines of one picture, pictures side by side
@@ -97,7 +98,7 @@ def no_pictures(v: Verification) -> str:
 def _loops(pictured: Pictured, problem: Problem) -> Picture:
     """The nodes that dissipate most: loops, or orbits of slips and reactions."""
     state, work = pictured.state, work_of_nodes(pictured.state)
-    most = np.argsort(-work, kind="stable")[:FEW].tolist()
+    most = np.argsort(-work, kind="stable")[:NODES_SHOWN].tolist()
     worst = [node for node in most if work[node] > SIX_DIGITS * work.max()] or [0]
     names = [node_name(node, problem) for node in worst]
     total = sized(state.dissipation_per_cycle, units_of(problem).work)

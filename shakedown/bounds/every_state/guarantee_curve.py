@@ -214,7 +214,7 @@ def _first_collapses(
 def _collapse(
     program: Simplex, rows: Constraints, node: int, lower: FloatArray, upper: FloatArray
 ) -> FloatArray | None:
-    """Where a node collapses first in a box; in any slip, which is no later, where its size leaves no answer."""
+    """Where a node collapses first in a box; in any slip, which is no later, where that has no answer."""
     try:
         return collapse_in_box(program, rows, node, lower, upper)
     except SolverError:

@@ -60,5 +60,5 @@ def test_the_command(found, monkeypatch):
     assert (code, err) == (0, "")
     assert max(map(len, text.splitlines())) <= 80
     assert "first collapse" not in text
-    assert "initial x" in text
-    assert "initial y" in text
+    assert "initial slip x" in text
+    assert "initial slip y" in text
