@@ -25,6 +25,7 @@ from shakedown.ground.round_off import EPS, ROUND_OFF
 
 DOUBLE_ROOT = 8 * sqrt(EPS)  # imaginary part, relative to the size, to which round-off parts a double root
 LARGEST_SET = 8  # moving nodes up to which sets grow
+NEIGHBOURS = 8  # nodes that each one is paired with
 PROMISING = 4  # grown sets, the best with the sides they had, whose sides are all tried
 
 
@@ -163,7 +164,7 @@ def neighbours(stiffness: ScaledStiffness) -> list[tuple[int, int]]:
     B = np.abs(stiffness.B)
     strength = (np.abs(stiffness.A) + B + B.T) / np.outer(size, size)
     np.fill_diagonal(strength, -1.0)
-    most = np.argsort(-strength, axis=1)[:, : min(n - 1, LARGEST_SET)]
+    most = np.argsort(-strength, axis=1)[:, : min(n - 1, NEIGHBOURS)]
     return [(i, int(j)) for i in range(n) for j in most[i]]
 
 
