@@ -32,6 +32,7 @@ ARROWS = [
     ("joint", "motion"),
     ("motion", "long_term"),
     ("bounds", "assessment"),
+    ("long_term", "assessment"),
     ("assessment", "verification"),
     ("long_term", "verification"),
     ("verification", "report"),

@@ -11,7 +11,8 @@ How fine a mesh? Three things happen to the bounds as it is refined
   (:func:`welded_corner`). Below that ratio the ends slip at any load in the
   limit, and λ_max falls by a power of the element size: it is then a statement
   about slip on that scale.
-- λ_1, up to which *every* initial slip is safe, falls to zero wherever slip and
+- λ_1, the first collapse (a proof from every initial slip only where its ``guarantee``
+  says so), falls to zero wherever slip and
   pressure are coupled (B ≠ 0): a finer mesh admits rougher locked-in slips, and
   one that is rough enough lifts a node off under the mean load alone. The number
   is right, but the question asks too much. Ask which initial slips are possible:
