@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import reduce
 from itertools import chain, combinations
 from math import inf
 from typing import Literal
@@ -71,7 +72,8 @@ class _Visit:
         """Whether this zone is better by more than round-off."""
         if other.load_factor == -inf:  # which no relative margin can be added to
             (_, margin), (_, least) = self.rank, other.rank
-            return self.load_factor > -inf or margin - least > NEGLIGIBLE * abs(least)
+            more = NEGLIGIBLE * abs(least) if least > -inf else 0.0
+            return self.load_factor > -inf or margin > least + more
         return self.load_factor > other.load_factor + NEGLIGIBLE * abs(other.load_factor)
 
 
@@ -120,7 +122,7 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
 
     opened = opened_by_mean_load(problem, friction=False)
     starts = list(dict.fromkeys([opened, opened_by_mean_load(problem), ()]))
-    best = max(map(visit, starts), key=lambda found: found.rank)
+    best = _first_of_the_best(map(visit, starts))
     most = 1 if problem.C is None else 2**problem.n - 1
     if most > 1 and (len(starts) > 1 or best.load_factor == -inf):
         if problem.n <= EVERY_ZONE_UP_TO:
@@ -130,10 +132,15 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
             starts.sort(key=lambda nodes: visit(nodes).rank, reverse=True)
             several = problem.n <= methods.ALL_COMPARED_UP_TO
             found = [_climb(visit, start, tolerances) for start in (starts if several else starts[:1])]
-        best = max(found, key=lambda each: each.rank)
+        best = _first_of_the_best(found)
     zone = contact_zone(problem, ()) if best.zone is None else best.zone
     seen = sum(len(nodes) < problem.n for nodes in visited)
     return ZoneSearch(zone, best.load_factor, opened, len(visited), seen < most)
+
+
+def _first_of_the_best(found: Iterable[_Visit]) -> _Visit:
+    """Of zones that are as good as each other but for round-off the first."""
+    return reduce(lambda best, other: other if other.surpasses(best) else best, found)
 
 
 def _climb(visit: Visitor, start: tuple[int, ...], tolerances: Tolerances) -> _Visit:
@@ -163,8 +170,7 @@ def _better(visit: Visitor, best: _Visit, neighbours: Iterator[tuple[int, ...]])
     tried = map(visit, neighbours)
     zone = best.zone
     if zone is None or zone.problem.n <= methods_of(zone.problem).ALL_COMPARED_UP_TO:
-        better = max(tried, key=lambda one: one.rank, default=best)
-        return better if better.surpasses(best) else best
+        return _first_of_the_best(chain([best], tried))
     return next((one for one in tried if one.surpasses(best)), best)
 
 
@@ -210,12 +216,15 @@ def _pairs(visit: _Visit) -> Iterator[tuple[int, ...]]:
 
 
 def _by_room(visit: _Visit) -> list[int]:
-    """The nodes of a safe zone, those with the least of their limits or gaps left first; none of others."""
+    """The nodes of a safe zone, those with the least of their limits or gaps left first; none of others.
+
+    Of those that are at a limit but for round-off the order is theirs.
+    """
     if visit.zone is None or len(visit.found.x) == 0:
         return []
     nodes, room = methods_of(visit.zone.problem).limits_left(visit.zone, visit.found)
     least = np.full(visit.zone.problem.n, inf)
-    np.minimum.at(least, nodes, room)
+    np.minimum.at(least, nodes, np.where(np.abs(room) > NEGLIGIBLE, room, 0.0))
     return [int(node) for node in np.argsort(least, kind="stable")]
 
 

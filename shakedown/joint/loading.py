@@ -180,7 +180,9 @@ def no_mean(samples: FloatArray, mean: FloatArray) -> NDArray[np.bool_]:
 
 
 def _mean(samples: FloatArray, given: FloatArray | None) -> FloatArray:
-    mean = samples.mean(axis=0) if given is None else given
+    if given is not None:
+        return given
+    mean = samples.mean(axis=0)
     return np.where(no_mean(samples, mean), 0.0, mean)
 
 

@@ -129,3 +129,18 @@ def test_the_rows_of_pressures_follow_those_of_friction():
     found = shakedown.critical_load_factors(joint, values=True)
     assert found.total == shakedown.subset_count(2, 1) == 10
     assert found.smallest_feasible.load_factor == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("seed", [1, 8])
+def test_round_off_of_distant_nodes_balances_no_multiplier(seed):
+    """Of a banded stiffness in space, whose entries between distant nodes are round-off."""
+    n, rng = 20, np.random.default_rng(seed)
+    near = np.exp(-np.abs(np.subtract.outer(np.arange(n), np.arange(n))) / 3) + 0.1 * np.eye(n)
+    q_w, p_w = rng.normal(size=(8, 2 * n)), rng.uniform(1.0, 3.0, (8, n))
+    q_w[:, :2] = 0.0
+    joint = shakedown.Problem(
+        A=np.kron(np.linalg.inv(near), np.eye(2)), B=np.zeros((n, 2 * n)), f=np.append(0.0, np.full(n - 1, 0.4)),
+        q_w=q_w, p_w=p_w,
+    )  # fmt: skip
+    floats, (low, high) = shakedown.upper_bound(joint, certify=False), shakedown.upper_bound(joint).certified
+    assert (1.0 - 1e-9) * low <= floats.load_factor <= (1.0 + 1e-9) * high

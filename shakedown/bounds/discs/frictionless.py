@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.bounds.discs.scaled_discs import basis_of
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.rigid_slips import RigidSlips
 
@@ -80,6 +80,7 @@ class Frictionless:
         left = (rows.sums @ found).ravel() @ rows.flat - z @ rows.half_spaces.coefficients
         pull = float(np.vdot(found, rows.e)) - float(z @ rows.half_spaces.d) - slope
         sizes = np.linalg.norm(E, axis=0)
+        sizes = np.maximum(sizes, NEGLIGIBLE * sizes.max())  # round-off of distant nodes balances nothing
         sizes = np.where(sizes > 0, sizes, 1.0)
         eta = np.linalg.lstsq((E / sizes).T, -np.append(left, pull) / sizes, rcond=None)[0]
         found[smooth, 1:] = eta.reshape(-1, 2)

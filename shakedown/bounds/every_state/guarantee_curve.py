@@ -203,24 +203,29 @@ def _first_collapses(
         for node in np.argsort(known, kind="stable").tolist():
             if known[node] >= found[k][0]:
                 break  # nor do the nodes after it
-            vertex = _collapse(program, rows, node, lower, upper)
-            value = inf if vertex is None else float(vertex[-1])
+            value, slip = _collapse(program, rows, node, lower, upper)
             known[node] = max(known[node], value)
-            if vertex is not None and value < found[k][0]:
-                found[k] = value, node, rows.slips(vertex[:-1])
+            if known[node] < found[k][0]:
+                found[k] = known[node], node, slip
     return found
 
 
 def _collapse(
     program: Simplex, rows: Constraints, node: int, lower: FloatArray, upper: FloatArray
-) -> FloatArray | None:
-    """Where a node collapses first in a box; in any slip, which is no later, where that has no answer."""
+) -> tuple[float, FloatArray]:
+    """(load factor, witness) where a node collapses first in a box; inf and NaN where it does not.
+
+    Where the size of the box leaves no answer: the load factor in any slip, no larger, without a witness.
+    """
+    nowhere = np.full(rows.n, nan)
     try:
-        return collapse_in_box(program, rows, node, lower, upper)
+        vertex = collapse_in_box(program, rows, node, lower, upper)
+        return (inf, nowhere) if vertex is None else (float(vertex[-1]), rows.slips(vertex[:-1]))
     except SolverError:
-        columns, free = np.arange(rows.n), np.full(rows.n, INF)
-        program.set_columns(columns, -free, free)
+        columns, free = np.setdiff1d(np.arange(rows.n), rows.pinned), np.full(rows.n, INF)
+        program.set_columns(columns, -free[columns], free[columns])
         try:
-            return collapse_in_box(program, rows, node, lower, upper)
+            vertex = collapse_in_box(program, rows, node, lower, upper)
         finally:
-            program.set_columns(columns, lower, upper)
+            program.set_columns(columns, lower[columns], upper[columns])
+        return (inf if vertex is None else float(vertex[-1])), nowhere

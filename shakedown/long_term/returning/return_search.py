@@ -276,10 +276,11 @@ class ReturnSearch:
         return self._found(Outcome.RATCHETTING, f"the same drift every {every}{self._way()}", p)
 
     def _drifts_on(self, p: int, error: float) -> bool:
-        """Whether a state moves on by no less than in the period before: else the drift may fade away."""
+        """Whether a state moves on, by more than the error, no less than before: else drift may fade."""
         drift, before = self._change(p), self.states[-1 - p].u - self.states[-1 - 2 * p].u
         known = p * error + ROUND_OFF * float(np.abs(self.states[-1].u).max())
-        return bool(np.abs(drift - before).max() <= SIX_DIGITS * np.abs(drift).max() + known)
+        size = float(np.abs(drift).max())
+        return bool(size > known and np.abs(drift - before).max() <= SIX_DIGITS * size + known)
 
     def _find_rhythm(self, u: FloatArray) -> None:
         """The period after which changes come back, where those of one cycle and the next differ."""
