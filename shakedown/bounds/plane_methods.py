@@ -31,13 +31,11 @@ SEVERAL: tuple[int, ...] = ()
 def upper(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> UpperBound:
     """λ_max of the closed nodes."""
     problem, rows = zone.problem, zone.rows(transient)
-    if zone.open_nodes:
-        return limit_of_rows(problem, rows, False, tolerances)
-    if rows is not constraints(problem):
-        found = limit_of_rows(problem, rows, False, tolerances)
-        return replace(found, reason=MOVED) if found.status == Status.INFEASIBLE else found
     certify = problem.n <= UPPER_CERTIFIED_UP_TO if certify is None else certify
-    return limit_of_rows(problem, rows, certify, tolerances)
+    whole = rows is constraints(problem)  # certificates are of these rows
+    found = limit_of_rows(problem, rows, certify and whole, tolerances)
+    moved = not whole and not zone.open_nodes and found.status == Status.INFEASIBLE
+    return replace(found, reason=MOVED) if moved else found
 
 
 def safe_slip(zone: Zone, load_factor: float, transient: bool, tolerances: Tolerances) -> SafeSlip:

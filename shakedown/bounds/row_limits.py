@@ -80,9 +80,8 @@ def _least(rows: Constraints, tolerances: Tolerances) -> tuple[float, tuple[str,
 
 def least_load_factor(rows: Constraints, tolerances: Tolerances) -> float:
     """λ_lo ≥ 0, from where on there are safe slips; NaN where there are none."""
-    if np.all(rows.d >= 0) or np.all(
-        rows.g >= 0
-    ):  # what is safe is so at every smaller load factor; v = 0 is
+    # What is safe is so at every smaller load factor; or v = 0 is safe under the mean load.
+    if np.all(rows.d >= 0) or np.all(rows.g >= 0):
         return 0.0
     least = solve(load_factor_program(rows, towards=+1.0, tolerances=tolerances))
     if not least.optimal:

@@ -5,8 +5,11 @@ In matrices of the size of a contact the threads of linear algebra mostly wait f
 
 import os
 from collections.abc import Callable
-from functools import wraps
-from typing import ParamSpec, TypeVar
+from functools import cache, wraps
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
+
+if TYPE_CHECKING:
+    from threadpoolctl import ThreadpoolController
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -27,12 +30,19 @@ def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
 
     @wraps(function)
     def limited(*args: P.args, **kwargs: P.kwargs) -> T:
-        from threadpoolctl import threadpool_limits  # loads code: not before there is work
-
-        with threadpool_limits(limits=1, user_api="blas"):
+        with _libraries().limit(limits=1, user_api="blas"):
             return function(*args, **kwargs)
 
     return limited
+
+
+@cache
+def _libraries() -> "ThreadpoolController":
+    """The libraries of NumPy and SciPy, looked for once: that takes a millisecond or two."""
+    import scipy.linalg  # noqa: F401 -- loads code, as the next line: not before there is work
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
 
 
 def all_cores() -> int:

@@ -88,24 +88,22 @@ def energy_proof(problem: Problem, passage: Passage, course: Course) -> EnergyPr
     course
         Where it comes to rest, and what is known of the way.
     """
-    load_factor, in_space = passage.load_factor, problem.directions > 1
-    ball = _ball(problem, passage, course, best=not in_space)
-    none = in_space and ball is None
-    if isinstance(ball, EnergyBall) and comes_into(ball, passage, course):
-        return _proof_of(ball, course, best=not in_space)
-    if in_space and isinstance(ball, EnergyBall):
-        ball = _ball(problem, passage, course, best=True)
-        if isinstance(ball, EnergyBall) and comes_into(ball, passage, course):
-            return _proof_of(ball, course, best=True)
+    methods = methods_of(problem)
+    for best in (False, True) if methods.HELD_SOONER else (True,):
+        ball = _ball(problem, passage, course, best=best)
+        if not isinstance(ball, EnergyBall):
+            break
+        if comes_into(ball, passage, course):
+            return _proof_of(ball, course, best=best)
     # A ball that holds the start holds the state at rest: λ_E is not worked out where none does.
-    if (not none or _key(passage) in _known_bounds(passage.problem)) and bound_proves(
-        bound_of_start(passage), load_factor
-    ):
+    known = _key(passage) in _known_bounds(passage.problem)
+    asked = best or ball is not None or known
+    if asked and bound_proves(bound_of_start(passage), passage.load_factor):
         return WITHOUT_MARGIN
-    if course.open_nodes or "box" in methods_of(problem).ABSENT:
+    if course.open_nodes or "box" in methods.ABSENT:
         return NO_PROOF
     states = chain([course.final_slip], slips_in_zone(passage, course))
-    proofs = (sought(box_proves, problem, slip, load_factor, passage.tolerances) for slip in states)
+    proofs = (sought(box_proves, problem, slip, passage.load_factor, passage.tolerances) for slip in states)
     return WITHOUT_MARGIN if next(proofs) and any(proofs) else NO_PROOF
 
 

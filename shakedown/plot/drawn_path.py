@@ -6,6 +6,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
@@ -45,7 +46,7 @@ def path_in_the_plane(result: Recorded | EventHistory, problem: Problem | None) 
 def pressed(problem: Problem, path: EventHistory) -> NDArray[np.bool_]:
     """Where nodes are closed and pressed by more than a path resolves, so that there is a q/(f p), (s, n)."""
     limit = problem.law.limit(path.p)
-    return np.asarray((path.state != 2) & (limit > SIX_DIGITS * np.abs(limit).max(initial=0.0)))
+    return np.asarray((path.state != OPEN) & (limit > SIX_DIGITS * np.abs(limit).max(initial=0.0)))
 
 
 def time_in_words(cycle: float) -> str:
@@ -73,7 +74,7 @@ def work_of_nodes(result: Recorded | EventHistory) -> FloatArray:
     if isinstance(result, LongTermState) and result.period and path.v.shape != path.p.shape:
         return np.asarray(result.period * result.work_per_cycle)
     steps = -0.5 * (path.q[1:] + path.q[:-1]) * np.diff(path.v, axis=0)
-    closed = path.state[:-1] != 2  # the state of a row holds until the next one
+    closed = path.state[:-1] != OPEN  # the state of a row holds until the next one
     return np.asarray(np.where(closed, steps.reshape(nodes).sum(axis=-1), 0.0).sum(axis=0))
 
 
@@ -83,7 +84,7 @@ def slip_of_nodes(result: Recorded | EventHistory, problem: Problem) -> FloatArr
         return np.asarray(result.slip_per_cycle)
     path = path_of(result).refined()
     steps = problem.law.size(np.diff(path.v, axis=0))
-    return np.asarray(np.where(path.state[:-1] != 2, steps, 0.0).sum(axis=0))
+    return np.asarray(np.where(path.state[:-1] != OPEN, steps, 0.0).sum(axis=0))
 
 
 def chosen_nodes(nodes: Iterable[int], n: int) -> list[int]:

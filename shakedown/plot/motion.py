@@ -11,6 +11,7 @@ from PIL import Image
 
 from shakedown.files.atomic_write import atomic_write
 from shakedown.ground.argument_kinds import check_count
+from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
@@ -137,14 +138,14 @@ def reactions_at(
     path = path_of(result)
     axes, now = axes_for(ax, INSTANT), path.at(np.array([cycle]))
     force, here = loads_felt(problem, path, node), loads_felt(problem, now, node)[0]
-    closed = path.state[:, node] != 2
+    closed = path.state[:, node] != OPEN
     apexes = -path.v[closed, node, None] * np.array([problem.A[node, node], problem.B[node, node]])
     shown = np.vstack([force, apexes])
     margin = 0.15 * float(np.ptp(shown, axis=0).max() or 1.0)
     low, high = shown.min(axis=0) - margin, shown.max(axis=0) + margin
     kind = int(now.state[0, node])
     sector = stick_sector(problem, node, float(now.v[0, node]), 3.0 * float(np.max(high - low)))
-    shown = sector if kind != 2 else sector[:0]
+    shown = sector if kind != OPEN else sector[:0]
     axes.fill(*shown.T, fc=GREEN, alpha=0.25, lw=0, label="sticks")
     axes.plot(*shown[:1].T, "^", color=GREEN, ms=7, zorder=3)
     axes.plot(*force.T, color=GREY, lw=0.8, zorder=1, label="whole way")

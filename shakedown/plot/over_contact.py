@@ -13,6 +13,7 @@ from matplotlib.colors import Normalize
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
+from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
@@ -252,7 +253,7 @@ def slip_range(result: Recorded | EventHistory, problem: Problem, *, ax: Axes | 
     """
     require_plane("picture", problem)
     path = path_of(result)
-    closed = (path.state != 2) | (path.w == 0.0)  # a node that is about to open is in contact still
+    closed = (path.state != OPEN) | (path.w == 0.0)  # a node that is about to open is in contact still
     low = np.where(closed, path.v, np.inf).min(axis=0)
     high = np.where(closed, path.v, -np.inf).max(axis=0)
     apart = np.where(closed.any(axis=0), high - low, np.nan)

@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection
 from numpy.typing import NDArray
 
+from shakedown.ground.contact_status import OPEN, SLIP, STICK
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import few, sized
@@ -269,11 +270,11 @@ def _largest(what: str, sizes: FloatArray, unit: str) -> str:
 
 def _by_state(axes: Axes, places: Places, arrows: FloatArray, state: NDArray[np.int64]) -> None:
     """Arrows of the nodes that stick and of those that slip; a ring where a node is open."""
-    for name, kind, colour in (("sticks", state == 0, BLUE), ("slips", np.abs(state) == 1, RED)):
+    for name, kind, colour in (("sticks", state == STICK, BLUE), ("slips", np.abs(state) == SLIP, RED)):
         if kind.any():
             _arrows(axes, places.points[kind], arrows[kind], colour, name)
-    if (state == 2).any():
-        axes.plot(*places.points[state == 2].T, "o", mfc="none", mec=GREY, ms=4, ls="", label="open")
+    if (state == OPEN).any():
+        axes.plot(*places.points[state == OPEN].T, "o", mfc="none", mec=GREY, ms=4, ls="", label="open")
     numbered(axes, places)
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.amounts import NODES_SHOWN
+from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import at_lambda, few
@@ -133,7 +134,7 @@ def _draw_path(axes: Axes, path: EventHistory, style: Style) -> None:
     """The path, a circle at its start and a square at its end."""
     line = {"lw": 1.5, "zorder": 3} | dict(style) | {"label": "_nolegend_"}
     moves = (np.diff(path.v, axis=0) != 0).any(axis=1)
-    interrupted = (path.kind[1:] == EventKind.JUMPS) | (path.state[:-1] == 2).any(axis=1)
+    interrupted = (path.kind[1:] == EventKind.JUMPS) | (path.state[:-1] == OPEN).any(axis=1)
     axes.plot(*_joined(path.v, moves & ~interrupted).T, **line)
     if (moves & interrupted).any():
         axes.plot(*_joined(path.v, moves & interrupted).T, **(line | {"ls": ":"}))
@@ -222,7 +223,7 @@ def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axe
     size = 0.25 * float(np.ptp(force, axis=0).max() or 1.0)
     low, high = force.min(axis=0) - size, force.max(axis=0) + size
     reach = 3.0 * float(np.max(high - low))
-    stuck = np.unique(path.v[path.state[:, node] == 0, node].round(9))
+    stuck = np.unique(path.v[path.state[:, node] == STICK, node].round(9))
     for colour, v in zip(LINES, stuck[:: max(1, len(stuck) // NODES_SHOWN)][:NODES_SHOWN], strict=False):
         sector = stick_sector(problem, node, v, reach)
         axes.add_patch(Polygon(sector, closed=True, fc=colour, ec=colour, alpha=0.18, label=f"v = {few(v)}"))

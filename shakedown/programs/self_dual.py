@@ -19,9 +19,9 @@ REACHED = NEGLIGIBLE / 10  # gap and residuals at which it stops
 NEARLY = NEGLIGIBLE  # those at which round-off ends it after two iterations that gain nothing
 USABLE = SIX_DIGITS  # what they must have reached where round-off ends it earlier
 PATIENCE = 6  # iterations that gain nothing, where round-off ends it
-REFINEMENTS = 3  # of every solution of the normal equations, at most; what may be left
+REFINEMENTS = 3  # of every solution of the normal equations, at most
 STEP = 0.99  # share of the way to the boundary
-CENTRINGS = 15  # steps towards a centre; what may be left of its residuals
+CENTRINGS = 15  # steps towards a centre, at most
 INNER_GAP = 1e-4  # mean of slack times multiplier of an inner point, in numbers near 1
 NEAR = 0.5  # residuals of a point of another program, relative to its gap, from which this one may go on
 
@@ -211,10 +211,8 @@ def _centred(rows: ConeRows, end: SelfDualEnd, gap: float) -> Point | None:
 def balanced_multipliers(rows: ConeRows, point: Point) -> FloatArray:
     """Multipliers with Gᵀ y + τ c = 0 next to those of a point, as its place in the cones asks for."""
     with np.errstate(all="ignore"):  # what is not finite is of no use, and is not taken
-        scaling, left = (
-            rows.cones.scaling(point.s, point.y),
-            rows.transposed(point.y) + point.tau * rows.costs,
-        )
+        scaling = rows.cones.scaling(point.s, point.y)
+        left = rows.transposed(point.y) + point.tau * rows.costs
         try:
             _, dy = _newton_equations(rows, scaling)(left, np.zeros_like(point.y))
         except np.linalg.LinAlgError:

@@ -11,6 +11,7 @@ import numpy as np
 from shakedown import plot
 from shakedown.assessment.verify import Verification
 from shakedown.ground.amounts import NODES_SHOWN
+from shakedown.ground.contact_status import STICK
 from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import at_lambda, cycles_in_words, sized
 from shakedown.ground.status import Outcome
@@ -244,7 +245,7 @@ def instants(path: EventHistory) -> list[float]:
     middles = 0.5 * (from_on + path.cycle[1:])  # a state holds from its row on
     # a node that touches its limit slips by round-off for less
     lasting = np.diff(path.cycle) > SIX_DIGITS
-    moving = np.where(lasting, (path.state[:-1] != 0).sum(axis=1), -1)
+    moving = np.where(lasting, (path.state[:-1] != STICK).sum(axis=1), -1)
     ends = np.linspace(first, last, INSTANTS[2] + 1)
     times = []
     for begin, end in pairwise(ends):

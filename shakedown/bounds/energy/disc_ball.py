@@ -54,6 +54,8 @@ def energy_ball(
             simple = best_ball(limits, load_factor, state, tolerances, split=False)
             capped = replace(found, status=Status.OPTIMAL, reason="", radius=most * JUST_LESS)
             found = max(simple, capped, key=lambda ball: _room_for(limits, ball, state))
+            if not best and _room_for(limits, found, state) == -inf:  # the first one met was too large
+                return energy_ball(zone, load_factor, state, tolerances, transient=transient, split=split)
         radius = found.radius * limits.metric.unit
     return EnergyBall(
         status=found.status,

@@ -12,9 +12,8 @@ from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.disc_solver import disc_end
 from shakedown.programs.self_dual import Enough, Points, never
 
-ROUGH = (
-    1e-4  # accuracy that is enough: what w is worth at y, and what the multipliers prove, is computed anew
-)
+# Accuracy that is enough: what w is worth at y, and what the multipliers prove, is computed anew.
+ROUGH = 1e-4
 
 Value = Callable[[FloatArray], FloatArray]
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.contact_status import STICK
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -101,7 +102,7 @@ class CyclePattern:
     @cached_property
     def columns(self) -> NDArray[np.intp]:
         """The unknown that is the slip of each node at each event, (E, n): one per stretch of sticking."""
-        moves = self.state != 0
+        moves = self.state != STICK
         parts = np.cumsum(np.vstack([np.zeros((1, self.problem.n), dtype=bool), moves[:-1]]), axis=0)
         parts = np.where((parts == parts[-1]) & ~moves[-1], 0, parts)  # the last stretch goes on in the first
         return parts + np.append(0, np.cumsum(parts.max(axis=0) + 1)[:-1])
