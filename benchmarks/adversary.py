@@ -22,7 +22,7 @@ CYCLES = 400
 
 
 def cases(short: bool) -> list[dict]:
-    joints = 30 if short else 500
+    joints = 5 if short else 500
     bands = ("weak", "below one", "strong", "star")
     ranges = [(3, "known"), (2, "unique"), (2, "strong"), *((n, band) for n in (3, 4, 6) for band in bands)]
     return [{"n": n, "coupling": band, "joints": joints, "seed": 1} for n, band in ranges]

@@ -47,6 +47,7 @@ WITHIN = 1e-9
 NEAR_ONE = (0.9, 1.1)
 LEFT_OVER = re.compile(r"(residual|gap)$")  # round-off, and nothing but that
 PATIENCE = 300.0  # seconds for one set of answers, of which a few are usual
+JOINTS = ("two-node", "three-node", "receding-block", "two-node-3d")  # built in; two are drawn beside them
 COMPILED = re.compile(r"^@(inner|summing|borrowing|entered|linked|stamped|checked)\b", re.MULTILINE)
 
 
@@ -236,7 +237,7 @@ def answers() -> tuple[dict, float]:
 
     drawn = {"plane.npz": drawn_joint(0, 3), "space.npz": drawn_joint_in_space(0, 1)}
     asked = [["critical", "two-node", "--all"]]
-    for joint in ("two-node", "three-node", "receding-block", "two-node-3d", *drawn):
+    for joint in (*JOINTS, *drawn):
         asked += [["solve", joint], ["simulate", joint, "--load-factor", "0.6", "--initial", "safe"]]
     with TemporaryDirectory() as folder, chdir(folder):
         for name, joint in drawn.items():

@@ -61,9 +61,17 @@ def tree(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
+def _statements(block: ast.AST) -> Iterator[ast.AST]:
+    """All statements below one, without what they are made of: a tenth of the nodes."""
+    for part in ("body", "orelse", "finalbody", "handlers", "cases"):
+        for inner in getattr(block, part, ()):
+            yield inner
+            yield from _statements(inner)
+
+
 def imported(path: Path, modules: dict[str, Path]) -> Iterator[tuple[str, str, str]]:
     """(module, name there, name here) of every import of the project in a file."""
-    for node in ast.walk(tree(path)):
+    for node in _statements(tree(path)):
         if isinstance(node, ast.Import):
             found = [(alias.name, "", alias.asname or alias.name) for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and not node.level:

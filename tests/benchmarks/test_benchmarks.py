@@ -42,8 +42,15 @@ FEWEST = {
     "verify_times": [{"what": "λ_max"}],
 }
 
+# Of these the smallest case still has many joints or cycles: so many are enough to see that it measures.
+SMALLER = {
+    "adversary": {"CYCLES": 20},
+    "constants": {"JOINTS": ("two-node",)},
+    "floating_joints": {"EACH": 3},
+}
+
 # Studies whose own loops take seconds to compile and, for these cases, tenths of a second as Python.
-INTERPRETED = ("space_adversary", "universal_adversary")
+INTERPRETED = ("adversary", "space_adversary", "universal_adversary")
 
 
 def test_a_slip_is_the_overshoot_over_the_resistance() -> None:
@@ -110,6 +117,8 @@ def test_a_study_measures_prints_and_draws(name: str, monkeypatch: pytest.Monkey
         for own, loop in vars(study).copy().items():
             if isinstance(loop, Dispatcher):
                 monkeypatch.setattr(study, own, loop.py_func)
+    for own, fewer in SMALLER.get(name, {}).items():
+        monkeypatch.setattr(study, own, fewer)
     cases = list(study.cases(True))
     fewest = FEWEST.get(name, [cases[0]])
     chosen = [case for case in cases if any(few.items() <= case.items() for few in fewest)]

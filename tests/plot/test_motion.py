@@ -34,7 +34,7 @@ def test_thick_rows_touch_the_slip_and_thin_ones_do_not_cut_what_sticks(run):
 
 
 def test_the_load_is_on_the_edge_of_its_sector_where_the_node_slips(run):
-    for cycle in np.linspace(0.0, 2.0, 41):
+    for cycle in np.linspace(0.0, 1.0, 21):
         axes = plot.reactions_at(run, JOINT, cycle, 1)
         kind = int(run.history.at(np.array([cycle])).state[0, 1])
         apex, edge = axes.patches[0].get_xy()[:2]

@@ -9,7 +9,7 @@ import shakedown
 from shakedown.studies.designs.attacking_states import AttackingStates, admissible
 
 JOINT = shakedown.example("one-node-3d")
-FEW = {"states": 6, "rounds": 1}
+FEW = {"states": 2, "rounds": 1}
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def test_states_are_drawn_within_the_discs_of_the_first_load_and_at_their_rim(lo
 
 def test_the_command(found, monkeypatch):
     monkeypatch.setattr(shakedown, "smallest_cycle", lambda *_, **__: found)
-    code, text, err = run("adversary", "one-node-3d", "--rounds", "1", "--states", "6", "-q")
+    code, text, err = run("adversary", "one-node-3d", "--rounds", "1", "--states", "2", "-q")
     assert (code, err) == (0, "")
     assert max(map(len, text.splitlines())) <= 80
     assert "first collapse" not in text
