@@ -80,32 +80,32 @@ PEERS = {
     "cvxpy + HiGHS": through_cvxpy("HIGHS"),
     "cvxpy + Clarabel": through_cvxpy("CLARABEL"),
 }
-ROADS = ("shakedown", "shakedown, certified", *PEERS)
+METHODS = ("shakedown", "shakedown, certified", *PEERS)
 
 
 def cases(short: bool) -> list[dict]:
     sizes = (10, 30) if short else (10, 30, 60, 125, 250)
     return [
-        {"n": n, "bound": bound, "road": road}
+        {"n": n, "bound": bound, "method": method}
         for n in sizes
         for bound in ("upper", "lower")
-        for road in ROADS
-        if road != "shakedown, certified" or n <= 60
+        for method in METHODS
+        if method != "shakedown, certified" or n <= 60
     ]
 
 
 def measure(case: dict) -> dict:
-    n, bound, road = case["n"], case["bound"], case["road"]
+    n, bound, method = case["n"], case["bound"], case["method"]
     problem, programs = chain(n), 1 if bound == "upper" else n
     solve = shakedown.upper_bound if bound == "upper" else shakedown.lower_bound
 
     def own() -> Value:
         return float(solve(problem, certify=False).load_factor)
 
-    if road in PEERS:
-        peer, timed = _by_peer(problem, bound, PEERS[road])
+    if method in PEERS:
+        peer, timed = _by_peer(problem, bound, PEERS[method])
     else:
-        certify, timed = road == "shakedown, certified", programs
+        certify, timed = method == "shakedown, certified", programs
         peer = lambda: float(solve(problem, certify=certify).load_factor)  # noqa: E731
     (seconds, value), (own_seconds, _) = in_turn(peer, own, runs=3)
     low, high, against = reference(n, bound)
@@ -173,17 +173,17 @@ def collapse_program(rows: Constraints, node: int) -> Iterable[np.ndarray]:
 
 
 def tables(rows: list[dict]) -> str:
-    by = {(r["n"], r["bound"], r["road"]): r for r in rows}
+    by = {(r["n"], r["bound"], r["method"]): r for r in rows}
     sizes = sorted({r["n"] for r in rows})
     parts = []
     for bound in ("upper", "lower"):
         times, errors = [], []
         for n in sizes:
-            cells = [by.get((n, bound, road)) for road in ROADS]
+            cells = [by.get((n, bound, method)) for method in METHODS]
             times.append([str(n), *map(_time, cells)])
             errors.append([str(n), by[n, bound, "shakedown"]["against"], *map(_error, cells)])
-        parts.append(f"{bound} bound: time [s]\n" + table(["n", *ROADS], times))
-        parts.append(f"{bound} bound: relative error\n" + table(["n", "against", *ROADS], errors))
+        parts.append(f"{bound} bound: time [s]\n" + table(["n", *METHODS], times))
+        parts.append(f"{bound} bound: relative error\n" + table(["n", "against", *METHODS], errors))
     parts.append(
         f"A peer's lower bound is timed on up to {NODES_SAMPLED + 1} of the n programs and scaled up;\n"
         "its error is that of the program of the node that collapses first. The error of\n"
@@ -209,9 +209,11 @@ def figures(rows: list[dict]) -> dict:
     figure = Figure(figsize=(9.5, 4), layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
     for panel, bound in zip(axes, ("upper", "lower"), strict=True):
-        for road in ROADS:
-            mine = sorted((r["n"], r["seconds"]) for r in rows if r["bound"] == bound and r["road"] == road)
-            panel.loglog(*zip(*mine, strict=True), "o-", ms=4, label=road)
+        for method in METHODS:
+            mine = sorted(
+                (r["n"], r["seconds"]) for r in rows if r["bound"] == bound and r["method"] == method
+            )
+            panel.loglog(*zip(*mine, strict=True), "o-", ms=4, label=method)
         panel.set_title(f"{bound} bound")
         panel.set_xlabel("contact nodes n")
         panel.grid(alpha=0.3)

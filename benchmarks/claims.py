@@ -49,17 +49,17 @@ def rows(study: str) -> list[dict]:
     return json.loads((RESULTS / f"{study}.json").read_text())["rows"]
 
 
-def _roads(bound: str, n: int) -> dict[str, dict]:
-    return {row["road"]: row for row in rows("bounds") if (row["bound"], row["n"]) == (bound, n)}
+def _methods(bound: str, n: int) -> dict[str, dict]:
+    return {row["method"]: row for row in rows("bounds") if (row["bound"], row["n"]) == (bound, n)}
 
 
 def _lower_bound() -> list[str]:
-    small, large = _roads("lower", 30), _roads("lower", 250)
+    small, large = _methods("lower", 30), _methods("lower", 250)
     own, peers = large["shakedown"]["seconds"], ("scipy linprog", "highspy")
-    timed = max(row["programs_timed"] for row in rows("bounds") if row["road"] in peers and row["n"] == 250)
+    timed = max(row["programs_timed"] for row in rows("bounds") if row["method"] in peers and row["n"] == 250)
     at_large, at_small = (
-        " and ".join(f"{_ratio(roads[peer]['relative'])} times that with {peer}" for peer in peers)
-        for roads in (large, small)
+        " and ".join(f"{_ratio(methods[peer]['relative'])} times that with {peer}" for peer in peers)
+        for methods in (large, small)
     )
     return [
         f"The lower bound of a joint with 250 nodes takes {own:.2g} s in floats; one program per node costs "
@@ -74,12 +74,12 @@ def _ratio(value: float) -> str:
 
 
 def _upper_bound() -> list[str]:
-    roads = _roads("upper", 250)
+    methods = _methods("upper", 250)
     return [
-        f"The upper bound of the same joint takes {roads['shakedown']['seconds']:.2g} s: "
-        f"{1 / roads['highspy']['relative']:.2f} of the time of HiGHS called directly, "
-        f"{1 / roads['scipy linprog']['relative']:.2f} of scipy's, "
-        f"{1 / roads['cvxpy + Clarabel']['relative']:.2f} of cvxpy's with Clarabel (`bounds`)."
+        f"The upper bound of the same joint takes {methods['shakedown']['seconds']:.2g} s: "
+        f"{1 / methods['highspy']['relative']:.2f} of the time of HiGHS called directly, "
+        f"{1 / methods['scipy linprog']['relative']:.2f} of scipy's, "
+        f"{1 / methods['cvxpy + Clarabel']['relative']:.2f} of cvxpy's with Clarabel (`bounds`)."
     ]
 
 
@@ -146,13 +146,13 @@ def _enumeration() -> list[str]:
 def _hard_cases() -> list[str]:
     found = rows("hard_cases")
     checked = [row for row in found if row["reference"] == "rational"]
-    roads: dict[str, list[str]] = {}
+    methods: dict[str, list[str]] = {}
     for row in checked:
-        roads.setdefault(row["road"], []).append(row["verdict"])
-    total = len(next(iter(roads.values())))
-    counts = {road: verdicts.count("right") for road, verdicts in roads.items()}
+        methods.setdefault(row["method"], []).append(row["verdict"])
+    total = len(next(iter(methods.values())))
+    counts = {method: verdicts.count("right") for method, verdicts in methods.items()}
     own, *peers = counts.items()
-    others = ", ".join(f"{road} {count}" for road, count in peers)
+    others = ", ".join(f"{method} {count}" for method, count in peers)
     return [
         f"Of {total} hard cases (parallel rows, conditions up to 1e14, units scaled by 1e±12, wedging, "
         f"infeasible loads), each with an answer enumerated in fractions, {own[1]} come out right to 1e-9 on "

@@ -219,7 +219,7 @@ def _nothing(status: str) -> float:
 
 
 OWN = "shakedown"
-ROADS: dict[str, Callable[[Problem], Answer]] = {
+METHODS: dict[str, Callable[[Problem], Answer]] = {
     OWN: default_upper,
     "shakedown, floats only": plain_upper,
     "shakedown, conic": conic_upper,
@@ -231,13 +231,13 @@ ROADS: dict[str, Callable[[Problem], Answer]] = {
 
 
 def cases(short: bool) -> list[dict]:
-    return [{"problem": name, "road": road} for name in HARD_CASES for road in ROADS]
+    return [{"problem": name, "method": method} for name in HARD_CASES for method in METHODS]
 
 
 def measure(case: dict) -> dict:
     reference = reference_upper(case["problem"])
-    status, found = ROADS[case["road"]](HARD_CASES[case["problem"]]())
-    verdict, error = judged(case["road"], reference, status, found)
+    status, found = METHODS[case["method"]](HARD_CASES[case["problem"]]())
+    verdict, error = judged(case["method"], reference, status, found)
     return {
         "exact_status": reference.status,
         "exact": as_number(reference.load_factor),
@@ -251,7 +251,7 @@ def measure(case: dict) -> dict:
 
 @dataclass(frozen=True)
 class Reference:
-    """The answer that every road is held against.
+    """The answer that every method is held against.
 
     ``kind`` is "rational" (an enumeration in fractions, complete) or "certificate"
     (the package's own exact arithmetic, where the enumeration would take too long).
@@ -274,13 +274,13 @@ def reference_upper(name: str) -> Reference:
     return Reference("rational", "unbounded" if found[1] == inf else "optimal", float(found[1]))
 
 
-def judged(road: str, reference: Reference, status: str, found: float) -> tuple[str, float]:
+def judged(method: str, reference: Reference, status: str, found: float) -> tuple[str, float]:
     """The verdict on an answer, and its relative error.
 
     "right", "off" (by more than 1e-9), "wrong status", "open" (no answer given), or
     "self": the package's answer where there is only its own certificate to compare with.
     """
-    if road == OWN and reference.kind == "certificate":
+    if method == OWN and reference.kind == "certificate":
         return "self", nan
     if status in ("undecided", "unknown"):
         return "open", nan
@@ -299,15 +299,17 @@ def as_number(value: float) -> float | str | None:
 
 def tables(rows: list[dict]) -> str:
     names = list(dict.fromkeys(r["problem"] for r in rows))
-    cell = {(r["problem"], r["road"]): r for r in rows}
-    headers = ["", "reference", "exact", *(road.replace("shakedown", "sd") for road in ROADS)]
+    cell = {(r["problem"], r["method"]): r for r in rows}
+    headers = ["", "reference", "exact", *(method.replace("shakedown", "sd") for method in METHODS)]
     lines = []
     for name in names:
         first = cell[name, OWN]
         exact = f"{first['exact']:.5g}" if first["exact_status"] == "optimal" else first["exact_status"]
-        lines.append([name, first["reference"], exact, *(cell_text(cell[name, road]) for road in ROADS)])
+        lines.append(
+            [name, first["reference"], exact, *(cell_text(cell[name, method]) for method in METHODS)]
+        )
     for verdict in VERDICTS:
-        counts = [sum(cell[name, road]["verdict"] == verdict for name in names) for road in ROADS]
+        counts = [sum(cell[name, method]["verdict"] == verdict for name in names) for method in METHODS]
         lines.append([f"{verdict}, of {len(names)}", "", "", *map(str, counts)])
     return table(headers, lines, longest=len(lines))
 
@@ -323,8 +325,8 @@ def cell_text(row: dict) -> str:
 def figures(rows: list[dict]) -> dict:
     figure = Figure(figsize=(8, 4), layout="constrained")
     axes = figure.subplots()
-    for k, road in enumerate(ROADS):
-        mine = [r for r in rows if r["road"] == road]
+    for k, method in enumerate(METHODS):
+        mine = [r for r in rows if r["method"] == method]
         errors = [max(r["error"], 1e-17) for r in mine if r["verdict"] in ("right", "off")]
         heights = np.full(len(errors), k) + np.linspace(-0.25, 0.25, len(errors))
         axes.semilogx(errors, heights, "o", ms=4, alpha=0.6)
@@ -333,7 +335,7 @@ def figures(rows: list[dict]) -> dict:
         # Beside the axes, where no point can be.
         axes.text(1.02, k, text, transform=axes.get_yaxis_transform(), va="center", fontsize=8)
     axes.axvline(RIGHT, color="k", lw=0.8, ls="--")
-    axes.set_yticks(range(len(ROADS)), list(ROADS))
+    axes.set_yticks(range(len(METHODS)), list(METHODS))
     axes.set_xlim(3e-18, 10)
     axes.set_xlabel("relative error of the upper bound (0 drawn at 1e-17)")
     axes.invert_yaxis()

@@ -62,7 +62,7 @@ def measure(case: dict) -> dict:
 
 def _measured(case: dict) -> dict:
     problem = KINDS[case["joint"]](case["n"])
-    roads = {
+    methods = {
         "λ_max": lambda p: shakedown.upper_bound(p, certify=False).load_factor,
         "λ_1": lambda p: shakedown.lower_bound(p, certify=False).load_factor,
         "λ_E": lambda p: shakedown.energy_bound(p, certify=False).load_factor,
@@ -73,12 +73,12 @@ def _measured(case: dict) -> dict:
     }
     found: dict[str, dict] = {}
     for _ in range(5 if case["n"] <= REPEATED_UP_TO else 1):
-        for name, road in roads.items():
+        for name, method in methods.items():
             if case["n"] > MOST_NODES.get(name, 1000):
                 continue
             fresh = replace(problem)  # knows no rows yet
             began = time.process_time()
-            value = road(fresh)
+            value = method(fresh)
             found.setdefault(name, {"seconds": [], "value": value})["seconds"].append(
                 time.process_time() - began
             )
@@ -203,11 +203,11 @@ def figures(rows: list[dict]) -> dict[str, Figure]:
         chosen = [row for row in rows if row["joint"] == kind]
         for number, name in enumerate(("λ_max", "λ_1", "λ_E")):
             peers = [peer for own, peer in PEERS if own == name]
-            for line, road in zip(("-o", "--s", ":^"), (name, *peers), strict=False):
-                points = [(row["n"], row[road]["seconds"]) for row in chosen if road in row]
+            for line, method in zip(("-o", "--s", ":^"), (name, *peers), strict=False):
+                points = [(row["n"], row[method]["seconds"]) for row in chosen if method in row]
                 if points:
                     axes.loglog(
-                        *zip(*points, strict=True), line, color=f"C{number}", label=road, markersize=4
+                        *zip(*points, strict=True), line, color=f"C{number}", label=method, markersize=4
                     )
         axes.set(title=kind, xlabel="contact nodes")
         axes.grid(alpha=0.3)

@@ -146,7 +146,7 @@ def excess(problem: Problem, opened: tuple[int, ...], slip: np.ndarray, load_fac
 
 
 def _compare(problem: Problem, opened: tuple[int, ...], counts: dict) -> None:
-    """One joint by all roads."""
+    """One joint by all methods."""
     upper = shakedown.upper_bound(problem, open_nodes="auto")
     zone, found = upper.open_nodes, -np.inf if np.isnan(upper.load_factor) else upper.load_factor
     zones = [zone]

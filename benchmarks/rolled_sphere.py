@@ -1,6 +1,6 @@
 """A sphere rolled to and fro under a tangential force: what friction holds in the end, its creep above that.
 
-Wetter and Popov's formula against two roads on finer and finer squares, both with pressures from the normal
+Wetter and Popov's formula against two methods on finer and finer squares, both with pressures from the normal
 problem of the mesh itself, whose squares open and close. *Bound*: once nothing slips the tractions do not
 change, so that only the least pressure of every square counts (B = 0); λ_max of the joint under these is
 the tangential force that can be held. *Motion*: above that the sphere creeps by about as much as the force is
@@ -29,7 +29,7 @@ DIRECTIONS, TURNED = (0.0, 23.0, 90.0), (0.3, 0.2)  # degrees from rolling; ampl
 BELOW, ABOVE = 0.98, (1.02, 1.04)  # of the bound of the mesh
 MOST, SETTLED = 200, 150  # cycles followed at most below it, and above it
 TOUCH = 1e-9  # of the normal force: what is not round-off
-EVENTS = {"amplitude": 0.3, "size": 0.4, "direction": 23.0, "road": "events"}
+EVENTS = {"amplitude": 0.3, "size": 0.4, "direction": 23.0, "method": "events"}
 SLIPS = 1e-6  # of the first period's slip: what counts as slip
 
 
@@ -67,7 +67,7 @@ class Rolling:
 
 def measure(case: dict) -> dict:
     chosen = case["amplitude"], case["size"], case["direction"]
-    return _by_events(*chosen) if "road" in case else _measured(*chosen)
+    return _by_events(*chosen) if "method" in case else _measured(*chosen)
 
 
 def _measured(*chosen: float) -> dict:

@@ -1,7 +1,7 @@
-"""λ_E and R(λ) with two tangential directions: how much the split gains, the time, a second road, runs.
+"""λ_E and R(λ) with two tangential directions: how much the split gains, the time, a second method, runs.
 
 Without the split (c = 0), with half of A_ii⁻¹ B_ii, and with the best shares (``split=True``), relative to
-λ_max: built-in joints, blocks of hexahedra on a rigid plane, random joints. The second road is the plain
+λ_max: built-in joints, blocks of hexahedra on a rigid plane, random joints. The second method is the plain
 statement of the program, a cone per node and load step in raw slips, by Clarabel through cvxpy; times are
 those of the processor, in one process by turns. Motions from event to event, from the surface of the
 largest ball, look for a state that leaves it.
@@ -21,10 +21,10 @@ from shakedown.joint.loading import loading
 from shakedown.motion.evolve import evolve
 from shakedown.report.text_table import table
 
-TITLE = "The energy ball in space: what the split gains, what it costs, and a second road"
+TITLE = "The energy ball in space: what the split gains, what it costs, and a second method"
 BUILT_IN = ("one-node-3d", "two-node-3d", "four-node-3d", "block-3x3")
 STEPS = 24  # of a loop of blocks
-PLAIN_UP_TO = 121  # nodes of the second road
+PLAIN_UP_TO = 121  # nodes of the second method
 CYCLES = 30  # of a run
 DIRECTIONS = 8  # from the centre of a ball
 REACHES = (1.0, 1.5, 3.0)  # radii from it
@@ -69,7 +69,7 @@ def block(elements: int, f: float) -> Problem:
 
 
 def sharpness(problem: Problem) -> dict:
-    """λ_E without and with the split, and by the second road, relative to λ_max; times [s]."""
+    """λ_E without and with the split, and by the second method, relative to λ_max; times [s]."""
     upper = shakedown.upper_bound(problem, certify=False).load_factor
     row: dict = {"nodes": problem.n, "upper": upper if isfinite(upper) else None}
     for name, split in (("zero", False), ("split", True)):

@@ -125,7 +125,7 @@ def by_cvxpy(problem: Problem) -> Answer:
 
 
 OWN = hard_cases.OWN
-ROADS: dict[str, Callable[[Problem], Answer]] = {
+METHODS: dict[str, Callable[[Problem], Answer]] = {
     OWN: hard_cases.default_upper,
     "shakedown, floats only": hard_cases.plain_upper,
     "cvxpy Clarabel": by_cvxpy,
@@ -133,12 +133,12 @@ ROADS: dict[str, Callable[[Problem], Answer]] = {
 
 
 def cases(short: bool) -> list[dict]:
-    return [{"problem": name, "road": road} for name in CASES for road in ROADS]
+    return [{"problem": name, "method": method} for name in CASES for method in METHODS]
 
 
 def measure(case: dict) -> dict:
     problem, reference = CASES[case["problem"]].problem(), reference_of(case["problem"])
-    status, found = ROADS[case["road"]](problem)
+    status, found = METHODS[case["method"]](problem)
     verdict, error = hard_cases.judged("", reference, status, found)
     return {
         "exact_status": reference.status,
@@ -148,7 +148,7 @@ def measure(case: dict) -> dict:
         "value": hard_cases.as_number(found),
         "error": hard_cases.as_number(error),
         "verdict": verdict,
-        **(proved(problem, reference) if case["road"] == OWN else {}),
+        **(proved(problem, reference) if case["method"] == OWN else {}),
     }
 
 
@@ -169,18 +169,20 @@ def proved(problem: Problem, reference: Reference) -> dict:
 
 def tables(rows: list[dict]) -> str:
     names = list(dict.fromkeys(r["problem"] for r in rows))
-    cell = {(r["problem"], r["road"]): r for r in rows}
-    roads = [road for road in ROADS if any(r["road"] == road for r in rows)]
-    headers = ["", "reference", "exact", *(road.replace("shakedown", "sd") for road in roads)]
+    cell = {(r["problem"], r["method"]): r for r in rows}
+    methods = [method for method in METHODS if any(r["method"] == method for r in rows)]
+    headers = ["", "reference", "exact", *(method.replace("shakedown", "sd") for method in methods)]
     lines = []
     for name in names:
-        first = next(cell[name, road] for road in roads if (name, road) in cell)
+        first = next(cell[name, method] for method in methods if (name, method) in cell)
         exact = f"{first['exact']:.5g}" if first["exact_status"] == "optimal" else first["exact_status"]
-        shown = [hard_cases.cell_text(cell[name, road]) if (name, road) in cell else "" for road in roads]
+        shown = [
+            hard_cases.cell_text(cell[name, method]) if (name, method) in cell else "" for method in methods
+        ]
         own = cell.get((name, OWN), {})
         lines.append([name, first["reference"], exact, *shown, *_beside(own)])
     for verdict in VERDICTS[:-1]:
-        counts = [sum(r["verdict"] == verdict for r in rows if r["road"] == road) for road in roads]
+        counts = [sum(r["verdict"] == verdict for r in rows if r["method"] == method) for method in methods]
         lines.append([f"{verdict}, of {len(names)}", "", "", *map(str, counts), "", "", ""])
     return table([*headers, "enclosed to", "λ_E", "λ_U"], lines, longest=len(lines))
 
@@ -197,12 +199,14 @@ def _beside(row: dict) -> list[str]:
 def figures(rows: list[dict]) -> dict:
     figure = Figure(figsize=(8, 3), layout="constrained")
     axes = figure.subplots()
-    for k, road in enumerate(ROADS):
-        errors = [max(r["error"], 1e-17) for r in rows if r["road"] == road and isinstance(r["error"], float)]
+    for k, method in enumerate(METHODS):
+        errors = [
+            max(r["error"], 1e-17) for r in rows if r["method"] == method and isinstance(r["error"], float)
+        ]
         heights = np.full(len(errors), k) + np.linspace(-0.25, 0.25, len(errors))
         axes.semilogx(errors, heights, "o", ms=4, alpha=0.6)
     axes.axvline(hard_cases.RIGHT, color="k", lw=0.8, ls="--")
-    axes.set_yticks(range(len(ROADS)), list(ROADS))
+    axes.set_yticks(range(len(METHODS)), list(METHODS))
     axes.set_xlim(3e-18, 10)
     axes.set_xlabel("relative error of the upper bound (0 drawn at 1e-17)")
     axes.invert_yaxis()

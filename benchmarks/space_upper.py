@@ -15,7 +15,7 @@ from shakedown.joint.constraints import constraints
 from shakedown.report.text_table import table
 
 TITLE = "Upper bound in space: time and error against the number of nodes"
-ROADS = ("shakedown", "shakedown, enclosed", "Clarabel, v", "cvxpy + Clarabel, v")
+METHODS = ("shakedown", "shakedown, enclosed", "Clarabel, v", "cvxpy + Clarabel, v")
 PEERS_UP_TO = 100  # nodes; beyond, programs with a full row of slips for every disc take minutes
 LARGEST_RANDOM = 256  # nodes
 STEPS, POISSON, FRICTION = 20, 0.3, 0.5
@@ -25,11 +25,11 @@ MEAN_OF_INVERSE_DISTANCE = 3.5255  # over a square of side 1, from its centre
 def cases(short: bool) -> list[dict]:
     grids = ((3, 3), (5, 5)) if short else ((5, 5), (10, 10), (16, 16), (28, 25))
     return [
-        {"joint": joint, "grid": list(grid), "road": road}
+        {"joint": joint, "grid": list(grid), "method": method}
         for grid in grids
         for joint in ("half-space", "random")
-        for road in ROADS
-        if grid[0] * grid[1] <= PEERS_UP_TO or road in ROADS[:2]
+        for method in METHODS
+        if grid[0] * grid[1] <= PEERS_UP_TO or method in METHODS[:2]
         if grid[0] * grid[1] <= LARGEST_RANDOM or joint == "half-space"
     ]
 
@@ -42,8 +42,8 @@ def measure(case: dict) -> dict:
         "Clarabel, v": lambda: conic_upper_bound(problem).load_factor,
         "cvxpy + Clarabel, v": lambda: through_cvxpy(problem),
     }
-    roads = dict.fromkeys([case["road"], "shakedown"])
-    timed = in_turn(*(peers[road] for road in roads), runs=1 if problem.n > PEERS_UP_TO else 3)
+    methods = dict.fromkeys([case["method"], "shakedown"])
+    timed = in_turn(*(peers[method] for method in methods), runs=1 if problem.n > PEERS_UP_TO else 3)
     (seconds, value), own_seconds = timed[0], timed[-1][0]
     low, high = enclosure_of(case["joint"], tuple(case["grid"]))
     return {
@@ -130,14 +130,14 @@ def _problem(kappa: np.ndarray, reactions: np.ndarray, f: np.ndarray) -> Problem
 
 
 def tables(rows: list[dict]) -> str:
-    by = {(r["joint"], r["n"], r["road"]): r for r in rows}
+    by = {(r["joint"], r["n"], r["method"]): r for r in rows}
     lines = []
     for joint, n in dict.fromkeys((r["joint"], r["n"]) for r in rows):
-        own = [by[joint, n, road] for road in ROADS if (joint, n, road) in by]
-        cells = [_cell(by.get((joint, n, road))) for road in ROADS]
+        own = [by[joint, n, method] for method in METHODS if (joint, n, method) in by]
+        cells = [_cell(by.get((joint, n, method))) for method in METHODS]
         memory = max(row["megabytes"] for row in own)
         lines.append([joint, str(n), *cells, f"{own[0]['width']:.0e}", f"{memory:.0f}"])
-    head = ["joint", "n", *ROADS, "width", "MB"]
+    head = ["joint", "n", *METHODS, "width", "MB"]
     return (
         "time [s] (× the toolkit without enclosure) and relative distance from the enclosure:\n"
         + table(head, lines)
@@ -155,9 +155,9 @@ def _cell(row: dict | None) -> str:
 def figures(rows: list[dict]) -> dict[str, Figure]:
     figure = Figure(figsize=(6, 4))
     axes = figure.subplots()
-    for road in ROADS:
-        own = [r for r in rows if r["road"] == road and r["joint"] == "half-space"]
-        axes.loglog([r["n"] for r in own], [r["seconds"] for r in own], "o-", label=road)
+    for method in METHODS:
+        own = [r for r in rows if r["method"] == method and r["joint"] == "half-space"]
+        axes.loglog([r["n"] for r in own], [r["seconds"] for r in own], "o-", label=method)
     axes.set(xlabel="nodes", ylabel="time [s]", title=TITLE)
     axes.legend()
     return {"space_upper": figure}

@@ -153,7 +153,7 @@ def _written(output: Path, found: shakedown.Verification) -> None:
 
 def _text(problem: Problem, result: shakedown.Verification, details: bool) -> str:
     from shakedown.report.answer_words import answer_in_words, margin_of_answer  # loads compiled code
-    from shakedown.report.conclusion import roads_in_words
+    from shakedown.report.conclusion import verdict_in_words
 
     length = units_of(problem).length
     limits = result.limits
@@ -161,7 +161,7 @@ def _text(problem: Problem, result: shakedown.Verification, details: bool) -> st
     lines = [headline(problem), "", paragraph(" ".join(filter(None, answer))), ""]
     findings = [*result.disagreements, *result.open_questions]
     if findings:
-        lines += [paragraph(roads_in_words(result))]
+        lines += [paragraph(verdict_in_words(result))]
         lines += [paragraph(f"- {finding}", "  ") for finding in findings]
         lines += [""]
     sentences = [
@@ -174,7 +174,7 @@ def _text(problem: Problem, result: shakedown.Verification, details: bool) -> st
         sentences.append(slip_limit_in_words(result.slip_limit, problem))
     lines += [paragraph(sentence) for sentence in sentences]
     if not findings:
-        lines += ["", paragraph(roads_in_words(result))]
+        lines += ["", paragraph(verdict_in_words(result))]
     more = _details(problem, result) if details else [MORE]
     return "\n".join([*lines, *more])
 

@@ -18,7 +18,7 @@ ALL_NODES = 60  # up to so many nodes every one is asked by the independent solv
 FIRST_NODES = 8  # of larger joints those that collapse first
 
 
-class SecondRoad(NamedTuple):
+class IndependentBounds(NamedTuple):
     """λ_1, where there is one, and λ_max by another solver, and how many nodes λ_1 was sought at."""
 
     lower: ConicBound | None
@@ -26,13 +26,17 @@ class SecondRoad(NamedTuple):
     nodes: int
 
 
-def second_road(problem: Problem, bounds: ShakedownBounds, tolerances: Tolerances) -> SecondRoad:
+def independent_bounds(
+    problem: Problem, bounds: ShakedownBounds, tolerances: Tolerances
+) -> IndependentBounds:
     """The bounds by Clarabel; λ_1 of a large joint at the nodes alone that collapse first by HiGHS."""
     upper = conic_upper_bound(problem, open_nodes=bounds.upper.open_nodes, tolerances=tolerances)
     if isinstance(bounds.lower, Missing):
-        return SecondRoad(None, upper, 0)
+        return IndependentBounds(None, upper, 0)
     nodes = nodes_asked(bounds.lower)
-    return SecondRoad(conic_lower_bound(problem, nodes=nodes, tolerances=tolerances), upper, len(nodes))
+    return IndependentBounds(
+        conic_lower_bound(problem, nodes=nodes, tolerances=tolerances), upper, len(nodes)
+    )
 
 
 def nodes_asked(lower: LowerBound) -> list[int]:
@@ -46,11 +50,11 @@ def nodes_asked(lower: LowerBound) -> list[int]:
 
 def _closest(bound: LowerBound | UpperBound, tolerances: Tolerances) -> float:
     """How far both answers may be apart: what says that it is of reduced accuracy proves no disagreement."""
-    return tolerances.cross_check if bound.reduced_accuracy else tolerances.second_road
+    return tolerances.cross_check if bound.reduced_accuracy else tolerances.agreement
 
 
-def road_findings(
-    bounds: ShakedownBounds, second: SecondRoad, tolerances: Tolerances
+def independent_findings(
+    bounds: ShakedownBounds, second: IndependentBounds, tolerances: Tolerances
 ) -> Iterator[tuple[bool | None, str]]:
     """(False, what differs) or (None, what the independent solver leaves open) for each bound."""
     # A bound may be zero: it is compared on the scale of λ_max, or of the nominal loop.
@@ -59,23 +63,23 @@ def road_findings(
     pairs: list[tuple[str, LowerBound | UpperBound, ConicBound]] = [("λ_max", bounds.upper, second.upper)]
     if second.lower is not None and not isinstance(lower, Missing):
         pairs.insert(0, ("λ_1", lower, second.lower))
-    road = "linear programming" if second.lower is not None else "the cone program"
+    method = "linear programming" if second.lower is not None else "the cone program"
     for name, first, other in pairs:
         one, two = first.load_factor, other.load_factor
         if other.status == Status.UNDECIDED:
-            left = f"the value rests on {road} alone"
+            left = f"the value rests on {method} alone"
             yield None, f"{name}: the independent solver ({other.solver}) stopped without an answer; {left}"
         elif first.status == Status.UNDECIDED:  # no zone was found: the other is about all nodes closed
             continue
         elif first.status != other.status:
-            yield False, f"{name}: {first.status} by {road}, {other.status} by the independent solver"
+            yield False, f"{name}: {first.status} by {method}, {other.status} by the independent solver"
         elif np.isfinite(one) and abs(one - two) > _closest(first, tolerances) * max(abs(one), size):
-            seen = abs(one - two) > tolerances.second_road * other.unit
+            seen = abs(one - two) > tolerances.agreement * other.unit
             end = "" if seen else ", which tells no smaller ones apart"
-            text = f"{name}: {one:.10g} by {road}, {two:.10g} by the independent solver{end}"
+            text = f"{name}: {one:.10g} by {method}, {two:.10g} by the independent solver{end}"
             yield False if seen else None, text
         elif first.reduced_accuracy:
-            yield None, f"{name}: by {road} only to reduced accuracy (1e-7)"
+            yield None, f"{name}: by {method} only to reduced accuracy (1e-7)"
     if isinstance(lower, Missing):
         return
     n = lower.problem.n

@@ -13,7 +13,7 @@ import numpy as np
 
 from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.independent_bounds import SecondRoad, road_findings
+from shakedown.assessment.independent_bounds import IndependentBounds, independent_findings
 from shakedown.assessment.open_ends import open_ends
 from shakedown.assessment.plan import is_large, planned_cases, takes_long
 from shakedown.assessment.runs import Run, disagreements, open_questions, run_of
@@ -96,7 +96,7 @@ class Verification(Result):
     """
 
     assessment: Assessment
-    second: SecondRoad
+    second: IndependentBounds
     critical: CriticalLoadFactors | None
     curve: GuaranteeCurve | None
     slip_limit: SlipLimit | None
@@ -334,7 +334,7 @@ def _verified(
         if any(_is_as_given(run, problem) for run in runs):
             work.show(lambda: _so_far(found, runs, len(cases), settings))
     beside = sought_beside(limits, asked.budget, asked.slip_below, work)
-    roads = list(road_findings(limits.bounds, beside.second, tolerances))
+    findings = list(independent_findings(limits.bounds, beside.second, tolerances))
     return Verification(
         assessment=found,
         second=beside.second,
@@ -343,14 +343,14 @@ def _verified(
         slip_limit=present(beside.slip),
         runs=tuple(runs),
         disagreements=(
-            *(text for agrees, text in roads if agrees is False),
+            *(text for agrees, text in findings if agrees is False),
             *disagreements(runs, limits.lower),
         ),
         open_questions=(
             *open_ends(limits.lower, limits.upper, limits.energy, limits.universal),
             *open_questions(runs),
         ),
-        notes=(*(text for agrees, text in roads if agrees is None), *beside.missing()),
+        notes=(*(text for agrees, text in findings if agrees is None), *beside.missing()),
         settings=settings,
     )
 
@@ -366,7 +366,7 @@ def _so_far(found: Assessment, runs: Sequence[Run], planned: int, settings: Sett
     none = ConicBound(Status.UNDECIDED, nan, -1, np.full(limits.problem.layout.slip_size, nan), "Clarabel")
     return Verification(
         assessment=replace(found, details=limits),
-        second=SecondRoad(None, none, 0),
+        second=IndependentBounds(None, none, 0),
         critical=None,
         curve=None,
         slip_limit=None,

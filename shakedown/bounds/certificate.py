@@ -240,7 +240,7 @@ def _agree(one: float, two: float, margin: float, rows: Constraints, tolerances:
     if not (np.isfinite(one) and np.isfinite(two)):
         return one == two or (np.isnan(one) and np.isnan(two))
     scale = float(np.abs(rows.g).max()) / (float(np.abs(rows.d).max()) or inf)
-    allowed = margin + tolerances.second_road * max(abs(one), abs(two)) + tolerances.feasibility * scale
+    allowed = margin + tolerances.agreement * max(abs(one), abs(two)) + tolerances.feasibility * scale
     return bool(abs(one - two) <= allowed)
 
 

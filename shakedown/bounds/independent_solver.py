@@ -23,12 +23,15 @@ from shakedown.joint.constraints import CONE, Constraints, Side, constraints, st
 from shakedown.joint.contact_zone import ROUND_OFF, contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.programs.conic import Way, by_clarabel, by_cvxpy, interior_points
+from shakedown.programs.conic import ClarabelSettings, by_clarabel, by_cvxpy, interior_points
 from shakedown.programs.program import Program, Solution
 from shakedown.programs.scaling import Scales
 
 # As accurate as can be, in numbers near 1 already; with shorter steps where that stalls.
-WAYS = (Way(1e-11, 0.99, rescaled=False, reduced=1e-8), Way(1e-9, 0.9, rescaled=False, reduced=1e-8))
+SETTINGS = (
+    ClarabelSettings(1e-11, 0.99, rescaled=False, reduced=1e-8),
+    ClarabelSettings(1e-9, 0.9, rescaled=False, reduced=1e-8),
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -113,7 +116,7 @@ def conic_upper_bound(
             return bound
         excess = rows.G @ bound.slip + bound.load_factor * steps - rows.g
         terms = np.abs(rows.G) @ np.abs(bound.slip) + np.abs(bound.load_factor * steps) + np.abs(rows.g)
-        violated = ~taken & (excess > tolerances.second_road * terms)
+        violated = ~taken & (excess > tolerances.agreement * terms)
         if not violated.any():
             return bound
         taken |= violated
@@ -133,7 +136,7 @@ def _bound_over_discs(rows: Constraints, solver: str | None, tolerances: Toleran
         if solver is not None:
             return extreme_load_factor(load_factor_program(rows, towards, tolerances), solver)
         told = _sparse(rows, towards, tolerances)
-        return _first_end([partial(told.end, way) for way in WAYS], rows.n, "CLARABEL")
+        return _first_end([partial(told.end, each) for each in SETTINGS], rows.n, "CLARABEL")
 
     bound = end(-1.0)
     start = end(+1.0) if bound.status == Status.UNBOUNDED else bound
@@ -150,9 +153,9 @@ class _SparseDiscs(NamedTuple):
     scales: Scales
     slips: FloatArray  # those of every z, (dn, z)
 
-    def end(self, way: Way) -> ConicBound:
+    def end(self, asked: ClarabelSettings) -> ConicBound:
         """The end of the program; raises ``SolverError`` where it comes to none."""
-        status, x, _, reduced = interior_points(self.matrix, self.right, self.cost, self.kinds, way)
+        status, x, _, reduced = interior_points(self.matrix, self.right, self.cost, self.kinds, asked)
         if status != Status.OPTIMAL:
             return _nothing(status, len(self.slips), "CLARABEL")
         unit = float(self.scales.x[-1])
@@ -210,7 +213,7 @@ def _bound_in_zone(rows: Constraints, solver: str | None, tolerances: Tolerances
         violated = ~taken
         if bound.status == Status.OPTIMAL:
             excess = rows.relative_excess(bound.slip, bound.load_factor)
-            violated &= excess > tolerances.second_road
+            violated &= excess > tolerances.agreement
         if bound.status == Status.INFEASIBLE or not violated.any():
             return bound
         taken |= violated
@@ -276,35 +279,35 @@ def _unsafe(rows: Constraints, program: Program, start: ConicBound, tolerances: 
     to compare with: its own accuracy, in its own units, is allowed besides.
     """
     terms = np.abs(rows.G) @ np.abs(start.slip) + np.abs(rows.g)
-    asked = WAYS[0].reduced if start.reduced_accuracy else WAYS[0].accuracy
+    asked = SETTINGS[0].reduced if start.reduced_accuracy else SETTINGS[0].accuracy
     left = asked * program.scales.size / program.scales.row
-    allowed = max(tolerances.second_road, tolerances.feasibility) * terms + left
+    allowed = max(tolerances.agreement, tolerances.feasibility) * terms + left
     return bool(np.any(rows.excess(start.slip, 0.0) > allowed))
 
 
 def extreme_load_factor(program: Program, solver: str | None = None) -> ConicBound:
     """The end of a program whose last unknown is the load factor, by interior points."""
     name, size = solver or "CLARABEL", len(program.cost) - 1
-    ways = [partial(by_clarabel, way=way) for way in WAYS]
+    solvers = [partial(by_clarabel, asked=each) for each in SETTINGS]
     if solver is not None:
-        ways = [partial(by_cvxpy, solver=solver, accuracy=WAYS[0].accuracy)]
+        solvers = [partial(by_cvxpy, solver=solver, accuracy=SETTINGS[0].accuracy)]
 
-    def end(way: Callable[[Program], Solution]) -> ConicBound:
-        found = way(program)
+    def end(solved: Callable[[Program], Solution]) -> ConicBound:
+        found = solved(program)
         if not found.optimal:
             return _nothing(found.status, size, name)
         unit, reduced = float(program.scales.x[-1]), found.reduced_accuracy
         return ConicBound(found.status, float(found.x[-1]), -1, found.x[:-1], name, reduced, unit)
 
-    return _first_end([partial(end, way) for way in ways], size, name)
+    return _first_end([partial(end, each) for each in solvers], size, name)
 
 
-def _first_end(ways: Sequence[Callable[[], ConicBound]], size: int, solver: str) -> ConicBound:
-    """The end that the first way comes to; undecided where none comes to one."""
-    for way in ways:
-        end = sought(way)
+def _first_end(attempts: Sequence[Callable[[], ConicBound]], size: int, solver: str) -> ConicBound:
+    """The end that the first attempt comes to; undecided where none comes to one."""
+    for each in attempts:
+        end = sought(each)
         if not isinstance(end, Missing):
-            return replace(end, reduced_accuracy=end.reduced_accuracy or way is not ways[0])
+            return replace(end, reduced_accuracy=end.reduced_accuracy or each is not attempts[0])
     return _nothing(Status.UNDECIDED, size, solver)
 
 

@@ -27,7 +27,7 @@ class Tolerances:
         normalised rows still counts as regular.
     cancellation
         A sum of two terms this small, relative to the terms, counts as zero.
-    second_road
+    agreement
         Largest difference between a bound by linear programming and the same bound by
         interior points, relative to the bounds.
     equilibration_sweeps
@@ -86,7 +86,7 @@ class Tolerances:
     degeneracy: float = 1e-12
     friction_law: float = 1e-9
     cancellation: float = 1e-15
-    second_road: float = 1e-7
+    agreement: float = 1e-7
     constrained_diagonal: float = 1e35
     condensed_pattern: float = 1e-12
     singular_pivot: float = 1e-13

@@ -65,7 +65,7 @@ class Course(NamedTuple):
 
 
 NO_PROOF, WITHOUT_MARGIN = EnergyProof(False, nan, nan), EnergyProof(True, nan, nan)
-ABOVE = 1.0 + DEFAULT.second_road  # of λ_max: more than it may be off
+ABOVE = 1.0 + DEFAULT.agreement  # of λ_max: more than it may be off
 NO_BOX = "boxes are of one tangential direction, all nodes closed"
 BELOW = 1.0 - NEGLIGIBLE  # of a load factor up to which something is proved: round-off of the bound
 

@@ -27,7 +27,7 @@ _ENDS = {  # what Clarabel's words mean; others are no answer
 }
 
 
-class Way(NamedTuple):
+class ClarabelSettings(NamedTuple):
     """How the interior points are followed: to which accuracy, in which steps, in whose scaling.
 
     Beyond what the data allow the solver goes astray; to ask for less is a way of its own. ``reduced``
@@ -41,7 +41,7 @@ class Way(NamedTuple):
     stalled: bool = False
 
 
-def by_clarabel(program: Program, way: Way) -> Solution:
+def by_clarabel(program: Program, asked: ClarabelSettings) -> Solution:
     """The end of a program by Clarabel, in numbers near 1.
 
     Raises
@@ -51,7 +51,9 @@ def by_clarabel(program: Program, way: Way) -> Solution:
     """
     form = _conic_form(program)
     matrix = sparse.csc_matrix(columnwise(form.matrix), shape=form.matrix.shape)
-    status, x, z, reduced = interior_points(matrix, form.right, form.cost, (*form.counts, program.cones), way)
+    status, x, z, reduced = interior_points(
+        matrix, form.right, form.cost, (*form.counts, program.cones), asked
+    )
     return form.end(status, x, z, reduced)
 
 
@@ -60,7 +62,7 @@ def interior_points(
     right: FloatArray,
     cost: FloatArray,
     kinds: tuple[int, int, Sequence[int]],
-    way: Way,
+    asked: ClarabelSettings,
 ) -> tuple[Status, FloatArray, FloatArray, bool]:
     """Minimise costᵀ x by Clarabel: the status, x, multipliers, whether it is of reduced accuracy.
 
@@ -74,17 +76,17 @@ def interior_points(
     settings = clarabel.DefaultSettings()
     settings.verbose = settings.presolve_enable = False
     settings.max_threads = 1
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = way.accuracy
-    settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = way.reduced
-    settings.equilibrate_enable, settings.max_step_fraction = way.rescaled, way.step
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = asked.accuracy
+    settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = asked.reduced
+    settings.equilibrate_enable, settings.max_step_fraction = asked.rescaled, asked.step
     equal, less, sizes = kinds
     cones = [clarabel.ZeroConeT(equal)] * bool(equal) + [clarabel.NonnegativeConeT(less)] * bool(less)
     for count in sizes:  # Clarabel 0.10 knows none of one row
         cones.append(clarabel.SecondOrderConeT(count) if count > 1 else clarabel.NonnegativeConeT(1))
     end = clarabel.DefaultSolver(_no_square(len(cost)), cost, matrix, right, cones, settings).solve()
     status, word = _ENDS.get(str(end.status)), str(end.status)
-    if way.stalled and word in ("InsufficientProgress", "MaxIterations"):
-        status = Status.OPTIMAL if max(end.r_prim, end.r_dual) <= way.reduced else None
+    if asked.stalled and word in ("InsufficientProgress", "MaxIterations"):
+        status = Status.OPTIMAL if max(end.r_prim, end.r_dual) <= asked.reduced else None
     if status is None:
         raise SolverError(f"the cone program of shape {matrix.shape} ended as '{word}'")
     reduced = word not in ("Solved", "PrimalInfeasible", "DualInfeasible")

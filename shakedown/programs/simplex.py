@@ -26,7 +26,7 @@ from shakedown.programs.highs import (
 from shakedown.programs.program import INF, Meeting, Point, Program, Solution
 from shakedown.programs.vertex import cleaned, polished, sharpened
 
-DENSE_FROM = 80  # columns, from where on dense interior points are the quicker road to the first vertex
+DENSE_FROM = 80  # columns, from where on dense interior points are the quicker way to the first vertex
 FINER = 2.0**14  # by how much costs are larger where HiGHS's tolerance leaves such a reduced cost
 
 
@@ -103,7 +103,7 @@ class Simplex:
         while status is None and rung < len(RUNGS):
             status, rung = self._with(RUNGS[rung]), rung + 1
         if status is None and self._highs.getModelStatus() == highspy.HighsModelStatus.kUnbounded:
-            status = Status.UNBOUNDED  # it cannot be, but no road has another answer
+            status = Status.UNBOUNDED  # it cannot be, but no method has another answer
         if status is None:
             reason = self._highs.modelStatusToString(self._highs.getModelStatus())
             raise SolverError(f"the linear program of shape {self.program.matrix.shape} ended as '{reason}'")

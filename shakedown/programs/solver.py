@@ -1,4 +1,4 @@
-"""The end of a program, by the road that its cones ask for: the simplex, or interior points in many ways."""
+"""The solution of a program: by the simplex without cones, else by interior points with several settings."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,15 +10,15 @@ from shakedown.ground.errors import SolverError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
-from shakedown.programs.conic import Way, by_clarabel
+from shakedown.programs.conic import ClarabelSettings, by_clarabel
 from shakedown.programs.dense_programs import cone_optimum
 from shakedown.programs.program import INF, Program, Solution, ended
 from shakedown.programs.simplex import Simplex
 
 DENSE_FROM = 60  # rows, from where on dense interior points are quicker
 CUT, MOST_CUTS = 1e-7, 300  # how near to a cone cutting planes must come, relatively; as many as may be
-WAYS = tuple(
-    Way(accuracy, step, rescaled, reduced=1e-6, stalled=True)
+SETTINGS = tuple(
+    ClarabelSettings(accuracy, step, rescaled, reduced=1e-6, stalled=True)
     for accuracy, step, rescaled in (
         (1e-11, 0.99, True),
         (1e-11, 0.9, True),
@@ -26,21 +26,21 @@ WAYS = tuple(
         (1e-8, 0.9, True),
     )
 )
-ROADS = len(WAYS) + 2
+METHOD_COUNT = len(SETTINGS) + 2
 
 
-def solve(program: Program, road: int = 0) -> Solution:
-    """The end of a program; of one with cones on the first road, from this one on, that comes to one.
+def solve(program: Program, first: int = 0) -> Solution:
+    """The end of a program; of one with cones by the first method, from this one on, that comes to one.
 
     Without cones the simplex (:class:`Simplex`). With cones Clarabel's interior points with its own scaling
     on top, with shorter steps, without that scaling, to less accuracy; dense interior points, for one cone
     over the first columns, which come first where there are many rows; then linear programs that cut the
-    cones (:func:`cut_cones`): :data:`ROADS` in all.
+    cones (:func:`cut_cones`): :data:`METHOD_COUNT` in all.
 
     Raises
     ------
     SolverError
-        If no road comes to an end.
+        If no method comes to an end.
 
     Examples
     --------
@@ -52,10 +52,10 @@ def solve(program: Program, road: int = 0) -> Solution:
     """
     if not program.cones:
         return Simplex(program).solve()
-    ways: list[Callable[[Program], Solution]] = [partial(by_clarabel, way=way) for way in WAYS]
-    ways.insert(0 if program.linear >= DENSE_FROM else len(ways), by_dense_points)
+    methods: list[Callable[[Program], Solution]] = [partial(by_clarabel, asked=each) for each in SETTINGS]
+    methods.insert(0 if program.linear >= DENSE_FROM else len(methods), by_dense_points)
     failures = []
-    for each in (*ways, cut_cones)[road:]:
+    for each in (*methods, cut_cones)[first:]:
         found = sought(each, program)
         if not isinstance(found, Missing):
             return found

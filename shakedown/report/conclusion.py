@@ -33,7 +33,7 @@ def banner_class(v: Verification) -> str:
     )
 
 
-def roads_in_words(v: Verification) -> str:
+def verdict_in_words(v: Verification) -> str:
     """Whether prediction and simulation agree, and both solvers of the bounds; every finding is counted."""
     judged = sum(run.agrees is not None for run in v.runs)
     if v.disagreements or v.open_questions:

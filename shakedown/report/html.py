@@ -22,7 +22,7 @@ from shakedown.joint.units import units_of
 from shakedown.report.answer_words import answer_in_words, margin_of_answer
 from shakedown.report.assessment_words import certain_in_words
 from shakedown.report.bound_words import bounds_in_words
-from shakedown.report.conclusion import banner_class, count, limits_in_words, roads_in_words
+from shakedown.report.conclusion import banner_class, count, limits_in_words, verdict_in_words
 from shakedown.report.data_page import (
     configuration,
     friction,
@@ -170,7 +170,7 @@ def _context(v: Verification) -> dict[str, Any]:
             *reservations,
             *hints_in_words(problem, v.limits.open_nodes),
         ],
-        "verdict": roads_in_words(v),
+        "verdict": verdict_in_words(v),
         "verdict_class": banner_class(v),
         "problems": [*v.disagreements, *v.open_questions],
         "tiles": large_numbers(v),

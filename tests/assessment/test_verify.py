@@ -1,4 +1,4 @@
-"""Verification: what is planned, when the two roads agree, and what only limits the evidence."""
+"""Verification: what is planned, when the two methods agree, and what only limits the evidence."""
 
 from dataclasses import replace
 
@@ -81,16 +81,16 @@ def second(status: Status, load_factor: float) -> ConicBound:
         (Status.UNDECIDED, np.nan, None),
     ],
 )
-def test_a_second_road_that_contradicts_is_found(status, load_factor, agrees) -> None:
+def test_a_second_method_that_contradicts_is_found(status, load_factor, agrees) -> None:
     bounds = shakedown.shakedown_bounds(shakedown.example("two-node"))
     good = second(Status.OPTIMAL, bounds.lower.load_factor)
-    roads = room.SecondRoad(good, second(status, load_factor), 2)
-    found = list(room.road_findings(bounds, roads, DEFAULT))
+    methods = room.IndependentBounds(good, second(status, load_factor), 2)
+    found = list(room.independent_findings(bounds, methods, DEFAULT))
     assert [verdict for verdict, _ in found] == ([] if agrees == "yes" else [agrees])
 
 
 @pytest.mark.parametrize("problem", [SAFE_LATER, SAFE_BETWEEN, shakedown.example("uncoupled")])
-def test_both_roads_say_the_same_where_no_node_collapses(problem: Problem) -> None:
+def test_both_methods_say_the_same_where_no_node_collapses(problem: Problem) -> None:
     floating = Problem(
         A=[[1.0, -1.0], [-1.0, 1.0]],
         B=np.zeros((2, 2)),
@@ -100,11 +100,13 @@ def test_both_roads_say_the_same_where_no_node_collapses(problem: Problem) -> No
     )
     for joint in (problem, floating, replace(shakedown.example("two-node"), f=2.5)):
         bounds = shakedown.shakedown_bounds(joint)
-        roads = conic_lower_bound(joint), conic_upper_bound(joint)
-        assert list(room.road_findings(bounds, room.SecondRoad(*roads, joint.n), DEFAULT)) == []
+        methods = conic_lower_bound(joint), conic_upper_bound(joint)
+        assert (
+            list(room.independent_findings(bounds, room.IndependentBounds(*methods, joint.n), DEFAULT)) == []
+        )
 
 
-def test_a_second_road_that_gives_up_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_second_method_that_gives_up_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(room, "conic_upper_bound", lambda *_, **__: second(Status.UNDECIDED, np.nan))
     report = shakedown.verify(shakedown.example("one-node"), random_states=0)
     assert report.agrees
@@ -121,7 +123,9 @@ def test_one_subset_is_singular() -> None:
     assert critical_in_words(critical, critical.total, bounds)[0].startswith("1 subset of")
 
 
-def test_the_second_road_asks_the_node_that_collapses_first_foremost(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_second_method_asks_the_node_that_collapses_first_foremost(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     joint = shakedown.example("three-node")
     bounds = shakedown.shakedown_bounds(joint)
     asked = room.nodes_asked(bounds.lower)
@@ -130,9 +134,9 @@ def test_the_second_road_asks_the_node_that_collapses_first_foremost(monkeypatch
     monkeypatch.setattr(room, "ALL_NODES", 2)
     monkeypatch.setattr(room, "FIRST_NODES", 1)
     assert room.nodes_asked(bounds.lower) == asked[:1]
-    second = room.second_road(joint, bounds, DEFAULT)
+    second = room.independent_bounds(joint, bounds, DEFAULT)
     assert second.lower.load_factor == pytest.approx(bounds.lower.load_factor, rel=1e-8)
-    ((open_to_doubt, text),) = room.road_findings(bounds, second, DEFAULT)
+    ((open_to_doubt, text),) = room.independent_findings(bounds, second, DEFAULT)
     assert open_to_doubt is None
     assert text == "λ_1: the independent solver has sought it at 1 of 3 nodes, those that collapse first"
 

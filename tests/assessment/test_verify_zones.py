@@ -127,7 +127,7 @@ def test_two_nodes_one_of_them_open(tmp_path):
 
 
 @pytest.mark.parametrize("seed", SOME)
-def test_both_roads_find_the_same_load_factor_of_a_zone(seed):
+def test_both_methods_find_the_same_load_factor_of_a_zone(seed):
     problem = partly_open(seed)
     upper = shakedown.upper_bound(problem, open_nodes="auto")
     conic = conic_upper_bound(problem, open_nodes=upper.open_nodes)

@@ -1,4 +1,4 @@
-"""The corner of chapter VI: printed numbers, the evolution as second road, and where there is no way on."""
+"""The corner of chapter VI: printed numbers, the evolution as second method, and where there is no way on."""
 
 import numpy as np
 import pytest

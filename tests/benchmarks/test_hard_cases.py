@@ -1,4 +1,4 @@
-"""The named collection of hard cases: the default road is exact, or says what it is."""
+"""The named collection of hard cases: the default method is exact, or says what it is."""
 
 from fractions import Fraction
 from functools import cache
@@ -96,7 +96,7 @@ def test_unbounded_carries_an_exact_direction(name: str) -> None:
 @pytest.mark.parametrize(
     "name", ["mixed units", "load factor 1e9", "large forces", "small lengths", "floating"]
 )
-def test_conic_road_follows_through_scales(name: str) -> None:
+def test_conic_method_follows_through_scales(name: str) -> None:
     problem = HARD_CASES[name]()
     conic, upper = conic_upper_bound(problem), shakedown.upper_bound(problem)
     assert conic.load_factor == pytest.approx(upper.load_factor, rel=1e-9)
@@ -112,7 +112,7 @@ def test_every_case_has_critical_load_factors_or_says_why_not(name: str) -> None
 
 
 @pytest.mark.parametrize(
-    ("road", "kind", "status", "found", "verdict"),
+    ("method", "kind", "status", "found", "verdict"),
     [
         (OWN, "rational", "optimal", 2.0, "right"),
         (OWN, "rational", "optimal", 2.0 + 1e-8, "off"),
@@ -124,7 +124,7 @@ def test_every_case_has_critical_load_factors_or_says_why_not(name: str) -> None
         ("highspy", "rational", "unbounded", inf, "wrong status"),
     ],
 )
-def test_verdicts_of_the_study(road: str, kind: str, status: str, found: float, verdict: str) -> None:
-    given, error = judged(road, Reference(kind, "optimal", 2.0), status, found)
+def test_verdicts_of_the_study(method: str, kind: str, status: str, found: float, verdict: str) -> None:
+    given, error = judged(method, Reference(kind, "optimal", 2.0), status, found)
     assert given == verdict
     assert isnan(error) == (verdict not in ("right", "off"))

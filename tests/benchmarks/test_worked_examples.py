@@ -1,4 +1,4 @@
-"""Appendix A above the critical friction, and the transient limit, each against an independent road."""
+"""Appendix A above the critical friction, and the transient limit, each against an independent method."""
 
 import numpy as np
 import pytest

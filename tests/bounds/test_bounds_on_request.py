@@ -1,4 +1,4 @@
-"""The cheap road to λ_1, what is asked for on top of it, and what cannot be had."""
+"""The cheap method for λ_1, what is asked for on top of it, and what cannot be had."""
 
 import pickle
 from dataclasses import replace
@@ -38,7 +38,7 @@ def test_a_result_can_be_sent_to_another_process() -> None:
 
 
 @pytest.mark.parametrize("n", [1, 2, 5, 12])
-def test_both_roads_to_the_lower_bound_agree(n: int) -> None:
+def test_both_methods_for_the_lower_bound_agree(n: int) -> None:
     for seed in range(4):
         problem = joint(seed, n)
         cheap, full = shakedown.lower_bound(problem), shakedown.lower_bound(problem, guarantee=True)
@@ -141,7 +141,7 @@ def test_units_by_powers_of_two_change_no_bit(name: str, power: int, length: int
 
 
 def test_the_guarantee_does_not_hang_on_the_last_bit() -> None:
-    """λ_1 and the lift-off bound are the same number here, computed on two roads."""
+    """λ_1 and the lift-off bound are the same number here, computed by two methods."""
     base = Problem(
         A=np.eye(2),
         B=[[0.0, 0.05], [0.05, 0.0]],

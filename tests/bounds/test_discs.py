@@ -1,4 +1,4 @@
-"""λ_max and safe slips with two tangential directions: cited numbers, closed forms, two roads, what is proved."""
+"""λ_max and safe slips with two tangential directions: cited numbers, closed forms, two methods, what is proved."""
 
 import sys
 from contextlib import suppress
@@ -124,7 +124,7 @@ def test_without_coupling_every_node_is_alone():
 
 
 @pytest.mark.parametrize("seed", range(25))
-def test_two_roads(seed):
+def test_two_methods(seed):
     """Interior points of one's own, and Clarabel on the program as it stands; both statuses, and the proof."""
     rng = np.random.default_rng(100 + seed)
     problem = random_joint(rng, int(rng.integers(1, 7)), pressure=rng.choice([0.0, 1.0, 4.0]))
@@ -354,7 +354,7 @@ def test_the_transient_may_take_room():
 
 
 def test_zones_of_a_joint_in_space():
-    """Nodes that stay open: both roads, and the search takes the zone without a safe slip no further."""
+    """Nodes that stay open: both methods, and the search takes the zone without a safe slip no further."""
     joint = shakedown.example("block-3x3")
     zone, second = shakedown.upper_bound(joint, open_nodes=[0]), conic_upper_bound(joint, open_nodes=[0])
     assert zone.status == second.status

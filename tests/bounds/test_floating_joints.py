@@ -139,8 +139,8 @@ def test_every_bound_answers_for_the_true_joint(noise: float) -> None:
         np.testing.assert_allclose(other.slip, one.slip, rtol=1e3 * near["rel"], atol=near["rel"])
     curves = [shakedown.guarantee_curve(one, [0.5, 2.0]).load_factors for one in (true, rough)]
     np.testing.assert_allclose(*curves, rtol=near["rel"])
-    roads = [conic_upper_bound(one).load_factor for one in (true, rough)]
-    assert roads == pytest.approx([bounds.upper.load_factor] * 2, rel=max(1e-6, near["rel"]))
+    methods = [conic_upper_bound(one).load_factor for one in (true, rough)]
+    assert methods == pytest.approx([bounds.upper.load_factor] * 2, rel=max(1e-6, near["rel"]))
 
 
 def test_a_doubtful_gap_is_said_and_nothing_is_certified() -> None:
@@ -242,7 +242,7 @@ def test_what_is_pinned_is_written_and_said() -> None:
     assert all(str(node) in said[0] for node in document["pinned"])
 
 
-def test_the_study_judges_a_joint_by_every_road() -> None:
+def test_the_study_judges_a_joint_by_every_method() -> None:
     row = judged("random", 8)
     assert row["disagreeing"] == 0
     assert row["pinned_right"] == row["powers_of_two_same"] == 1

@@ -1,4 +1,4 @@
-"""The two roads to the bounds, held against each other."""
+"""The two methods for the bounds, held against each other."""
 
 import subprocess
 import sys
@@ -16,7 +16,7 @@ UNITS = (500.0, 0.0025)  # newton and millimetre of a small steel joint
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_both_roads_lead_to_the_same_bounds(seed: int) -> None:
+def test_both_methods_lead_to_the_same_bounds(seed: int) -> None:
     problem = joint(seed, 2 + seed % 5, units=UNITS)
     bounds = shakedown.shakedown_bounds(problem)
     upper, lower = conic_upper_bound(problem), conic_lower_bound(problem)
@@ -40,7 +40,7 @@ def test_statuses_agree() -> None:
 
 
 @pytest.mark.parametrize("solver", ["CLARABEL", "HIGHS"])
-def test_any_solver_of_the_modelling_road(solver: str) -> None:
+def test_any_solver_of_the_modelling_layer(solver: str) -> None:
     problem = shakedown.example("two-node")
     upper = conic_upper_bound(problem, solver=solver)
     lower = conic_lower_bound(problem, solver=solver)
@@ -49,7 +49,7 @@ def test_any_solver_of_the_modelling_road(solver: str) -> None:
     assert lower.load_factor == pytest.approx(0.6573734697246544, rel=1e-8)
 
 
-def test_the_default_road_does_without_cvxpy() -> None:
+def test_the_default_method_does_without_cvxpy() -> None:
     code = (
         "import sys, shakedown; from shakedown.bounds.independent_solver import conic_lower_bound;"
         "conic_lower_bound(shakedown.example('two-node'));"

@@ -104,7 +104,7 @@ def by_every_row(joint: Problem) -> float:
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_every_road_knows_the_pressures(seed):
+def test_every_method_knows_the_pressures(seed):
     joint = drawn(seed)
     known = by_every_row(joint)
     for each in (joint, in_space(joint)):

@@ -18,7 +18,7 @@ def test_dissipation_per_cycle_can_rise():
 
 
 def dissipated_by_energy(problem, path, cycles):
-    """Work of the loading less what is stored, per cycle: a second road to −∫ q dv."""
+    """Work of the loading less what is stored, per cycle: a second method for −∫ q dv."""
     u, load = np.hstack([path.v, path.w]), np.hstack([path.q_w, path.p_w])
     fed = np.append(0.0, np.cumsum((0.5 * (u[1:] + u[:-1]) * np.diff(load, axis=0)).sum(axis=1)))
     stored = 0.5 * np.einsum("ri,ij,rj->r", u, problem.kappa, u) + (u * load).sum(axis=1)

@@ -1,4 +1,4 @@
-"""Long-term states: cited values, period two, slow approach, ratchetting, and plain simulation as second road."""
+"""Long-term states: cited values, period two, slow approach, ratchetting, and plain simulation as second method."""
 
 import numpy as np
 import pytest

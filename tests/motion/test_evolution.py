@@ -1,4 +1,4 @@
-"""Exact evolution: the friction law between events, invariance, degenerate states, Gauss–Seidel as second road."""
+"""Exact evolution: the friction law between events, invariance, degenerate states, Gauss–Seidel as second method."""
 
 from dataclasses import replace
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from shakedown.programs.conic import Way, by_clarabel, by_cvxpy
+from shakedown.programs.conic import ClarabelSettings, by_clarabel, by_cvxpy
 from shakedown.programs.program import INF, Program
 from shakedown.programs.solver import solve
 
-SHARP = Way(1e-11, 0.99, rescaled=True, reduced=1e-8)
+SHARP = ClarabelSettings(1e-11, 0.99, rescaled=True, reduced=1e-8)
 
 
 def discs(seed, columns=6, cones=30, size=3, rows=5):
@@ -53,7 +53,7 @@ def through_cvxpy(program):
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize(("by", "near", "limit"), [(solve, 1e-5, 1e-9), (through_cvxpy, 1e-4, 1e-8)])
-def test_every_road_ends_where_the_program_was_built(seed, by, near, limit):
+def test_every_method_ends_where_the_program_was_built(seed, by, near, limit):
     program, x, y = discs(seed)
     found = by(program)
     assert found.status == "optimal"

@@ -1,4 +1,4 @@
-"""The roads to the vertex of a linear program: the rows that meet, dense interior points, HiGHS."""
+"""The ways to the vertex of a linear program: the rows that meet, dense interior points, HiGHS."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def test_bounds_changed_before_the_solver_is_made_count():
 
 
 @pytest.mark.parametrize("problem", [joint(n=30, seed=1), joint(n=90), chain(90)], ids=["30", "90", "chain"])
-def test_both_roads_lead_to_one_upper_bound(problem, monkeypatch):
+def test_both_methods_lead_to_one_upper_bound(problem, monkeypatch):
     ends = []
     for dense_from in (2, 10**6):
         monkeypatch.setattr(simplex, "DENSE_FROM", dense_from)

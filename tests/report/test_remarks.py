@@ -11,7 +11,7 @@ from shakedown.ground.shown_values import down, up
 from shakedown.report.answer_words import margin_of_answer
 from shakedown.report.assessment_words import quickly_in_words
 from shakedown.report.bound_words import bounds_in_words
-from shakedown.report.conclusion import banner_class, roads_in_words
+from shakedown.report.conclusion import banner_class, verdict_in_words
 from shakedown.report.friction_words import critical_in_words
 from shakedown.report.limit_words import transient_in_words, transient_limit_as_text
 from shakedown.report.page_tables import remarks
@@ -55,8 +55,8 @@ def test_a_body_that_slides_away_is_a_negative_answer() -> None:
     assert "the joint does not hold: the body slides away (gross slip) " in said
     assert "undecided" not in said
     assert banner_class(v) == "disagree"
-    assert "the body slides away" in roads_in_words(v)
-    assert "Open" not in roads_in_words(v)
+    assert "the body slides away" in verdict_in_words(v)
+    assert "Open" not in verdict_in_words(v)
     assert v.as_given.simulation.outcome == "undecided"
     assert not v.agrees
 
@@ -66,11 +66,11 @@ def test_the_verdict_counts_every_finding_that_stands_below_it() -> None:
     found = replace(v, disagreements=("one",), open_questions=(*v.open_questions, "two", "three"))
     runs = len(v.open_questions)
     sliding_runs = "1 run" if runs == 1 else f"{runs} runs"
-    assert roads_in_words(found) == (
+    assert verdict_in_words(found) == (
         f"DISAGREEMENT: 1 finding. In {sliding_runs} the joint does not hold: the body slides away. "
         "Open: 2 questions."
     )
-    assert roads_in_words(replace(found, open_questions=v.open_questions)).count("Open") == 0
+    assert verdict_in_words(replace(found, open_questions=v.open_questions)).count("Open") == 0
 
 
 def test_what_is_proved_from_every_state_is_said_of_the_loading_as_given() -> None:

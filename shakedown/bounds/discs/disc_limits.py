@@ -103,7 +103,7 @@ def largest_load_factor(
     missed = _missed(rows, found)
     if not missed <= tolerances.stored_digits:
         raise SolverError(INACCURATE.format(missed))
-    return replace(found, reduced_accuracy=found.reduced_accuracy or missed > tolerances.second_road)
+    return replace(found, reduced_accuracy=found.reduced_accuracy or missed > tolerances.agreement)
 
 
 def _missed(rows: DiscRows, found: DiscLimit) -> float:

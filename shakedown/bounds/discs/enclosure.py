@@ -183,10 +183,10 @@ def proved_high(
 ) -> float:
     """A load factor above which no slip is safe, from multipliers with Σ yᵀ e < 0; inf if none is proved.
 
-    Where that would be ``second_road`` of the terms of its proof above the optimum, it is not looked for.
+    Where that would be ``agreement`` of the terms of its proof above the optimum, it is not looked for.
     """
     constant = repair.proof.loads.c[repair.proof.rows.node]
-    most = tolerances.second_road * float(np.abs(np.einsum("ij,ij->i", y, constant)).sum())
+    most = tolerances.agreement * float(np.abs(np.einsum("ij,ij->i", y, constant)).sum())
     balance = fitting(repair, y, inner, most)
     if balance is None:
         return inf

@@ -13,7 +13,7 @@ from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.programs.program import Program, ball
-from shakedown.programs.solver import ROADS, solve
+from shakedown.programs.solver import METHOD_COUNT, solve
 
 # With these, and half as many as there are nodes, most programs are solved in one or two rounds.
 FIRST_ROWS = 40
@@ -46,8 +46,8 @@ class Farthest:
     multipliers: FloatArray
 
 
-def farthest(rows: ConeRows, tolerances: Tolerances, road: int = 0) -> Farthest:
-    """Maximise λ, on a road of the cone program. Rows are added to it as they turn out to be violated.
+def farthest(rows: ConeRows, tolerances: Tolerances, method: int = 0) -> Farthest:
+    """Maximise λ, by one method for cone programs. Rows are added to it as they turn out to be violated.
 
     The solution is a combination of the rows that carry a multiplier, so k rows
     need no more than k + 2 unknowns.
@@ -55,7 +55,7 @@ def farthest(rows: ConeRows, tolerances: Tolerances, road: int = 0) -> Farthest:
     chosen = _first_rows(rows)
     while True:  # ends: every round takes further rows, and there are finitely many
         part = rows.among(chosen)
-        found = _solved(part, road)
+        found = _solved(part, method)
         if found.status != Status.OPTIMAL and len(chosen) < len(rows.d):
             if found.status == Status.INFEASIBLE:
                 return _among_all(found, chosen, rows)
@@ -84,12 +84,12 @@ def _first_rows(rows: ConeRows) -> NDArray[np.intp]:
     return np.sort(np.append(kept, count - 1))
 
 
-def _solved(rows: ConeRows, road: int) -> Farthest:
+def _solved(rows: ConeRows, method: int) -> Farthest:
     """The program of a few rows, in the space of y that they span."""
     basis = _span(rows.H)
     rank = basis.shape[1]
     matrix = np.column_stack([rows.H @ basis, rows.s, rows.d])
-    found = solve(_within_cone(matrix, rows.g, rank, rows.offset), road)
+    found = solve(_within_cone(matrix, rows.g, rank, rows.offset), method)
     y = basis @ found.x[:rank]
     return Farthest(found.status, y, float(found.x[-1]), found.multipliers[: len(rows.g)])
 
@@ -218,23 +218,23 @@ def widest_room(rows: ConeRows) -> Room:
 
 
 def end_of(about: ConeRows, tolerances: Tolerances) -> Farthest:
-    """The end of the program on the first road on which it is one; of several optima the sharpest.
+    """The end of the program by the first method by which it is one; of several optima the sharpest.
 
     Where the solver finds none, or no proof of it, the largest margin tells whether there is one.
 
     Raises
     ------
     SolverError
-        If no road comes to an end that the rows confirm.
+        If no method comes to an end that the rows confirm.
     """
     best, failure = None, "the cone program ended with limits broken"
-    for road in range(ROADS):
-        if best is not None and road == ROADS - 1:
+    for method in range(METHOD_COUNT):
+        if best is not None and method == METHOD_COUNT - 1:
             break  # cutting planes are for where nothing else has come to an end
-        end = sought(farthest, about, tolerances, road)
+        end = sought(farthest, about, tolerances, method)
         if isinstance(end, Missing):
             failure = end.reason
-            break  # the program itself has tried the roads that follow
+            break  # the program itself has tried the methods that follow
         if end.status == Status.UNBOUNDED:
             return end
         if end.status == Status.INFEASIBLE:
@@ -243,7 +243,7 @@ def end_of(about: ConeRows, tolerances: Tolerances) -> Farthest:
             failure = "the cone program ended as infeasible without a proof"
         elif _kept(about, end) <= tolerances.feasibility:
             best = end if best is None or _open(about, end) < _open(about, best) else best
-            enough = tolerances.second_road if road else SHARP
+            enough = tolerances.agreement if method else SHARP
             if _open(about, best) <= enough * abs(best.load_factor):
                 break
     if best is not None:

@@ -67,7 +67,7 @@ def sharp_end(program: DiscProgram, value: Value, begun: Points = (), enough: En
     Raises
     ------
     SolverError
-        If no road comes to an end.
+        If no method comes to an end.
     """
     r = program.rank
     end = disc_end(program, ROUGH, begun, lambda x: enough(x[:r]))

@@ -175,7 +175,7 @@ class Question(NamedTuple):
 def design_point(
     problem: Problem, values: Sequence[float], question: Question, *, tolerances: Tolerances = DEFAULT
 ) -> DesignPoint:
-    """The limits of one joint, each on its quickest road.
+    """The limits of one joint, each by its quickest method.
 
     A limit whose program fails is undecided, with the reason as its remark.
 
@@ -281,7 +281,7 @@ def _contradictions(known: _Known, tolerances: Tolerances) -> Iterator[str]:
     pairs = [("universal", "lower")]
     if not known.open_nodes:  # λ_1 and λ_U are about all nodes in contact
         pairs += [(name, "upper") for name in ("lower", "universal", *FROM_HERE)]
-    sure = 1.0 - tolerances.second_road
+    sure = 1.0 - tolerances.agreement
     for small, large in pairs:
         if small in known.limits and large in known.limits:
             a, b = known.limits[small].load_factor, known.limits[large].load_factor

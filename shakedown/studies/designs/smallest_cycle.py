@@ -350,7 +350,7 @@ def _result(search: CycleSearch, limits: JointLimits, top: float, seed: int) -> 
         state=state,
         limits=limits,
         tried_up_to=top,
-        below_first_collapse=load_factor / (1.0 - limits.tolerances.second_road) < _first_collapse(limits),
+        below_first_collapse=load_factor / (1.0 - limits.tolerances.agreement) < _first_collapse(limits),
         tries=search.simulator.tries,
         undecided=search.simulator.undecided,
         seed=seed,
@@ -374,7 +374,7 @@ def _contradiction(search: CycleSearch, limits: JointLimits) -> str:
         for x in found
         if x is not None and admissible(joint, x.load_factor, x.slip[None], tolerances)[0]
     ]
-    sure = min(real, default=inf) / (1.0 - tolerances.second_road)
+    sure = min(real, default=inf) / (1.0 - tolerances.agreement)
     if sure < limits.universal.load_factor:
         return f"λ_U = {limits.universal.load_factor:.9g} is called proved from every state"
     if limits.lower and limits.lower.guarantee == Guarantee.PROVED and sure < limits.lower.load_factor:

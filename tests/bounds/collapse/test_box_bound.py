@@ -1,4 +1,4 @@
-"""The box bound: known values, the box and the collapse by second roads, and motions that stay inside."""
+"""The box bound: known values, the box and the collapse by second methods, and motions that stay inside."""
 
 from dataclasses import replace
 
@@ -86,7 +86,7 @@ def test_the_box_is_the_limit_of_widening_it(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_the_first_collapse_in_the_box_by_a_second_road(seed: int) -> None:
+def test_the_first_collapse_in_the_box_by_a_second_method(seed: int) -> None:
     problem = weakly_coupled(seed)
     bound, rows = shakedown.box_bound(problem), constraints(problem)
     assert bound.limited_by == "first collapse"

@@ -29,7 +29,7 @@ def test_radius_of_the_examples(name):
     assert ball.residual <= 1e-14
 
 
-def radius_by_another_road(problem: Problem, load_factor: float) -> float:
+def radius_by_another_method(problem: Problem, load_factor: float) -> float:
     """Every load step on its own, γ from the inverse of A, scipy's linear programs, below critical friction."""
     A, B, f, loop = problem.A, problem.B, problem.f, loading(problem)
     own = np.diagonal(B) / np.diagonal(A)
@@ -48,11 +48,11 @@ def radius_by_another_road(problem: Problem, load_factor: float) -> float:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_radius_by_another_road(seed):
+def test_radius_by_another_method(seed):
     problem = strong_joint(seed, 4, friction=0.2)
     assert np.all(problem.f * np.abs(np.diagonal(problem.B)) < np.diagonal(problem.A))
     load_factor = 0.6 * shakedown.upper_bound(problem, certify=False).load_factor
-    expected = radius_by_another_road(problem, load_factor)
+    expected = radius_by_another_method(problem, load_factor)
     assert energy_ball(problem, load_factor).radius == pytest.approx(expected, rel=1e-7)
 
 

@@ -1,4 +1,4 @@
-"""λ_E: numbers, optimality, a second road, statuses, intervals, certificates, bad arguments."""
+"""λ_E: numbers, optimality, a second method, statuses, intervals, certificates, bad arguments."""
 
 from dataclasses import replace
 
@@ -32,7 +32,7 @@ def test_load_factor_of_the_examples(name):
     assert bound.radius == pytest.approx(np.sqrt(bound.slip @ problem.A @ bound.slip), rel=1e-9, abs=1e-12)
 
 
-def load_factor_by_another_road(
+def load_factor_by_another_method(
     problem: Problem, start: np.ndarray, distance: float, end: type = cp.Maximize
 ) -> float:
     """Every load step on its own through cvxpy, γ from the inverse of A, below critical friction."""
@@ -52,13 +52,13 @@ def load_factor_by_another_road(
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_load_factor_by_another_road(seed):
+def test_load_factor_by_another_method(seed):
     problem = strong_joint(seed, 4, friction=0.2)
     assert np.all(problem.f * np.abs(np.diagonal(problem.B)) < np.diagonal(problem.A))
     start = shakedown.upper_bound(problem, certify=False).slip + 0.1 * np.random.default_rng(seed).normal(
         size=4
     )
-    expected = load_factor_by_another_road(problem, start, 0.05)
+    expected = load_factor_by_another_method(problem, start, 0.05)
     bound = energy_bound(problem, start, 0.05)
     assert bound.load_factor == pytest.approx(expected, rel=1e-6)
     assert bound.distance == 0.05
@@ -142,7 +142,7 @@ def test_a_finite_interval():
     assert bound.status == "optimal"
     assert 0.4 < least < most
     assert least == pytest.approx(
-        load_factor_by_another_road(problem, np.array([0.5, 0.0]), 0.0, cp.Minimize), rel=1e-6
+        load_factor_by_another_method(problem, np.array([0.5, 0.0]), 0.0, cp.Minimize), rel=1e-6
     )
     for factor in (least, most):
         ball = shakedown.energy_ball(problem, factor)

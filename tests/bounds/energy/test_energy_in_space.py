@@ -1,4 +1,4 @@
-"""λ_E and R(λ) with two tangential directions: numbers, a second road, units, turned tangents, statuses."""
+"""λ_E and R(λ) with two tangential directions: numbers, a second method, units, turned tangents, statuses."""
 
 from dataclasses import replace
 
@@ -45,7 +45,7 @@ def test_numbers_of_the_examples(name):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_another_road_agrees(seed):
+def test_another_method_agrees(seed):
     problem = space_joint(seed, 1 + seed % 4)
     for split in (False, True):
         bound = energy_bound(problem, split=split, certify=False)

@@ -1,4 +1,4 @@
-"""Energy ball and λ_E of partly open joints: a second road, and motions from within the ball."""
+"""Energy ball and λ_E of partly open joints: a second method, and motions from within the ball."""
 
 from dataclasses import replace
 
@@ -37,7 +37,7 @@ def test_there_are_enough_of_them_and_open_nodes_limit_some():
     assert any(side == Side.GAP for _, _, ball in BALLS for _, side in ball.active)
 
 
-def radius_by_another_road(problem, load_factor, nodes):
+def radius_by_another_method(problem, load_factor, nodes):
     """Every load step on its own, the Schur complement by solving, scipy's linear programs."""
     n, k = problem.n, [i for i in range(problem.n) if i not in nodes]
     held, free = [*k, *(n + i for i in k)], [*nodes, *(n + i for i in nodes)]
@@ -72,9 +72,9 @@ def radius_by_another_road(problem, load_factor, nodes):
 
 
 @pytest.mark.parametrize("case", range(8))
-def test_radius_by_another_road(case):
+def test_radius_by_another_method(case):
     problem, load_factor, ball = BALLS[case]
-    expected = radius_by_another_road(problem, load_factor, list(ball.open_nodes))
+    expected = radius_by_another_method(problem, load_factor, list(ball.open_nodes))
     assert ball.radius == pytest.approx(expected, rel=1e-7)
 
 

@@ -1,4 +1,4 @@
-"""With two tangential directions: least pressures and what they prove from every state, against second roads."""
+"""With two tangential directions: least pressures and what they prove from every state, against second methods."""
 
 from dataclasses import replace
 
@@ -203,7 +203,7 @@ def by_leaning_discs(problem: Problem, node: int) -> float:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_leaning_discs_by_a_second_road(seed, monkeypatch):
+def test_leaning_discs_by_a_second_method(seed, monkeypatch):
     monkeypatch.setattr("shakedown.bounds.every_state.bound_from_every_state.MOST_SECTORS", 0)
     problem = joint(seed=seed, coupling=1.0)
     by_cones = min(

@@ -30,7 +30,7 @@ def built_in(name: str, f: float | None = None) -> shakedown.Problem:
 
 
 def rows_of(problem: shakedown.Problem):
-    """Rows and loads written out again from the friction law, for a second road."""
+    """Rows and loads written out again from the friction law, for a second method."""
     loop, f = loading(problem), problem.f
     G = np.vstack([problem.A - f[:, None] * problem.B, -problem.A - f[:, None] * problem.B])
     g = np.concatenate([f * loop.p0 - loop.q0, f * loop.p0 + loop.q0])
@@ -65,7 +65,7 @@ def test_swing_bound_of_built_in_joints(name, f, expected):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_swing_bound_by_a_second_road(seed):
+def test_swing_bound_by_a_second_method(seed):
     problem = joint(seed, n=3, m=5)
     swing = swing_bound(problem, certify=False).load_factor
     for share, apart in ((1 - 1e-6, True), (1 + 1e-6, False)):

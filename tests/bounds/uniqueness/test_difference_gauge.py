@@ -1,4 +1,4 @@
-"""The gauge of differences: by a second road, what it implies, and bodies that friction alone holds."""
+"""The gauge of differences: by a second method, what it implies, and bodies that friction alone holds."""
 
 from dataclasses import replace
 from itertools import combinations, permutations, product

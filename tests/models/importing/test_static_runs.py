@@ -47,7 +47,7 @@ def welded(imported):
     ],
     ids=["clamped", "open", "open in a result file", "twice the half"],
 )
-def test_every_road_from_a_temperature_leads_to_the_same_reactions(heat, line, digits):
+def test_every_way_from_a_temperature_leads_to_the_same_reactions(heat, line, digits):
     expected = welded(made(heat))
     found = welded(made(heat, (THERMAL, line)))
     largest = np.abs(expected).max()

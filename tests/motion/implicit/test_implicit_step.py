@@ -1,4 +1,4 @@
-"""One implicit load step with two tangential directions: closed forms, the law, other roads, units, failures."""
+"""One implicit load step with two tangential directions: closed forms, the law, other methods, units, failures."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A third road to the rates: the linear complementarity problem of all nodes at their limits, by Lemke's method.
+"""A third method for the rates: the linear complementarity problem of all nodes at their limits, by Lemke's method.
 
 Independent of the compiled loops: numpy only.
 """

@@ -1,4 +1,4 @@
-"""The rate problem by three roads: pivoting, complete enumeration, Lemke's method."""
+"""The rate problem by three methods: pivoting, complete enumeration, Lemke's method."""
 
 import numba
 import numpy as np
@@ -60,7 +60,7 @@ def take_states(act, rate, states):
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_three_roads_to_the_rates(seed):
+def test_three_methods_for_the_rates(seed):
     instant = random_instant(seed, n=1 + seed % 5)
     act, rate = set_up(*instant)
     assert pivot(act, rate, TOLERANCE)

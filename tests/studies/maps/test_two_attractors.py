@@ -46,7 +46,7 @@ def test_plain_simulation_ends_there_too(which):
 
 @pytest.mark.parametrize("which", [0, 1])
 def test_a_disturbance_shrinks_by_the_largest_multiplier(found, which):
-    """Second road to the multipliers: the slips of two neighbours, cycle by cycle."""
+    """Second method for the multipliers: the slips of two neighbours, cycle by cycle."""
     cycle = sorted(found.limit_cycles, key=lambda cycle: cycle.dissipation)[which]
     ends = []
     for away in (0.0, 1e-6):

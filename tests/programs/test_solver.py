@@ -12,7 +12,7 @@ from shakedown.ground.evidence import Missing, sought
 from shakedown.programs import solver
 from shakedown.programs.program import Program
 from shakedown.programs.simplex import Simplex
-from shakedown.programs.solver import ROADS, cut_cones, solve
+from shakedown.programs.solver import METHOD_COUNT, cut_cones, solve
 
 RUNGS = ("_warm", "_cold", "_dual", "_loosened", "_interior")
 
@@ -62,10 +62,10 @@ def cone(seed, offset=0.2):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_every_road_of_the_cone_program_ends_at_the_same_value(seed):
+def test_every_method_of_the_cone_program_ends_at_the_same_value(seed):
     program = cone(seed)
-    values = [program.cost @ solve(program, road).x for road in range(ROADS)]
-    assert values == pytest.approx([values[0]] * ROADS, rel=1e-6)
+    values = [program.cost @ solve(program, method).x for method in range(METHOD_COUNT)]
+    assert values == pytest.approx([values[0]] * METHOD_COUNT, rel=1e-6)
 
 
 @pytest.mark.parametrize("factor", [1e-7, 1.0, 1e7])
@@ -75,7 +75,7 @@ def test_cutting_planes_know_no_units(factor):
     assert cut_cones(scaled).x == pytest.approx(factor * cut_cones(program).x, rel=1e-9)
 
 
-def test_the_next_road_is_taken_where_one_fails(monkeypatch):
+def test_the_next_method_is_taken_where_one_fails(monkeypatch):
     program, expected = cone(0), solve(cone(0))
 
     def fails(program, way):
