@@ -9,6 +9,6 @@ amplitude of each node: ``row_rates`` (how the room in every row changes with a 
 
 Beside simulations: ``load_regions`` (where a load factor lies), ``plan`` (which load factors and initial
 states, what is predicted there), ``runs`` (the simulations), ``independent_bounds`` (the bounds by another
-method), ``open_ends`` (what has no answer, or a disputed one), ``work`` (its pieces, and what is
+method), ``open_ends`` (what has no answer, or a disputed one), ``recorded_work`` (its pieces, and what is
 asked beside), ``verify``, ``random_paths`` (other paths through the same loads).
 """

@@ -187,7 +187,7 @@ class JointLimits(Result):
     def _ball_at(self, load_factor: float) -> EnergyBall:
         problem, around, split = self.problem, None, True
         methods = methods_of(problem)
-        if methods.HELD_SOONER and not self.open_nodes:
+        if methods.HOLDING_BALL_SOONER and not self.open_nodes:
             proved, upper = self.energy, self.upper
             split = False
             if proved.least_load_factor <= load_factor < proved.load_factor:

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from shakedown.ground.amounts import MANY
 from shakedown.ground.argument_kinds import check_count, check_seed, checked
+from shakedown.ground.size_limits import MANY
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem

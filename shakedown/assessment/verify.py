@@ -16,20 +16,20 @@ from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.independent_bounds import IndependentBounds, independent_findings
 from shakedown.assessment.open_ends import open_ends
 from shakedown.assessment.plan import is_large, planned_cases, takes_long
+from shakedown.assessment.recorded_work import OtherEvidence, RecordedWork, ThreadedSteps, other_evidence
 from shakedown.assessment.runs import Run, disagreements, open_questions, run_of
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.transient_limit import TransientLimit
-from shakedown.assessment.work import Beside, SideBySide, Work, sought_beside
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors
 from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
 from shakedown.bounds.independent_solver import ConicBound
 from shakedown.campaign.recorded_steps import recorded_steps
-from shakedown.ground.amounts import MANY
 from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.blas_threads import all_cores, on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import present
 from shakedown.ground.shown_values import plain
+from shakedown.ground.size_limits import MANY
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked, require_problem
@@ -232,8 +232,8 @@ def verify(
         λ = 1 comes first, from the state asked about, whatever else is asked for.
     random_states, seed
         Number of initial states that random loads, up to twice those of the loop about its mean, leave behind
-        (``slip_left_behind``), and the seed these are drawn with. None: 3, and 1 of joints in space of more
-        than 200 node pairs.
+        (``slip_after_random_transient``), and the seed these are drawn with. None: 3, and 1 of joints in
+        space of more than 200 node pairs.
     cycles, method
         As for :func:`shakedown.simulate`.
     budget
@@ -282,7 +282,7 @@ def verify(
     settings = Settings(random_states, seed, cycles, method)
     header = {} if partial is None else _header(problem, asked, settings, tolerances)
     with recorded_steps(partial, header, problem, resume=resume) as steps:
-        found = _verified(problem, asked, settings, Work(steps, progress, so_far), tolerances)
+        found = _verified(problem, asked, settings, RecordedWork(steps, progress, so_far), tolerances)
         if save is not None:
             save(found)
         steps.remove()
@@ -309,7 +309,7 @@ def _header(problem: Problem, asked: _Asked, settings: Settings, tolerances: Tol
 
 
 def _verified(
-    problem: Problem, asked: _Asked, settings: Settings, work: Work, tolerances: Tolerances
+    problem: Problem, asked: _Asked, settings: Settings, work: RecordedWork, tolerances: Tolerances
 ) -> Verification:
     """The verification itself, piece by piece."""
     start = None if problem.initial_slip is None else problem.initial_slip[0]
@@ -319,12 +319,12 @@ def _verified(
     for name in ("upper", "lower", "through_transient", "universal", "energy", "box"):
         limits.keep(name, work.steps.done(functools.partial(getattr, limits, name)))
     cases = planned_cases(limits, asked.load_factors, *random, work.steps)
-    work.pieces = len(cases) + len(Beside._fields)
+    work.pieces = len(cases) + len(OtherEvidence._fields)
     how, runs = (settings.cycles, settings.method), list[Run]()
     steps: list[Callable[[], Any]] = [functools.partial(run_of, limits, case, *how) for case in cases]
     first = sum(case.load_factor == AS_GIVEN for case in cases)  # λ = 1 comes first, then λ_T
     steps.insert(first, lambda: limits.transient)
-    side_by_side = SideBySide(steps, all_cores() if takes_long(problem) else 1)
+    side_by_side = ThreadedSteps(steps, all_cores() if takes_long(problem) else 1)
     for number in range(len(steps)):
         ended = work.done(functools.partial(side_by_side.result, number))
         if number == first:
@@ -333,7 +333,7 @@ def _verified(
             runs.append(ended)
         if any(_is_as_given(run, problem) for run in runs):
             work.show(lambda: _so_far(found, runs, len(cases), settings))
-    beside = sought_beside(limits, asked.budget, asked.slip_below, work)
+    beside = other_evidence(limits, asked.budget, asked.slip_below, work)
     findings = list(independent_findings(limits.bounds, beside.second, tolerances))
     return Verification(
         assessment=found,

@@ -194,9 +194,9 @@ def _asked_for(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ...
     if len(visit.found.multipliers) == 0:  # unbounded: there is no better one
         return
     methods = methods_of(visit.zone.problem)
-    wish = methods.wishes(visit.zone, visit.found, tolerances)
-    asked = sorted(wish, key=wish.__getitem__, reverse=True)[:NEIGHBOURS]
-    counts = [count for count in methods.SEVERAL if count <= len(asked)]
+    weights = methods.change_weights(visit.zone, visit.found, tolerances)
+    asked = sorted(weights, key=weights.__getitem__, reverse=True)[:NEIGHBOURS]
+    counts = [count for count in methods.CHANGES_AT_ONCE if count <= len(asked)]
     yield from (_changed(visit, *asked[:count]) for count in counts)
     yield from (_changed(visit, node) for node in asked)
 

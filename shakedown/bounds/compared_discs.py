@@ -27,7 +27,7 @@ def zone_limit(rows: DiscRows, compared: bool, tolerances: Tolerances) -> ZoneLi
     return ZoneLimit(-inf, nothing, found.multipliers, margin)
 
 
-def wishes(
+def change_weights(
     rows: DiscRows, x: FloatArray, load_factor: float, multipliers: FloatArray, tolerances: Tolerances
 ) -> dict[int, float]:
     """How strongly limits ask for a node of the joint to be opened (at its apex) or closed (its gap presses).
@@ -40,7 +40,7 @@ def wishes(
     parts = z * of_gap  # in λ: next to the largest what carries nothing is round-off of interior points
     largest = max(parts.max(initial=0.0), (np.abs(y).max(axis=1) * of_disc).max(initial=0.0))
     pressing = np.flatnonzero((of_gaps > 0) & (parts > NEGLIGIBLE * largest))
-    wish = {int(rows.half_spaces.node[k]): float(of_gaps[k]) for k in pressing}
+    weights = {int(rows.half_spaces.node[k]): float(of_gaps[k]) for k in pressing}
     sizes = np.abs(rows.stiffness).max(axis=(1, 2))
     shares = (rows.sums @ y[:, 0]) * np.maximum(sizes, _largest_load(rows))
     if x.size:
@@ -51,8 +51,8 @@ def wishes(
         apex = y[:, 0] > INSIDE * np.hypot(y[:, 1], y[:, 2])
         apex &= y[:, 0] > NEGLIGIBLE * y[:, 0].max(initial=0.0)
     for node in np.unique(rows.node[apex]).tolist():
-        wish[int(rows.names[node])] = float(shares[node])
-    return wish
+        weights[int(rows.names[node])] = float(shares[node])
+    return weights
 
 
 def limits_left(rows: DiscRows, x: FloatArray, load_factor: float) -> tuple[Indices, FloatArray]:

@@ -28,13 +28,13 @@ class Methods(Protocol):
         Why a limit does not exist for joints of this kind, by its word in documents.
     FEW_NODES, MANY_NODES
         From so many nodes on a run takes more than hundredths of a second, and a run or a program seconds.
-    HELD_SOONER
+    HOLDING_BALL_SOONER
         Whether an energy ball that holds a slip is found sooner than the largest one.
     MOST_ZONES
         Contact zones that a search solves: then the best one so far is the answer.
     ALL_COMPARED_UP_TO
         Nodes up to which all zones that differ in one node are compared, and searches begin in every start.
-    SEVERAL
+    CHANGES_AT_ONCE
         So many nodes are changed at once first.
     """
 
@@ -45,13 +45,13 @@ class Methods(Protocol):
     @property
     def MANY_NODES(self) -> float: ...
     @property
-    def HELD_SOONER(self) -> bool: ...
+    def HOLDING_BALL_SOONER(self) -> bool: ...
     @property
     def MOST_ZONES(self) -> float: ...
     @property
     def ALL_COMPARED_UP_TO(self) -> float: ...
     @property
-    def SEVERAL(self) -> tuple[int, ...]: ...
+    def CHANGES_AT_ONCE(self) -> tuple[int, ...]: ...
 
     def upper(self, zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> UpperBound:
         """λ_max of the closed nodes of a zone."""
@@ -65,7 +65,7 @@ class Methods(Protocol):
     def zone_limit(self, zone: Zone, compared: bool, tolerances: Tolerances) -> ZoneLimit:
         """λ_max of a zone among others; ``compared``: with its margin where it has no safe slip."""
 
-    def wishes(self, zone: Zone, found: ZoneLimit, tolerances: Tolerances) -> dict[int, float]:
+    def change_weights(self, zone: Zone, found: ZoneLimit, tolerances: Tolerances) -> dict[int, float]:
         """How strongly the limits of a zone ask for a node to be opened or closed."""
 
     def limits_left(self, zone: Zone, found: ZoneLimit) -> tuple[NDArray[np.intp], FloatArray]:

@@ -24,8 +24,8 @@ from shakedown.programs.solver import solve
 
 ABSENT: Mapping[str, str] = {}
 FEW_NODES = MANY_NODES = MOST_ZONES = ALL_COMPARED_UP_TO = inf
-HELD_SOONER = False
-SEVERAL: tuple[int, ...] = ()
+HOLDING_BALL_SOONER = False
+CHANGES_AT_ONCE: tuple[int, ...] = ()
 
 
 def upper(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> UpperBound:
@@ -87,18 +87,18 @@ def zone_limit(zone: Zone, compared: bool, tolerances: Tolerances) -> ZoneLimit:
     return ZoneLimit(-inf, nothing, against.multipliers, against.margin)
 
 
-def wishes(zone: Zone, found: ZoneLimit, tolerances: Tolerances) -> dict[int, float]:
+def change_weights(zone: Zone, found: ZoneLimit, tolerances: Tolerances) -> dict[int, float]:
     """How strongly rows ask for a node to be opened or closed."""
     rows, pressing = zone.constraints, found.multipliers
     weight = pressing * np.maximum(np.abs(rows.G).max(axis=1), np.abs(rows.d))
     sided = rows.sided
-    wish = {int(rows.node[i]): float(weight[i]) for i in np.flatnonzero(~sided & (weight > 0))}
+    weights = {int(rows.node[i]): float(weight[i]) for i in np.flatnonzero(~sided & (weight > 0))}
     by_node, nodes = by_side(weight[sided]), by_side(rows.node[sided])[:, 0]
     lifting = by_node.min(axis=1) > 0 if len(found.x) == 0 else _at_the_apex(found, rows, tolerances)
     lifting &= zone.problem.f[nodes] > 0  # without friction the pressure has a row of its own
     for node, share in zip(nodes[lifting], by_node[lifting].sum(axis=1), strict=True):
-        wish[int(node)] = float(share)
-    return wish
+        weights[int(node)] = float(share)
+    return weights
 
 
 def _at_the_apex(found: ZoneLimit, rows: Constraints, tolerances: Tolerances) -> NDArray[np.bool_]:

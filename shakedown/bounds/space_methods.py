@@ -40,10 +40,10 @@ ABSENT: Mapping[str, str] = {
 CERTIFIED_UP_TO = 1000  # nodes: as long as the bound itself
 FEW_NODES = 50  # of which runs take hundredths of a second
 MANY_NODES = 200  # from where on a program or a run takes seconds
-HELD_SOONER = True
+HOLDING_BALL_SOONER = True
 MOST_ZONES = 100  # each takes a cone program
 ALL_COMPARED_UP_TO = 16  # nodes
-SEVERAL = (8, 4, 2)  # changes at once
+CHANGES_AT_ONCE = (8, 4, 2)  # changes at once
 
 
 def upper(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> UpperBound:
@@ -124,9 +124,11 @@ def zone_limit(zone: Zone, compared: bool, tolerances: Tolerances) -> ZoneLimit:
     return compared_discs.zone_limit(zone_rows(zone), compared, tolerances)
 
 
-def wishes(zone: Zone, found: ZoneLimit, tolerances: Tolerances) -> dict[int, float]:
+def change_weights(zone: Zone, found: ZoneLimit, tolerances: Tolerances) -> dict[int, float]:
     """How strongly discs and gaps ask for a node to be opened or closed."""
-    return compared_discs.wishes(zone_rows(zone), found.x, found.load_factor, found.multipliers, tolerances)
+    return compared_discs.change_weights(
+        zone_rows(zone), found.x, found.load_factor, found.multipliers, tolerances
+    )
 
 
 def limits_left(zone: Zone, found: ZoneLimit) -> tuple[NDArray[np.intp], FloatArray]:

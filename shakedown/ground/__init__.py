@@ -3,7 +3,7 @@
 Reading order: ``errors`` (one tree), ``float_array``, ``visible_text`` (text that a terminal or a page can
 show), ``shown_values`` (numbers and results in short), ``given_numbers`` and ``argument_kinds`` (what
 callers pass in, checked by annotation), ``tolerances`` (one settings object), ``round_off`` (what is
-nothing beside 1, and when an iteration has failed), ``amounts`` (how much is too much), ``status`` (how a
+nothing beside 1, and when an iteration has failed), ``size_limits`` (how much is too much), ``status`` (how a
 program ended), ``limit_names`` (what limits are called), ``evidence`` (an optional step, and what is
 missing where it failed), ``blas_threads`` (one thread for small matrices), ``golden_section``. Of compiled
 loops: ``code_cache`` (where compiled code is kept), ``code_stamp`` (whether code on disk is of the present

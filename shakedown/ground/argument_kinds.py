@@ -14,10 +14,10 @@ from typing import Any, Literal, NamedTuple, ParamSpec, TypeVar, Union, get_args
 
 import numpy as np
 
-from shakedown.ground.amounts import MANY
 from shakedown.ground.errors import ShakedownError, UsageError
 from shakedown.ground.given_numbers import LARGEST_WHOLE, real_number, real_values, whole_number
 from shakedown.ground.shown_values import short
+from shakedown.ground.size_limits import MANY
 from shakedown.ground.visible_text import shortened
 
 P = ParamSpec("P")

@@ -2,7 +2,7 @@
 
 Reading order: ``settling/`` (the search, compiled), ``cycle_map`` (one cycle as an affine map, and its
 limit where it drifts), ``limit_search`` (the search as Python drives it, and what it leaves to Python),
-``passage`` (where a motion began, and what the transient leaves of its start), ``left_behind`` (the slip
+``passage`` (where a motion began, and what the transient leaves of its start), ``random_transient`` (the slip
 that random loads leave), ``energy_proof`` (a verdict with proof), ``state`` (the answer), ``returning/``
 (for motions that are known cycle by cycle only; verdicts held against what is proved),
 ``find_state`` (for one initial state), ``many_states`` (for many); ``fixed_step_verdict`` (what the last

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.campaign.recorded_steps import Halt
-from shakedown.ground.amounts import MANY
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
+from shakedown.ground.size_limits import MANY
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_arguments, checked, checked_initial_slip, require_plane
 from shakedown.joint.derived import lent

@@ -6,10 +6,10 @@ from matplotlib.collections import LineCollection
 from matplotlib.ticker import MaxNLocator
 
 from shakedown.assessment.sensitivities import KINDS, Sensitivities
-from shakedown.ground.amounts import NODES_SHOWN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.size_limits import NODES_SHOWN
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked, require_plane, require_problem
 from shakedown.joint.loading import loading

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from matplotlib.axes import Axes
 
-from shakedown.ground.amounts import NODES_SHOWN
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import few
+from shakedown.ground.size_limits import NODES_SHOWN
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked, require_plane, require_problem
 from shakedown.joint.loading import loading

@@ -9,11 +9,11 @@ from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
 from shakedown.bounds.upper import upper_bound
-from shakedown.ground.amounts import NODES_SHOWN
 from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import at_lambda, few
+from shakedown.ground.size_limits import NODES_SHOWN
 from shakedown.ground.status import Status
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import check_load_factor, checked, require_plane

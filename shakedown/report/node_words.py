@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.ground.amounts import NODES_SHOWN
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import down, few, sized
+from shakedown.ground.size_limits import NODES_SHOWN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.constraints import SIDE_NAMES

@@ -10,10 +10,10 @@ import numpy as np
 
 from shakedown import plot
 from shakedown.assessment.verify import Verification
-from shakedown.ground.amounts import NODES_SHOWN
 from shakedown.ground.contact_status import STICK
 from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import at_lambda, cycles_in_words, sized
+from shakedown.ground.size_limits import NODES_SHOWN
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of

@@ -140,7 +140,7 @@ def test_a_universal_bound_whose_programs_fail_is_open_and_no_number(monkeypatch
 
 
 def test_an_energy_bound_whose_programs_fail_is_open_and_no_number(monkeypatch, expected):
-    monkeypatch.setattr(place("bounds.energy.row_bound.end_of"), fails)
+    monkeypatch.setattr(place("bounds.energy.row_bound.row_solution"), fails)
     found, code = command("solve", "two-node")
     assert code == 1
     assert (found["energy"]["load_factor"], found["energy"]["status"]) == (None, "undecided")

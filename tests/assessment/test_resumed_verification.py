@@ -59,7 +59,7 @@ def test_what_is_recorded_is_not_done_again(tmp_path, monkeypatch):
 
     with pytest.raises(shakedown.UsageError, match="cannot be written"):
         verified(PLANE, partial=path, save=disk_is_full)
-    for word in ("plan._At", "work.independent_bounds", "work.critical_load_factors"):
+    for word in ("plan._At", "recorded_work.independent_bounds", "recorded_work.critical_load_factors"):
         monkeypatch.setattr(f"shakedown.assessment.{word}", None)
     again = verified(PLANE, partial=path, resume=True)
     assert [run.seconds for run in again.runs] == [run.seconds for run in runs]
@@ -85,8 +85,8 @@ def test_a_verification_asked_otherwise_is_refused(tmp_path):
 def test_what_is_known_can_be_read_while_the_work_goes_on(joint, asked, tmp_path, monkeypatch):
     """From the bounds and λ = 1 on, before λ_T: the page says what is missing, and goes when all is there."""
     pages, target = [], tmp_path / "report.html"
-    monkeypatch.setattr("shakedown.assessment.work.SHOWN_EVERY", 0.0)
-    monkeypatch.setattr("shakedown.assessment.work.LEISURE", 0.0)
+    monkeypatch.setattr("shakedown.assessment.recorded_work.SHOWN_EVERY", 0.0)
+    monkeypatch.setattr("shakedown.assessment.recorded_work.LEISURE", 0.0)
     written = html.render
 
     def rendered(found):

@@ -10,7 +10,7 @@ import shakedown
 from benchmarks.bodies.lap_joint import lap_joint
 from shakedown import UsageError, safe_slip, upper_bound
 from shakedown.bounds.best_zone import best_zone
-from shakedown.bounds.compared_discs import wishes, zone_limit
+from shakedown.bounds.compared_discs import change_weights, zone_limit
 from shakedown.bounds.discs.disc_rows import zone_rows
 from shakedown.bounds.opened_by_mean_load import opened_by_mean_load
 from shakedown.ground.contact_status import OPEN
@@ -118,7 +118,7 @@ def test_gaps_and_limits_that_carry_nothing_ask_for_no_node():
     assert np.count_nonzero(found.multipliers[3 * len(rows.c) :] == 0) > 0
     noise = 1e-13 * np.abs(found.multipliers).max()
     asked, with_noise = (
-        set(wishes(rows, found.x, found.load_factor, multipliers, DEFAULT))
+        set(change_weights(rows, found.x, found.load_factor, multipliers, DEFAULT))
         for multipliers in (found.multipliers, found.multipliers + noise)
     )
     assert with_noise == asked

@@ -129,7 +129,7 @@ class DiscsAbout:
             cost=np.append(np.zeros(extra.shape[2] - 1), -1.0),
         )
 
-    def farthest_program(self, *, reverse: bool = False) -> DiscProgram:
+    def load_factor_program(self, *, reverse: bool = False) -> DiscProgram:
         """The largest λ ≥ 0, or −λ ≥ 0, for which ‖y‖ + δ ≤ R, w = (R, λ or −λ).
 
         Where no limit knows the radius, w = (λ,): it would have no end.

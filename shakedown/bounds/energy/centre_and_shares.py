@@ -10,7 +10,7 @@ import numpy as np
 from shakedown.bounds.energy.about_slip import DiscsAbout, discs_about
 from shakedown.bounds.energy.ball_limits import DiscLimits, Places
 from shakedown.bounds.energy.own_share import MOST, best_share
-from shakedown.bounds.energy.polished_ball import ROUGH, SharpEnd, balance, sharp_end
+from shakedown.bounds.energy.proved_solution import ROUGH, ProvedSolution, balance, proved_solution
 from shakedown.ground.errors import SolverError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
@@ -47,7 +47,7 @@ class Found:
 
     limits: DiscLimits
     about: DiscsAbout
-    end: SharpEnd
+    end: ProvedSolution
     slip: FloatArray
     radius: float
 
@@ -92,7 +92,7 @@ class Found:
     def contradiction(self) -> float:
         """By how much multipliers fail to prove that the limits contradict each other (Farkas)."""
         end, about = self.end, self.about
-        program = about.farthest_program()
+        program = about.load_factor_program()
         value = -float(np.einsum("ij,ij", end.discs, program.right) + end.rows @ program.rows_right)
         of_y, of_w = balance(program, end.discs, end.rows)
         weight = 0.0 if program.norm is None else float(of_w[0])
@@ -115,14 +115,14 @@ class Room(NamedTuple):
 Solve = Callable[[DiscLimits, Points], Found]  # from the way to the optimum with other shares
 
 
-def farthest(
+def largest_load_factor(
     limits: DiscLimits, start: FloatArray, distance: float, tolerances: Tolerances, *, split: bool
 ) -> Found:
     """The largest load factor at which a ball holds a slip and the distance around it."""
 
     def one(each: DiscLimits, begun: Points = ()) -> Found:
         about = discs_about(each, start, distance)
-        end = sharp_end(about.farthest_program(), lambda y: _largest_load(about, y), begun)
+        end = proved_solution(about.load_factor_program(), lambda y: _largest_load(about, y), begun)
         return _found(each, about, end, start)
 
     def room(each: DiscLimits) -> Room:
@@ -134,7 +134,7 @@ def farthest(
 def least_load(limits: DiscLimits, start: FloatArray, distance: float) -> float:
     """The smallest load factor ≥ 0 at which the same shares have a ball that holds a slip; NaN unknown."""
     about = discs_about(limits, start, distance).reversed()
-    end = sought(sharp_end, about.farthest_program(reverse=True), lambda y: _largest_load(about, y))
+    end = sought(proved_solution, about.load_factor_program(reverse=True), lambda y: _largest_load(about, y))
     if isinstance(end, Missing) or end.status != Status.OPTIMAL:
         return nan
     return max(0.0, -end.value)
@@ -169,7 +169,7 @@ def largest(limits: DiscLimits, load_factor: float, tolerances: Tolerances, *, s
         about = discs_about(each, start).at_load(load_factor)
         unit = about.unit_of_radius
         program = about.radius_program(cap)
-        end = sharp_end(program, lambda y: np.array([unit * _largest_radius(about, y)]), begun)
+        end = proved_solution(program, lambda y: np.array([unit * _largest_radius(about, y)]), begun)
         end = replace(end, w=end.w / unit, proved=end.proved / unit)
         if end.status == Status.UNBOUNDED and cap == inf:
             room, wide = about.room(np.zeros_like(end.y)), about.all_s > 0
@@ -213,7 +213,7 @@ def holding(
             length, margin = _largest_margin(about, y)
             return inside(margin / unit, length + margin / unit)
 
-        end = sharp_end(about.margin_program(), lambda y: _largest_margin(about, y), begun, enough)
+        end = proved_solution(about.margin_program(), lambda y: _largest_margin(about, y), begun, enough)
         margin = end.value / unit
         end = replace(end, w=np.array([margin + end.w[0], margin]), proved=end.proved / unit)
         return _found(each, about, end, state)
@@ -310,7 +310,7 @@ def _first_solution(
     return None
 
 
-def _found(limits: DiscLimits, about: DiscsAbout, end: SharpEnd, start: FloatArray) -> Found:
+def _found(limits: DiscLimits, about: DiscsAbout, end: ProvedSolution, start: FloatArray) -> Found:
     slip = start + limits.metric.inverse @ end.y * about.length
     return Found(limits, about, end, slip, float(end.w[0]) * about.length)
 

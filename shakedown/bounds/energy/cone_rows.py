@@ -56,7 +56,7 @@ class ConeRows:
         value = self.H @ y + load_factor * self.d + reach * self.s - self.g
         return value / np.where(terms > 0, terms, 1.0)
 
-    def farthest(self, y: FloatArray) -> float:
+    def largest_load_factor(self, y: FloatArray) -> float:
         """The largest λ that the rows with d > 0 allow at y."""
         reach = float(np.linalg.norm(y)) + self.offset
         room = self.g - self.H @ y - reach * self.s

@@ -6,7 +6,7 @@ from math import inf
 import numpy as np
 
 from shakedown.bounds.energy.ball_limits import DiscLimits, disc_limits, without_margin
-from shakedown.bounds.energy.centre_and_shares import farthest, least_load, room_about
+from shakedown.bounds.energy.centre_and_shares import largest_load_factor, least_load, room_about
 from shakedown.bounds.energy.closed_ball import closed_radius, holds_without_load
 from shakedown.bounds.energy.disc_ball import check_resolved, leaves_margins
 from shakedown.bounds.energy.energy_metric import EnergyMetric
@@ -101,7 +101,7 @@ def _best_bound(
     if reason := without_margin(limits):
         return replace(nothing, reason=reason)
     check_resolved(limits, start, distance, tolerances)
-    found = sought(farthest, limits, start, distance, tolerances, split=split)
+    found = sought(largest_load_factor, limits, start, distance, tolerances, split=split)
     if isinstance(found, Missing):
         return replace(nothing, status=Status.UNDECIDED, reason=found.reason)
     nothing = replace(nothing, share=found.limits.share)

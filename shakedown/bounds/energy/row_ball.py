@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from shakedown.bounds.energy.cone_rows import margin_rows
 from shakedown.bounds.energy.energy_results import EnergyBall
 from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin
-from shakedown.bounds.energy.farthest import end_of
 from shakedown.bounds.energy.reasons import ALL_ADMISSIBLE, NO_ROOM, NO_SAFE_SLIP, NOT_HELD, WEDGED
+from shakedown.bounds.energy.row_solution import row_solution
 from shakedown.bounds.energy.zone_rows import zone_rows
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
@@ -70,7 +70,7 @@ def ball_around(
     if not rows.spread.any():
         return _whole_space(rows, load_factor, tolerances)
     about = margin_rows(rows, load_factor, state)
-    end = end_of(about, tolerances)
+    end = row_solution(about, tolerances)
     if end.status != Status.OPTIMAL:
         return _nothing(rows, load_factor, NOT_HELD)
     slip = state + rows.metric.inverse @ end.y * about.length

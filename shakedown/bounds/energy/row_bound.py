@@ -9,8 +9,8 @@ from shakedown.bounds.energy.cone_rows import ConeRows, cone_rows
 from shakedown.bounds.energy.energy_results import EnergyBound, Inner, no_bound
 from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin
 from shakedown.bounds.energy.exact_check import ExactBall
-from shakedown.bounds.energy.farthest import Farthest, contradiction, end_of, widest_room
 from shakedown.bounds.energy.reasons import NO_ROOM, TOO_FAR, UNLIMITED
+from shakedown.bounds.energy.row_solution import RowSolution, contradiction, row_solution, widest_room
 from shakedown.bounds.energy.zone_rows import zone_rows
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
@@ -57,7 +57,7 @@ def farthest_load_factor(
 ) -> EnergyBound:
     """The energy bound of rows of whatever kind."""
     about = cone_rows(rows, start, distance)
-    end = end_of(about, tolerances)
+    end = row_solution(about, tolerances)
     if end.status == Status.INFEASIBLE:
         nothing = no_bound(start, distance, TOO_FAR)
         return replace(
@@ -77,11 +77,11 @@ def farthest_load_factor(
 def _least_load_factor(about: ConeRows, tolerances: Tolerances) -> float:
     if np.all(about.d[:-1] >= 0):  # what holds at one load factor holds at every smaller one
         return 0.0
-    end = end_of(about.reversed(), tolerances)
+    end = row_solution(about.reversed(), tolerances)
     return abs(end.load_factor) if end.status == Status.OPTIMAL else nan
 
 
-def _without_room(about: ConeRows, end: Farthest, tolerances: Tolerances) -> bool:
+def _without_room(about: ConeRows, end: RowSolution, tolerances: Tolerances) -> bool:
     """Whether some row has no margin at any slip: neither here nor at any smaller load factor."""
     reach = float(np.linalg.norm(end.y)) + about.offset
     margins = -about.excess(end.y, end.load_factor)[:-1]
@@ -91,7 +91,7 @@ def _without_room(about: ConeRows, end: Farthest, tolerances: Tolerances) -> boo
 
 
 def _optimal(
-    rows: EnergyRows, about: ConeRows, end: Farthest, start: FloatArray, least: float
+    rows: EnergyRows, about: ConeRows, end: RowSolution, start: FloatArray, least: float
 ) -> EnergyBound:
     slip = start + rows.metric.inverse @ end.y * about.length
     relative = (float(np.linalg.norm(end.y)) + about.offset) * about.length

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.uniqueness.scaled_stiffness import ScaledStiffness, held
-from shakedown.ground.amounts import AT_ONCE
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS, ROUND_OFF
+from shakedown.ground.size_limits import AT_ONCE
 
 DOUBLE_ROOT = 8 * sqrt(EPS)  # imaginary part, relative to the size, to which round-off parts a double root
 LARGEST_SET = 8  # moving nodes up to which sets grow

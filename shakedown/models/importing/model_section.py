@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.amounts import LARGEST_LABEL
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import LARGEST_LABEL
 from shakedown.models.readers.coordinates import read_coordinates
 from shakedown.models.readers.deck import is_deck, read_deck
 from shakedown.models.readers.input_files import InputFiles

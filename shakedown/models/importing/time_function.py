@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.ground.amounts import MANY
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.size_limits import MANY
 from shakedown.models.readers.input_files import InputFiles
 from shakedown.models.readers.table import NumberTable, read_table
 from shakedown.models.readers.text import listed

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
-from shakedown.ground.amounts import BLOCK
 from shakedown.ground.errors import ProblemError
+from shakedown.ground.size_limits import BLOCK
 from shakedown.models.readers.text import open_regular
 
 Result = TypeVar("Result")

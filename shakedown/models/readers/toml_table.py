@@ -6,8 +6,8 @@ import tomllib
 from difflib import get_close_matches
 from typing import Any
 
-from shakedown.ground.amounts import LARGEST_LABEL
 from shakedown.ground.errors import ProblemError
+from shakedown.ground.size_limits import LARGEST_LABEL
 from shakedown.ground.visible_text import visible
 from shakedown.models.readers.text import quoted, read_bytes
 

@@ -14,12 +14,12 @@ from numpy.typing import ArrayLike
 
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.campaign.recorded_steps import RecordedSteps, recorded_steps
-from shakedown.ground.amounts import MANY
 from shakedown.ground.argument_kinds import check_count, check_seed
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
+from shakedown.ground.size_limits import MANY
 from shakedown.ground.status import Guarantee, Outcome, Search, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked, is_finite

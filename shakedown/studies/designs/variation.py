@@ -9,9 +9,9 @@ from numbers import Real
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.ground.amounts import MANY
 from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import MANY
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.arguments import real_array
 from shakedown.joint.problem import Problem

@@ -16,8 +16,8 @@ from shakedown.campaign.payload import unpacked
 from shakedown.files.atomic_write import atomic_write
 from shakedown.files.npy import read_header
 from shakedown.files.regular_file import open_regular
-from shakedown.ground.amounts import BLOCK
 from shakedown.ground.errors import ProblemError
+from shakedown.ground.size_limits import BLOCK
 
 Columns = dict[str, NDArray[Any]]
 Kinds = dict[str, tuple[np.dtype[Any], tuple[int, ...]]]

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from shakedown.campaign.payload import packed, unpacked
-from shakedown.ground.amounts import MANY
 from shakedown.ground.argument_kinds import check_count, check_fields
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import MANY
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.problem import Problem

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.amounts import AT_ONCE
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import AT_ONCE
 
 
 class Scatter(NamedTuple):

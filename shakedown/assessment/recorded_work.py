@@ -22,7 +22,7 @@ SHOWN_EVERY, LEISURE = 15.0, 10.0  # seconds between pages of what is known; tim
 T = TypeVar("T")
 
 
-class Work:
+class RecordedWork:
     """Pieces of work, recorded where they are to be, of which somebody is told that they are done."""
 
     def __init__(
@@ -52,7 +52,7 @@ class Work:
         return result
 
 
-class SideBySide:
+class ThreadedSteps:
     """Steps that threads do one after the other from the first that is asked for; in one thread when asked.
 
     What they take most of their time for is compiled, and lets others work.
@@ -82,7 +82,7 @@ class SideBySide:
                 return
 
 
-class Beside(NamedTuple):
+class OtherEvidence(NamedTuple):
     """What a verification asks for beside its simulations."""
 
     second: IndependentBounds
@@ -100,7 +100,9 @@ class Beside(NamedTuple):
                 yield f"{name} is missing: {found.reason}"
 
 
-def sought_beside(limits: JointLimits, budget: int, below: float | None, work: Work) -> Beside:
+def other_evidence(
+    limits: JointLimits, budget: int, below: float | None, work: RecordedWork
+) -> OtherEvidence:
     """What is asked for beside the simulations, piece by piece."""
     problem, subsets = limits.problem, limits.subsets
     few = subsets is not None and subsets <= budget
@@ -110,4 +112,4 @@ def sought_beside(limits: JointLimits, budget: int, below: float | None, work: W
     critical = work.done(lambda: critical_load_factors(problem) if few else None)
     limits.keep("friction", work.done(lambda: limits.friction))
     slip = work.done(lambda: None if below is None else limits.slip(below))
-    return Beside(second, curve, critical, present(limits.friction), limits.transient, slip)
+    return OtherEvidence(second, curve, critical, present(limits.friction), limits.transient, slip)

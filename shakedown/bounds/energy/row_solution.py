@@ -1,4 +1,4 @@
-"""The farthest load factor that the rows about a slip allow: rows that matter, then Newton's method."""
+"""The largest load factor that the rows about a slip allow: rows that matter, then Newton's method."""
 
 from dataclasses import dataclass, replace
 
@@ -24,7 +24,7 @@ ROUND_OFF = 32 * np.finfo(float).eps
 
 
 @dataclass(frozen=True)
-class Farthest:
+class RowSolution:
     """The end of the program: max λ subject to :class:`ConeRows`.
 
     Attributes
@@ -46,7 +46,7 @@ class Farthest:
     multipliers: FloatArray
 
 
-def farthest(rows: ConeRows, tolerances: Tolerances, method: int = 0) -> Farthest:
+def solve_rows(rows: ConeRows, tolerances: Tolerances, method: int = 0) -> RowSolution:
     """Maximise λ, by one method for cone programs. Rows are added to it as they turn out to be violated.
 
     The solution is a combination of the rows that carry a multiplier, so k rows
@@ -84,14 +84,14 @@ def _first_rows(rows: ConeRows) -> NDArray[np.intp]:
     return np.sort(np.append(kept, count - 1))
 
 
-def _solved(rows: ConeRows, method: int) -> Farthest:
+def _solved(rows: ConeRows, method: int) -> RowSolution:
     """The program of a few rows, in the space of y that they span."""
     basis = _span(rows.H)
     rank = basis.shape[1]
     matrix = np.column_stack([rows.H @ basis, rows.s, rows.d])
     found = solve(_within_cone(matrix, rows.g, rank, rows.offset), method)
     y = basis @ found.x[:rank]
-    return Farthest(found.status, y, float(found.x[-1]), found.multipliers[: len(rows.g)])
+    return RowSolution(found.status, y, float(found.x[-1]), found.multipliers[: len(rows.g)])
 
 
 def _within_cone(matrix: FloatArray, right: FloatArray, rank: int, offset: float) -> Program:
@@ -112,24 +112,24 @@ def _span(H: FloatArray) -> FloatArray:
     return np.linalg.qr(H.T)[0]
 
 
-def _among_all(found: Farthest, chosen: NDArray[np.intp], rows: ConeRows) -> Farthest:
+def _among_all(found: RowSolution, chosen: NDArray[np.intp], rows: ConeRows) -> RowSolution:
     multipliers = np.zeros(len(rows.d))
     multipliers[chosen] = found.multipliers
     return replace(found, multipliers=multipliers)
 
 
-def _sharp(rows: ConeRows, found: Farthest) -> Farthest:
+def _sharp(rows: ConeRows, found: RowSolution) -> RowSolution:
     """The solution with its conditions solved once more by Newton's method where that gains.
 
     At any y the rows themselves give a load factor that holds in floats; the y at which
     it comes nearest to what the multipliers prove is kept.
     """
-    best = replace(found, load_factor=rows.farthest(found.y))
+    best = replace(found, load_factor=rows.largest_load_factor(found.y))
     for singular in (ROUND_OFF, SIX_DIGITS):  # the cone solver tells none below SIX_DIGITS from zero
         candidate = _newton(rows, found, singular)
         if candidate is None:
             continue
-        sharper = replace(candidate, load_factor=rows.farthest(candidate.y))
+        sharper = replace(candidate, load_factor=rows.largest_load_factor(candidate.y))
         worst = rows.excess(sharper.y, sharper.load_factor).max()
         allowed = max(rows.excess(best.y, best.load_factor).max(), ROUND_OFF)
         if worst <= allowed and _open(rows, sharper) < _open(rows, best):
@@ -139,12 +139,12 @@ def _sharp(rows: ConeRows, found: Farthest) -> Farthest:
     return best
 
 
-def _open(rows: ConeRows, end: Farthest) -> float:
+def _open(rows: ConeRows, end: RowSolution) -> float:
     """What is left between a load factor and what its multipliers prove."""
     return abs(rows.proved(end.multipliers) - end.load_factor)
 
 
-def _newton(rows: ConeRows, found: Farthest, singular: float) -> Farthest | None:
+def _newton(rows: ConeRows, found: RowSolution, singular: float) -> RowSolution | None:
     """Stationarity and the active rows as equations in (y, λ, μ); None where they cannot be solved.
 
     The equations are singular where both limits of one node decide alone: moving the
@@ -168,7 +168,7 @@ def _newton(rows: ConeRows, found: Farthest, singular: float) -> Farthest | None
         return None
     multipliers = np.zeros(len(rows.d))
     multipliers[active] = mu
-    return Farthest(Status.OPTIMAL, basis @ y, float(load_factor), multipliers)
+    return RowSolution(Status.OPTIMAL, basis @ y, float(load_factor), multipliers)
 
 
 def _equations(
@@ -194,7 +194,7 @@ class Room:
     """The point (y, λ) with the largest margin t ≤ 1 to every row, relative to its size.
 
     Where t < 0 the multipliers prove that the rows contradict each other, as those of
-    :class:`Farthest` do.
+    :class:`RowSolution` do.
     """
 
     y: FloatArray
@@ -217,7 +217,7 @@ def widest_room(rows: ConeRows) -> Room:
     return Room(found.x[:rank], float(found.x[-2]), float(found.x[-1]), multipliers)
 
 
-def end_of(about: ConeRows, tolerances: Tolerances) -> Farthest:
+def row_solution(about: ConeRows, tolerances: Tolerances) -> RowSolution:
     """The end of the program by the first method by which it is one; of several optima the sharpest.
 
     Where the solver finds none, or no proof of it, the largest margin tells whether there is one.
@@ -231,7 +231,7 @@ def end_of(about: ConeRows, tolerances: Tolerances) -> Farthest:
     for method in range(METHOD_COUNT):
         if best is not None and method == METHOD_COUNT - 1:
             break  # cutting planes are for where nothing else has come to an end
-        end = sought(farthest, about, tolerances, method)
+        end = sought(solve_rows, about, tolerances, method)
         if isinstance(end, Missing):
             failure = end.reason
             break  # the program itself has tried the methods that follow
@@ -251,16 +251,16 @@ def end_of(about: ConeRows, tolerances: Tolerances) -> Farthest:
     room = widest_room(about)
     if room.margin > tolerances.feasibility:
         raise SolverError(failure)
-    return Farthest(Status.INFEASIBLE, room.y, np.nan, room.multipliers)
+    return RowSolution(Status.INFEASIBLE, room.y, np.nan, room.multipliers)
 
 
-def _kept(about: ConeRows, end: Farthest) -> float:
+def _kept(about: ConeRows, end: RowSolution) -> float:
     """The largest violation of a row but the sign of λ, which is taken as zero beyond it."""
     load_factor = end.load_factor if end.load_factor * about.d[-1] <= 0.0 else 0.0
     return float(about.excess(end.y, load_factor).max())
 
 
-def contradiction(about: ConeRows, end: Farthest) -> float:
+def contradiction(about: ConeRows, end: RowSolution) -> float:
     """By how much multipliers fail to prove that the rows contradict each other (Farkas)."""
     mu = end.multipliers
     value = -mu @ (about.g - about.offset * about.s)

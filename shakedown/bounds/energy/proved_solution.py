@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from shakedown.bounds.discs.polish import polished
+from shakedown.bounds.discs.polished_solution import polished
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
@@ -19,7 +19,7 @@ Value = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
-class SharpEnd:
+class ProvedSolution:
     """The end of max w_last over a :class:`DiscProgram`.
 
     Attributes
@@ -50,7 +50,9 @@ class SharpEnd:
         return float(self.w[-1])
 
 
-def sharp_end(program: DiscProgram, value: Value, begun: Points = (), enough: Enough = never) -> SharpEnd:
+def proved_solution(
+    program: DiscProgram, value: Value, begun: Points = (), enough: Enough = never
+) -> ProvedSolution:
     """The end of a program, polished, with the value that the discs allow there in floats.
 
     Parameters
@@ -74,7 +76,7 @@ def sharp_end(program: DiscProgram, value: Value, begun: Points = (), enough: En
     if not enough(end.x[:r]):
         end = polished(program, end)
     discs, rows, _ = program.parts(end.multipliers)
-    best = SharpEnd(end.status, end.x[:r], end.x[r:], discs, rows, path=end.path)
+    best = ProvedSolution(end.status, end.x[:r], end.x[r:], discs, rows, path=end.path)
     if end.status != Status.OPTIMAL:
         return best
     w = value(best.y)
@@ -89,7 +91,7 @@ def balance(program: DiscProgram, discs: FloatArray, rows: FloatArray) -> tuple[
     return whole[: program.rank], whole[program.rank :]
 
 
-def proved(program: DiscProgram, end: SharpEnd) -> float:
+def proved(program: DiscProgram, end: ProvedSolution) -> float:
     """The value that multipliers prove not to be exceeded at any y up to twice as far as that of the end.
 
     Weak duality, with what is left of the balance at its worst there.

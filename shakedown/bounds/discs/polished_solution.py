@@ -33,7 +33,7 @@ class _Active:
     norm: bool
 
 
-def end_of(scaled: ScaledDiscs, usable: float = USABLE) -> DiscEnd:
+def polished_solution(scaled: ScaledDiscs, usable: float = USABLE) -> DiscEnd:
     """The end of a program, polished, in the units of its joint; one less accurate than ``usable`` is none.
 
     Raises

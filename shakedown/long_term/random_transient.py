@@ -13,7 +13,7 @@ from shakedown.motion.evolve import evolve
 LONGEST_TRANSIENT = 12  # random load steps
 
 
-def slip_left_behind(
+def slip_after_random_transient(
     problem: Problem,
     load_factor: float,
     generator: np.random.Generator,
@@ -42,7 +42,7 @@ def slip_left_behind(
     --------
     >>> import shakedown
     >>> joint, generator = shakedown.example("two-node"), np.random.default_rng(0)
-    >>> slip_left_behind(joint, 0.7, generator, overload=2.0).shape
+    >>> slip_after_random_transient(joint, 0.7, generator, overload=2.0).shape
     (2,)
     """
     split, loop = problem.layout.split, loop_path(problem, overload * load_factor)
