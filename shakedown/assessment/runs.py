@@ -91,9 +91,9 @@ def run_of(limits: JointLimits, case: Case, cycles: int, method: str) -> Run:
         tolerances=limits.tolerances,
     )
     state = simulation.long_term
-    if state is not None and state.way is not None and state.outcome == Outcome.SHAKEDOWN:
+    if state is not None and state.first_cycles is not None and state.outcome == Outcome.SHAKEDOWN:
         ball = present(limits.ball_at(case.load_factor))
-        proof = None if ball is None else proof_in(ball, state.begun, state.course)
+        proof = None if ball is None else proof_in(ball, state.begun, state.approach)
         simulation = replace(simulation, settled=replace(state, proof=proof))
     seconds = time.perf_counter() - began
     return Run(case, _agreement(case, simulation), simulation, seconds)

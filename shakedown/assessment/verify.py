@@ -277,7 +277,7 @@ def verify(
         check_load_factor(load_factor, problem)
     if slip_below is not None:
         check_slip_below(slip_below)
-    asked = _Asked(open_nodes, load_factors, budget, slip_below)
+    asked = _VerificationArguments(open_nodes, load_factors, budget, slip_below)
     asked = asked._replace(open_nodes=open_nodes if isinstance(open_nodes, str) else tuple(open_nodes))
     settings = Settings(random_states, seed, cycles, method)
     header = {} if partial is None else _header(problem, asked, settings, tolerances)
@@ -289,7 +289,7 @@ def verify(
     return found
 
 
-class _Asked(NamedTuple):
+class _VerificationArguments(NamedTuple):
     """What a verification is asked beside its :class:`Settings`."""
 
     open_nodes: Iterable[int] | Literal["auto"]
@@ -298,7 +298,9 @@ class _Asked(NamedTuple):
     slip_below: float | None
 
 
-def _header(problem: Problem, asked: _Asked, settings: Settings, tolerances: Tolerances) -> dict[str, str]:
+def _header(
+    problem: Problem, asked: _VerificationArguments, settings: Settings, tolerances: Tolerances
+) -> dict[str, str]:
     """All that a verification depends on, by name."""
     words = {"problem": problem.fingerprint, "stiffness_accuracy": problem.stiffness_accuracy}
     factors = None if asked.load_factors is None else [float(factor) for factor in asked.load_factors]
@@ -309,7 +311,11 @@ def _header(problem: Problem, asked: _Asked, settings: Settings, tolerances: Tol
 
 
 def _verified(
-    problem: Problem, asked: _Asked, settings: Settings, work: RecordedWork, tolerances: Tolerances
+    problem: Problem,
+    asked: _VerificationArguments,
+    settings: Settings,
+    work: RecordedWork,
+    tolerances: Tolerances,
 ) -> Verification:
     """The verification itself, piece by piece."""
     start = None if problem.initial_slip is None else problem.initial_slip[0]

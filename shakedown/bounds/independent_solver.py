@@ -25,7 +25,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.programs.conic import ClarabelSettings, by_clarabel, by_cvxpy, interior_points
 from shakedown.programs.program import Program, Solution
-from shakedown.programs.scaling import Scales
+from shakedown.programs.scaling import ProgramScales
 
 # As accurate as can be, in numbers near 1 already; with shorter steps where that stalls.
 SETTINGS = (
@@ -150,7 +150,7 @@ class _SparseDiscs(NamedTuple):
     right: FloatArray
     cost: FloatArray
     kinds: tuple[int, int, tuple[int, ...]]
-    scales: Scales
+    scales: ProgramScales
     slips: FloatArray  # those of every z, (dn, z)
 
     def end(self, asked: ClarabelSettings) -> ConicBound:

@@ -26,7 +26,7 @@ from shakedown.joint.texts import DOMAIN, LOOP, load_path, names, origin, plain_
 COARSEST = np.float64(1e-3)  # accuracy of a stiffness: with fewer digits no resistance is told from none
 
 
-class Load(NamedTuple):
+class NamedLoad(NamedTuple):
     """A load case as its user knows it: at a load factor λ it is mean ± λ · amplitude [unit]."""
 
     name: str
@@ -248,13 +248,13 @@ class Problem(ReadOnly):
         return self.layout.of_blocks(self.A, self.B, self.C)
 
     @property
-    def loads(self) -> tuple[Load, ...]:
+    def loads(self) -> tuple[NamedLoad, ...]:
         """The load cases at λ = 1, in units of their own; none where the problem does not say them."""
         if self.load_names is None or self.load_mean is None or self.load_amplitude is None:
             return ()
         units = self.load_units or ("",) * len(self.load_names)
         numbers = self.load_mean.tolist(), self.load_amplitude.tolist()
-        return tuple(map(Load._make, zip(self.load_names, *numbers, units, strict=True)))
+        return tuple(map(NamedLoad._make, zip(self.load_names, *numbers, units, strict=True)))
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 
 from shakedown.ground.shown_values import FEW_DIGITS
 from shakedown.joint.arguments import checked
-from shakedown.joint.problem import Load, Problem
+from shakedown.joint.problem import NamedLoad, Problem
 
 FORCES = frozenset(["N", "mN", "kN", "MN", "GN", "daN", "kgf", "lbf", "kip"])
 LENGTHS = frozenset(["m", "mm", "cm", "µm", "um", "km", "in", "ft"])
@@ -149,7 +149,7 @@ def constant_loads_in_words(problem: Problem) -> str:
     return "; ".join(_load_in_words(load, 1.0, "nearest") for load in constant)
 
 
-def _load_in_words(load: Load, load_factor: float, rounding: str) -> str:
+def _load_in_words(load: NamedLoad, load_factor: float, rounding: str) -> str:
     mean, unit = _decimal_text(_decimal(load.mean), "nearest"), load.unit
     if load.amplitude == 0:
         return f"{' '.join(filter(None, [load.name, mean, unit]))}, unchanged"

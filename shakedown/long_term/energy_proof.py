@@ -22,7 +22,7 @@ from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
-from shakedown.long_term.passage import Passage, Way
+from shakedown.long_term.passage import FirstCycles, Passage
 from shakedown.motion.method import cycles_of
 
 
@@ -40,7 +40,7 @@ class EnergyProof:
     best: bool = True
 
 
-class Course(NamedTuple):
+class ApproachToRest(NamedTuple):
     """How a motion comes to rest.
 
     Attributes
@@ -53,7 +53,7 @@ class Course(NamedTuple):
         After how many cycles at most states are looked at.
     contraction
         Factor per cycle by which the distance shrinks in the end; NaN unknown.
-    way
+    first_cycles
         The states after the first cycles, where they are kept.
     """
 
@@ -61,7 +61,7 @@ class Course(NamedTuple):
     open_nodes: tuple[int, ...]
     most: int
     contraction: float = nan
-    way: Way | None = None
+    first_cycles: FirstCycles | None = None
 
 
 NO_PROOF, WITHOUT_MARGIN = EnergyProof(False, nan, nan), EnergyProof(True, nan, nan)
@@ -71,7 +71,7 @@ BELOW = 1.0 - NEGLIGIBLE  # of a load factor up to which something is proved: ro
 
 
 @on_one_thread
-def energy_proof(problem: Problem, passage: Passage, course: Course) -> EnergyProof:
+def energy_proof(problem: Problem, passage: Passage, approach: ApproachToRest) -> EnergyProof:
     """What an energy ball, or else the least box, proves of a motion that has been found to shake down.
 
     Within a ball the distance from its centre never grows. So a motion that comes to
@@ -85,38 +85,38 @@ def energy_proof(problem: Problem, passage: Passage, course: Course) -> EnergyPr
     ----------
     problem, passage
         The joint; where the motion began, of the nodes that were followed.
-    course
-        Where it comes to rest, and what is known of the way.
+    approach
+        Where it comes to rest, and what is known of how it gets there.
     """
     methods = methods_of(problem)
-    for best in (False, True) if methods.HELD_SOONER else (True,):
-        ball = _ball(problem, passage, course, best=best)
+    for best in (False, True) if methods.HOLDING_BALL_SOONER else (True,):
+        ball = _ball(problem, passage, approach, best=best)
         if not isinstance(ball, EnergyBall):
             break
-        if comes_into(ball, passage, course):
-            return _proof_of(ball, course, best=best)
+        if comes_into(ball, passage, approach):
+            return _proof_of(ball, approach, best=best)
     # A ball that holds the start holds the state at rest: λ_E is not worked out where none does.
     known = _key(passage) in _known_bounds(passage.problem)
     asked = best or ball is not None or known
     if asked and bound_proves(bound_of_start(passage), passage.load_factor):
         return WITHOUT_MARGIN
-    if course.open_nodes or "box" in methods.ABSENT:
+    if approach.open_nodes or "box" in methods.ABSENT:
         return NO_PROOF
-    states = chain([course.final_slip], slips_in_zone(passage, course))
+    states = chain([approach.final_slip], slips_in_zone(passage, approach))
     proofs = (sought(box_proves, problem, slip, passage.load_factor, passage.tolerances) for slip in states)
     return WITHOUT_MARGIN if next(proofs) and any(proofs) else NO_PROOF
 
 
-def with_margins(problem: Problem, passage: Passage, course: Course) -> EnergyProof:
+def with_margins(problem: Problem, passage: Passage, approach: ApproachToRest) -> EnergyProof:
     """The proof by an energy ball with the margins of the ball that holds the state at rest best."""
-    ball = on_one_thread(_ball)(problem, passage, course, best=True)
-    return _proof_of(ball, course, best=True) if isinstance(ball, EnergyBall) else WITHOUT_MARGIN
+    ball = on_one_thread(_ball)(problem, passage, approach, best=True)
+    return _proof_of(ball, approach, best=True) if isinstance(ball, EnergyBall) else WITHOUT_MARGIN
 
 
-def proof_in(ball: EnergyBall, passage: Passage, course: Course) -> EnergyProof | None:
+def proof_in(ball: EnergyBall, passage: Passage, approach: ApproachToRest) -> EnergyProof | None:
     """The proof by a given ball of the load factor; None where it proves nothing."""
-    holds = ball.open_nodes == course.open_nodes and bool(ball.contains(course.final_slip))
-    return _proof_of(ball, course, best=True) if holds and comes_into(ball, passage, course) else None
+    holds = ball.open_nodes == approach.open_nodes and bool(ball.contains(approach.final_slip))
+    return _proof_of(ball, approach, best=True) if holds and comes_into(ball, passage, approach) else None
 
 
 def held_by_friction(problem: Problem, load_factor: float, slip: FloatArray) -> float:
@@ -142,25 +142,25 @@ def held_by_friction(problem: Problem, load_factor: float, slip: FloatArray) -> 
     return float(np.max(2.0 * law.limit(np.maximum(most, 0.0)) / resisted))
 
 
-def _proof_of(ball: EnergyBall, course: Course, *, best: bool) -> EnergyProof:
-    slip = course.final_slip
+def _proof_of(ball: EnergyBall, approach: ApproachToRest, *, best: bool) -> EnergyProof:
+    slip = approach.final_slip
     return EnergyProof(True, float(ball.margin(slip)), float(ball.single_node_margin(slip)), best)
 
 
-def comes_into(ball: EnergyBall, passage: Passage, course: Course) -> bool:
+def comes_into(ball: EnergyBall, passage: Passage, approach: ApproachToRest) -> bool:
     """Whether the motion, which comes to rest in a ball, is seen to be in it after some cycle."""
-    way = course.way
-    if way is None:
-        return any(ball.contains(slip) for slip in slips_in_zone(passage, course))
-    zone = np.isin(np.arange(way.opened.shape[1]), course.open_nodes)
-    slips = np.array([record.end_slip for record in way.records])
-    inside = ball.contains(slips) & (way.opened == zone).all(axis=1)
+    first_cycles = approach.first_cycles
+    if first_cycles is None:
+        return any(ball.contains(slip) for slip in slips_in_zone(passage, approach))
+    zone = np.isin(np.arange(first_cycles.opened.shape[1]), approach.open_nodes)
+    slips = np.array([record.end_slip for record in first_cycles.records])
+    inside = ball.contains(slips) & (first_cycles.opened == zone).all(axis=1)
     if inside.any():
         return True
-    away = float(ball.distance(slips[-1])) - float(ball.distance(course.final_slip))
-    if _cycles_left(away, float(ball.margin(course.final_slip)), course.contraction) > course.most:
+    away = float(ball.distance(slips[-1])) - float(ball.distance(approach.final_slip))
+    if _cycles_left(away, float(ball.margin(approach.final_slip)), approach.contraction) > approach.most:
         return False
-    return any(ball.contains(slip) for slip in slips_in_zone(passage, course))
+    return any(ball.contains(slip) for slip in slips_in_zone(passage, approach))
 
 
 def _cycles_left(away: float, margin: float, contraction: float) -> float:
@@ -170,25 +170,27 @@ def _cycles_left(away: float, margin: float, contraction: float) -> float:
     return log(margin / away) / log(contraction) if contraction < 1.0 else inf
 
 
-def slips_in_zone(passage: Passage, course: Course) -> Iterator[FloatArray]:
+def slips_in_zone(passage: Passage, approach: ApproachToRest) -> Iterator[FloatArray]:
     """Slips of all nodes after one cycle after the other, where exactly the open ones are open.
 
-    Of a way that is kept those after it.
+    Where the first cycles are kept, those after them.
     """
-    scene, way, done = passage.scene, course.way, 0
+    scene, first_cycles, done = passage.scene, approach.first_cycles, 0
     motion = passage.motion()
-    if way is not None:
-        done = len(way.records)
-        motion = passage.motion_from(way.state, done)
+    if first_cycles is not None:
+        done = len(first_cycles.records)
+        motion = passage.motion_from(first_cycles.state, done)
     nodes = np.arange(passage.problem.n) if scene is None else np.flatnonzero(scene.moving)
-    for record in cycles_of(motion, max(course.most - done, 0)):
-        if tuple(nodes[motion.state.contact == OPEN].tolist()) == course.open_nodes:
+    for record in cycles_of(motion, max(approach.most - done, 0)):
+        if tuple(nodes[motion.state.contact == OPEN].tolist()) == approach.open_nodes:
             yield record.end_slip if scene is None else scene.spread(record.end_slip, scene.initial_slip)
 
 
-def _ball(problem: Problem, passage: Passage, course: Course, *, best: bool) -> EnergyBall | Missing | None:
+def _ball(
+    problem: Problem, passage: Passage, approach: ApproachToRest, *, best: bool
+) -> EnergyBall | Missing | None:
     """A ball that holds the state at rest, or the best; None where none does, or there is no such zone."""
-    at, state, opened = passage.load_factor, course.final_slip, course.open_nodes
+    at, state, opened = passage.load_factor, approach.final_slip, approach.open_nodes
     tolerances = passage.tolerances
     try:
         if best:
@@ -205,7 +207,7 @@ def _ball(problem: Problem, passage: Passage, course: Course, *, best: bool) -> 
             found = sought(holding_ball, problem, at, state, opened, tolerances)
     except UsageError:  # there is no such zone
         return None
-    return found if isinstance(found, Missing) or found.contains(course.final_slip) else None
+    return found if isinstance(found, Missing) or found.contains(approach.final_slip) else None
 
 
 def bound_proves(bound: EnergyBound | Missing, load_factor: float) -> TypeGuard[EnergyBound]:

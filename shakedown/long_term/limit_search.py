@@ -20,7 +20,7 @@ from shakedown.long_term.settling.search import (
     SINGULAR,
     WALK,
     Answers,
-    Rules,
+    SettlingRules,
     Standing,
     search,
 )
@@ -77,7 +77,7 @@ class LimitSearch:
     def __init__(self, evolution: Evolution, most_cycles: int, longest_period: int) -> None:
         self.evolution, problem = evolution, evolution.problem
         scale, t = evolution.scale, evolution.tolerances
-        rules = Rules(
+        rules = SettlingRules(
             most_cycles=most_cycles,
             longest_period=longest_period,
             capacity=min(most_cycles + longest_period, MOST_REMEMBERED),

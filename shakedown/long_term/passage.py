@@ -16,7 +16,7 @@ from shakedown.motion.integrator import Evolution
 from shakedown.motion.reduced_scene import Scene
 
 
-class Way(NamedTuple):
+class FirstCycles(NamedTuple):
     """What a search has passed through, cycle by cycle, before it first went ahead of the motion.
 
     Attributes

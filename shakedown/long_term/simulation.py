@@ -92,9 +92,9 @@ class Simulation(SettledState):
         """
         if self.followed is not None or self.long_term is None:
             return self.followed or Walk(self.initial_slip, (), None)
-        way = self.long_term.way
-        if way is not None:
-            return Walk(self.initial_slip, way.records, None)
+        first_cycles = self.long_term.first_cycles
+        if first_cycles is not None:
+            return Walk(self.initial_slip, first_cycles.records, None)
         return way_there(self.long_term, record=False)
 
     @property
@@ -199,7 +199,9 @@ def simulate(
         check_slip_below(slip_below)
     if method not in METHODS:
         raise UsageError(f"method: expected one of {', '.join(METHODS)}, found '{method}'")
-    asked = _Asked(float(load_factor), initial_slip, tuple(open_nodes), cycles, method, record, slip_below)
+    asked = _SimulationArguments(
+        float(load_factor), initial_slip, tuple(open_nodes), cycles, method, record, slip_below
+    )
     header = {} if partial is None else asked.header(problem, tolerances)
     with recorded_steps(partial, header, problem, resume=resume) as steps:
         run = _run(problem, asked, steps, tolerances)
@@ -211,7 +213,7 @@ def simulate(
     return run
 
 
-class _Asked(NamedTuple):
+class _SimulationArguments(NamedTuple):
     """What a simulation is asked."""
 
     load_factor: float
@@ -232,7 +234,9 @@ class _Asked(NamedTuple):
         }
 
 
-def _run(problem: Problem, asked: _Asked, steps: RecordedSteps, tolerances: Tolerances) -> Simulation:
+def _run(
+    problem: Problem, asked: _SimulationArguments, steps: RecordedSteps, tolerances: Tolerances
+) -> Simulation:
     """The simulation itself."""
     start = problem, asked.load_factor, asked.initial_slip
     if asked.method != "event":
@@ -313,7 +317,7 @@ def _stepping(
     return FixedSteps(problem, load_factor, *start, sweeps_only=swept)
 
 
-def _at_fixed_steps(motion: FixedSteps, asked: _Asked, steps: RecordedSteps) -> Simulation:
+def _at_fixed_steps(motion: FixedSteps, asked: _SimulationArguments, steps: RecordedSteps) -> Simulation:
     """Cycle until the last cycles show what it has settled into, or the cycles allowed are spent."""
     problem, scale, t, records = motion.problem, motion.scale, motion.tolerances, list[CycleRecord]()
     moving = swing(problem, loop_path(problem, motion.load_factor))

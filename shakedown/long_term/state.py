@@ -12,8 +12,8 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.energy_proof import NO_PROOF, Course, EnergyProof, energy_proof, with_margins
-from shakedown.long_term.passage import Passage, Way
+from shakedown.long_term.energy_proof import NO_PROOF, ApproachToRest, EnergyProof, energy_proof, with_margins
+from shakedown.long_term.passage import FirstCycles, Passage
 from shakedown.motion.cycle_record import State, Stop
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import expanded_history
@@ -142,7 +142,7 @@ class LongTermState(SettledState):
         How many were allowed.
     begun, goal
         Where the motion began, and the state at the start of that period.
-    way
+    first_cycles
         What was passed through on the way, where that is kept.
     proof
         What proves it, where that is known already.
@@ -166,7 +166,7 @@ class LongTermState(SettledState):
     most_cycles: int = field(repr=False, compare=False)
     begun: Passage = field(repr=False, compare=False)
     goal: State = field(repr=False, compare=False)
-    way: Way | None = field(default=None, repr=False, compare=False)
+    first_cycles: FirstCycles | None = field(default=None, repr=False, compare=False)
     proof: EnergyProof | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -208,7 +208,7 @@ class LongTermState(SettledState):
     @cached_property
     def residual(self) -> float:
         """Largest relative violation of the friction law (:func:`law_violation`), there or met before."""
-        if not self.period or (self.way is not None and not np.isnan(self.met)):
+        if not self.period or (self.first_cycles is not None and not np.isnan(self.met)):
             return self.met  # a search that keeps its way has looked at the period
         begun = self.begun
         found = path_violation(begun.problem, begun.load_factor, begun.tolerances, self._path)
@@ -243,18 +243,18 @@ class LongTermState(SettledState):
         """Sought when it is asked for, by cone programs."""
         if self.outcome != Outcome.SHAKEDOWN:
             return NO_PROOF
-        return self.proof or energy_proof(self.problem, self.begun, self.course)
+        return self.proof or energy_proof(self.problem, self.begun, self.approach)
 
     @cached_property
     def _margins(self) -> EnergyProof:
         """The proof with the margins of the best ball."""
-        return self._proof if self._proof.best else with_margins(self.problem, self.begun, self.course)
+        return self._proof if self._proof.best else with_margins(self.problem, self.begun, self.approach)
 
     @property
-    def course(self) -> Course:
+    def approach(self) -> ApproachToRest:
         """How it comes to rest, as proofs ask for it."""
         most = self.cycles_simulated + self.most_cycles
-        return Course(self.final_slip, self.open_nodes, most, self.contraction, self.way)
+        return ApproachToRest(self.final_slip, self.open_nodes, most, self.contraction, self.first_cycles)
 
     @property
     def cycles_to_one_percent(self) -> int:

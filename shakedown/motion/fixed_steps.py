@@ -19,7 +19,7 @@ from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.motion.implicit.implicit_step import MOST_SWEEPS, ImplicitJoint, Steps, StepStatus
 from shakedown.motion.initial_state import Beginning
 from shakedown.motion.method import Motion
-from shakedown.motion.plane.gauss_seidel import Stiffness, load_steps
+from shakedown.motion.plane.gauss_seidel import PlaneStiffness, load_steps
 
 REMEMBERED = 2  # cycles whose load steps are kept, recorded or not
 
@@ -215,7 +215,7 @@ class SweptSteps:
         self.tolerance = tolerances.convergence * scale.length
         C = np.zeros((problem.n, problem.n)) if problem.C is None else problem.C
         tension, separable = 16 * np.finfo(float).eps * scale.force, problem.C is not None
-        self.stiffness = Stiffness(problem.A, problem.B, C, problem.f, separable, tension).compact()
+        self.stiffness = PlaneStiffness(problem.A, problem.B, C, problem.f, separable, tension).compact()
 
     def stand(self, state: State) -> None:
         """Go to a state."""

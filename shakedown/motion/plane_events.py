@@ -30,7 +30,7 @@ from shakedown.motion.plane.moving_state import (
 )
 from shakedown.motion.plane.rate_problem import rates
 from shakedown.motion.plane.rate_search import enumerate_states
-from shakedown.motion.plane.run import Progress, Run, progress, run_along
+from shakedown.motion.plane.run import PlaneRun, Progress, progress, run_along
 from shakedown.motion.viscous_jump import ViscousMotion
 
 RECORD_ROWS = 512
@@ -67,7 +67,7 @@ class PlaneEvents:
         self.active, self.rates = active_set(kappa, problem.f), rates(problem.n)
         self.motion = motion_at_rest(problem.n)
         self.u, self.contact, self.slip = self.motion.u, self.active.state, self.motion.slip
-        self._runs: dict[tuple[bool, bool], Run] = {}  # by: through the first cycle, recorded
+        self._runs: dict[tuple[bool, bool], PlaneRun] = {}  # by: through the first cycle, recorded
         self._courses: dict[bool, Course] = {}  # by: through the first cycle
 
     def begin(self, start: FloatArray, first: FloatArray, later: FloatArray, scale: Scales) -> None:
@@ -113,7 +113,7 @@ class PlaneEvents:
         act.inverse[:size, :size] = inverse
         act.set(size=size, sign=sign, updates=updates)
 
-    def run(self, first: bool, record: bool) -> Run:
+    def run(self, first: bool, record: bool) -> PlaneRun:
         """The run through the first cycle or another one; made when it is first needed."""
         if (first, record) not in self._runs:
             if first not in self._courses:

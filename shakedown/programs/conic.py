@@ -15,7 +15,7 @@ from shakedown.ground.errors import SolverError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.program import Program, Sides, Solution, columnwise, ended
-from shakedown.programs.scaling import Scales
+from shakedown.programs.scaling import ProgramScales
 
 _ENDS = {  # what Clarabel's words mean; others are no answer
     "Solved": Status.OPTIMAL,
@@ -136,7 +136,7 @@ class _ConicForm(NamedTuple):
     used: NDArray[np.bool_]  # columns; what no row knows stays zero
     parts: list[Sides]
     program: Program
-    scales: Scales
+    scales: ProgramScales
 
     def end(self, status: Status, x: FloatArray, z: FloatArray, reduced: bool) -> Solution:
         """The end of the program, as the solver of this form says it."""

@@ -69,7 +69,7 @@ class DiscProgram:
 
     @property
     def left(self) -> float:
-        """See :class:`ConeRows`."""
+        """See :class:`ConeProgram`."""
         return LEFT
 
     @property

@@ -12,7 +12,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.programs.scaling import Scales, ball_scales, equilibration, typical_size
+from shakedown.programs.scaling import ProgramScales, ball_scales, equilibration, typical_size
 
 INF = float("inf")
 
@@ -100,7 +100,7 @@ class Program:
         return rank if same and right[0] <= 0 and not right[1:].any() else None
 
     @cached_property
-    def scales(self) -> Scales:
+    def scales(self) -> ProgramScales:
         """The units in which the program has numbers near 1."""
         if self.rank is None:
             row, column = equilibration(self.matrix, self.tolerances.equilibration_sweeps, self.cones)
@@ -112,9 +112,9 @@ class Program:
                 size = 1.0 / float(column[np.abs(self.cost * column).argmax()])
         else:
             row, column, size = ball_scales(self.matrix, self.right, self.linear, self.rank)
-        return Scales(row, column, size).with_cost(self.cost)[1]
+        return ProgramScales(row, column, size).with_cost(self.cost)[1]
 
-    def scaled(self) -> tuple["Program", Scales]:
+    def scaled(self) -> tuple["Program", ProgramScales]:
         """The program in numbers near 1, with sides and bounds of its own for every row and column."""
         scales, columns, unit = self.scales, len(self.cost), self.scales.x
         row, size = scales.row, scales.size
@@ -240,7 +240,7 @@ class Solution:
     value: float
     reduced_accuracy: bool
     solved: Program = field(repr=False)
-    scales: Scales = field(repr=False)
+    scales: ProgramScales = field(repr=False)
     _point: Callable[["Solution"], Point] = field(repr=False)
     _meeting: Callable[[], Meeting] = field(repr=False, default=lambda: NOWHERE)
 
@@ -281,7 +281,13 @@ class Solution:
 
 
 def ended(
-    program: Program, scales: Scales, status: Status, x: FloatArray, y: FloatArray, *, reduced: bool = False
+    program: Program,
+    scales: ProgramScales,
+    status: Status,
+    x: FloatArray,
+    y: FloatArray,
+    *,
+    reduced: bool = False,
 ) -> Solution:
     """The end of a program with cones, given x (or a ray) and multipliers in numbers near 1."""
     value = scales.value(float(program.cost @ x)) if status == Status.OPTIMAL else np.nan

@@ -13,7 +13,7 @@ _HALFWAY = sqrt(0.5)  # between two powers of two, on the scale of exponents
 
 
 @dataclass(frozen=True)
-class Scales:
+class ProgramScales:
     """Powers of two that take a program to numbers near 1.
 
     Attributes
@@ -45,11 +45,11 @@ class Scales:
         """Of a cost, in the units of the program."""
         return scaled * self.size / self.cost
 
-    def with_cost(self, cost: FloatArray) -> tuple[FloatArray, "Scales"]:
+    def with_cost(self, cost: FloatArray) -> tuple[FloatArray, "ProgramScales"]:
         """A cost in numbers near 1, and the scales with its own."""
         scaled = cost * self.column
         scale = 1.0 / power_of_two(np.abs(scaled).max())
-        return scaled * scale, Scales(self.row, self.column, self.size, scale)
+        return scaled * scale, ProgramScales(self.row, self.column, self.size, scale)
 
 
 def power_of_two(size: float) -> float:

@@ -26,7 +26,7 @@ INNER_GAP = 1e-4  # mean of slack times multiplier of an inner point, in numbers
 NEAR = 0.5  # residuals of a point of another program, relative to its gap, from which this one may go on
 
 
-class ConeRows(Protocol):
+class ConeProgram(Protocol):
     """Minimise costsᵀ x with limits − G x in the cones."""
 
     @property
@@ -104,7 +104,7 @@ class SelfDualEnd:
 
 
 def self_dual_end(
-    rows: ConeRows, usable: float = USABLE, begun: Points = (), enough: Enough = never
+    rows: ConeProgram, usable: float = USABLE, begun: Points = (), enough: Enough = never
 ) -> SelfDualEnd:
     """The end of a program: its optimum, or what proves that there is none, to what round-off allows.
 
@@ -119,7 +119,7 @@ def self_dual_end(
         return _followed(rows, usable, (), enough) if shared and end.status == Status.UNDECIDED else end
 
 
-def _shared(rows: ConeRows, begun: Points) -> Points:
+def _shared(rows: ConeProgram, begun: Points) -> Points:
     """A way up to its last point whose residuals here are small beside its gap; empty where there is none."""
     size_h, size_c = _sizes(rows)
     if begun and (begun[0].x.shape, begun[0].s.shape) != (rows.costs.shape, rows.limits.shape):
@@ -133,7 +133,7 @@ def _shared(rows: ConeRows, begun: Points) -> Points:
     return ()
 
 
-def _followed(rows: ConeRows, usable: float, shared: Points, enough: Enough) -> SelfDualEnd:
+def _followed(rows: ConeProgram, usable: float, shared: Points, enough: Enough) -> SelfDualEnd:
     unit, path = rows.cones.unit, list(shared)
     point = path[-1] if path else Point(np.zeros(len(rows.costs)), unit, unit, 1.0, 1.0)
     best, idle = _judged(rows, point), 0
@@ -168,7 +168,7 @@ def _patience(accuracy: float) -> int:
     return PATIENCE - 1 if accuracy <= USABLE else 3 * PATIENCE
 
 
-def inner_point(rows: ConeRows, end: SelfDualEnd, gap: float = INNER_GAP) -> Point | None:
+def inner_point(rows: ConeProgram, end: SelfDualEnd, gap: float = INNER_GAP) -> Point | None:
     """A point of both programs well inside their cones, without residuals; None where there is none.
 
     From the point on the way to an optimum that has this mean of slack times multiplier, by Newton's
@@ -181,7 +181,7 @@ def inner_point(rows: ConeRows, end: SelfDualEnd, gap: float = INNER_GAP) -> Poi
             return None
 
 
-def _centred(rows: ConeRows, end: SelfDualEnd, gap: float) -> Point | None:
+def _centred(rows: ConeProgram, end: SelfDualEnd, gap: float) -> Point | None:
     cones, h, c = rows.cones, rows.limits, rows.costs
 
     def mean(point: Point) -> float:
@@ -208,7 +208,7 @@ def _centred(rows: ConeRows, end: SelfDualEnd, gap: float) -> Point | None:
     return None
 
 
-def balanced_multipliers(rows: ConeRows, point: Point) -> FloatArray:
+def balanced_multipliers(rows: ConeProgram, point: Point) -> FloatArray:
     """Multipliers with Gᵀ y + τ c = 0 next to those of a point, as its place in the cones asks for."""
     with np.errstate(all="ignore"):  # what is not finite is of no use, and is not taken
         scaling = rows.cones.scaling(point.s, point.y)
@@ -220,7 +220,7 @@ def balanced_multipliers(rows: ConeRows, point: Point) -> FloatArray:
         return point.y - dy
 
 
-def _judged(rows: ConeRows, point: Point) -> SelfDualEnd:
+def _judged(rows: ConeProgram, point: Point) -> SelfDualEnd:
     """The point as an optimum or as a proof that there is none, whichever it is nearer to."""
     x, s, y, tau = point.x, point.s, point.y, point.tau
     h, c = rows.limits, rows.costs
@@ -240,7 +240,7 @@ def _judged(rows: ConeRows, point: Point) -> SelfDualEnd:
     return min(ends, key=lambda end: end.accuracy if np.isfinite(end.accuracy) else np.inf)
 
 
-def _sizes(rows: ConeRows) -> tuple[float, float]:
+def _sizes(rows: ConeProgram) -> tuple[float, float]:
     """What residuals of slacks and of multipliers are relative to."""
     return max(1.0, float(np.linalg.norm(rows.limits))), max(1.0, float(np.linalg.norm(rows.costs)))
 
@@ -250,7 +250,7 @@ def _sure(rest: float) -> float:
     return rest * REACHED / NEGLIGIBLE
 
 
-def _next(rows: ConeRows, point: Point, scaling: SmallScaling) -> Point:
+def _next(rows: ConeProgram, point: Point, scaling: SmallScaling) -> Point:
     """One step of Mehrotra: towards the end, then with what that step leaves corrected."""
     cones, centre = rows.cones, scaling.point
     x, s, y, tau, kappa = point
@@ -296,7 +296,7 @@ def _next(rows: ConeRows, point: Point, scaling: SmallScaling) -> Point:
     )
 
 
-def _newton_equations(rows: ConeRows, scaling: SmallScaling) -> Newton:
+def _newton_equations(rows: ConeProgram, scaling: SmallScaling) -> Newton:
     """(dx, dy) of Gᵀ dy = first and G dx − W² dy = second.
 
     By the normal equations, or by an orthogonal factor where they leave too much.
@@ -321,7 +321,7 @@ def _newton_equations(rows: ConeRows, scaling: SmallScaling) -> Newton:
 
 
 def _refined(
-    rows: ConeRows, scaling: SmallScaling, solve: Solve, first: FloatArray, second: FloatArray
+    rows: ConeProgram, scaling: SmallScaling, solve: Solve, first: FloatArray, second: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """(dx, dy), refined by conjugate gradients with a factor.
 

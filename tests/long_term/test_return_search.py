@@ -5,8 +5,8 @@ import pytest
 
 import shakedown
 from shakedown.ground.status import Outcome
-from shakedown.long_term.returning.extrapolation import course_of
-from shakedown.long_term.returning.return_search import ReturnSearch, Rules, Settled
+from shakedown.long_term.returning.extrapolation import recurrence_of
+from shakedown.long_term.returning.return_search import ReturnRules, ReturnSearch, Settled
 from shakedown.motion.contact_law import scales
 from shakedown.motion.cycle_record import CycleRecord, State
 from shakedown.motion.integrator import Evolution
@@ -21,7 +21,7 @@ def settled(
     """What the search finds, and the length scale."""
     motion = Evolution(problem, load_factor, start)
     length = motion.scale.length
-    rules = Rules(1000, 8, 1e-10 * length, np.ones(problem.n))
+    rules = ReturnRules(1000, 8, 1e-10 * length, np.ones(problem.n))
     return ReturnSearch(motion, rules).settle()
 
 
@@ -72,7 +72,7 @@ class Turning:
 @pytest.mark.parametrize("rate", [0.5, 0.9])
 def test_a_period_whose_states_differ_by_little_is_told(period, rate):
     motion = Turning(period, 1e-5, rate)
-    found = ReturnSearch(motion, Rules(1000, 8, 1e-10, np.ones(2))).settle()
+    found = ReturnSearch(motion, ReturnRules(1000, 8, 1e-10, np.ones(2))).settle()
     assert (found.outcome, found.period) == (Outcome.CYCLIC_SLIP, period)
 
 
@@ -80,7 +80,7 @@ def test_a_period_whose_states_differ_by_little_is_told(period, rate):
 def test_states_that_come_together_have_no_longer_period(rate):
     motion = Turning(1, 0.0, rate)
     motion.state = State(np.array([1e-5, 0.0, 0.0, 0.0]), motion.state.contact)
-    found = ReturnSearch(motion, Rules(20000, 8, 1e-10, np.ones(2))).settle()
+    found = ReturnSearch(motion, ReturnRules(20000, 8, 1e-10, np.ones(2))).settle()
     assert (found.outcome, found.period) == (Outcome.CYCLIC_SLIP, 1)
 
 
@@ -102,9 +102,9 @@ def test_an_affine_map_is_at_its_limit_at_once():
     states = [rng.normal(size=5)]
     for _ in range(6):
         states.append(J @ states[-1] + c)
-    course = course_of(np.array(states), np.eye(5))
+    recurrence = recurrence_of(np.array(states), np.eye(5))
     state = states[-1]
     for _ in range(4):
         state = J @ state + c
-    np.testing.assert_allclose(course.ahead(4)[0], state, rtol=1e-9)
-    np.testing.assert_allclose(course.ahead(4)[1], J @ state + c - state, rtol=1e-8)
+    np.testing.assert_allclose(recurrence.ahead(4)[0], state, rtol=1e-9)
+    np.testing.assert_allclose(recurrence.ahead(4)[1], J @ state + c - state, rtol=1e-8)

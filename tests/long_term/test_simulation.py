@@ -12,7 +12,7 @@ from shakedown import Outcome, Problem, simulate
 from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, NO_STATE, OPEN, STICK
 from shakedown.joint.loading import loading
 from shakedown.motion.contact_law import law_violation
-from shakedown.motion.plane.gauss_seidel import Stiffness, nodal_state
+from shakedown.motion.plane.gauss_seidel import PlaneStiffness, nodal_state
 
 TWO_NODE = shakedown.example("two-node")
 LOWER, UPPER = shakedown.lower_bound(TWO_NODE), shakedown.upper_bound(TWO_NODE)
@@ -222,7 +222,7 @@ def test_misuse_is_refused(arguments, message):
 
 
 def stiffness(a, b, c, f, separable=True):
-    return Stiffness(*(np.array([[x]]) for x in (a, b, c)), np.array([f]), separable, 1e-15).compact()
+    return PlaneStiffness(*(np.array([[x]]) for x in (a, b, c)), np.array([f]), separable, 1e-15).compact()
 
 
 class TestNodalState:

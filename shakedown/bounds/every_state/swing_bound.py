@@ -130,7 +130,7 @@ def swing_bound(
     return _result(problem, found, lines, certify, tolerances)
 
 
-class _Found(NamedTuple):
+class _SmallestSwing(NamedTuple):
     """The smallest load factor at which a node can slip both ways at the same A v, and where."""
 
     load_factor: float
@@ -140,14 +140,16 @@ class _Found(NamedTuple):
     programs: int
 
 
-def _first(problem: Problem, states: AdmissibleStates, lines: SwingLines, tolerances: Tolerances) -> _Found:
+def _first(
+    problem: Problem, states: AdmissibleStates, lines: SwingLines, tolerances: Tolerances
+) -> _SmallestSwing:
     """The nodes in the order in which their lines meet: once that is later than what is found, all are apart.
 
     A meeting point is exact where the states on which the two lines rest are admissible; else,
     and where lines are missing, a program in two states decides.
     """
     nowhere = np.full(problem.n, np.nan)
-    found, half = _Found(inf, -1, nowhere, nowhere, 0), None
+    found, half = _SmallestSwing(inf, -1, nowhere, nowhere, 0), None
     stiffness = rigid_slips(problem).columns(problem.A)
     meetings = lines.meetings()
     for i in np.argsort(meetings).tolist():
@@ -164,7 +166,7 @@ def _first(problem: Problem, states: AdmissibleStates, lines: SwingLines, tolera
                 continue
         overlap, forward, backward = first_overlap(states, i, stiffness[i])
         if overlap < found.load_factor:
-            found = _Found(overlap, i, forward, backward, found.programs)
+            found = _SmallestSwing(overlap, i, forward, backward, found.programs)
         found = found._replace(programs=found.programs + 1)
     return found
 
@@ -186,7 +188,7 @@ def _completed(
 
 
 def _result(
-    problem: Problem, found: _Found, lines: SwingLines, certify: bool | None, tolerances: Tolerances
+    problem: Problem, found: _SmallestSwing, lines: SwingLines, certify: bool | None, tolerances: Tolerances
 ) -> SwingBound:
     load_factor, proved, uncertified = found.load_factor, None, ""
     certify = problem.n <= CERTIFIED_UP_TO if certify is None else certify

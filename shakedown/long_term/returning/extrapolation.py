@@ -11,7 +11,7 @@ INDEPENDENT = 10 * ROUND_OFF  # of the largest: smaller singular values of the c
 
 
 @dataclass(frozen=True)
-class Course:
+class Recurrence:
     """A sequence x_0, …, x_k that goes on as Δ_{j+1} = Σ c_i Δ_{j−r+i}, Δ_j = x_{j+1} − x_j.
 
     Attributes
@@ -40,7 +40,7 @@ class Course:
         return self.last + many[r] @ self.changes, (self.weights @ many[:r]) @ self.changes
 
 
-def course_of(states: FloatArray, root: FloatArray) -> Course:
+def recurrence_of(states: FloatArray, root: FloatArray) -> Recurrence:
     """The course of states x_0, …, x_k, (k + 1, N), whose last change is the best sum of those before it.
 
     Where the map is affine on the span of the changes, and the sequence has gone through all of it, it goes
@@ -64,4 +64,4 @@ def course_of(states: FloatArray, root: FloatArray) -> Course:
     seen = changes @ root.T
     seen = seen / (float(np.abs(seen).max()) or 1.0)
     weights = np.linalg.lstsq(seen[:-1].T, seen[-1], rcond=INDEPENDENT)[0]
-    return Course(states[-1], changes[1:], weights)
+    return Recurrence(states[-1], changes[1:], weights)

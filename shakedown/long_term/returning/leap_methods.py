@@ -15,7 +15,7 @@ from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.long_term.returning.extrapolation import course_of
+from shakedown.long_term.returning.extrapolation import recurrence_of
 from shakedown.motion.integrator import closed_stiffness
 
 WORTH = 8.0  # periods that a leap goes ahead, at least: it costs some, and so does what is seen before it
@@ -119,11 +119,11 @@ class Ahead:
         if len(window) < self.FEWEST or cycles < self.since:
             return None
         root, size = measure.root, measure.size
-        course, earlier = course_of(window, root), course_of(window[:-1], root)
-        x, now, whole = window[-1], size(course.ahead(0)[1]), size(window[-1])
+        recurrence, earlier = recurrence_of(window, root), recurrence_of(window[:-1], root)
+        x, now, whole = window[-1], size(recurrence.ahead(0)[1]), size(window[-1])
         found, count = None, int(WORTH)
         while now > 0.0 and count <= self.reach:
-            (state, change), (other, _) = course.ahead(count), earlier.ahead(count + 1)
+            (state, change), (other, _) = recurrence.ahead(count), earlier.ahead(count + 1)
             way, share = size(state - x), size(change) / now
             if not 0.0 < way < np.inf:
                 break
@@ -139,7 +139,7 @@ class Ahead:
         (state, share, unsure), steps = found, iter(range(self.count, self.count + self.TRIES))
 
         def fits(change: FloatArray) -> bool:
-            return size(change - course.ahead(next(steps))[1]) <= self.ALIKE * share * now
+            return size(change - recurrence.ahead(next(steps))[1]) <= self.ALIKE * share * now
 
         return Leap(state, fits, unsure, min(share ** (1.0 / self.count), 1.0))
 

@@ -15,7 +15,7 @@ from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
 from shakedown.joint.rigid_slips import can_drift
-from shakedown.long_term.passage import Way
+from shakedown.long_term.passage import FirstCycles
 from shakedown.long_term.returning.leap_methods import Ahead, Crawl, Leap, measure_of
 from shakedown.motion.cycle_record import CycleRecord, Interim, State, Stop
 from shakedown.motion.integrator import Evolution
@@ -34,7 +34,7 @@ VARIES_LITTLE = "the varying part of the loads is next to round-off beside the c
 
 
 @dataclass(frozen=True)
-class Rules:
+class ReturnRules:
     """When a search ends, and what it takes for nothing.
 
     Attributes
@@ -80,7 +80,7 @@ class Settled:
         How far the last period has missed its start, drift apart [length].
     error
         Estimated distance of the state from the long-term state [length].
-    way
+    first_cycles
         What it has passed through before it first leapt.
     jumps
         Those of the cycles that it has followed, also after a leap.
@@ -102,7 +102,7 @@ class Settled:
     return_error: float
     error: float
     start: State
-    way: Way
+    first_cycles: FirstCycles
     jumps: tuple[Jump, ...]
     violation: float = np.nan
     stop: Stop | None = None
@@ -149,7 +149,7 @@ class ReturnSearch:
         What leaps may be unsure by, as a share of what they may be otherwise.
     """
 
-    def __init__(self, motion: Evolution, rules: Rules, care: float = 1.0) -> None:
+    def __init__(self, motion: Evolution, rules: ReturnRules, care: float = 1.0) -> None:
         self.motion, self.rules, self.layout = motion, rules, motion.problem.layout
         self.measure = measure_of(motion.problem)
         longest = rules.longest_period
@@ -392,16 +392,16 @@ class ReturnSearch:
             return_error=float(np.abs(moved - drift).max()),
             error=max(0.0 if drift.any() else left, self.rules.noise) + self.gathered + self.unsure,
             start=start,
-            way=self._passed_through,
+            first_cycles=self._passed_through,
             jumps=tuple(self.jumps),
         )
 
     @property
-    def _passed_through(self) -> Way:
+    def _passed_through(self) -> FirstCycles:
         """What was passed through before the first leap."""
         records, states = tuple(record for record, _ in self.passed), [state for _, state in self.passed]
         opened = np.array([state.contact == OPEN for state in states])
-        return Way(records, opened, states[-1] if states else self.motion.state)
+        return FirstCycles(records, opened, states[-1] if states else self.motion.state)
 
     def _undecided(self, reason: str) -> Settled:
         state = self.motion.state
@@ -418,7 +418,7 @@ class ReturnSearch:
             return_error=np.nan,
             error=np.nan,
             start=state,
-            way=self._passed_through,
+            first_cycles=self._passed_through,
             jumps=tuple(self.jumps),
             stop=self.motion.stop,
         )

@@ -9,9 +9,9 @@ import numpy as np
 from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.float_array import FloatArray
 from shakedown.long_term.limit_search import BLURRED, LOST, OUTCOMES
-from shakedown.long_term.passage import Passage, Way
+from shakedown.long_term.passage import FirstCycles, Passage
 from shakedown.long_term.returning.proved_rest import heeding_proofs
-from shakedown.long_term.returning.return_search import ReturnSearch, Rules, Settled, opened_and_closed
+from shakedown.long_term.returning.return_search import ReturnRules, ReturnSearch, Settled, opened_and_closed
 from shakedown.long_term.settling.search import Answers
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import Scales, law_resolution, scales, swing
@@ -37,7 +37,7 @@ class ReturnedState(LongTermState):
     error
         Estimated distance of ``final_slip`` from where the motion really ends, largest entry [length]: from
         the rate at which the cycles close in, and from what leaps ahead leave open. NaN where undecided.
-    way
+    first_cycles
         What the search has passed through before it first leapt.
     jumps
         Those of the cycles that it has followed.
@@ -46,7 +46,7 @@ class ReturnedState(LongTermState):
     DOCUMENT: ClassVar[str] = f"{LongTermState.DOCUMENT} error"
 
     error: float
-    way: Way = field(repr=False, compare=False)
+    first_cycles: FirstCycles = field(repr=False, compare=False)
     jumps: tuple[Jump, ...] = field(repr=False)
 
 
@@ -107,7 +107,7 @@ def returned_state(
     return _state(begun, found, start, scale, most_cycles)
 
 
-def settled(motion: Evolution, rules: Rules, halt: Halt | None = None) -> Settled:
+def settled(motion: Evolution, rules: ReturnRules, halt: Halt | None = None) -> Settled:
     """What a motion settles into, undecided where the period found breaks the friction law."""
     found = carefully(motion, rules, halt)
     if not found.period:
@@ -127,7 +127,7 @@ def settled(motion: Evolution, rules: Rules, halt: Halt | None = None) -> Settle
     return found.undecided(reason)
 
 
-def carefully(motion: Evolution, rules: Rules, halt: Halt | None = None) -> Settled:
+def carefully(motion: Evolution, rules: ReturnRules, halt: Halt | None = None) -> Settled:
     """What a motion settles into; where leaps leave that in doubt, what a search with less leeway confirms.
 
     Where none does within the cycles allowed, the reason says so.
@@ -148,7 +148,7 @@ def carefully(motion: Evolution, rules: Rules, halt: Halt | None = None) -> Sett
     return found
 
 
-def rules_of(motion: Evolution, scale: Scales, most_cycles: int, longest_period: int) -> Rules:
+def rules_of(motion: Evolution, scale: Scales, most_cycles: int, longest_period: int) -> ReturnRules:
     """When a search over cycles of the accuracy of the motion ends."""
     assert isinstance(motion.method, SpaceEvents)
     measures = motion.method.measures
@@ -157,7 +157,7 @@ def rules_of(motion: Evolution, scale: Scales, most_cycles: int, longest_period:
     moving = swing(motion.problem, motion.load)
     stiffest = np.diag(motion.problem.A).reshape(motion.problem.n, -1).max(axis=1)
     stiffness = np.maximum(stiffest * scale.length / scale.force, 1.0)
-    return Rules(most_cycles, longest_period, noise, stiffness, 0.0 < moving < BLURRED * lost)
+    return ReturnRules(most_cycles, longest_period, noise, stiffness, 0.0 < moving < BLURRED * lost)
 
 
 def _state(begun: Passage, found: Settled, start: FloatArray, scale: Scales, most: int) -> ReturnedState:
@@ -192,7 +192,7 @@ def _state(begun: Passage, found: Settled, start: FloatArray, scale: Scales, mos
         begun=begun,
         goal=found.start,
         error=found.error,
-        way=found.way,
+        first_cycles=found.first_cycles,
         jumps=found.jumps,
     )
 

@@ -12,7 +12,7 @@ from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Integers, NamedState, Reals, fields, inner, made
 from shakedown.motion.plane.active_set import ActiveSet, larger
-from shakedown.motion.plane.moving_state import Motion
+from shakedown.motion.plane.moving_state import PlaneMotion
 
 
 @structref.register
@@ -36,7 +36,7 @@ class PeriodMap(NamedState):
     basis, tangent : (2n, t)
         ∂u/∂v_stuck before and after the period.
     delay : (t,)
-        As in :class:`Motion`.
+        As in :class:`PlaneMotion`.
     power : (k, k)
         J, or J^leap.
     change : (k,)
@@ -86,7 +86,7 @@ def period_map(n: int) -> PeriodMap:
 
 
 @inner
-def begin_map(pm: PeriodMap, act: ActiveSet, mo: Motion) -> None:
+def begin_map(pm: PeriodMap, act: ActiveSet, mo: PlaneMotion) -> None:
     """Take the present state as the start of a period and follow its derivative from here on.
 
     Every moving node that is not stuck follows the stuck ones by its equations.
@@ -123,7 +123,7 @@ def begin_map(pm: PeriodMap, act: ActiveSet, mo: Motion) -> None:
 
 
 @inner
-def end_map(pm: PeriodMap, mo: Motion) -> None:
+def end_map(pm: PeriodMap, mo: PlaneMotion) -> None:
     """J and d of the nodes that have moved within the period that ends here."""
     t, k, stuck, tangent = pm.t, 0, pm.stuck, pm.tangent
     for a in range(t):

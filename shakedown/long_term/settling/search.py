@@ -11,7 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Hash, Integers, NamedState, Reals, entered, fields, keeping
 from shakedown.long_term.settling.path_check import PATH_CHECK, PathCheck
 from shakedown.long_term.settling.period_map import PERIOD_MAP, PeriodMap
-from shakedown.motion.plane.run import RUN, Run
+from shakedown.motion.plane.run import RUN, PlaneRun
 
 START, WALK, MAP, LEAP, CONFIRM, REPEATS, LIMIT, NEXT_LEAP, LEAVE = range(9)  # phases
 # Verdicts; BLURRED: no slip, but beside the loads at rest those that change are next to round-off.
@@ -19,7 +19,7 @@ SEARCHING, UNDECIDED, BROKEN, BLURRED, LEFT, SHAKEDOWN, CYCLIC_SLIP, RATCHETTING
 LIMIT_WANTED, SINGULAR = 101, 102  # beside what ``follow`` says: why Python is asked
 
 
-class Rules(NamedTuple):
+class SettlingRules(NamedTuple):
     """How long to search, and what counts as zero, in the units of the joint.
 
     Attributes
@@ -72,7 +72,7 @@ class Answers(NamedTuple):
 
 
 class Standing(NamedTuple):
-    """Where a search has got to, and what it has counted: as in :class:`Search`."""
+    """Where a search has got to, and what it has counted: as in :class:`SettlingSearch`."""
 
     phase: int
     cycles: int
@@ -92,11 +92,11 @@ class Standing(NamedTuple):
 
 
 @structref.register
-class SearchType(types.StructRef):
-    """Compiled type of :class:`Search`."""
+class SettlingSearchType(types.StructRef):
+    """Compiled type of :class:`SettlingSearch`."""
 
 
-class Search(NamedState):
+class SettlingSearch(NamedState):
     """One search after the other for the long-term states of a joint.
 
     Attributes
@@ -149,9 +149,9 @@ class Search(NamedState):
         Followed in all; effort of the present call.
     """
 
-    first: Annotated[Run, RUN]
-    cyclic: Annotated[Run, RUN]
-    recorded: Annotated[Run, RUN]
+    first: Annotated[PlaneRun, RUN]
+    cyclic: Annotated[PlaneRun, RUN]
+    recorded: Annotated[PlaneRun, RUN]
     map: Annotated[PeriodMap, PERIOD_MAP]
     check: Annotated[PathCheck, PATH_CHECK]
     past: Reals
@@ -202,11 +202,13 @@ class Search(NamedState):
     blurred: bool
 
 
-structref.define_boxing(SearchType, Search)
-SEARCH = SearchType(fields(Search))
+structref.define_boxing(SettlingSearchType, SettlingSearch)
+SEARCH = SettlingSearchType(fields(SettlingSearch))
 
 
-def search(runs: tuple[Run, Run, Run], pm: PeriodMap, check: PathCheck, rules: Rules) -> Search:
+def search(
+    runs: tuple[PlaneRun, PlaneRun, PlaneRun], pm: PeriodMap, check: PathCheck, rules: SettlingRules
+) -> SettlingSearch:
     """A search over three runs of one moving state: the first cycle, the others, the others recorded."""
     n = pm.contact.size
     parts = dict(zip(("first", "cyclic", "recorded"), runs, strict=True)) | {"map": pm, "check": check}

@@ -53,7 +53,7 @@ from shakedown.motion.plane.moving_state import (
     RECORD_FULL,
     TOO_MANY_EVENTS,
     Course,
-    Motion,
+    PlaneMotion,
     Record,
 )
 from shakedown.motion.plane.quiet_steps import (
@@ -65,14 +65,14 @@ from shakedown.motion.plane.quiet_steps import (
     sign,
 )
 from shakedown.motion.plane.rate_problem import APEX, ON_BACKWARD, ON_FORWARD, Rates, locate, solve_rates
-from shakedown.motion.plane.run import RUN, Run
+from shakedown.motion.plane.run import RUN, PlaneRun
 
 # Load steps that an event counts for: it adds more round-off to κ u than one of them.
 EVENT = MOST_FOLLOWED // 8
 
 
 @handed_on
-def follow(run: Run, passes: int, effort: int) -> int:
+def follow(run: PlaneRun, passes: int, effort: int) -> int:
     """Carry the state along the course of a run until it has been passed so often since :func:`begin`.
 
     Starts, or resumes, at load step ``step``, time ``time`` of it. Ends with
@@ -104,7 +104,7 @@ def address_of_follow() -> int:
 
 
 @inner
-def load_step(act: ActiveSet, rate: Rates, mo: Motion, rec: Record, course: Course) -> int:
+def load_step(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, course: Course) -> int:
     """Carry the state from event to event to the end of its load step."""
     path, step, welded, m, known = course.path, mo.step, rate.welded, 2 * act.n, False
     for j in range(m):
@@ -147,7 +147,7 @@ def load_step(act: ActiveSet, rate: Rates, mo: Motion, rec: Record, course: Cour
 
 
 @inner
-def react(act: ActiveSet, rate: Rates, mo: Motion, course: Course) -> None:
+def react(act: ActiveSet, rate: Rates, mo: PlaneMotion, course: Course) -> None:
     """Reactions from the displacements and the load at the present time."""
     mo.followed += EVENT
     if mo.followed > MOST_FOLLOWED:
@@ -179,7 +179,7 @@ def leaving_node(act: ActiveSet, rate: Rates, solved: bool) -> int:
 
 
 @inner
-def settle(act: ActiveSet, rate: Rates, mo: Motion, settled: float) -> bool:
+def settle(act: ActiveSet, rate: Rates, mo: PlaneMotion, settled: float) -> bool:
     """Correct u and r of the moving nodes to satisfy their equations to round-off."""
     u, r, elastic, change = mo.u, mo.r, mo.elastic, rate.change
     residual = largest_residual(act, r)
@@ -200,7 +200,7 @@ def settle(act: ActiveSet, rate: Rates, mo: Motion, settled: float) -> bool:
 
 
 @inner
-def next_event(act: ActiveSet, rate: Rates, mo: Motion, course: Course) -> tuple[float, int, int]:
+def next_event(act: ActiveSet, rate: Rates, mo: PlaneMotion, course: Course) -> tuple[float, int, int]:
     """When, where and what: duration to the next event, its node and its kind.
 
     A guard that a node has just reached does not count again: the rates have
@@ -244,7 +244,7 @@ def time_to_zero(distance: float, rate: float, rest: float, small: float) -> flo
 
 
 @inner
-def advance(act: ActiveSet, rate: Rates, mo: Motion, duration: float) -> None:
+def advance(act: ActiveSet, rate: Rates, mo: PlaneMotion, duration: float) -> None:
     """Move on at constant rates; count slip in contact and dissipation."""
     states, slip, work, u, r, elastic = act.state, mo.slip, mo.work, mo.u, mo.r, mo.elastic
     motion, reaction, welded = rate.motion, rate.reaction, rate.welded
@@ -266,7 +266,7 @@ def advance(act: ActiveSet, rate: Rates, mo: Motion, duration: float) -> None:
 
 
 @inner
-def follow_event(act: ActiveSet, rate: Rates, mo: Motion, node: int, kind: int) -> None:
+def follow_event(act: ActiveSet, rate: Rates, mo: PlaneMotion, node: int, kind: int) -> None:
     """Close a gap exactly; derivative of the event's time, and its part in the derivative of the state."""
     n, t, tangent, delay, kappa = act.n, mo.parameters, mo.tangent, mo.delay, act.kappa
     if kind == CLOSES:
@@ -295,7 +295,7 @@ def follow_event(act: ActiveSet, rate: Rates, mo: Motion, node: int, kind: int) 
 
 
 @inner
-def apply_delay(mo: Motion, rates: FloatArray, sign: float) -> None:
+def apply_delay(mo: PlaneMotion, rates: FloatArray, sign: float) -> None:
     """Add ± u̇ ∂τ to the derivative: + with the rates before an event, − with those after it."""
     if mo.delayed:
         tangent, delay, t = mo.tangent, mo.delay, mo.parameters

@@ -25,7 +25,7 @@ from shakedown.ground.linked_code import pipeline
 linked: Any = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **pipeline())  # type: ignore[call-overload]
 
 
-class Stiffness(NamedTuple):
+class PlaneStiffness(NamedTuple):
     """Contact stiffness as the compiled loops take it.
 
     ``separable`` is False where C is not known; ``tension`` is the round-off
@@ -39,10 +39,10 @@ class Stiffness(NamedTuple):
     separable: bool
     tension: float
 
-    def compact(self) -> "Stiffness":
+    def compact(self) -> "PlaneStiffness":
         """Its arrays row by row and read-only, whatever they were: the loops are compiled for one kind."""
         A, B, C, f = (_read_only(array) for array in self[:4])
-        return Stiffness(A, B, C, f, bool(self.separable), float(self.tension))
+        return PlaneStiffness(A, B, C, f, bool(self.separable), float(self.tension))
 
 
 def _read_only(array: FloatArray) -> FloatArray:

@@ -53,7 +53,7 @@ class Course(PointedState):
     settled: float
 
 
-class Motion(PointedState):
+class PlaneMotion(PointedState):
     """The moving state, its derivative and what has been counted since :func:`begin`.
 
     Attributes
@@ -156,10 +156,10 @@ def course(path: FloatArray, first: int, separable: bool, precision: Precision) 
     return new
 
 
-def motion_at_rest(n: int) -> Motion:
+def motion_at_rest(n: int) -> PlaneMotion:
     """A state at rest at the origin, its derivative not followed."""
     shapes = {"u": 2 * n, "r": 2 * n, "elastic": 2 * n, "slip": n, "work": n, "opened": n, "closed": n}
-    mo = Motion(shapes)
+    mo = PlaneMotion(shapes)
     mo.set(n=n)
     begin(mo)
     follow_derivative(mo, *without_tangent(n))
@@ -172,7 +172,7 @@ def without_tangent(n: int) -> tuple[FloatArray, FloatArray]:
 
 
 @entered
-def begin(mo: Motion) -> None:
+def begin(mo: PlaneMotion) -> None:
     """Put the state at the start of its course and count from zero."""
     mo.passes, mo.step, mo.time, mo.node, mo.kind, mo.concerned, mo.crowd = 0, 0, 0.0, -1, LOAD_STEP, -1, 0
     mo.events, mo.dissipation, mo.correction, mo.delayed = 0, 0.0, 0.0, False
@@ -183,13 +183,13 @@ def begin(mo: Motion) -> None:
         mo.opened[i], mo.closed[i] = 0, 0
 
 
-def follow_derivative(mo: Motion, tangent: FloatArray, delay: FloatArray) -> None:
+def follow_derivative(mo: PlaneMotion, tangent: FloatArray, delay: FloatArray) -> None:
     """Follow this derivative (2n, t), and that of the time of the last event, in place from here on."""
     mo.hold(tangent=tangent, delay=delay)
     mo.set(parameters=len(delay))
 
 
-def resume(mo: Motion, time: float) -> None:
+def resume(mo: PlaneMotion, time: float) -> None:
     """Go on after a jump, from this share of the load step on."""
     mo.set(time=time, node=-1, kind=JUMPS, delayed=False, signed=False, events=mo.events + 1)
 

@@ -21,14 +21,14 @@ import numpy as np
 from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.named_state import inner
 from shakedown.motion.plane.active_set import ActiveSet, add_product, correct, largest, largest_residual
-from shakedown.motion.plane.moving_state import Course, Motion, Record
+from shakedown.motion.plane.moving_state import Course, PlaneMotion, Record
 from shakedown.motion.plane.rate_problem import Rates
 
 MOST_FOLLOWED = 64  # load steps after which κ u is computed anew, so that round-off does not add up
 
 
 @inner
-def quiet_steps(act: ActiveSet, rate: Rates, mo: Motion, rec: Record, course: Course) -> None:
+def quiet_steps(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, course: Course) -> None:
     """Pass load steps as long as nothing happens in them, or until there is no room to record more."""
     n, path, elastic, friction, small = act.n, course.path, mo.elastic, act.f, course.force
     while mo.step < course.steps and has_room(rec) and act.sign > 0 and act.effort <= act.allowed:
@@ -46,7 +46,7 @@ def quiet_steps(act: ActiveSet, rate: Rates, mo: Motion, rec: Record, course: Co
 
 
 @inner
-def moving_step(act: ActiveSet, rate: Rates, mo: Motion, rec: Record, course: Course) -> bool:
+def moving_step(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, course: Course) -> bool:
     """Pass one load step in the present states; False, and nothing changed, where a condition breaks."""
     m, path, u, elastic = 2 * act.n, course.path, mo.u, mo.elastic
     change, reaction, correction, end = rate.change, rate.reaction, rate.motion, (mo.step + 1) * m
@@ -75,7 +75,7 @@ def moving_step(act: ActiveSet, rate: Rates, mo: Motion, rec: Record, course: Co
 
 
 @inner
-def states_hold(act: ActiveSet, rate: Rates, mo: Motion, course: Course) -> bool:
+def states_hold(act: ActiveSet, rate: Rates, mo: PlaneMotion, course: Course) -> bool:
     """Whether all nodes keep their states over a load step with these changes and final reactions."""
     n, states, friction, path, start = act.n, act.state, act.f, course.path, mo.step * 2 * act.n
     change, reaction, small = rate.change, rate.reaction, course.force
@@ -97,7 +97,7 @@ def states_hold(act: ActiveSet, rate: Rates, mo: Motion, course: Course) -> bool
 
 
 @inner
-def count_slip(act: ActiveSet, rate: Rates, mo: Motion, course: Course) -> None:
+def count_slip(act: ActiveSet, rate: Rates, mo: PlaneMotion, course: Course) -> None:
     """Add up slip in contact, dissipation, and which nodes are open over the load step just passed."""
     states, change, reaction, start = act.state, rate.change, rate.reaction, (mo.step - 1) * 2 * act.n
     for i in range(act.n):
@@ -111,7 +111,7 @@ def count_slip(act: ActiveSet, rate: Rates, mo: Motion, course: Course) -> None:
 
 
 @inner
-def pass_step(act: ActiveSet, mo: Motion, rec: Record, course: Course) -> None:
+def pass_step(act: ActiveSet, mo: PlaneMotion, rec: Record, course: Course) -> None:
     """Record the state at the beginning of a load step, and count the step."""
     if not mo.signed:
         sign(act, mo, course.first + mo.step)
@@ -124,7 +124,7 @@ def pass_step(act: ActiveSet, mo: Motion, rec: Record, course: Course) -> None:
 
 
 @inner
-def compute_elastic(act: ActiveSet, mo: Motion) -> None:
+def compute_elastic(act: ActiveSet, mo: PlaneMotion) -> None:
     """κ u afresh."""
     elastic = mo.elastic
     for j in range(2 * act.n):
@@ -140,7 +140,7 @@ def has_room(rec: Record) -> bool:
 
 
 @inner
-def note(act: ActiveSet, mo: Motion, rec: Record, first: int) -> None:
+def note(act: ActiveSet, mo: PlaneMotion, rec: Record, first: int) -> None:
     """Record the present state and what led to it, where there is room."""
     if rec.room > 0:
         row, n, u, r, states = rec.rows, act.n, rec.u, rec.r, rec.state
@@ -153,7 +153,7 @@ def note(act: ActiveSet, mo: Motion, rec: Record, first: int) -> None:
 
 
 @inner
-def sign(act: ActiveSet, mo: Motion, step: int) -> None:
+def sign(act: ActiveSet, mo: PlaneMotion, step: int) -> None:
     """Enter the present states and the load step that they begin in into the signature."""
     prime, code, states = np.uint64(1099511628211), np.uint64(14695981039346656037), act.state
     for i in range(act.n):

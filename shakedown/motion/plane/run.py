@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from shakedown.ground.pointed_state import PointedState
 from shakedown.motion.plane.active_set import ActiveSet
-from shakedown.motion.plane.moving_state import Course, Motion, Record
+from shakedown.motion.plane.moving_state import Course, PlaneMotion, Record
 from shakedown.motion.plane.rate_problem import Rates
 
 
@@ -26,22 +26,24 @@ class Progress(NamedTuple):
     concerned: int
 
 
-class Run(PointedState):
+class PlaneRun(PointedState):
     """A moving state with the equations and rates of its nodes, its course and its record."""
 
     active: ActiveSet
     rates: Rates
-    motion: Motion
+    motion: PlaneMotion
     record: Record
     course: Course
 
 
-RUN = Run.compiled
+RUN = PlaneRun.compiled
 
 
-def run_along(active: ActiveSet, rates: Rates, motion: Motion, record: Record, course: Course) -> Run:
+def run_along(
+    active: ActiveSet, rates: Rates, motion: PlaneMotion, record: Record, course: Course
+) -> PlaneRun:
     """The run of a moving state along a course, recorded where the record has room."""
-    return Run({}, active=active, rates=rates, motion=motion, record=record, course=course)
+    return PlaneRun({}, active=active, rates=rates, motion=motion, record=record, course=course)
 
 
 def progress(motion: PointedState) -> Progress:

@@ -38,7 +38,7 @@ def measures(scale: Scales, locked: float, moving: float, tolerances: Tolerances
     return Measures(Precision(*zero, settled=near), scale, accuracy)
 
 
-class Steps(NamedTuple):
+class PathSteps(NamedTuple):
     """Steps of a record, and the cycles done before them."""
 
     done: int
@@ -105,7 +105,7 @@ class SpaceEvents:
         if (first, record) not in self._runs:
             room = curve_room(RECORD_ROWS if record else 0, self.problem.n)
             self._runs[first, record] = self.run.with_parts(course=self._courses[first], record=room)
-        self.run, self._risen = self._runs[first, record], list[Steps]()
+        self.run, self._risen = self._runs[first, record], list[PathSteps]()
         begin(self.run)
 
     def follow(self, cycles: int) -> int:
@@ -142,31 +142,34 @@ class SpaceEvents:
             curve[0, 0] = end.u - mo.u
             numbers = np.array([at]), np.array([rest]), mo.u[None].copy(), curve
             none, kind = np.array([-1]), np.array([int(EventKind.LOAD_STEP)])
-            self._risen.append(Steps(0, *numbers, end.contact[None].copy(), none, kind))
+            self._risen.append(PathSteps(0, *numbers, end.contact[None].copy(), none, kind))
         mo.slip[:] += end.slip
         mo.work[:] += 0.5 * end.work  # the reaction rises, too
         self.stand(State(end.u, end.contact))
         resume(self.run, 1.0, EventKind.LOAD_STEP)
         return True
 
-    def recorded(self, done: int) -> list[Steps]:
+    def recorded(self, done: int) -> list[PathSteps]:
         """What a record has been filled with, so many cycles being done, and a rise after it."""
         room, risen = self.run.record, self._risen
         rows, self._risen = room.content.rows, []
         risen = [rise._replace(done=done) for rise in risen]
         if not rows:
             return risen
-        return [Steps(done, *(getattr(room, name)[:rows].copy() for name in Steps._fields[1:])), *risen]
+        return [
+            PathSteps(done, *(getattr(room, name)[:rows].copy() for name in PathSteps._fields[1:])),
+            *risen,
+        ]
 
-    def present(self, done: int, reaction: FloatArray) -> Steps:
+    def present(self, done: int, reaction: FloatArray) -> PathSteps:
         """The present state, between two cycles, as a step of no duration."""
         curve = np.zeros((1, DEGREE, self.problem.layout.size))
         kinds = np.array([-1]), np.array([EventKind.LOAD_STEP])
         times = np.array([-1.0]), np.zeros(1)
-        return Steps(done, *times, self.u[None], curve, self.contact[None], *kinds)
+        return PathSteps(done, *times, self.u[None], curve, self.contact[None], *kinds)
 
     def histories(
-        self, cycle: FloatArray, steps: Steps, welded: FloatArray, change: FloatArray
+        self, cycle: FloatArray, steps: PathSteps, welded: FloatArray, change: FloatArray
     ) -> CurvedHistory:
         """The path of steps at times in cycles: welded reactions, and their change in the load step."""
         split = self.problem.layout.split

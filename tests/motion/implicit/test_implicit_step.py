@@ -6,7 +6,7 @@ import pytest
 from shakedown.joint.law import Law
 from shakedown.motion.contact_law import Scales, law_violation
 from shakedown.motion.implicit.implicit_step import ImplicitJoint, StepStatus
-from shakedown.motion.plane.gauss_seidel import Stiffness, load_steps
+from shakedown.motion.plane.gauss_seidel import PlaneStiffness, load_steps
 
 
 def blocks(n, seed, coupling=1.0):
@@ -99,7 +99,7 @@ def test_loaded_in_one_direction_is_the_plane(mean):
     q[:, 1::2] = 0.0
     done = carried(both, ahead, C, f, q, p)
     v, w, slip = (np.zeros((len(q), n)) for _ in range(3))
-    plane = Stiffness(A, B, C, f, True, 1e-14).compact()
+    plane = PlaneStiffness(A, B, C, f, True, 1e-14).compact()
     load_steps(plane, q[:, ::2].copy(), p, np.zeros(n), np.zeros(n), 1e-14, 10_000, v, w, slip)
     np.testing.assert_allclose(done.v[:, ::2], v, atol=1e-10)
     np.testing.assert_allclose(done.w, w, atol=1e-10)
