@@ -124,9 +124,9 @@ class RecordedSteps:
         self._wait = max(HALT, LEISURE * (time.monotonic() - began))
         return size
 
-    def _stand(self, name: str, standing: Any) -> None:
+    def _record_progress(self, name: str, progress: Any) -> None:
         """Record how far a step has got, in place of what was said before."""
-        self._wait = max(self._wait, self._put(name, standing) / SIZE)
+        self._wait = max(self._wait, self._put(name, progress) / SIZE)
 
     @property
     def _name(self) -> str:
@@ -213,10 +213,10 @@ class Halt(NamedTuple):
     name: str
     found: Any
 
-    def note(self, standing: Callable[[], Any]) -> None:
+    def note(self, progress: Callable[[], Any]) -> None:
         """Record how far it has got, if it is time to."""
         if self.steps.due:
-            self.steps._stand(self.name, standing())
+            self.steps._record_progress(self.name, progress())
 
 
 @contextmanager

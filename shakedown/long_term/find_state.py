@@ -20,7 +20,7 @@ from shakedown.long_term.passage import Passage
 from shakedown.long_term.returning.proved_rest import heeding_proofs
 from shakedown.long_term.returning.return_search import VARIES_LITTLE
 from shakedown.long_term.returning.returned_state import returned_state
-from shakedown.long_term.settling.search import BLURRED, BROKEN, LEFT, SHAKEDOWN, UNDECIDED, Standing
+from shakedown.long_term.settling.search import BLURRED, BROKEN, LEFT, SHAKEDOWN, UNDECIDED, SearchState
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.cycle_record import State
 from shakedown.motion.evolve import require_closed
@@ -137,7 +137,7 @@ def _found(
     n, slips = evolution.problem.n, evolution.problem.layout.slips
     start, answers = evolution.state.u[slips].copy(), room_for_answers(1, evolution.problem.layout)
     search.from_here(answers, halt)
-    seen, at, length = search.compiled, search.standing, evolution.scale.length
+    seen, at, length = search.compiled, search.search_state, evolution.scale.length
     verdict, known = int(answers.verdict[0]), answers.verdict[0] >= SHAKEDOWN
     left, nan, count = verdict == LEFT, np.full(n, np.nan), max(at.done, 1)
     always_open = seen.check.always_open == 1 if known else np.full(n, left)
@@ -173,7 +173,7 @@ def _found(
     )
 
 
-def _reason(search: LimitSearch, at: Standing, verdict: int) -> tuple[str, float]:
+def _reason(search: LimitSearch, at: SearchState, verdict: int) -> tuple[str, float]:
     """What the verdict rests on, in words; by how much the friction law is broken, NaN where it is not."""
     evolution = search.evolution
     if verdict in (UNDECIDED, LEFT):
@@ -197,7 +197,7 @@ def _reason(search: LimitSearch, at: Standing, verdict: int) -> tuple[str, float
     return broken, at.violation
 
 
-def _events_in_words(at: Standing, breathing: NDArray[np.bool_]) -> str:
+def _events_in_words(at: SearchState, breathing: NDArray[np.bool_]) -> str:
     """Nodes that open and close, and jumps, of a period."""
     every, text = cycles_in_words(at.done), ""
     if breathing.any():

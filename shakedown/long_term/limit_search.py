@@ -20,8 +20,8 @@ from shakedown.long_term.settling.search import (
     SINGULAR,
     WALK,
     Answers,
+    SearchState,
     SettlingRules,
-    Standing,
     search,
 )
 from shakedown.long_term.settling.settle import (
@@ -31,12 +31,12 @@ from shakedown.long_term.settling.settle import (
     LEAVES,
     RATES,
     STOPPED,
+    search_state,
     settle,
-    standing,
     tell,
 )
 from shakedown.motion.contact_law import alone, swing
-from shakedown.motion.cycle_record import Interim
+from shakedown.motion.cycle_record import Checkpoint
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.plane.event_loop import address_of_follow
 from shakedown.motion.plane.moving_state import DONE, EFFORT, NO_RATES, PAUSED
@@ -99,9 +99,9 @@ class LimitSearch:
         return self.evolution.method
 
     @property
-    def standing(self) -> Standing:
+    def search_state(self) -> SearchState:
         """Where the present search has got to."""
-        return standing(self.compiled)
+        return search_state(self.compiled)
 
     def begin(self, load_factor: float, initial_slip: ArrayLike | None, open_nodes: tuple[int, ...]) -> None:
         """Go to the very start at a load factor."""
@@ -141,12 +141,12 @@ class LimitSearch:
     def _walked(self) -> tuple[Any, ...]:
         seen = self.compiled
         past = seen.past[: seen.remembered].copy(), seen.signatures[: seen.signed].copy()
-        return self.evolution.interim(), *past, {name: getattr(seen, name) for name in COUNTED}
+        return self.evolution.checkpoint(), *past, {name: getattr(seen, name) for name in COUNTED}
 
     def _walk_on(
-        self, interim: Interim, past: FloatArray, signatures: NDArray[Any], counted: dict[str, int]
+        self, checkpoint: Checkpoint, past: FloatArray, signatures: NDArray[Any], counted: dict[str, int]
     ) -> None:
-        self.evolution.go_on(interim)
+        self.evolution.restore(checkpoint)
         self.compiled.past[: len(past)], self.compiled.signatures[: len(signatures)] = past, signatures
         self.compiled.set(**counted)
 
@@ -168,7 +168,7 @@ class LimitSearch:
 
     def _give_limit(self) -> None:
         """The limit of an affine map that drifts, or nearly so."""
-        affine, k = self.compiled.map, self.standing.nodes
+        affine, k = self.compiled.map, self.search_state.nodes
         end = limit(affine.power.ravel()[: k * k].reshape(k, k), affine.change[:k])
         decaying, drift = end.decaying, end.drift
         if not can_drift(self.evolution.problem):  # what does not decay then is too slow to be told from it
@@ -180,14 +180,14 @@ class LimitSearch:
 
     def _give_up(self) -> None:
         """Nothing holds the moving nodes of the state that a search is to go on from."""
-        at = self.standing
+        at = self.search_state
         self.evolution.enter_cycle(at.cycles)
         self.evolution.say_not_held()
         tell(self.compiled, STOPPED, 0.0, 0.0)
 
     def _give_way(self, status: int) -> None:
         """Rates, or a state to jump to, where the loop has found none; else why the motion stops."""
-        evolution, at = self.evolution, self.standing
+        evolution, at = self.evolution, self.search_state
         now = self._events.progress()
         if not at.jumped:
             evolution.enter_cycle(at.cycles)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from shakedown.campaign.recorded_steps import RecordedSteps
 from shakedown.campaign.stored_result import Folded, folded, unfolded
-from shakedown.motion.cycle_record import CycleRecord, Interim
+from shakedown.motion.cycle_record import Checkpoint, CycleRecord
 from shakedown.motion.method import Motion, Walk, cycles_of
 
 
@@ -15,7 +15,7 @@ class _Stretch(NamedTuple):
     before: int
     records: Folded | None
     pieces: Folded | None
-    interim: Interim
+    checkpoint: Checkpoint
 
 
 def recorded_cycles(
@@ -26,7 +26,7 @@ def recorded_cycles(
     while (found := steps.found(lambda stretch: stretch.before == motion.done)) is not None:
         stretch: _Stretch = found.result
         motion.pieces.extend(unfolded(stretch.pieces))
-        motion.go_on(stretch.interim)
+        motion.restore(stretch.checkpoint)
         records = unfolded(stretch.records)
         left -= len(records)
         yield from records
@@ -36,7 +36,7 @@ def recorded_cycles(
         yield cycle
         if steps.due:
             kept = folded(records), folded(motion.pieces[since:])
-            steps.keep(_Stretch(before, *kept, motion.interim()))
+            steps.keep(_Stretch(before, *kept, motion.checkpoint()))
             before, since, records = motion.done, len(motion.pieces), []
 
 

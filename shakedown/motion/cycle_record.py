@@ -97,8 +97,8 @@ class Totals(NamedTuple):
     error: float = 0.0
 
 
-Interim = tuple[Any, ...]
-"""Where a motion stands between two cycles: what all that follows depends on, to the last bit."""
+Checkpoint = tuple[Any, ...]
+"""What all that follows depends on between two cycles, to the last bit."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import Scales, law_violation, reactions
-from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, Interim, State, Stop
+from shakedown.motion.cycle_record import SLIDES_AWAY, Checkpoint, CycleRecord, State, Stop
 from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.motion.implicit.implicit_step import MOST_SWEEPS, ImplicitJoint, Steps, StepStatus
 from shakedown.motion.initial_state import Beginning
@@ -111,14 +111,14 @@ class FixedSteps(Motion):
         ways = [way for _, way in chosen] or [np.zeros((0, self.problem.n))]
         return EventHistory.joined(paths), np.concatenate(ways)
 
-    def interim(self) -> Interim:
-        """Where it stands, with the load steps that are kept."""
-        return *super().interim(), self.residual, tuple(self.recent)
+    def checkpoint(self) -> Checkpoint:
+        """All that what follows depends on, with the load steps that are kept."""
+        return *super().checkpoint(), self.residual, tuple(self.recent)
 
-    def go_on(self, interim: Interim) -> None:
-        """Stand where a motion stood, but for what is recorded."""
-        *of_method, self.residual, recent = interim
-        super().go_on(tuple(of_method))
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Go on where a motion was at a checkpoint, but for what is recorded."""
+        *of_method, self.residual, recent = checkpoint
+        super().restore(tuple(of_method))
         self.recent.extend(recent)
 
     def _follow(self, cycles: int, record: bool) -> bool:
@@ -217,17 +217,17 @@ class SweptSteps:
         tension, separable = 16 * np.finfo(float).eps * scale.force, problem.C is not None
         self.stiffness = PlaneStiffness(problem.A, problem.B, C, problem.f, separable, tension).compact()
 
-    def stand(self, state: State) -> None:
+    def set_state(self, state: State) -> None:
         """Go to a state."""
         self.v[:], self.w[:] = self.problem.layout.split(state.u)
         self.contact = state.contact.copy()
 
-    def interim(self) -> Interim:
-        """Where it stands."""
+    def checkpoint(self) -> Checkpoint:
+        """All that what follows depends on."""
         return self.v.copy(), self.w.copy(), self.contact.copy()
 
-    def go_on(self, v: FloatArray, w: FloatArray, contact: NDArray[np.int64]) -> None:
-        """Stand there again."""
+    def restore(self, v: FloatArray, w: FloatArray, contact: NDArray[np.int64]) -> None:
+        """Go on from a checkpoint."""
         self.v[:], self.w[:], self.contact = v, w, contact
 
     def solve(self, q_w: FloatArray, p_w: FloatArray) -> Steps:
@@ -279,20 +279,20 @@ class SolvedSteps:
         self.joint = ImplicitJoint(problem.A, problem.B, problem.C, problem.f, scale.force, tolerances)
         self.begun = False  # whether the first load has been put on
 
-    def stand(self, state: State) -> None:
+    def set_state(self, state: State) -> None:
         """Go to a state."""
         split = self.problem.layout.split
         self.contact = np.array(state.contact)
         self.joint.begin(*split(state.u), *split(self._last))
 
-    def interim(self) -> Interim:
-        """Where it stands."""
-        return self.begun, self.contact.copy(), self.joint.interim()
+    def checkpoint(self) -> Checkpoint:
+        """All that what follows depends on."""
+        return self.begun, self.contact.copy(), self.joint.checkpoint()
 
-    def go_on(self, begun: bool, contact: NDArray[np.int64], joint: Interim) -> None:
-        """Stand there again."""
+    def restore(self, begun: bool, contact: NDArray[np.int64], joint: Checkpoint) -> None:
+        """Go on from a checkpoint."""
         self.begun, self.contact = begun, contact
-        self.joint.go_on(joint)
+        self.joint.restore(joint)
 
     def solve(self, q_w: FloatArray, p_w: FloatArray) -> Steps:
         """Carry the state through load steps (k, 2n), (k, n), the very first of all in one."""

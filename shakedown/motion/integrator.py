@@ -117,9 +117,9 @@ class Evolution(Motion):
         """Diagonal of D, ((d + 1) n,)."""
         return default_damping(self.kappa) if self._damping is None else self._damping
 
-    def _stand(self, state: State) -> None:
+    def _set_state(self, state: State) -> None:
         self.left, self.slides = False, False
-        self.held = self.method.stand(state)
+        self.held = self.method.set_state(state)
 
     def enter_cycle(self, done: int) -> None:
         """So many cycles are done, and nothing has stopped the motion or made it jump in the next."""

@@ -14,7 +14,7 @@ from shakedown.joint.loading import loop_path, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.contact_law import Scales, scales_of
-from shakedown.motion.cycle_record import CycleRecord, Interim, State, Stop
+from shakedown.motion.cycle_record import Checkpoint, CycleRecord, State, Stop
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.initial_state import Beginning, beginning
 from shakedown.motion.viscous_jump import Jump
@@ -65,7 +65,7 @@ class Motion:
         self._begin(start, transient)
 
     def _begin(self, start: Beginning, transient: FloatArray) -> None:
-        """Stand there, before these load steps and the first period."""
+        """Begin there, before these load steps and the first period."""
         raise NotImplementedError
 
     @property
@@ -79,10 +79,10 @@ class Motion:
     @state.setter
     def state(self, state: State) -> None:
         self.stop = None
-        self._stand(state)
+        self._set_state(state)
 
-    def _stand(self, state: State) -> None:
-        self.method.stand(state)
+    def _set_state(self, state: State) -> None:
+        self.method.set_state(state)
 
     @property
     def history(self) -> EventHistory:
@@ -93,14 +93,14 @@ class Motion:
         """So many cycles are done, and nothing has stopped the motion in the next."""
         self.done, self.stop = done, None
 
-    def interim(self) -> Interim:
-        """Where it stands; another motion of the same joint and load factor can go on from there."""
-        return self.done, *self.method.interim()
+    def checkpoint(self) -> Checkpoint:
+        """All that what follows depends on; another motion of the same joint and load factor can go on from there."""
+        return self.done, *self.method.checkpoint()
 
-    def go_on(self, interim: Interim) -> None:
-        """Stand where a motion stood, as if it had been followed so far, but for what is recorded."""
-        done, *interim_of_method = interim
-        self.method.go_on(*interim_of_method)
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Go on where a motion was at a checkpoint, as if followed so far, but for what is recorded."""
+        done, *checkpoint_of_method = checkpoint
+        self.method.restore(*checkpoint_of_method)
         self.enter_cycle(done)
 
     def cycle(self, *, record: bool = False) -> CycleRecord | None:

@@ -11,7 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import Scales
-from shakedown.motion.cycle_record import Interim, State, Totals
+from shakedown.motion.cycle_record import Checkpoint, State, Totals
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.plane.active_set import active_set, factorize
 from shakedown.motion.plane.event_loop import follow
@@ -84,19 +84,19 @@ class PlaneEvents:
             way.hold(path=self._paths[which])
             way.set(**self.precision._asdict())
 
-    def stand(self, state: State) -> bool:
+    def set_state(self, state: State) -> bool:
         """Go to a state; False where nothing holds its moving nodes."""
         self.u[:], self.contact[:] = state.u, state.contact
         return bool(factorize(self.active) != 0)
 
-    def interim(self) -> Interim:
-        """Where it stands: the equations of the moving nodes depend on the way there."""
+    def checkpoint(self) -> Checkpoint:
+        """All that what follows depends on: the equations of the moving nodes depend on the way there."""
         act = self.active
         size, places = act.size, (act.state.copy(), act.place.copy())
         equations = act.col[:size].copy(), act.coef[:size].copy(), act.inverse[:size, :size].copy()
         return self.u.copy(), *places, *equations, act.sign, act.updates
 
-    def go_on(
+    def restore(
         self,
         u: FloatArray,
         state: NDArray[np.int64],
@@ -107,7 +107,7 @@ class PlaneEvents:
         sign: int,
         updates: int,
     ) -> None:
-        """Stand there again."""
+        """Go on from a checkpoint."""
         act, size = self.active, len(col)
         self.u[:], act.state[:], act.place[:], act.col[:size], act.coef[:size] = u, state, place, col, coef
         act.inverse[:size, :size] = inverse

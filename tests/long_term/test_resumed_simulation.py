@@ -101,7 +101,7 @@ def test_a_motion_goes_on_where_another_stood(kind):
     one, other = method(joint, 1.5), method(joint, 1.5)
     for _ in range(3):
         one.cycle()
-    other.go_on(restored(stored(one.interim(), joint), joint))
+    other.restore(restored(stored(one.checkpoint(), joint), joint))
     if hasattr(one, "last"):
         assert other.last(2)[0] == one.last(2)[0]
         np.testing.assert_array_equal(other.last(2)[1], one.last(2)[1])

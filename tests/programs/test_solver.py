@@ -78,7 +78,7 @@ def test_cutting_planes_know_no_units(factor):
 def test_the_next_method_is_taken_where_one_fails(monkeypatch):
     program, expected = cone(0), solve(cone(0))
 
-    def fails(program, way):
+    def fails(program, asked):
         raise SolverError("no end")
 
     monkeypatch.setattr(solver, "by_clarabel", fails)

@@ -17,7 +17,7 @@ from shakedown.ground.status import Outcome
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import FirstCycles
 from shakedown.long_term.returning.leap_methods import Ahead, Crawl, Leap, measure_of
-from shakedown.motion.cycle_record import CycleRecord, Interim, State, Stop
+from shakedown.motion.cycle_record import Checkpoint, CycleRecord, State, Stop
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.viscous_jump import Jump
 
@@ -166,9 +166,9 @@ class ReturnSearch:
     def settle(self, halt: Halt | None = None) -> Settled:
         """Follow cycles until the outcome is clear, the motion stops or the cycles allowed are spent."""
         if halt is not None and halt.found is not None:
-            standing, interim = halt.found
-            vars(self).update(standing)
-            self.motion.go_on(interim)
+            search_state, checkpoint = halt.found
+            vars(self).update(search_state)
+            self.motion.restore(checkpoint)
         while self.cycles < self.rules.most_cycles:
             if not self._cycle():
                 stop = self.motion.stop
@@ -178,13 +178,13 @@ class ReturnSearch:
                 return found
             leapt = self._leap()
             if halt is not None and not leapt:  # a state leapt to is followed once before
-                halt.note(self._standing)
+                halt.note(self._checkpoint)
         return self._undecided(f"no periodic state within {cycles_in_words(self.rules.most_cycles)}")
 
-    def _standing(self) -> tuple[dict[str, Any], Interim]:
+    def _checkpoint(self) -> tuple[dict[str, Any], Checkpoint]:
         """How far the search has got, and the motion."""
         given = ("motion", "rules", "layout", "measure")
-        return {k: v for k, v in vars(self).items() if k not in given}, self.motion.interim()
+        return {k: v for k, v in vars(self).items() if k not in given}, self.motion.checkpoint()
 
     def _cycle(self) -> bool:
         record = self.motion.cycle()

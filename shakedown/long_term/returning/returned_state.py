@@ -132,11 +132,11 @@ def carefully(motion: Evolution, rules: ReturnRules, halt: Halt | None = None) -
 
     Where none does within the cycles allowed, the reason says so.
     """
-    begun, care = motion.interim(), 1.0
+    begun, care = motion.checkpoint(), 1.0
     found = ReturnSearch(motion, rules).settle(halt)
     while found.doubtful:
         care *= TIGHTER
-        motion.go_on(begun)
+        motion.restore(begun)
         left = replace(rules, most_cycles=rules.most_cycles - found.cycles)
         again = ReturnSearch(motion, left, care).settle()
         if not again.period:

@@ -71,7 +71,7 @@ class Answers(NamedTuple):
     signature: NDArray[np.uint64]
 
 
-class Standing(NamedTuple):
+class SearchState(NamedTuple):
     """Where a search has got to, and what it has counted: as in :class:`SettlingSearch`."""
 
     phase: int

@@ -35,8 +35,8 @@ from shakedown.long_term.settling.search import (
     START,
     UNDECIDED,
     WALK,
+    SearchState,
     SettlingSearch,
-    Standing,
 )
 from shakedown.motion.plane.moving_state import DONE, EFFORT, PAUSED, RECORD_FULL, begin
 from shakedown.motion.plane.run import PlaneRun
@@ -196,10 +196,10 @@ def tell(se: SettlingSearch, word: int, one: float, other: float) -> None:
         se.verdict = LEFT if word == LEAVES else UNDECIDED
 
 
-def standing(se: SettlingSearch) -> Standing:
+def search_state(se: SettlingSearch) -> SearchState:
     """Where a search has got to, and what it has counted."""
     at = se.content
-    return Standing(
+    return SearchState(
         at.phase, at.cycles, at.events, at.period, at.done, at.jumped, at.jumps, at.from_limit, se.map.k,
         at.contraction, at.far, at.friction, at.damping, se.check.violation, at.signature,
     )  # fmt: skip

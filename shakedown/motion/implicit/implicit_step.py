@@ -163,13 +163,13 @@ class ImplicitJoint:
         self._slips[:] = 0.0
         tableau.r_w[:] = self._by_node(q_w, p_w)
 
-    def interim(self) -> tuple[NDArray[Any], ...]:
-        """All that the next step depends on, for :meth:`go_on`."""
+    def checkpoint(self) -> tuple[NDArray[Any], ...]:
+        """All that the next step depends on, for :meth:`restore`."""
         return tuple(array.copy() for array in self._changing())
 
-    def go_on(self, interim: tuple[NDArray[Any], ...]) -> None:
-        """Stand where a joint with these arguments stood."""
-        for array, kept in zip(self._changing(), interim, strict=True):
+    def restore(self, checkpoint: tuple[NDArray[Any], ...]) -> None:
+        """Go on where a joint with these arguments was."""
+        for array, kept in zip(self._changing(), checkpoint, strict=True):
             array[...] = kept
 
     def _changing(self) -> tuple[NDArray[Any], ...]:

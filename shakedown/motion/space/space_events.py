@@ -10,7 +10,7 @@ from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import Scales, swing
-from shakedown.motion.cycle_record import Interim, State, Totals
+from shakedown.motion.cycle_record import Checkpoint, State, Totals
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.implicit.implicit_step import ImplicitJoint
 from shakedown.motion.plane.moving_state import EFFORT, Precision, course
@@ -86,17 +86,17 @@ class SpaceEvents:
         self._runs = {(False, False): self.run}  # by: through the first cycle, recorded
         self.u, self.contact, self.slip = self.run.motion.u, self.run.motion.contact, self.run.motion.slip
 
-    def stand(self, state: State) -> bool:
+    def set_state(self, state: State) -> bool:
         """Go to a state: whether its moving nodes are held shows on the way."""
         self.u[:], self.contact[:] = state.u, state.contact
         return True
 
-    def interim(self) -> Interim:
-        """Where it stands: apart from u and contact, directions of slip at an apex."""
+    def checkpoint(self) -> Checkpoint:
+        """All that what follows depends on: apart from u and contact, directions of slip at an apex."""
         return self.u.copy(), self.contact.copy(), self.run.motion.direction.copy()
 
-    def go_on(self, u: FloatArray, contact: NDArray[np.int64], direction: FloatArray) -> None:
-        """Stand there again."""
+    def restore(self, u: FloatArray, contact: NDArray[np.int64], direction: FloatArray) -> None:
+        """Go on from a checkpoint."""
         self.u[:], self.contact[:], self.run.motion.direction[:] = u, contact, direction
         self.run.joint.set(exchanges=MOST_EXCHANGES + 1)  # made afresh, as every cycle begins
 
@@ -145,7 +145,7 @@ class SpaceEvents:
             self._risen.append(PathSteps(0, *numbers, end.contact[None].copy(), none, kind))
         mo.slip[:] += end.slip
         mo.work[:] += 0.5 * end.work  # the reaction rises, too
-        self.stand(State(end.u, end.contact))
+        self.set_state(State(end.u, end.contact))
         resume(self.run, 1.0, EventKind.LOAD_STEP)
         return True
 
