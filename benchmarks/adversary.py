@@ -163,23 +163,23 @@ def cycling(problem: shakedown.Problem, load_factor: float, start: np.ndarray) -
     rows, loop = constraints(problem), loading(problem)
     f = problem.f
     steps = np.stack([loop.q1 - f * loop.p1, -loop.q1 - f * loop.p1], axis=2).reshape(problem.m, -1)
-    room = rows.g - load_factor * steps
-    slips = slip_by_cycle(rows.G, room, np.array(start), CYCLES)
+    right = rows.g - load_factor * steps
+    slips = slip_by_cycle(rows.G, right, np.array(start), CYCLES)
     if slips[0] < 0:
         return "lifted" if slips[0] == -1.0 else "lost"
-    size = np.abs(room).max() / np.abs(np.diag(problem.A)).min()
+    size = np.abs(right).max() / np.abs(np.diag(problem.A)).min()
     late, later = slips[CYCLES // 2], slips[-1]
     return "cycling" if later > 1e-7 * size and later > 0.5 * late else "settled"
 
 
 @njit(cache=True)
-def slip_by_cycle(G, room, v, cycles):
+def slip_by_cycle(G, right, v, cycles):
     """Σ|Δv| of every cycle; the first entry is −1 if a node opens, −2 if a step does not converge.
 
     Each load step is implicit: every node goes no farther than its two limits at
     that step require, by Gauss–Seidel sweeps over nodes that all stay closed.
     """
-    n, m = G.shape[1], room.shape[0]
+    n, m = G.shape[1], right.shape[0]
     slips = np.zeros(cycles)
     for cycle in range(cycles):
         for k in range(m):
@@ -187,7 +187,7 @@ def slip_by_cycle(G, room, v, cycles):
             for _ in range(5000):
                 change = 0.0
                 for j in range(n):
-                    upper, lower = room[k, 2 * j], -room[k, 2 * j + 1]
+                    upper, lower = right[k, 2 * j], -right[k, 2 * j + 1]
                     for i in range(n):
                         if i != j:
                             upper -= G[2 * j, i] * v[i]
@@ -205,7 +205,7 @@ def slip_by_cycle(G, room, v, cycles):
                 slips[0] = -2.0
                 return slips
             for j in range(n):
-                upper, lower = room[k, 2 * j], -room[k, 2 * j + 1]
+                upper, lower = right[k, 2 * j], -right[k, 2 * j + 1]
                 for i in range(n):
                     if i != j:
                         upper -= G[2 * j, i] * v[i]

@@ -170,8 +170,8 @@ def at_first_step(problem: shakedown.Problem, load_factor: float, shares: np.nda
 
 def admissible(problem: shakedown.Problem, load_factor: float, slips: np.ndarray) -> np.ndarray:
     q, p = (welded[0] for welded in loading(problem).at(load_factor))
-    room = problem.f * (p + slips @ problem.B.T) - np.abs(q + slips @ problem.A.T)
-    return np.all(room >= -1e-12 * np.abs(room).max(), axis=1)
+    slack = problem.f * (p + slips @ problem.B.T) - np.abs(q + slips @ problem.A.T)
+    return np.all(slack >= -1e-12 * np.abs(slack).max(), axis=1)
 
 
 def below(

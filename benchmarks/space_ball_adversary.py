@@ -117,8 +117,8 @@ def allowed_way(problem: Problem, load_factor: float, centre: FloatArray, ways: 
     """How many times each way (k, 2n) may be gone from a slip until the first load allows no more, (k,)."""
     q_w, p_w = loading(problem).at(load_factor)
     discs, law = slice(3 * problem.n), problem.law
-    room = law.cone(q_w[0], p_w[0])[discs]
-    return way_to_limits(law.stiffness(problem.A, problem.B)[discs], room, centre, ways)
+    right = law.cone(q_w[0], p_w[0])[discs]
+    return way_to_limits(law.stiffness(problem.A, problem.B)[discs], right, centre, ways)
 
 
 class _Followed:

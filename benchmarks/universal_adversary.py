@@ -178,37 +178,37 @@ def attacked(
     corners = np.concatenate([steps, steps[:1]])
     share = np.arange(SUBSTEPS * problem.m) / SUBSTEPS
     fine = np.stack([np.interp(share, np.arange(problem.m + 1), column) for column in corners.T], axis=1)
-    room = rows.g - load_factor * fine
-    size = np.abs(room).max() / np.abs(np.diag(problem.A)).min()
+    allowed = rows.g - load_factor * fine
+    size = np.abs(allowed).max() / np.abs(np.diag(problem.A)).min()
     centre = shakedown.safe_slip(problem, load_factor).slip
     if not np.all(np.isfinite(centre)):  # beyond λ_max
         centre = shakedown.safe_slip(problem, 0.5 * load_factor).slip
     reach = rng.choice(REACHES, starts)[:, None]
     slips = centre + size * reach * rng.normal(size=(starts, problem.n))
-    return ends(rows.G, room, slips, CYCLES, size)
+    return ends(rows.G, allowed, slips, CYCLES, size)
 
 
 @njit(cache=True)
-def ends(G, room, starts, cycles, size):
+def ends(G, allowed, starts, cycles, size):
     counts = np.zeros(5, dtype=np.int64)
     for s in range(len(starts)):
-        counts[end_of(G, room, starts[s].copy(), cycles, size)] += 1
+        counts[end_of(G, allowed, starts[s].copy(), cycles, size)] += 1
     return counts
 
 
 @njit(cache=True)
-def end_of(G, room, v, cycles, size):
+def end_of(G, allowed, v, cycles, size):
     """How one start ends. The first load step puts the slips within their limits, wherever they were."""
-    m, late = room.shape[0], 0.0
-    if not step(G, room[0], v) or collapsed(G, room[0], v, size):
+    m, late = allowed.shape[0], 0.0
+    if not step(G, allowed[0], v) or collapsed(G, allowed[0], v, size):
         return INADMISSIBLE
     for cycle in range(cycles):
         slipped = 0.0
         for k in range(1, m + 1):
             before = v.copy()
-            if not step(G, room[k % m], v):
+            if not step(G, allowed[k % m], v):
                 return LOST
-            if collapsed(G, room[k % m], v, size):
+            if collapsed(G, allowed[k % m], v, size):
                 return LIFTED
             slipped += np.abs(v - before).sum()
         if slipped <= 1e-12 * size:
@@ -219,8 +219,8 @@ def end_of(G, room, v, cycles, size):
 
 
 @njit(cache=True)
-def limits(G, room, v, j):
-    upper, lower = room[2 * j], -room[2 * j + 1]
+def limits(G, allowed, v, j):
+    upper, lower = allowed[2 * j], -allowed[2 * j + 1]
     for i in range(len(v)):
         if i != j:
             upper -= G[2 * j, i] * v[i]
@@ -229,7 +229,7 @@ def limits(G, room, v, j):
 
 
 @njit(cache=True)
-def step(G, room, v):
+def step(G, allowed, v):
     """One implicit load step of nodes that stay closed, by Gauss–Seidel sweeps; false if it does not end.
 
     Above ρ = 1 they need not settle; then, in joints of few nodes, the one combination of sticking and
@@ -239,7 +239,7 @@ def step(G, room, v):
     for _ in range(SWEEPS):
         change = 0.0
         for j in range(len(v)):
-            lower, upper = limits(G, room, v, j)
+            lower, upper = limits(G, allowed, v, j)
             target = min(max(before[j], lower), upper) if lower <= upper else 0.5 * (lower + upper)
             change = max(change, abs(target - v[j]))
             v[j] = target
@@ -247,14 +247,14 @@ def step(G, room, v):
             break
         if change < 1e-13 * (1.0 + np.abs(v).max()):
             return True
-    return len(v) <= TRIED_UP_TO and by_trial(G, room, before, v)
+    return len(v) <= TRIED_UP_TO and by_trial(G, allowed, before, v)
 
 
 @njit(cache=True)
-def by_trial(G, room, before, v):
+def by_trial(G, allowed, before, v):
     """The load step by trial: every node sticks (0) or is at its upper (1) or lower (2) limit."""
     n = len(v)
-    size = np.abs(room).max() + np.abs(G).max() * np.abs(before).max()
+    size = np.abs(allowed).max() + np.abs(G).max() * np.abs(before).max()
     for number in range(3**n):
         matrix, right, rest = np.zeros((n, n)), np.zeros(n), number
         for j in range(n):
@@ -262,11 +262,11 @@ def by_trial(G, room, before, v):
             if state == 0:
                 matrix[j, j], right[j] = 1.0, before[j]
             else:
-                matrix[j], right[j] = G[2 * j + state - 1], room[2 * j + state - 1]
+                matrix[j], right[j] = G[2 * j + state - 1], allowed[2 * j + state - 1]
         if abs(np.linalg.det(matrix)) < 1e-12:
             continue
         found, rest, holds = np.linalg.solve(matrix, right), number, True
-        excess = G @ found - room
+        excess = G @ found - allowed
         for j in range(n):
             state, rest = rest % 3, rest // 3
             moved = (found[j] - before[j]) * (2 * state - 3) if state else 0.0
@@ -278,10 +278,10 @@ def by_trial(G, room, before, v):
 
 
 @njit(cache=True)
-def collapsed(G, room, v, size):
+def collapsed(G, allowed, v, size):
     """Whether the two limits of some node have crossed: it would lift off."""
     for j in range(len(v)):
-        lower, upper = limits(G, room, v, j)
+        lower, upper = limits(G, allowed, v, j)
         if lower > upper + 1e-9 * (size + np.abs(v).max()):
             return True
     return False

@@ -4,7 +4,7 @@ Reading order: ``assess`` (the three numbers, and the nominal load), ``every_lim
 is first read), ``shakedown_bounds`` (lower and upper bound together), ``from_state`` (the larger of energy
 and box bound), ``transient_limit`` (λ_T, up to which the joint shakes down from its own start),
 ``slip_limit`` (up to which it slips little enough). What a limit owes to friction, constant load and
-amplitude of each node: ``row_rates`` (how the room in every row changes with a parameter), ``one_sided``
+amplitude of each node: ``row_rates`` (how the slack in every row changes with a parameter), ``one_sided``
 (what that makes of the load factor, on either side), ``sensitivities``.
 
 Beside simulations: ``load_regions`` (where a load factor lies), ``plan`` (which load factors and initial

@@ -70,14 +70,14 @@ def admitted_up_to(problem: Problem, slip: FloatArray, tolerances: Tolerances = 
     rows, first = constraints(problem), step_loads(problem)[0]
     if rows.relative_excess(slip, 0.0).max() > tolerances.feasibility:
         return 0.0
-    room, law, in_discs = rows.g - rows.G @ slip, problem.law, np.inf
+    slack, law, in_discs = rows.g - rows.G @ slip, problem.law, np.inf
     if problem.directions > 1:
         heads = rows.heads[np.unique(rows.node[rows.heads], return_index=True)[1]]
-        limits = room[heads[:, None] + np.arange(CONE)]
+        limits = slack[heads[:, None] + np.arange(CONE)]
         in_discs = min(map(leaves_cone, limits, -law.of_nodes(first)))
-        room, first = room[rows.side != Side.DISC], first[law.rows * problem.n :]
+        slack, first = slack[rows.side != Side.DISC], first[law.rows * problem.n :]
     rising = first > 0
-    return max(float(np.min(room[rising] / first[rising], initial=in_discs)), 0.0)
+    return max(float(np.min(slack[rising] / first[rising], initial=in_discs)), 0.0)
 
 
 def leaves_cone(start: FloatArray, along: FloatArray) -> float:

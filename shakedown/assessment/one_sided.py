@@ -60,7 +60,7 @@ class OneSidedOptimum:
         Parameters
         ----------
         gain : (k, 2)
-            Change of the room of the rows as the parameter falls, and as it grows.
+            Change of the slack of the rows as the parameter falls, and as it grows.
         turn : (k, N)
             How the change as it grows varies with x.
         """

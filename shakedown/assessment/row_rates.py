@@ -1,4 +1,4 @@
-"""How the room that the rows of a bound leave changes with friction, constant load and amplitude."""
+"""How the slack that the rows of a bound leave changes with friction, constant load and amplitude."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,7 +19,7 @@ SIDES = np.array([-1.0, 1.0])  # a parameter falls, or grows
 
 @dataclass(frozen=True)
 class RowRates:
-    """Changes of the room g − G v − λ d of some rows of a zone, per change of a parameter, at fixed v and λ.
+    """Changes of the slack g − G v − λ d of some rows of a zone, per change of a parameter, at fixed v and λ.
 
     Every row is the least of its load steps: at a tie the change for the better and that for the
     worse are not opposite, so that each comes for a parameter that falls (column 0) and for one that grows.
@@ -54,7 +54,7 @@ class RowRates:
         return self.zone.constraints.node[self.row]
 
     def pressures(self, slip: FloatArray) -> FloatArray:
-        """Rate of the room with the node's own friction at the slips of the closed nodes, (k, 2) [force].
+        """Rate of the slack with the node's own friction at the slips of the closed nodes, (k, 2) [force].
 
         It is the pressure of the node where it grows; of a row without friction zero.
         """
@@ -70,13 +70,13 @@ class RowRates:
         return slopes
 
     def constant(self, nodes: NDArray[np.intp]) -> FloatArray:
-        """Rate of the room with a factor on the constant load of some nodes, transient included, (k, 2)."""
-        return self._worst(self._rooms(self._of_nodes(self._constant, nodes)))
+        """Rate of the slack with a factor on the constant load of some nodes, transient included, (k, 2)."""
+        return self._worst(self._slacks(self._of_nodes(self._constant, nodes)))
 
     def amplitude(self, nodes: NDArray[np.intp]) -> FloatArray:
-        """Rate of the room with a factor on the periodic load of some nodes, (k, 2) [force]."""
+        """Rate of the slack with a factor on the periodic load of some nodes, (k, 2) [force]."""
         periodic = self._loads - self._constant
-        return self._worst(self._rooms(self._of_nodes(periodic, nodes)))
+        return self._worst(self._slacks(self._of_nodes(periodic, nodes)))
 
     @property
     def rubs(self) -> NDArray[np.bool_]:
@@ -111,7 +111,7 @@ class RowRates:
         left = loads[:, held] - moved @ zone.problem.kappa[np.ix_(free, held)]
         return *zone.joint.layout.split(left), -moved[:, len(moved.T) // (layout.d + 1) * layout.d :]
 
-    def _rooms(self, loads: FloatArray) -> FloatArray:
+    def _slacks(self, loads: FloatArray) -> FloatArray:
         """What loads leave in every row at zero slip, (m + k, rows)."""
         q, p, gaps = self._condensed(loads)
         return np.hstack([self.zone.joint.law.cone(q, p), gaps])[:, self.row]
@@ -120,11 +120,11 @@ class RowRates:
     def _tied(self) -> NDArray[np.bool_]:
         """The load steps that decide a row, (m + k, rows)."""
         step = np.arange(len(self._loads))[:, None]
-        rooms = np.where((step >= self.zone.problem.m) == self.before, self._rooms(self._loads), np.inf)
+        slacks = np.where((step >= self.zone.problem.m) == self.before, self._slacks(self._loads), np.inf)
         tangential, normal = np.abs(self._loads), np.abs(self._loads)
         tangential[:, self.zone.problem.layout.gaps], normal[:, self.zone.problem.layout.slips] = 0.0, 0.0
-        size = (np.abs(self._rooms(tangential)) + np.abs(self._rooms(normal))).max(axis=0)
-        return rooms <= rooms.min(axis=0) + NEGLIGIBLE * size
+        size = (np.abs(self._slacks(tangential)) + np.abs(self._slacks(normal))).max(axis=0)
+        return slacks <= slacks.min(axis=0) + NEGLIGIBLE * size
 
     def _worst(self, rates: FloatArray) -> FloatArray:
         """The least rate over the load steps that decide, for a parameter that falls and one that grows."""

@@ -112,7 +112,7 @@ def sensitivities(
 ) -> Sensitivities:
     """By how much λ_max or λ_E changes with friction, constant load and load amplitude, at every node.
 
-    The bound is the optimum of a program over rows g − G v − λ d (less the room R s of the ball, for
+    The bound is the optimum of a program over rows g − G v − λ d (less the slack R s of the ball, for
     λ_E); its derivative is that of the rows at the optimum, weighted with the multipliers (envelope theorem):
 
         dλ/df_i = Σ y p_i,    dλ/dc_i = Σ y (f p⁰ ∓ q⁰)_i,    dλ/da_i = λ Σ y (f p¹ ∓ q¹)_i
@@ -182,7 +182,7 @@ def sensitivities(
 
 @dataclass(frozen=True)
 class _Reached:
-    """An optimum, what changes the room of the rows that it reaches, and their gain from friction."""
+    """An optimum, what changes the slack of the rows that it reaches, and their gain from friction."""
 
     optimum: OneSidedOptimum
     rates: RowRates
@@ -246,8 +246,8 @@ def _of_energy(zone: Zone, bound: EnergyBound, one_sided: bool, tolerances: Tole
     moved = metric.root @ (slip - start)
     sizes = rows.sizes(slip, bound.load_factor, reach)
     share = bound.multipliers * sizes
-    room = rows.room(slip, bound.load_factor, reach) / sizes
-    chosen = np.flatnonzero((room <= tolerances.feasibility) | (share > SMOOTH * share.max()))
+    slack = rows.slack(slip, bound.load_factor, reach) / sizes
+    chosen = np.flatnonzero((slack <= tolerances.feasibility) | (share > SMOOTH * share.max()))
     before = len(rows.g) > len(zone.constraints.g)
     rates = rates_of(zone, bound.load_factor, scale=metric.unit**2, before=before).among(chosen)
     ray = np.zeros_like(moved) if at_tip else moved / np.linalg.norm(moved)
@@ -260,7 +260,7 @@ def _of_energy(zone: Zone, bound: EnergyBound, one_sided: bool, tolerances: Tole
         multipliers=y / (y @ rows.d[chosen]),
         tip=s if at_tip else np.zeros(len(chosen)),
         rows=None,
-        slack=room,
+        slack=slack,
         ray=ray if s @ y > 0 else None,
         tolerances=tolerances,
         programs=one_sided,
@@ -276,5 +276,5 @@ def _is_kept(
     rows: EnergyRows, slip: FloatArray, load_factor: float, reach: float, tolerances: Tolerances
 ) -> bool:
     """Whether a slip is the middle of a ball of some radius at a load factor."""
-    room = rows.room(slip, load_factor, reach) / rows.sizes(slip, load_factor, reach)
-    return bool(room.min() >= -tolerances.feasibility)
+    slack = rows.slack(slip, load_factor, reach) / rows.sizes(slip, load_factor, reach)
+    return bool(slack.min() >= -tolerances.feasibility)

@@ -1,7 +1,7 @@
 """What is proved of any joint by programs alone: above which load factor never, from which state safely.
 
 Reading order: ``upper`` (λ_max and the safe slip), ``opened_by_mean_load`` and ``best_zone`` (which nodes
-stay open), ``least_slip`` (the least of a zone's safe slips), ``safe_slip`` (most room at one load factor),
+stay open), ``least_slip`` (the least of a zone's safe slips), ``safe_slip`` (most slack at one load factor),
 ``results`` (what these find). How they find it differs in the plane and in space: ``methods`` (which of both
 answer for a joint), ``plane_methods`` (over ``row_programs`` of all rows; ``row_limits``: λ_max of these),
 ``space_methods`` (over ``discs/``; ``compared_discs``: zones of these compared). Then ``exact_rows`` (a

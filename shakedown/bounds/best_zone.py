@@ -203,7 +203,7 @@ def _asked_for(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ...
 
 def _nearest(visit: _Visit) -> Iterator[tuple[int, ...]]:
     """Zones that differ from a safe one in the node next to opening or closing."""
-    nearest = _by_room(visit)
+    nearest = _by_slack(visit)
     yield from (_changed(visit, node) for node in nearest[: NEAREST if len(nearest) > FEW else None])
 
 
@@ -212,19 +212,19 @@ def _pairs(visit: _Visit) -> Iterator[tuple[int, ...]]:
     zone = visit.zone
     if zone is None or zone.problem.n > methods_of(zone.problem).ALL_COMPARED_UP_TO:
         return
-    yield from (_changed(visit, *two) for two in combinations(_by_room(visit)[:NEAREST], 2))
+    yield from (_changed(visit, *two) for two in combinations(_by_slack(visit)[:NEAREST], 2))
 
 
-def _by_room(visit: _Visit) -> list[int]:
+def _by_slack(visit: _Visit) -> list[int]:
     """The nodes of a safe zone, those with the least of their limits or gaps left first; none of others.
 
     Of those that are at a limit but for round-off the order is theirs.
     """
     if visit.zone is None or len(visit.found.x) == 0:
         return []
-    nodes, room = methods_of(visit.zone.problem).limits_left(visit.zone, visit.found)
+    nodes, slack = methods_of(visit.zone.problem).limits_left(visit.zone, visit.found)
     least = np.full(visit.zone.problem.n, inf)
-    np.minimum.at(least, nodes, np.where(np.abs(room) > NEGLIGIBLE, room, 0.0))
+    np.minimum.at(least, nodes, np.where(np.abs(slack) > NEGLIGIBLE, slack, 0.0))
     return [int(node) for node in np.argsort(least, kind="stable")]
 
 

@@ -59,7 +59,7 @@ def limits_left(rows: DiscRows, x: FloatArray, load_factor: float) -> tuple[Indi
     """How near nodes are to opening or closing: nodes (k,), their f p and gaps over the largest terms."""
     limits = rows.c[:, 0] + load_factor * rows.e[:, 0] + (rows.stiffness[:, 0] @ x)[rows.node]
     sizes = np.concatenate(_terms(rows, x, load_factor))
-    left = np.append(limits, rows.room(x, load_factor)[1]) / np.where(sizes > 0, sizes, 1.0)
+    left = np.append(limits, rows.slack(x, load_factor)[1]) / np.where(sizes > 0, sizes, 1.0)
     return np.append(rows.names[rows.node], rows.half_spaces.node), left
 
 

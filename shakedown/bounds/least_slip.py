@@ -23,14 +23,14 @@ def least_slip(zone: Zone, load_factor: float, known: FloatArray, tolerances: To
     if len(zone.closed_nodes) > LARGEST:
         return known
     rows = zone.constraints
-    G, room, slips = rows.coefficients, rows.g - load_factor * rows.d, rows.n
-    terms = np.maximum(np.abs(room), np.abs(G) @ np.abs(known))
-    room[rows.heads] += WITHIN * tolerances.feasibility * np.maximum.reduceat(terms, rows.heads)
+    G, right, slips = rows.coefficients, rows.g - load_factor * rows.d, rows.n
+    terms = np.maximum(np.abs(right), np.abs(G) @ np.abs(known))
+    right[rows.heads] += WITHIN * tolerances.feasibility * np.maximum.reduceat(terms, rows.heads)
     limited, v = np.column_stack([G, np.zeros(len(G))]), rows.slips(np.eye(slips)).T
     own, cones = methods_of(zone.problem).slip_limits(rows, v)
     program = Program(
         np.vstack([limited, own]),
-        np.append(room, np.zeros(len(own))),
+        np.append(right, np.zeros(len(own))),
         cost=np.append(np.zeros(slips), 1.0),
         cones=cones,
         tolerances=tolerances,

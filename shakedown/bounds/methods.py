@@ -69,7 +69,7 @@ class Methods(Protocol):
         """How strongly the limits of a zone ask for a node to be opened or closed."""
 
     def limits_left(self, zone: Zone, found: ZoneLimit) -> tuple[NDArray[np.intp], FloatArray]:
-        """How near nodes are to opening or closing: nodes (k,), and the room left, relative."""
+        """How near nodes are to opening or closing: nodes (k,), and the slack left, relative."""
 
     def energy_bound(
         self, zone: Zone, given: FloatArray, distance: float, tolerances: Tolerances, *, split: bool

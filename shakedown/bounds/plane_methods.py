@@ -41,10 +41,10 @@ def upper(zone: Zone, transient: bool, certify: bool | None, tolerances: Toleran
 def safe_slip(zone: Zone, load_factor: float, transient: bool, tolerances: Tolerances) -> SafeSlip:
     """The slip with the largest margin to every row."""
     rows = zone.rows(transient)
-    room = rows.g - load_factor * rows.d
+    right = rows.g - load_factor * rows.d
     norms = np.linalg.norm(rows.G, axis=1)
     cap = _typical_distance(rows, load_factor, norms)
-    found = widest(rows.coefficients, norms, room, cap=cap, tolerances=tolerances)
+    found = widest(rows.coefficients, norms, right, cap=cap, tolerances=tolerances)
     slip = rows.slips(found.x)
     residual = float(rows.relative_excess(slip, load_factor).max())
     active = rows_named(rows, np.flatnonzero(found.multipliers))
@@ -62,7 +62,7 @@ def safe_slip(zone: Zone, load_factor: float, transient: bool, tolerances: Toler
 def _typical_distance(rows: Constraints, load_factor: float, norms: FloatArray) -> float:
     """Twice the largest margin that a bounded margin can have [length].
 
-    The multipliers y of the largest margin t give t = yᵀ room with yᵀ norms = 1.
+    The multipliers y of the largest margin t give t = yᵀ (g − λ d) with yᵀ norms = 1.
     """
     reach = np.abs(rows.g) + np.abs(load_factor * rows.d)
     steep = norms > 0
@@ -108,6 +108,6 @@ def _at_the_apex(found: ZoneLimit, rows: Constraints, tolerances: Tolerances) ->
 
 
 def limits_left(zone: Zone, found: ZoneLimit) -> tuple[NDArray[np.intp], FloatArray]:
-    """How near nodes are to opening or closing: nodes (k,), and the room left at their rows, relative."""
+    """How near nodes are to opening or closing: nodes (k,), and the slack left at their rows, relative."""
     rows = zone.constraints
     return rows.node, -rows.relative_excess(found.x, found.load_factor)

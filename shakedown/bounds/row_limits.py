@@ -152,7 +152,7 @@ def _unbounded(
 def _widest_direction(
     rows: Constraints, certificate: Certificate | None, tolerances: Tolerances
 ) -> FloatArray:
-    """v with G v + d ≤ 0, with room to spare where there is any."""
+    """v with G v + d ≤ 0, with slack to spare where there is any."""
     norms = np.linalg.norm(rows.G, axis=1)
     cap = float(np.max(np.abs(rows.d)[norms > 0] / norms[norms > 0], initial=0.0))
     found = widest(rows.coefficients, norms, -rows.d, cap=cap, tolerances=tolerances)

@@ -1,4 +1,4 @@
-"""Safe slips: slips that satisfy every frictional constraint, with as much room as possible."""
+"""Safe slips: slips that satisfy every frictional constraint, with as much slack as possible."""
 
 from collections.abc import Iterable
 from typing import Literal
@@ -32,7 +32,7 @@ def safe_slip(
     load_factor
         λ ≥ 0, the factor on the periodic part of the loading.
     open_nodes, transient
-        As for :func:`upper_bound`, which of a zone gives the least safe slip; this one has the most room.
+        As for :func:`upper_bound`, which of a zone gives the least safe slip; this one has the most slack.
     tolerances
         ``feasibility`` decides what is safe.
 

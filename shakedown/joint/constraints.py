@@ -193,7 +193,7 @@ def _cones(
 ) -> Constraints:
     """The discs of some nodes at some load steps, and the least pressures of nodes without friction.
 
-    ``taken`` and ``left`` (m, r) are what load steps take from the room, and what they leave.
+    ``taken`` and ``left`` (m, r) are what load steps take from the slack, and what they leave.
     """
     node, step = (each.repeat(CONE) for each in place)
     rows = CONE * node + np.tile(np.arange(CONE), len(place[0]))
@@ -238,13 +238,13 @@ def through_transient(problem: Problem) -> Constraints:
     if problem.q_transient is None or problem.p_transient is None or not len(problem.q_transient):
         return rows
     law = problem.law
-    room = law.cone(problem.q_transient, problem.p_transient)
+    right = law.cone(problem.q_transient, problem.p_transient)
     if problem.directions > 1:
         place = law.extreme_steps(problem.q_transient, problem.p_transient)
         G = law.stiffness(problem.A, problem.B)
-        before = _cones(law, G, np.zeros_like(room), room, place, rows.rigid)
+        before = _cones(law, G, np.zeros_like(right), right, place, rows.rigid)
     else:
-        before = replace(rows, d=np.zeros_like(rows.d), g=room.min(axis=0), step=room.argmin(axis=0))
+        before = replace(rows, d=np.zeros_like(rows.d), g=right.min(axis=0), step=right.argmin(axis=0))
     return replace(
         rows,
         G=np.vstack([rows.G, before.G]),
@@ -252,7 +252,7 @@ def through_transient(problem: Problem) -> Constraints:
         g=np.append(rows.g, before.g),
         node=np.append(rows.node, before.node),
         side=np.append(rows.side, before.side),
-        step=np.append(rows.step, before.step - len(room)),
+        step=np.append(rows.step, before.step - len(right)),
     )
 
 

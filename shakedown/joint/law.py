@@ -102,7 +102,7 @@ class Law:
         return self._with_pressures(rows, p)
 
     def against(self, q: Numbers, p: Numbers) -> Numbers:
-        """−s(q, p), (…, r) [force]: what a load takes from the room within the limits."""
+        """−s(q, p), (…, r) [force]: what a load takes from the slack within the limits."""
         limit = self.limit(p)
         return self._with_pressures(_by_node(q - limit, -q - limit), -p) if self.d == 1 else -self.cone(q, p)
 

@@ -94,7 +94,7 @@ class Motion:
         self.done, self.stop = done, None
 
     def checkpoint(self) -> Checkpoint:
-        """All that what follows depends on; another motion of the same joint and load factor goes on from it."""
+        """All that what follows depends on; another motion of this joint and load factor goes on with it."""
         return self.done, *self.method.checkpoint()
 
     def restore(self, checkpoint: Checkpoint) -> None:

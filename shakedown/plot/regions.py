@@ -330,7 +330,7 @@ def _places(lines: ContourSet, axes: Axes) -> Iterator[tuple[float, float]]:
     """Where each line has its number: where it is farthest from the edge of the axes."""
     for segment in (segment for level in lines.allsegs for segment in level):
         inside = axes.transLimits.transform(segment)
-        room = np.minimum(inside, 1.0 - inside).min(axis=1)
-        if room.max(initial=0.0) > MARGIN:
-            x, y = segment[np.argmax(room)]
+        depth = np.minimum(inside, 1.0 - inside).min(axis=1)
+        if depth.max(initial=0.0) > MARGIN:
+            x, y = segment[np.argmax(depth)]
             yield float(x), float(y)

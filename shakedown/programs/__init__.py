@@ -3,7 +3,7 @@
 Reading order: ``program`` (statement, numbers near 1, solution with residuals), ``scaling`` (by powers
 of two), ``solver`` (the method for given cones; planes that cut cones), ``simplex`` (held for many
 solves), ``highs`` (what it stands on), ``vertex`` (polish), ``conic`` (Clarabel, cvxpy), ``disc_solver``
-(the cones of two tangential directions), ``margin`` (the point with the most room), ``polygon`` (corners in
+(the cones of two tangential directions), ``margin`` (the point with the most slack), ``polygon`` (corners in
 the plane), ``cone_rays`` (how far a cone reaches).
 
 Without round-off, through FLINT: ``integer_algebra`` (systems of integers), ``exact_program`` (optimality of

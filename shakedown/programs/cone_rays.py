@@ -5,14 +5,14 @@ import numpy as np
 from shakedown.ground.float_array import FloatArray
 
 
-def way_to_limits(G: FloatArray, room: FloatArray, centre: FloatArray, directions: FloatArray) -> FloatArray:
-    """The largest t at which room − G (centre + t direction) is in the cone, of all cones, (k,).
+def way_to_limits(G: FloatArray, right: FloatArray, centre: FloatArray, directions: FloatArray) -> FloatArray:
+    """The largest t at which right − G (centre + t direction) is in the cone, of all cones, (k,).
 
     Along a direction a cone s = (f p, q) ends where |q|² = (f p)², c + 2 b t + a t² = 0, at the first t > 0.
 
     Parameters
     ----------
-    G, room : (3r, dn), (3r,)
+    G, right : (3r, dn), (3r,)
         Second-order cones of three rows each [force/length, force].
     centre : (dn,)
         Slips [length].
@@ -31,7 +31,7 @@ def way_to_limits(G: FloatArray, room: FloatArray, centre: FloatArray, direction
     >>> way_to_limits(np.vstack([np.zeros(2), -np.eye(2)]), np.array([0.5, 0.0, 0.0]), np.zeros(2), np.eye(2))
     array([0.5, 0.5])
     """
-    head, *q = (room - G @ centre).reshape(-1, 3).T[:, :, None]
+    head, *q = (right - G @ centre).reshape(-1, 3).T[:, :, None]
     if (np.hypot(*q) > head).any():
         return np.zeros(len(directions))
     per_head, *per_q = np.moveaxis((-G @ directions.T).reshape(-1, 3, len(directions)), 1, 0)

@@ -140,13 +140,13 @@ def _others_hold(
     program: ExactProgram, table: FloatArray, active: list[int], x: _Refined, column_bits: Bits
 ) -> bool:
     """Whether all rows that are not active hold, with room for the error of x."""
-    values, room = product(program.table, x.numerators), []
+    values, hold = product(program.table, x.numerators), []
     reach = (np.abs(np.ldexp(table, column_bits)).sum(axis=1) * (x.error * SAFETY)).tolist()
     meeting = set(active)
     for i, (value, right) in enumerate(zip(values, program.right, strict=True)):
         if i not in meeting:
-            room.append(_float((right << x.bits) - value, -x.bits) > reach[i] * SAFETY)
-    return all(room)
+            hold.append(_float((right << x.bits) - value, -x.bits) > reach[i] * SAFETY)
+    return all(hold)
 
 
 def _one_float(program: ExactProgram, x: _Refined, column_bits: Bits) -> bool:

@@ -103,8 +103,8 @@ def test_constructed_optimum_is_found(seed: int) -> None:
     assert np.abs(y @ rows.G[subset]).max() < 1e-12
     amplitude = rng.uniform(0.5, 1.5, 4)
     quiet = Problem(A=problem.A, B=problem.B, f=problem.f, q_w=np.zeros((1, 4)), p_w=np.zeros((1, 4)))
-    room = np.where(np.isin(np.arange(8), subset), 0.0, rng.uniform(0.1, 1.0, 8))
-    g = rows.G @ slip + load_factor * np.repeat(amplitude, 2) + room
+    slack = np.where(np.isin(np.arange(8), subset), 0.0, rng.uniform(0.1, 1.0, 8))
+    g = rows.G @ slip + load_factor * np.repeat(amplitude, 2) + slack
     p0, q0 = (g[::2] + g[1::2]) / (2 * problem.f), (g[1::2] - g[::2]) / 2
     loop = np.array([[1.0], [-1.0]]) * amplitude
     built = replace(quiet, q_w=q0 + loop, p_w=np.tile(p0, (2, 1)))

@@ -25,7 +25,7 @@ CITED = {
 }
 
 
-def room(problem: Problem, slip: np.ndarray, load_factor: float) -> float:
+def slack(problem: Problem, slip: np.ndarray, load_factor: float) -> float:
     """The least f p − |q| over all load steps, relative to the largest force."""
     loop = loading(problem)
     q = loop.q0 + load_factor * loop.q1 + problem.A @ slip
@@ -43,7 +43,7 @@ def test_cited(name):
     assert low <= upper.certified[1]
     assert upper.certified[1] - upper.certified[0] <= 1e-9 * low
     assert upper.exact
-    assert abs(room(problem, upper.slip, upper.load_factor)) < 1e-14
+    assert abs(slack(problem, upper.slip, upper.load_factor)) < 1e-14
     y, rows = upper.multipliers, constraints(problem)
     terms = np.abs(y) @ np.abs(rows.G)
     assert np.all(np.abs(y @ rows.G) <= 1e-13 * terms)
@@ -88,7 +88,7 @@ def test_tangents_may_be_turned(seed):
     one, same = shakedown.upper_bound(problem), shakedown.upper_bound(other)
     assert same.status == one.status
     assert same.load_factor == pytest.approx(one.load_factor, rel=1e-11)
-    assert room(other, T @ one.slip, one.load_factor) > -1e-13
+    assert slack(other, T @ one.slip, one.load_factor) > -1e-13
 
 
 @pytest.mark.parametrize(("force", "length"), [(2.0**40, 2.0**-40), (2.0**-40, 2.0**17), (3e7, 7e-5)])
@@ -138,7 +138,7 @@ def test_two_methods(seed):
         )
 
 
-def exact_room(problem: Problem, slip: np.ndarray, load_factor: float) -> bool:
+def exact_slack(problem: Problem, slip: np.ndarray, load_factor: float) -> bool:
     """Whether a slip is safe at every load step, in rational arithmetic."""
     exact = np.vectorize(lambda x: Fraction(float(x)), otypes=[object])
     A, B, q, p = (exact(each) for each in (problem.A, problem.B, problem.q_w, problem.p_w))
@@ -163,8 +163,8 @@ def test_what_is_proved_holds_in_rational_arithmetic(seed):
     proof, (slips, _) = safe_proof.proof_of(problem, rows), enclosure.inner_points(best)
     low, slip = safe_proof.proved_low(proof, best.x, best.load_factor, slips)
     assert low == pytest.approx(best.load_factor, rel=1e-10)
-    assert exact_room(problem, slip, low)
-    assert not exact_room(problem, slip, low * (1 + 1e-9))
+    assert exact_slack(problem, slip, low)
+    assert not exact_slack(problem, slip, low * (1 + 1e-9))
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -251,7 +251,7 @@ def test_wedging_is_proved():
     assert upper.certified == (np.inf, np.inf)
     assert "wedging" in upper.reason
     assert upper.residual < 0
-    assert room(problem, 1e6 * upper.direction, 1e6) > 0
+    assert slack(problem, 1e6 * upper.direction, 1e6) > 0
 
 
 def test_zero_amplitude_and_relief():
@@ -334,9 +334,9 @@ def test_a_floating_body_is_pinned():
     assert len(upper.pinned) == 2
     np.testing.assert_array_equal(upper.slip[list(upper.pinned)], 0.0)
     assert upper.certified[1] - upper.certified[0] < 1e-9
-    assert room(floating, upper.slip, upper.load_factor) > -1e-13
+    assert slack(floating, upper.slip, upper.load_factor) > -1e-13
     moved = upper.slip + Z[:8] @ [3.0, -2.0]
-    assert room(floating, moved, upper.load_factor) > -1e-12
+    assert slack(floating, moved, upper.load_factor) > -1e-12
 
 
 def test_the_transient_may_take_room():
@@ -377,7 +377,7 @@ def test_the_safest_slip_has_a_ball_of_safe_slips(seed):
     for _ in range(50):
         way = rng.normal(size=6)
         assert (
-            room(problem, safe.slip + safe.margin * way / np.linalg.norm(way), 0.9 * upper.load_factor)
+            slack(problem, safe.slip + safe.margin * way / np.linalg.norm(way), 0.9 * upper.load_factor)
             > -1e-12
         )
     assert shakedown.safe_slip(problem, 1.001 * upper.load_factor).status == Status.INFEASIBLE
@@ -411,7 +411,7 @@ def test_an_optimum_without_a_certificate_keeps_its_own_conditions(seed):
         upper = shakedown.upper_bound(problem)
         assert upper.status == Status.OPTIMAL
         assert upper.certified is None
-        assert room(problem, upper.slip, upper.load_factor) > -1e-3
+        assert slack(problem, upper.slip, upper.load_factor) > -1e-3
         rows, y = constraints(problem), upper.multipliers
         gap = abs(y @ rows.g - upper.load_factor) + np.abs(y @ rows.G) @ np.abs(upper.slip)
         assert gap <= 1e-3 * (np.abs(y) @ np.abs(rows.g))

@@ -225,18 +225,18 @@ class _Boxes:
         program.set_columns(np.array([n]), np.array([load_factor]), np.array([load_factor]))
         if not program.solve().optimal:
             return False
-        room = rows.g - load_factor * rows.d
+        right = rows.g - load_factor * rows.d
         for node in near.tolist():
             pair = rows_of(node)
             own = np.abs(rows.G[pair, node])
-            cost = -(rows.G[pair] / own[:, None]).sum(axis=0)  # U − L = room / own + cost · v
+            cost = -(rows.G[pair] / own[:, None]).sum(axis=0)  # U − L = right / own + cost · v
             program.set_rows(pair, -free, free)
             program.set_cost(np.append(cost, 0.0))
             found = program.solve()
             program.set_rows(pair, -free, rows.g[pair])
             if not found.optimal:
                 return False
-            terms = np.concatenate([room[pair] / own, cost * found.x[:-1]])
+            terms = np.concatenate([right[pair] / own, cost * found.x[:-1]])
             if not terms.sum() > self._tolerances.feasibility * np.abs(terms).max():
                 return False
         return True

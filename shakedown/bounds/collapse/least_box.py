@@ -96,12 +96,12 @@ class BoxMap:
 
         Whatever limits the other nodes have: so in the box the node collapses no earlier.
         """
-        slope, room = (by_side(x[: len(self._own)] / self._own) for x in (self.rows.d, self.rows.g))
-        slope, room = slope[:, 0] + slope[:, 1], room[:, 0] + room[:, 1]
-        room = room + box.least(-(self._others[:, 0] + self._others[:, 1]))
+        slope, right = (by_side(x[: len(self._own)] / self._own) for x in (self.rows.d, self.rows.g))
+        slope, right = slope[:, 0] + slope[:, 1], right[:, 0] + right[:, 1]
+        right = right + box.least(-(self._others[:, 0] + self._others[:, 1]))
         rising = slope > 0
-        meeting = np.divide(room, slope, out=np.full(self.n, inf), where=rising)
-        return np.where(room > 0, np.where(rising, meeting, inf), 0.0)
+        meeting = np.divide(right, slope, out=np.full(self.n, inf), where=rising)
+        return np.where(right > 0, np.where(rising, meeting, inf), 0.0)
 
 
 def _forward_first(rows: FloatArray) -> FloatArray:

@@ -191,10 +191,10 @@ def _drift_bound(problem: Problem) -> float:
         chosen = 2 * np.arange(problem.n) + np.where(turned, 1 - side, side)
         y = np.linalg.svd(rows.G[chosen])[0][:, -1]
         y = y * np.sign(y.sum())
-        room, load = float(y @ rows.g[chosen]), float(y @ rows.d[chosen])
-        if not (np.all(y > 0.0) and room > 0.0):
+        slack, load = float(y @ rows.g[chosen]), float(y @ rows.d[chosen])
+        if not (np.all(y > 0.0) and slack > 0.0):
             return 0.0
-        bounds.append(room / load if load > 0.0 else inf)
+        bounds.append(slack / load if load > 0.0 else inf)
     return min(bounds)
 
 

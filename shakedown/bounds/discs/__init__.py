@@ -2,7 +2,7 @@
 
 Reading order: ``disc_rows`` (the limits, node by node), ``scaled_discs`` (the program in numbers near 1),
 ``polished_solution`` (its end: interior points, Newton's method on the active discs), ``frictionless`` (nodes
-without a limit), ``safest_slip`` (the slip with most room, the mean load), ``rounded_once`` (what proofs are
+without a limit), ``safest_slip`` (the slip with most slack, the mean load), ``rounded_once`` (what proofs are
 computed with), ``safe_proof`` (safe slips, proved), ``enclosure`` (two load factors with λ_max between them,
 proved), ``disc_limits`` (the largest load factor, its status).
 """

@@ -52,7 +52,7 @@ class DiscLimit:
     end
         The program that it is the end of; None where there was none to solve.
     safe
-        Where there is no end of a program: slips that may have room, and their load factors.
+        Where there is no end of a program: slips that may have slack, and their load factors.
     """
 
     status: Status
@@ -114,7 +114,7 @@ def _missed(rows: DiscRows, found: DiscLimit) -> float:
     x, at, y, z, H = found.x, found.load_factor, found.y, found.z, rows.half_spaces
     loads = np.maximum(np.abs(rows.c), at * np.abs(rows.e)).max(axis=1)
     sizes = np.maximum(loads, NEGLIGIBLE * loads.max())  # a smaller load is no scale of its own
-    broken = float(np.max(-rows.room(x, at)[0] / np.where(sizes > 0, sizes, 1.0), initial=0.0))
+    broken = float(np.max(-rows.slack(x, at)[0] / np.where(sizes > 0, sizes, 1.0), initial=0.0))
     balance = (rows.sums @ y).ravel() @ rows.flat - z @ H.coefficients
     gap = abs(np.vdot(y, rows.c) + z @ H.g - at) + np.abs(balance) @ np.abs(x)
     terms = np.vdot(np.abs(y), np.abs(rows.c)) + np.abs(z) @ np.abs(H.g)
@@ -131,8 +131,8 @@ def announce(rows: DiscRows) -> None:
 
 def relieving(rows: DiscRows) -> bool:
     """Whether the periodic loads bring no node nearer to its limits."""
-    room = rows.e[:, 0] - np.hypot(rows.e[:, 1], rows.e[:, 2])
-    return bool(np.all(room >= 0) and np.all(rows.half_spaces.d <= 0))
+    slack = rows.e[:, 0] - np.hypot(rows.e[:, 1], rows.e[:, 2])
+    return bool(np.all(slack >= 0) and np.all(rows.half_spaces.d <= 0))
 
 
 def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> DiscLimit:

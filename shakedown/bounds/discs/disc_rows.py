@@ -70,7 +70,7 @@ class DiscRows:
         nodes, triple, k = self.stiffness.shape
         return self.stiffness.reshape(nodes * triple, k)
 
-    def room(self, x: FloatArray, load_factor: float) -> tuple[FloatArray, FloatArray]:
+    def slack(self, x: FloatArray, load_factor: float) -> tuple[FloatArray, FloatArray]:
         """f p − |q| of every disc, and what the half-spaces leave, at unknowns (k,) [force, length]."""
         s = self.c + load_factor * self.e + (self.flat @ x).reshape(-1, 3)[self.node]
         H = self.half_spaces
@@ -83,11 +83,11 @@ class DiscRows:
         H = self.half_spaces
         moved = np.abs(H.coefficients) @ np.abs(x)
         others = np.maximum(moved, np.maximum(np.abs(H.g), np.abs(load_factor * H.d)))
-        rooms = [
-            room / np.where(size > 0, size, 1.0)
-            for room, size in zip(self.room(x, load_factor), (terms, others), strict=True)
+        slacks = [
+            slack / np.where(size > 0, size, 1.0)
+            for slack, size in zip(self.slack(x, load_factor), (terms, others), strict=True)
         ]
-        return -float(min(each.min(initial=np.inf) for each in rooms))
+        return -float(min(each.min(initial=np.inf) for each in slacks))
 
     def named(self, discs: Indices, others: Indices) -> tuple[tuple[int, int], ...]:
         """(node, load step) of some discs and half-spaces, each once."""

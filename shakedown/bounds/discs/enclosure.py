@@ -35,7 +35,7 @@ INNER_GAPS = (1e-4, 1e-2)  # of inner points
 ROUNDED_TWICE = 4 * HALF_ULP  # of f S, relative: a sum and a product, and what their bound is rounded by
 
 TOO_SOFT = "the tangential stiffness is too nearly singular to prove the balance of multipliers"
-NO_ROOM = "no slip was found that is safe at every load step by more than its rounding errors"
+NO_SLACK = "no slip was found that is safe at every load step by more than its rounding errors"
 NO_INNER = "no multipliers were found that prove more than their rounding errors"
 ROUND_OFF = "the slip is so large that round-off in the stored stiffness decides the answer"
 UNPROVED = "what proves that there is no largest load factor does not survive its rounding errors"
@@ -97,7 +97,7 @@ class Repair:
     def balanced(self, y: FloatArray) -> Balance:
         """Multipliers with the correction that remains: bounded, but not yet known to fit into the cones."""
         rows, n = self.proof.rows, self.proof.problem.n
-        y, disc = y.copy(), _roomiest(rows, y)
+        y, disc = y.copy(), _with_most_slack(rows, y)
         for _ in range(2):
             change = np.zeros(2 * n)
             change[self.kept] = self.inverse.solved(self.missing(y)[0])
@@ -108,22 +108,22 @@ class Repair:
         return Balance(y, disc, correction.reshape(-1, 2))
 
 
-def _rooms(rows: DiscRows, y: FloatArray) -> FloatArray:
+def _slacks(rows: DiscRows, y: FloatArray) -> FloatArray:
     """σ − |y| of multipliers (j, 3), at least; of reactions that must vanish σ alone counts."""
-    room = y[:, 0] - np.hypot(y[:, 1], y[:, 2]) * (1.0 + SUMS)
-    return np.asarray(np.where(rows.smooth, np.where(y[:, 0] >= 0, inf, -inf), room))
+    slack = y[:, 0] - np.hypot(y[:, 1], y[:, 2]) * (1.0 + SUMS)
+    return np.asarray(np.where(rows.smooth, np.where(y[:, 0] >= 0, inf, -inf), slack))
 
 
-def _roomiest(rows: DiscRows, y: FloatArray) -> NDArray[np.intp]:
-    """The disc of every node with the largest room for a correction."""
-    order = np.lexsort((_rooms(rows, y), rows.node))
+def _with_most_slack(rows: DiscRows, y: FloatArray) -> NDArray[np.intp]:
+    """The disc of every node with the largest slack for a correction."""
+    order = np.lexsort((_slacks(rows, y), rows.node))
     last = np.flatnonzero(np.diff(rows.node[order], append=-1))
     return np.asarray(order[last])
 
 
 def _fits(rows: DiscRows, balance: Balance) -> bool:
     needed = balance.correction.sum(axis=1) * (1.0 + SUMS)
-    outside = _rooms(rows, balance.y)
+    outside = _slacks(rows, balance.y)
     return bool(np.all(outside >= 0) and np.all(outside[balance.disc] >= needed))
 
 
@@ -132,20 +132,20 @@ def fitting(
 ) -> Balance | None:
     """Exact multipliers next to y, as little of inner ones mixed in as it takes; None where there are none.
 
-    ``inner`` has multipliers with room, and by how much each is worse than y; ``most`` is what may be lost.
+    ``inner`` has multipliers with slack, and by how much each is worse than y; ``most`` is what may be lost.
     """
     first, rows = repair.balanced(y), repair.proof.rows
     if _fits(rows, first):
         return first
-    outside = np.maximum(-np.minimum(_rooms(rows, y), _rooms(rows, first.y)), 0.0)
+    outside = np.maximum(-np.minimum(_slacks(rows, y), _slacks(rows, first.y)), 0.0)
     needed = first.correction.sum(axis=1)
     best, share, lost = None, inf, inf
     for other, worse in inner:
-        room = _rooms(rows, other)
-        if not room.min() > 0:
+        slack = _slacks(rows, other)
+        if not slack.min() > 0:
             continue
-        largest = room[_roomiest(rows, other)]
-        wanted = float(max(np.max(outside / (outside + room)), np.max(needed / (needed + largest))))
+        largest = slack[_with_most_slack(rows, other)]
+        wanted = float(max(np.max(outside / (outside + slack)), np.max(needed / (needed + largest))))
         if wanted * worse < lost:
             best, share, lost = other, wanted, wanted * worse
     if best is None or lost > most:
@@ -205,7 +205,7 @@ def proved_infeasible(problem: Problem, rows: DiscRows, candidates: Iterable[Flo
 
 
 def on_the_way(end: DiscEnd, completed: Completed = of_discs) -> Iterator[FloatArray]:
-    """Multipliers with more room on the way to those that exclude every slip."""
+    """Multipliers with more slack on the way to those that exclude every slip."""
     rows = end.scaled.rows
     for point in end.end.path[-2::-2]:
         y, z = end.scaled.multipliers(balanced_multipliers(end.scaled.program, point._replace(tau=0.0)))
@@ -225,7 +225,7 @@ def _excludes(repair: Repair, y: FloatArray) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """An optimum in floats, and points with room beside it.
+    """An optimum in floats, and points with slack beside it.
 
     Attributes
     ----------
@@ -236,9 +236,9 @@ class Optimum:
     y : (j, 3)
         Multipliers of the discs, and of pressures (:meth:`DiscRows.with_pressures`).
     slips
-        Slips with room, and their load factors.
+        Slips with slack, and their load factors.
     multipliers
-        Multipliers with room, and by how much each is worse than y.
+        Multipliers with slack, and by how much each is worse than y.
     """
 
     x: FloatArray
@@ -264,7 +264,7 @@ def enclosed(
     proof = proof_of(problem, rows)
     low, _ = proved_low(proof, best.x, best.load_factor, best.slips)
     if not np.isfinite(low):
-        return Missing(NO_ROOM)
+        return Missing(NO_SLACK)
     if low == 0 and only_at_zero(proof):
         return 0.0, 0.0
     repair = Repair(proof)
@@ -277,7 +277,7 @@ def enclosed(
 def inner_points(
     best: DiscEnd, completed: Completed = of_discs
 ) -> tuple[list[tuple[FloatArray, float]], list[tuple[FloatArray, float]]]:
-    """Slips with room, with their load factors, and multipliers with room, with what they lose."""
+    """Slips with slack, with their load factors, and multipliers with slack, with what they lose."""
     scaled, slips, multipliers = best.scaled, [], []
     program = scaled.program
     slack = program.limits - program.times(best.end.x)

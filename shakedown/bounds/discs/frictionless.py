@@ -1,4 +1,4 @@
-"""Nodes without friction: no reaction along the surface at any load step, equations and no room.
+"""Nodes without friction: no reaction along the surface at any load step, equations and no slack.
 
 A disc without a limit is |q_i| ≤ 0. These equations are solved first: v = start + λ · slope + ways · ζ, with
 what is left of the joint in the unknowns ζ. Where they hold at one load factor only, it is that one.

@@ -16,7 +16,7 @@ from shakedown.programs.self_dual import USABLE, Point, SelfDualEnd, balanced_mu
 from shakedown.programs.small_cones import TRIPLE
 
 STEPS = 12
-NEGATIVE = 10 * ROUND_OFF  # largest room or multiplier below zero likewise
+NEGATIVE = 10 * ROUND_OFF  # largest slack or multiplier below zero likewise
 ALIKE = (1.0, 1e-2, 1e2)  # by how much a slack may exceed its multiplier where the limit is active
 PROXIMITY = 100 * ROUND_OFF  # what holds slips that active limits leave free, and limits that say the same
 
@@ -81,7 +81,7 @@ def _active(program: DiscProgram, end: SelfDualEnd, alike: float) -> _Active:
 
 
 def _left(program: DiscProgram, end: SelfDualEnd) -> float:
-    """The largest of what is left of the balance, rooms and multipliers below zero, and the gap."""
+    """The largest of what is left of the balance, slacks and multipliers below zero, and the gap."""
     slack = program.limits - program.times(end.x)
     balance = np.abs(program.transposed(end.multipliers) + program.costs).max()
     outside = max(-program.cones.margin(slack), -program.cones.margin(end.multipliers), 0.0)
@@ -123,7 +123,7 @@ def _step(gradient: FloatArray, missing: FloatArray, H: FloatArray, J: FloatArra
 def _equations(
     program: DiscProgram, active: _Active, x: FloatArray, m: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Balance of the multipliers, room of the active limits, curvature, slopes of the active limits."""
+    """Balance of the multipliers, slack of the active limits, curvature, slopes of the active limits."""
     s, linear, _ = program.parts(program.limits - program.times(x))
     a, b = len(active.linear), len(active.linear) + len(active.edge)
     edges = program.edges(active.edge, x, m[a:b])

@@ -17,7 +17,7 @@ from shakedown.joint.rigid_slips import rigid_slips
 
 LOADS = 8 * HALF_ULP  # of a load in its parts, relative: a mean, a difference, a product
 ROUNDS = 12  # of mixing more of an inner point, twice as much every time
-SPARE = 2.0  # more room than is needed at first
+SPARE = 2.0  # more slack than is needed at first
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Proof:
     loads: Loads
     kept: NDArray[np.intp]
 
-    def room(self, x: FloatArray, load_factor: float, constant: float = 1.0) -> FloatArray:
+    def slack(self, x: FloatArray, load_factor: float, constant: float = 1.0) -> FloatArray:
         """What f p − |q| certainly is, at least, at every load step (m, n) [force]; p without friction.
 
         At a slip x (2n,) and constant · c + load_factor · e.
@@ -100,10 +100,10 @@ class Proof:
         left += np.where(size > 0, TINY * x.size, 0.0)
         if self.smooth.size:
             left += self._moved(s, left, load_factor)
-        room = s[..., 0] - np.hypot(s[..., 1], s[..., 2]) - left.sum(axis=-1) * (1.0 + SUMS)
-        room[:, self.smooth] = (s[..., 0] - left[..., 0] * (1.0 + SUMS))[:, self.smooth]
-        room[:, self.weightless] = inf
-        return np.asarray(room)
+        slack = s[..., 0] - np.hypot(s[..., 1], s[..., 2]) - left.sum(axis=-1) * (1.0 + SUMS)
+        slack[:, self.smooth] = (s[..., 0] - left[..., 0] * (1.0 + SUMS))[:, self.smooth]
+        slack[:, self.weightless] = inf
+        return np.asarray(slack)
 
     @cached_property
     def smooth(self) -> NDArray[np.intp]:
@@ -154,19 +154,19 @@ def proved_low(
 ) -> tuple[float, FloatArray]:
     """A load factor next to the one given at which a slip is proved to be safe, and it; NaN where none is.
 
-    ``inner`` has slips with room, and their load factors: as little of one of them is mixed in as it takes.
+    ``inner`` has slips with slack, and their load factors: as little of one of them is mixed in as it takes.
     """
-    short = -proof.room(x, load_factor)
+    short = -proof.slack(x, load_factor)
     if short.max() <= 0:
         return load_factor, x
     best, share, lost = None, inf, inf
     for slip, at in inner:
         if not (at >= 0 and np.isfinite(slip).all()):
             continue
-        room = proof.room(slip, at)
-        if room.min() > 0:
+        slack = proof.slack(slip, at)
+        if slack.min() > 0:
             lacking = short > 0
-            part = short[lacking] / (short[lacking] + room[lacking])
+            part = short[lacking] / (short[lacking] + slack[lacking])
             needed = float(part.max(initial=0.0))
             if needed * (load_factor - at) < lost:
                 best, share, lost = (slip, at), needed, needed * (load_factor - at)
@@ -175,7 +175,7 @@ def proved_low(
     for _ in range(ROUNDS):
         share = min(1.0, SPARE * share)
         mixed, at = x + share * (best[0] - x), load_factor + share * (best[1] - load_factor)
-        if proof.room(mixed, at).min() >= 0:
+        if proof.slack(mixed, at).min() >= 0:
             return float(at), mixed
     return float(best[1]), best[0]
 
@@ -187,9 +187,9 @@ def proved_unbounded(
     if rigid_slips(problem).doubt or not np.isfinite(direction).all():
         return False
     proof = proof_of(problem, rows)
-    if not proof.room(direction, 1.0, constant=0.0).min() >= 0:
+    if not proof.slack(direction, 1.0, constant=0.0).min() >= 0:
         return False
-    return any(proof.room(*each).min() >= 0 for each in safe)
+    return any(proof.slack(*each).min() >= 0 for each in safe)
 
 
 def only_at_zero(proof: Proof) -> bool:

@@ -1,4 +1,4 @@
-"""The slip with most room at one load factor, over discs; whether one is safe under the mean load."""
+"""The slip with most slack at one load factor, over discs; whether one is safe under the mean load."""
 
 from dataclasses import dataclass, replace
 
@@ -16,7 +16,7 @@ from shakedown.joint.problem import Problem
 
 @dataclass(frozen=True, eq=False)
 class Safest:
-    """The slip with most room at one load factor.
+    """The slip with most slack at one load factor.
 
     Attributes
     ----------

@@ -16,7 +16,7 @@ ROUND_OFF = 4 * np.finfo(float).eps
 
 @dataclass(frozen=True, eq=False)
 class DiscsAbout:
-    """(f p, a q) = g − H_i y − λ d in discs that leave the room s_i R, y in units of energy about a slip.
+    """(f p, a q) = g − H_i y − λ d in discs that leave the slack s_i R, y in units of energy about a slip.
 
     Dimensionless, by powers of two, one of each node's own included.
 
@@ -92,7 +92,7 @@ class DiscsAbout:
         """(f p, a q) of every disc, (K, 3)."""
         return np.asarray(self.g - (self.H @ y)[self.node] - load_factor * self.d)
 
-    def room(self, y: FloatArray, load_factor: float = 0.0) -> FloatArray:
+    def slack(self, y: FloatArray, load_factor: float = 0.0) -> FloatArray:
         """Distance of every disc and row to its limit (K + k,)."""
         u = self.discs_at(y, load_factor)
         rows = self.row_g - self.rows @ y - load_factor * self.row_d
@@ -103,7 +103,7 @@ class DiscsAbout:
         moved = np.append((np.abs(self.H) @ np.abs(y)).max(axis=1)[self.node], np.abs(self.rows) @ np.abs(y))
         loads = abs(load_factor) * np.append(np.abs(self.d).max(axis=1), np.abs(self.row_d))
         terms = np.maximum(np.maximum(moved, loads), np.maximum(self.sizes, radius * self.all_s))
-        return (radius * self.all_s - self.room(y, load_factor)) / np.where(terms > 0, terms, 1.0)
+        return (radius * self.all_s - self.slack(y, load_factor)) / np.where(terms > 0, terms, 1.0)
 
     def program(self, extra: FloatArray, rows_extra: FloatArray, rows_right: FloatArray) -> DiscProgram:
         """Minimise the last of w, negative, over these discs: of discs and rows the coefficients of w.
@@ -185,11 +185,11 @@ class DiscsAbout:
 
     def margin(self, y: FloatArray, load_factor: float, radius: float) -> float:
         """The smallest margin that discs and rows keep at y with a radius, relative, at most 1."""
-        room = self.room(y, load_factor) - radius * self.all_s
+        slack = self.slack(y, load_factor) - radius * self.all_s
         sizes = np.where(self.margin_sizes > 0, self.margin_sizes, 1.0)
-        return min(1.0, float(np.min(room / sizes, initial=1.0)))
+        return min(1.0, float(np.min(slack / sizes, initial=1.0)))
 
-    def room_program(self, *, ball: bool) -> DiscProgram:
+    def widest_program(self, *, ball: bool) -> DiscProgram:
         """The largest margin t ≤ 1 that all keep, relative to their sizes, w = (R, λ, t).
 
         With the ball about y that holds δ; or, without, w = (t,) at one load factor, for R = 0. Where no

@@ -1,4 +1,4 @@
-"""The frictional limits of joints in space with the room that a ball of slips needs at each of them."""
+"""The frictional limits of joints in space with the slack that a ball of slips needs at each of them."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -103,13 +103,13 @@ class DiscLimits:
         """(f p, q) of every disc, (K, 3) [force]."""
         return np.asarray(self.g - (self.G @ slip)[self.node] - load_factor * self.d)
 
-    def room(self, slip: FloatArray, load_factor: float, radius: float = 0.0) -> FloatArray:
+    def slack(self, slip: FloatArray, load_factor: float, radius: float = 0.0) -> FloatArray:
         """Distance to the limit of every disc and gap (K + k,), less what a relative radius needs [force]."""
         u, node = self.reactions(slip, load_factor), self.node
-        room = u[:, 0] - self.stretch[node] * np.hypot(u[:, 1], u[:, 2])
+        slack = u[:, 0] - self.stretch[node] * np.hypot(u[:, 1], u[:, 2])
         gap = self.gap_g - self.gaps @ slip - load_factor * self.gap_d
         need = 0.0 if radius == 0 else radius
-        return np.append(room - need * self.spread[node], gap - need * self.gap_spread)
+        return np.append(slack - need * self.spread[node], gap - need * self.gap_spread)
 
     def sizes(self, slip: FloatArray, load_factor: float, radius: float = 0.0) -> FloatArray:
         """The largest term of every disc and gap, (K + k,) [force]; 1 where all are zero."""

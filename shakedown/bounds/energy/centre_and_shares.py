@@ -86,7 +86,7 @@ class Found:
 
     def excess(self, load_factor: float) -> float:
         """The largest violation of a limit at the centre, relative to its terms."""
-        excess = -self.limits.room(self.slip, load_factor, self.radius)
+        excess = -self.limits.slack(self.slip, load_factor, self.radius)
         return float(np.max(excess / self.limits.sizes(self.slip, load_factor, self.radius)))
 
     def contradiction(self) -> float:
@@ -103,7 +103,7 @@ class Found:
         return max(float(np.linalg.norm(of_y)) - weight, abs(float(of_w[-1])), 0.0) / max(sizes, value)
 
 
-class Room(NamedTuple):
+class BallMargin(NamedTuple):
     """The largest margin of all limits, relative to their sizes, and where: with relative radius."""
 
     margin: float
@@ -125,10 +125,10 @@ def largest_load_factor(
         end = proved_solution(about.load_factor_program(), lambda y: _largest_load(about, y), begun)
         return _found(each, about, end, start)
 
-    def room(each: DiscLimits) -> Room:
-        return room_about(each, start, distance)
+    def margin(each: DiscLimits) -> BallMargin:
+        return ball_margin(each, start, distance)
 
-    return _by_turns(limits, one, lambda found: found.end.value, room, tolerances, split=split)
+    return _by_turns(limits, one, lambda found: found.end.value, margin, tolerances, split=split)
 
 
 def least_load(limits: DiscLimits, start: FloatArray, distance: float) -> float:
@@ -140,22 +140,22 @@ def least_load(limits: DiscLimits, start: FloatArray, distance: float) -> float:
     return max(0.0, -end.value)
 
 
-def room_about(limits: DiscLimits, start: FloatArray, distance: float) -> Room:
+def ball_margin(limits: DiscLimits, start: FloatArray, distance: float) -> BallMargin:
     """The largest margin, relative, that all limits leave at any load factor to a ball that holds a slip."""
     about = discs_about(limits, start, distance)
-    return _room(limits, about, start)
+    return _margin_about(limits, about, start)
 
 
-def _room(limits: DiscLimits, about: DiscsAbout, start: FloatArray) -> Room:
+def _margin_about(limits: DiscLimits, about: DiscsAbout, start: FloatArray) -> BallMargin:
     end = _widest(about, ball=True)
     load_factor, radius = max(float(end.w[-2]), 0.0), float(np.linalg.norm(end.y)) + about.offset
     slip = start + limits.metric.inverse @ end.y * about.length
-    return Room(about.margin(end.y, load_factor, radius), slip, load_factor, radius * about.length)
+    return BallMargin(about.margin(end.y, load_factor, radius), slip, load_factor, radius * about.length)
 
 
 def _widest(about: DiscsAbout, *, ball: bool) -> DiscSolution:
     """Where the largest margin is; how large it is there is to be computed anew."""
-    end = solved(about.room_program(ball=ball), ROUGH)
+    end = solved(about.widest_program(ball=ball), ROUGH)
     if end.status != Status.OPTIMAL:
         raise SolverError(f"the program for the largest margin ended as '{end.status}'")
     return end
@@ -172,8 +172,8 @@ def largest(limits: DiscLimits, load_factor: float, tolerances: Tolerances, *, s
         end = proved_solution(program, lambda y: np.array([unit * _largest_radius(about, y)]), begun)
         end = replace(end, w=end.w / unit, proved=end.proved / unit)
         if end.status == Status.UNBOUNDED and cap == inf:
-            room, wide = about.room(np.zeros_like(end.y)), about.all_s > 0
-            wider = one(each, cap=typical_size(np.abs(room)[wide] / about.all_s[wide]))
+            slack, wide = about.slack(np.zeros_like(end.y)), about.all_s > 0
+            wider = one(each, cap=typical_size(np.abs(slack)[wide] / about.all_s[wide]))
             return replace(wider, end=replace(wider.end, status=Status.UNBOUNDED))
         return _found(each, about, end, start)
 
@@ -244,7 +244,7 @@ def _by_turns(
     limits: DiscLimits,
     one: Solve,
     value: Callable[[Found], float],
-    room: Callable[[DiscLimits], Room] | None,
+    margin: Callable[[DiscLimits], BallMargin] | None,
     tolerances: Tolerances,
     *,
     split: bool,
@@ -254,7 +254,7 @@ def _by_turns(
     """Shares zero, and half of those at which γ is least; from the better on by turns.
 
     The turns: the best shares for the centre, the best centre for the shares. Each starts with what the one
-    before allows, so that none is worse. Where neither has a solution, the one with most room goes on.
+    before allows, so that none is worse. Where neither has a solution, the one of larger margin goes on.
     """
     found = one(limits, ())
     if not split or not limits.own.any() or found.status == Status.UNBOUNDED or enough(found):
@@ -263,8 +263,8 @@ def _by_turns(
     if not isinstance(half, Missing) and half.status != Status.INFEASIBLE:
         worse = found.status == Status.INFEASIBLE or half.status == Status.UNBOUNDED
         found = half if worse or value(half) > value(found) else found
-    elif found.status == Status.INFEASIBLE and room is not None:
-        found = _first_solution(limits, one, room, tolerances) or found
+    elif found.status == Status.INFEASIBLE and margin is not None:
+        found = _first_solution(limits, one, margin, tolerances) or found
     return _turns(found, one, value, load_factor, enough)
 
 
@@ -296,13 +296,13 @@ def _turns(
 def _first_solution(
     limits: DiscLimits,
     one: Solve,
-    room: Callable[[DiscLimits], Room],
+    margin_of: Callable[[DiscLimits], BallMargin],
     tolerances: Tolerances,
 ) -> Found | None:
     """A solution with shares other than zero, None where none is found."""
     each = limits.shared(0.5 * full_share(limits))
     for _ in range(ROUNDS):
-        margin, slip, load_factor, radius = room(each)
+        margin, slip, load_factor, radius = margin_of(each)
         if margin > tolerances.feasibility:
             found = sought(one, each, ())
             return None if isinstance(found, Missing) or found.status == Status.INFEASIBLE else found
@@ -317,8 +317,8 @@ def _found(limits: DiscLimits, about: DiscsAbout, end: ProvedSolution, start: Fl
 
 def _largest_radius(about: DiscsAbout, y: FloatArray) -> float:
     """The largest R that the limits leave at y; NaN where none does."""
-    wide, room = about.all_s > 0, about.room(y)
-    return float(np.min(room[wide] / about.all_s[wide])) if wide.any() else nan
+    wide, slack = about.all_s > 0, about.slack(y)
+    return float(np.min(slack[wide] / about.all_s[wide])) if wide.any() else nan
 
 
 def _largest_margin(about: DiscsAbout, y: FloatArray) -> FloatArray:

@@ -37,7 +37,7 @@ def closed_radius(
 def holds_without_load(
     problem: Problem, metric: EnergyMetric, share: FloatArray, slip: FloatArray, radius: float
 ) -> bool:
-    """Whether the ball keeps its room under the constant part of the load alone, with these shares (n, 2)."""
+    """Whether the ball keeps its slack under the constant load alone, with these shares (n, 2)."""
     loop, layout = loading(problem), problem.layout
     q, p = layout.by_node(loop.q0 + problem.A @ slip), loop.p0 + problem.B @ slip
     rows = problem.B - np.einsum("ik,ikj->ij", share, problem.A.reshape(problem.n, 2, -1))

@@ -59,8 +59,8 @@ class ConeRows:
     def largest_load_factor(self, y: FloatArray) -> float:
         """The largest λ that the rows with d > 0 allow at y."""
         reach = float(np.linalg.norm(y)) + self.offset
-        room = self.g - self.H @ y - reach * self.s
-        return float(np.min(room[self.d > 0] / self.d[self.d > 0], initial=np.inf))
+        slack = self.g - self.H @ y - reach * self.s
+        return float(np.min(slack[self.d > 0] / self.d[self.d > 0], initial=np.inf))
 
     def proved(self, multipliers: FloatArray) -> float:
         """The load factor that multipliers with ‖Hᵀμ‖ ≤ sᵀμ prove not to be exceeded.
@@ -95,6 +95,6 @@ def cone_rows(rows: EnergyRows, initial_slip: FloatArray, distance: float) -> Co
 
 def margin_rows(rows: EnergyRows, load_factor: float, slip: FloatArray) -> ConeRows:
     """The rows at a load factor with the margin of a slip as the unknown δ, in the place of λ."""
-    room = rows.g - load_factor * rows.d
-    about = cone_rows(replace(rows, g=room, d=np.zeros_like(room)), slip, 0.0)
+    right = rows.g - load_factor * rows.d
+    about = cone_rows(replace(rows, g=right, d=np.zeros_like(right)), slip, 0.0)
     return replace(about, d=np.append(about.s[:-1], -1.0))

@@ -9,7 +9,7 @@ from shakedown.bounds.energy.ball_limits import DiscLimits, disc_limits, without
 from shakedown.bounds.energy.centre_and_shares import full_share, holding, largest, widest
 from shakedown.bounds.energy.closed_ball import closed_radius
 from shakedown.bounds.energy.energy_results import EnergyBall
-from shakedown.bounds.energy.reasons import ALL_ADMISSIBLE, NO_ROOM, NO_SAFE_SLIP, NOT_HELD, WEDGED
+from shakedown.bounds.energy.reasons import ALL_ADMISSIBLE, NO_SAFE_SLIP, NO_SLACK, NOT_HELD, WEDGED
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
@@ -53,8 +53,8 @@ def energy_ball(
         if found.radius >= most:
             simple = best_ball(limits, load_factor, state, tolerances, split=False)
             capped = replace(found, status=Status.OPTIMAL, reason="", radius=most * JUST_LESS)
-            found = max(simple, capped, key=lambda ball: _room_for(limits, ball, state))
-            if not best and _room_for(limits, found, state) == -inf:  # the first one met was too large
+            found = max(simple, capped, key=lambda ball: _slack_of(limits, ball, state))
+            if not best and _slack_of(limits, found, state) == -inf:  # the first one met was too large
                 return energy_ball(zone, load_factor, state, tolerances, transient=transient, split=split)
         radius = found.radius * limits.metric.unit
     return EnergyBall(
@@ -72,7 +72,7 @@ def energy_ball(
     )
 
 
-def _room_for(limits: DiscLimits, ball: BestBall, state: FloatArray | None) -> float:
+def _slack_of(limits: DiscLimits, ball: BestBall, state: FloatArray | None) -> float:
     """The radius of a ball, or how far a state may be disturbed in it; −inf without one."""
     if not ball.radius > 0:
         return -inf
@@ -108,7 +108,7 @@ def best_ball(
             residual = _residual(everywhere, load_factor, slip, 0.0)
             return BestBall(Status.UNBOUNDED, ALL_ADMISSIBLE, slip, inf, (), residual, everywhere.share)
         if not limits.own.any():
-            return _nothing(limits, NO_ROOM)
+            return _nothing(limits, NO_SLACK)
     if held is None:
         found, missing = largest(limits, load_factor, tolerances, split=split), NO_SAFE_SLIP
     else:
@@ -120,7 +120,7 @@ def best_ball(
         return replace(_nothing(limits, NOT_HELD), shortfall=short)
     limits, slip = found.limits, found.slip
     if not leaves_margins(limits, slip, load_factor, tolerances):
-        return _nothing(limits, NO_ROOM)
+        return _nothing(limits, NO_SLACK)
     radius = _radius_left(limits, slip, load_factor, found.radius)
     return BestBall(
         found.status,
@@ -148,7 +148,7 @@ def check_resolved(limits: DiscLimits, slip: FloatArray, distance: float, tolera
 
 def leaves_margins(limits: DiscLimits, slip: FloatArray, load_factor: float, tolerances: Tolerances) -> bool:
     """Whether some slip has a margin > 0 to every limit: then so has one next to every centre."""
-    tight = limits.room(slip, load_factor) <= tolerances.feasibility * limits.sizes(slip, load_factor)
+    tight = limits.slack(slip, load_factor) <= tolerances.feasibility * limits.sizes(slip, load_factor)
     return not tight.any() or widest(limits, load_factor)[1] > tolerances.feasibility
 
 
@@ -160,7 +160,7 @@ def _in_every_ball(limits: DiscLimits, *, split: bool) -> DiscLimits | None:
 
 def _residual(limits: DiscLimits, load_factor: float, slip: FloatArray, radius: float) -> float:
     """The largest violation of a limit, relative to its terms."""
-    excess = -limits.room(slip, load_factor, radius)
+    excess = -limits.slack(slip, load_factor, radius)
     return float(np.max(excess / limits.sizes(slip, load_factor, radius)))
 
 
@@ -168,7 +168,7 @@ def _radius_left(limits: DiscLimits, slip: FloatArray, load_factor: float, most:
     """The largest radius, up to the one found, that the limits allow about a slip in floats."""
     spread = np.append(limits.spread[limits.node], limits.gap_spread)
     wide = spread > 0
-    return max(0.0, min(most, float(np.min(limits.room(slip, load_factor)[wide] / spread[wide]))))
+    return max(0.0, min(most, float(np.min(limits.slack(slip, load_factor)[wide] / spread[wide]))))
 
 
 def _nothing(limits: DiscLimits, reason: str) -> BestBall:

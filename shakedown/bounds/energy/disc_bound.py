@@ -6,13 +6,13 @@ from math import inf
 import numpy as np
 
 from shakedown.bounds.energy.ball_limits import DiscLimits, disc_limits, without_margin
-from shakedown.bounds.energy.centre_and_shares import largest_load_factor, least_load, room_about
+from shakedown.bounds.energy.centre_and_shares import ball_margin, largest_load_factor, least_load
 from shakedown.bounds.energy.closed_ball import closed_radius, holds_without_load
 from shakedown.bounds.energy.disc_ball import check_resolved, leaves_margins
 from shakedown.bounds.energy.energy_metric import EnergyMetric
 from shakedown.bounds.energy.energy_results import EnergyBound, Inner, no_bound
 from shakedown.bounds.energy.exact_discs import ExactDiscs
-from shakedown.bounds.energy.reasons import NO_ROOM, TOO_FAR, UNLIMITED
+from shakedown.bounds.energy.reasons import NO_SLACK, TOO_FAR, UNLIMITED
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
@@ -42,8 +42,8 @@ def strictly_inside(zone: Zone, bound: EnergyBound, tolerances: Tolerances) -> I
     exact = ExactDiscs(zone.joint, bound.share)
     if not exact.regular:
         return Missing(limits.rigid.doubt or NOT_CLEARLY)
-    room = room_about(limits, bound.initial_slip, bound.distance)
-    return Inner(exact, room.slip, room.load_factor)
+    widest = ball_margin(limits, bound.initial_slip, bound.distance)
+    return Inner(exact, widest.slip, widest.load_factor)
 
 
 def _without_jumps_that_open(joint: Problem, metric: EnergyMetric, found: EnergyBound) -> bool:
@@ -114,7 +114,7 @@ def _best_bound(
     # What the constant part, the mean, allows is at least the mean of what the loop allows.
     centred = problem.q_mean is None and problem.p_mean is None
     if found.status == Status.UNBOUNDED:
-        if not room_about(found.limits, start, distance).margin > tolerances.feasibility:
+        if not ball_margin(found.limits, start, distance).margin > tolerances.feasibility:
             return nothing  # a direction of growth, but nothing to start from
         least = 0.0 if centred else least_load(found.limits, start, distance)
         return replace(
@@ -123,7 +123,7 @@ def _best_bound(
     load_factor, limits = found.end.value, found.limits
     least = 0.0 if centred else least_load(limits, start, distance)
     if not leaves_margins(limits, found.slip, 0.5 * (least + load_factor), tolerances):
-        return replace(nothing, reason=NO_ROOM)
+        return replace(nothing, reason=NO_SLACK)
     return EnergyBound(
         status=Status.OPTIMAL,
         slip=found.slip,

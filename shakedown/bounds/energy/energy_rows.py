@@ -1,4 +1,4 @@
-"""The frictional limits with the room that a ball of slips needs at each of them."""
+"""The frictional limits with the slack that a ball of slips needs at each of them."""
 
 from dataclasses import dataclass
 
@@ -17,7 +17,7 @@ from shakedown.joint.rigid_slips import RigidSlips
 
 @dataclass(frozen=True)
 class EnergyRows:
-    """G v + λ d + R s ≤ g: every limit keeps the room R s at the centre v of a ball of radius R.
+    """G v + λ d + R s ≤ g: every limit keeps the slack R s at the centre v of a ball of radius R.
 
     Nothing here but the names of the rows knows what a limit is: any linear condition
     on slip and load can be added, with the dual norm of its slip part as s.
@@ -59,7 +59,7 @@ class EnergyRows:
         """G in the unknowns of programs: zero in the columns of pinned nodes."""
         return self.rigid.columns(self.G)
 
-    def room(self, slip: FloatArray, load_factor: float, radius: float = 0.0) -> FloatArray:
+    def slack(self, slip: FloatArray, load_factor: float, radius: float = 0.0) -> FloatArray:
         """Distance to the limit of every row (k,), less what a ball of a relative radius needs [force]."""
         return self.g - self.G @ slip - load_factor * self.d - radius * self.spread
 

@@ -63,7 +63,7 @@ class ExactBall:
         self._spread_squares = [] if products is None else self._clipped(products)
 
     def holds(self, load_factor: float, slip: FloatArray, radius: float | Fraction) -> bool:
-        """Whether every row at a slip keeps more than the room of a ball: f γ R < margin, exactly."""
+        """Whether every row at a slip keeps more than the slack of a ball: f γ R < margin, exactly."""
         if not self.regular:
             return False
         v, factor, square = exact_vector(slip), Fraction(load_factor), Fraction(radius) ** 2

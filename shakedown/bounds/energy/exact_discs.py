@@ -12,7 +12,7 @@ from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.scaling import power_of_two
 
 UNIT = Fraction(1, 2**53)  # round-off of one operation
-CLEAR = 1e-3  # room, relative to the terms, that no round-off of fewer than a million products reaches
+CLEAR = 1e-3  # slack, relative to the terms, that no round-off of fewer than a million products reaches
 Exact = list[list[Fraction]]
 
 
@@ -106,8 +106,8 @@ class ExactDiscs:
             terms = (
                 2 * problem.law.size(terms_q) + f * (np.abs(p_w) + np.abs(problem.B) @ np.abs(slip)) + spread
             )
-            room = f * p - stretch * problem.law.size(q) - spread
-            steps, nodes = np.nonzero(~(room > CLEAR * terms))
+            slack = f * p - stretch * problem.law.size(q) - spread
+            steps, nodes = np.nonzero(~(slack > CLEAR * terms))
             found += list(zip(nodes.tolist(), (steps + first).tolist(), strict=True))
         return found
 

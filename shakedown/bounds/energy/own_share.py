@@ -1,4 +1,4 @@
-"""The share of its own tangential reaction in the pressure of a node that leaves a ball the most room."""
+"""The share of its own tangential reaction in the pressure of a node that leaves a ball the most slack."""
 
 import numpy as np
 
@@ -10,12 +10,12 @@ MOST = 0.99  # largest f |c|: the proof needs less than 1
 
 
 def best_share(limits: DiscLimits, slip: FloatArray, load_factor: float, radius: float) -> FloatArray:
-    """c of every node at which the least room over its load steps is largest, (n, 2) [1].
+    """c of every node at which the least slack over its load steps is largest, (n, 2) [1].
 
     With A_ii = U diag(α) Uᵀ and c_i = A_ii⁻¹ B_ii the best lies on the curve
     c(t) = (t A_ii + (1 − t) α_max)⁻¹ t A_ii c_i, 0 ≤ t ≤ 1, from 0 to c_i: for any length |c| the least γ is
-    there. The room falls with a(c) |q*| at the load step with the least room, and grows as γ falls; where
-    the two balance the room is largest, as it is concave in c. Found by bisection, for all nodes at once.
+    there. The slack falls with a(c) |q*| at the load step with the least slack, and grows as γ falls; where
+    the two balance the slack is largest, as it is concave in c. Found by bisection, for all nodes at once.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def best_share(limits: DiscLimits, slip: FloatArray, load_factor: float, radius:
         return np.divide(weights * turned, whole, out=np.zeros_like(whole), where=whole > 0)
 
     def too_far(t: FloatArray) -> np.ndarray:
-        """Whether the room falls with t already, or f |c| is too large."""
+        """Whether the slack falls with t already, or f |c| is too large."""
         c = on_curve(t)
         size = limits.f * np.hypot(c[:, 0], c[:, 1])
         a = np.sqrt(1.0 + size**2)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from shakedown.bounds.energy.cone_rows import margin_rows
 from shakedown.bounds.energy.energy_results import EnergyBall
 from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin
-from shakedown.bounds.energy.reasons import ALL_ADMISSIBLE, NO_ROOM, NO_SAFE_SLIP, NOT_HELD, WEDGED
+from shakedown.bounds.energy.reasons import ALL_ADMISSIBLE, NO_SAFE_SLIP, NO_SLACK, NOT_HELD, WEDGED
 from shakedown.bounds.energy.row_solution import row_solution
 from shakedown.bounds.energy.zone_rows import zone_rows
 from shakedown.ground.float_array import FloatArray
@@ -44,18 +44,18 @@ def energy_ball(
 
 
 def largest_ball(rows: EnergyRows, load_factor: float, tolerances: Tolerances = DEFAULT) -> EnergyBall:
-    """The largest ball that keeps its room at every row, of whatever kind the rows are."""
-    room = rows.g - load_factor * rows.d
+    """The largest ball that keeps its slack at every row, of whatever kind the rows are."""
+    right = rows.g - load_factor * rows.d
     if not rows.spread.any():
         return _whole_space(rows, load_factor, tolerances)
-    found = _widest_ball(rows, room, INF, tolerances)
+    found = _widest_ball(rows, right, INF, tolerances)
     if found.status == "infeasible":
         return _nothing(rows, load_factor, NO_SAFE_SLIP)
     status = Status.OPTIMAL
     if not found.optimal:
         wide = rows.spread > 0
-        cap = typical_size(np.abs(room[wide]) / rows.spread[wide])
-        found, status = _widest_ball(rows, room, cap, tolerances), Status.UNBOUNDED
+        cap = typical_size(np.abs(right[wide]) / rows.spread[wide])
+        found, status = _widest_ball(rows, right, cap, tolerances), Status.UNBOUNDED
     active = np.flatnonzero(found.multipliers)
     ball = _ball(rows, load_factor, found.x[:-1], float(found.x[-1]), active, tolerances)
     if status == Status.UNBOUNDED and ball.status == Status.OPTIMAL:
@@ -89,9 +89,9 @@ def _ball(
     """The ball about a centre, its radius cut down to what the rows allow in floats."""
     relative = max(_ratio(rows, slip, load_factor, relative), 0.0)
     if not _leaves_margins(rows, slip, load_factor, tolerances):
-        return _nothing(rows, load_factor, NO_ROOM)
+        return _nothing(rows, load_factor, NO_SLACK)
     radius = relative * rows.metric.unit
-    excess = -rows.room(slip, load_factor, relative) / rows.sizes(slip, load_factor, relative)
+    excess = -rows.slack(slip, load_factor, relative) / rows.sizes(slip, load_factor, relative)
     return EnergyBall(
         status=Status.OPTIMAL,
         load_factor=load_factor,
@@ -105,13 +105,13 @@ def _ball(
     )
 
 
-def _widest_ball(rows: EnergyRows, room: FloatArray, cap: float, tolerances: Tolerances) -> Solution:
+def _widest_ball(rows: EnergyRows, right: FloatArray, cap: float, tolerances: Tolerances) -> Solution:
     """Maximise R in 0 ≤ R ≤ cap over the columns (v, R)."""
     n = rows.n
     return solve(
         Program(
             np.column_stack([rows.coefficients, rows.spread]),
-            room,
+            right,
             cost=np.append(np.zeros(n), -1.0),
             lower=np.append(np.full(n, -INF), 0.0),
             upper=np.append(np.full(n, INF), cap),
@@ -123,15 +123,15 @@ def _widest_ball(rows: EnergyRows, room: FloatArray, cap: float, tolerances: Tol
 def _ratio(rows: EnergyRows, slip: FloatArray, load_factor: float, relative: float) -> float:
     """The largest radius, up to the one found, that the rows allow about a slip in floats."""
     wide = rows.spread > 0
-    return min(relative, float(np.min(rows.room(slip, load_factor)[wide] / rows.spread[wide])))
+    return min(relative, float(np.min(rows.slack(slip, load_factor)[wide] / rows.spread[wide])))
 
 
 def _leaves_margins(rows: EnergyRows, slip: FloatArray, load_factor: float, tolerances: Tolerances) -> bool:
     """Whether some slip has a margin > 0 to every row: then so has one next to every centre.
 
-    The ball needs no room at a row with spread 0, but the proof needs a margin there too.
+    The ball needs no slack at a row with spread 0, but the proof needs a margin there too.
     """
-    tight = rows.room(slip, load_factor) <= tolerances.feasibility * rows.sizes(slip, load_factor)
+    tight = rows.slack(slip, load_factor) <= tolerances.feasibility * rows.sizes(slip, load_factor)
     if not tight.any():
         return True
     return _widest_margin(rows, load_factor, tolerances)[1]
@@ -142,19 +142,19 @@ def _widest_margin(rows: EnergyRows, load_factor: float, tolerances: Tolerances)
     sizes = np.ldexp(1.0, np.frexp(np.abs(rows.G).max(axis=1))[1])
     norms = np.linalg.norm(rows.G / sizes[:, None], axis=1)
     norms = np.where(norms > 0, norms, 1.0) * sizes
-    room = rows.g - load_factor * rows.d
-    cap = typical_size(np.abs(room) / norms)
-    found = widest(rows.coefficients, norms, room, cap=cap, tolerances=tolerances)
+    right = rows.g - load_factor * rows.d
+    cap = typical_size(np.abs(right) / norms)
+    found = widest(rows.coefficients, norms, right, cap=cap, tolerances=tolerances)
     sizes = rows.sizes(found.x, load_factor)
-    return found.x, bool(np.all(rows.room(found.x, load_factor) > tolerances.feasibility * sizes))
+    return found.x, bool(np.all(rows.slack(found.x, load_factor) > tolerances.feasibility * sizes))
 
 
 def _whole_space(rows: EnergyRows, load_factor: float, tolerances: Tolerances) -> EnergyBall:
-    """No row needs room for the ball: its radius is infinite where a slip has margins at all."""
+    """No row needs slack for the ball: its radius is infinite where a slip has margins at all."""
     slip, safe = _widest_margin(rows, load_factor, tolerances)
     if not safe:
-        return _nothing(rows, load_factor, NO_ROOM)
-    excess = -rows.room(slip, load_factor) / rows.sizes(slip, load_factor)
+        return _nothing(rows, load_factor, NO_SLACK)
+    excess = -rows.slack(slip, load_factor) / rows.sizes(slip, load_factor)
     return EnergyBall(
         Status.UNBOUNDED, load_factor, inf, slip, (), float(excess.max()), ALL_ADMISSIBLE, rows.metric, inf
     )

@@ -9,8 +9,8 @@ from shakedown.bounds.energy.cone_rows import ConeRows, cone_rows
 from shakedown.bounds.energy.energy_results import EnergyBound, Inner, no_bound
 from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin
 from shakedown.bounds.energy.exact_check import ExactBall
-from shakedown.bounds.energy.reasons import NO_ROOM, TOO_FAR, UNLIMITED
-from shakedown.bounds.energy.row_solution import RowSolution, contradiction, row_solution, widest_room
+from shakedown.bounds.energy.reasons import NO_SLACK, TOO_FAR, UNLIMITED
+from shakedown.bounds.energy.row_solution import RowSolution, contradiction, row_solution, widest_margin
 from shakedown.bounds.energy.zone_rows import zone_rows
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
@@ -47,9 +47,9 @@ def strictly_inside(zone: Zone, bound: EnergyBound, tolerances: Tolerances) -> I
     if not exact.regular:
         return Missing(rows.rigid.doubt or NOT_REGULAR)
     about = cone_rows(rows, bound.initial_slip, bound.distance)
-    room = widest_room(about)
-    slip = bound.initial_slip + rows.metric.inverse @ room.y * about.length
-    return Inner(exact, slip, room.load_factor)
+    widest = widest_margin(about)
+    slip = bound.initial_slip + rows.metric.inverse @ widest.y * about.length
+    return Inner(exact, slip, widest.load_factor)
 
 
 def farthest_load_factor(
@@ -63,14 +63,14 @@ def farthest_load_factor(
         return replace(
             nothing, active=rows.names(about.carrying(end.multipliers)), residual=contradiction(about, end)
         )
-    if end.status == Status.UNBOUNDED and not widest_room(about).margin > tolerances.feasibility:
+    if end.status == Status.UNBOUNDED and not widest_margin(about).margin > tolerances.feasibility:
         return no_bound(start, distance, TOO_FAR)  # a direction of growth, but nothing to start from
     least = _least_load_factor(about, tolerances)  # required: without it nobody knows where the proof begins
     if end.status == Status.UNBOUNDED:
         nothing = no_bound(start, distance, UNLIMITED)
         return replace(nothing, status=Status.UNBOUNDED, load_factor=inf, least_load_factor=least)
-    if _without_room(about, end, tolerances):
-        return no_bound(start, distance, NO_ROOM)
+    if _without_margin(about, end, tolerances):
+        return no_bound(start, distance, NO_SLACK)
     return _optimal(rows, about, end, start, least)
 
 
@@ -81,13 +81,13 @@ def _least_load_factor(about: ConeRows, tolerances: Tolerances) -> float:
     return abs(end.load_factor) if end.status == Status.OPTIMAL else nan
 
 
-def _without_room(about: ConeRows, end: RowSolution, tolerances: Tolerances) -> bool:
+def _without_margin(about: ConeRows, end: RowSolution, tolerances: Tolerances) -> bool:
     """Whether some row has no margin at any slip: neither here nor at any smaller load factor."""
     reach = float(np.linalg.norm(end.y)) + about.offset
     margins = -about.excess(end.y, end.load_factor)[:-1]
     needs = reach * about.s[:-1] / np.where(about.sizes[:-1] > 0, about.sizes[:-1], 1.0)
     doubtful = (margins <= tolerances.feasibility) & (needs <= tolerances.feasibility) & (about.d[:-1] <= 0)
-    return bool(doubtful.any()) and widest_room(about).margin <= tolerances.feasibility
+    return bool(doubtful.any()) and widest_margin(about).margin <= tolerances.feasibility
 
 
 def _optimal(
@@ -96,7 +96,7 @@ def _optimal(
     slip = start + rows.metric.inverse @ end.y * about.length
     relative = (float(np.linalg.norm(end.y)) + about.offset) * about.length
     load_factor, proved = max(end.load_factor, 0.0), about.proved(end.multipliers)
-    excess = -rows.room(slip, load_factor, relative) / rows.sizes(slip, load_factor, relative)
+    excess = -rows.slack(slip, load_factor, relative) / rows.sizes(slip, load_factor, relative)
     return EnergyBound(
         status=Status.OPTIMAL,
         load_factor=load_factor,

@@ -76,9 +76,9 @@ def _first_rows(rows: ConeRows) -> NDArray[np.intp]:
     """The rows that limit λ first at y = 0, and the sign of λ."""
     count = len(rows.d)
     with np.errstate(divide="ignore", invalid="ignore"):
-        room = rows.g - rows.offset * rows.s
+        right = rows.g - rows.offset * rows.s
         slope = np.maximum(np.linalg.norm(rows.H, axis=1), rows.s)
-        first = np.where(rows.d > 0, room / rows.d, np.where(room < 0, -np.inf, np.inf))
+        first = np.where(rows.d > 0, right / rows.d, np.where(right < 0, -np.inf, np.inf))
         first = np.where((rows.d > 0) | (slope > 0), first, np.inf)
     kept = np.argsort(first[:-1], kind="stable")[: FIRST_ROWS + count // 4]
     return np.sort(np.append(kept, count - 1))
@@ -148,7 +148,7 @@ def _newton(rows: ConeRows, found: RowSolution, singular: float) -> RowSolution 
     """Stationarity and the active rows as equations in (y, λ, μ); None where they cannot be solved.
 
     The equations are singular where both limits of one node decide alone: moving the
-    centre so that the pressure of that node rises then gains as much room as the larger
+    centre so that the pressure of that node rises then gains as much slack as the larger
     radius needs. The shortest step is taken, what is below ``singular`` counts as zero.
     """
     share = found.multipliers * np.maximum(np.linalg.norm(rows.H, axis=1), np.abs(rows.d))
@@ -190,7 +190,7 @@ def _equations(
 
 
 @dataclass(frozen=True)
-class Room:
+class WidestMargin:
     """The point (y, λ) with the largest margin t ≤ 1 to every row, relative to its size.
 
     Where t < 0 the multipliers prove that the rows contradict each other, as those of
@@ -203,7 +203,7 @@ class Room:
     multipliers: FloatArray
 
 
-def widest_room(rows: ConeRows) -> Room:
+def widest_margin(rows: ConeRows) -> WidestMargin:
     """Maximise the margin that every row keeps."""
     sizes = np.maximum(rows.sizes, np.linalg.norm(rows.H, axis=1))
     sizes[-1] = 0.0
@@ -214,7 +214,7 @@ def widest_room(rows: ConeRows) -> Room:
     if found.status != Status.OPTIMAL:
         raise SolverError(f"the cone program for the largest margin ended as '{found.status}'")
     multipliers = found.multipliers[: len(rows.g)]
-    return Room(found.x[:rank], float(found.x[-2]), float(found.x[-1]), multipliers)
+    return WidestMargin(found.x[:rank], float(found.x[-2]), float(found.x[-1]), multipliers)
 
 
 def row_solution(about: ConeRows, tolerances: Tolerances) -> RowSolution:
@@ -248,10 +248,10 @@ def row_solution(about: ConeRows, tolerances: Tolerances) -> RowSolution:
                 break
     if best is not None:
         return best
-    room = widest_room(about)
-    if room.margin > tolerances.feasibility:
+    widest = widest_margin(about)
+    if widest.margin > tolerances.feasibility:
         raise SolverError(failure)
-    return RowSolution(Status.INFEASIBLE, room.y, np.nan, room.multipliers)
+    return RowSolution(Status.INFEASIBLE, widest.y, np.nan, widest.multipliers)
 
 
 def _kept(about: ConeRows, end: RowSolution) -> float:

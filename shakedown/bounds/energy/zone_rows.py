@@ -16,7 +16,7 @@ def zone_rows(zone: Zone, *, transient: bool = True, tolerances: Tolerances = DE
 
     Within a ball of radius R about v* the gap of an open node i falls below that at v* by
     ‖∂w_i/∂v_K‖ R at most, the dual norm of its slope in the energy norm of the condensed
-    joint; that much room it needs. A gap is multiplied by ``metric.unit``², a power of
+    joint; that much slack it needs. A gap is multiplied by ``metric.unit``², a power of
     two [force/length], so that all rows are forces.
 
     Parameters

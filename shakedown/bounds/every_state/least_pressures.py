@@ -84,8 +84,8 @@ def _solved(
     Y = (right - h @ fB) @ inverse
     Y = np.asarray(Y + (right - h @ fB - Y @ joint.A) @ inverse)
     error = _error(joint, inverse, right, h, Y)
-    room = h - (1.0 + 8 * EPS) * _sizes(Y, sectors)
-    proved = np.all(room >= error[:, None], axis=1) & np.all(np.isfinite(Y), axis=1)
+    slack = h - (1.0 + 8 * EPS) * _sizes(Y, sectors)
+    proved = np.all(slack >= error[:, None], axis=1) & np.all(np.isfinite(Y), axis=1)
     known = np.where(np.isfinite(error), error, 0.0)
     return LeastPressures(sectors, Y, h, known, np.asarray(proved))
 

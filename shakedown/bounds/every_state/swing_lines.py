@@ -61,12 +61,12 @@ def meeting_states(
     for side, active in enumerate((forward, backward)):
         rows = limits_used(lines.multipliers[node, side], states.n)
         rows[node] = active
-        room = states.g - load_factor * states.loads[:, lines.steps[node, side]]
+        right = states.g - load_factor * states.loads[:, lines.steps[node, side]]
         try:
-            slip = np.asarray(np.linalg.solve(states.G[rows], room[rows]), dtype=float)
+            slip = np.asarray(np.linalg.solve(states.G[rows], right[rows]), dtype=float)
         except np.linalg.LinAlgError:
             return None
-        if not _rests_on(states, room, rows, slip, tolerances):
+        if not _rests_on(states, right, rows, slip, tolerances):
             return None
         pair.append(slip)
     A_i = 0.5 * (states.G[backward] - states.G[forward])
@@ -78,15 +78,15 @@ def meeting_states(
 
 def _rests_on(
     states: AdmissibleStates,
-    room: FloatArray,
+    right: FloatArray,
     rows: NDArray[np.intp],
     slip: FloatArray,
     tolerances: Tolerances,
 ) -> bool:
     """Whether a slip keeps to every limit and reaches some, relative to the terms and to the forces."""
-    excess = states.G @ slip - room
+    excess = states.G @ slip - right
     terms = np.maximum((np.abs(states.G) * np.abs(slip)).max(axis=1), np.abs(states.g))
-    near = tolerances.feasibility * np.minimum(terms, np.abs(room).max())
+    near = tolerances.feasibility * np.minimum(terms, np.abs(right).max())
     return bool(np.all(excess <= near) and np.all(np.abs(excess[rows]) <= near[rows]))
 
 

@@ -89,8 +89,8 @@ class AttackingStates:
     def _size(self, load_factor: float) -> float:
         """A length: that of the loads on the stiffness."""
         rows = constraints(self.problem)
-        room = np.abs(rows.g).max() + load_factor * np.abs(rows.d).max()
-        return float(room / np.diag(self.problem.A).mean())
+        size = np.abs(rows.g).max() + load_factor * np.abs(rows.d).max()
+        return float(size / np.diag(self.problem.A).mean())
 
     def _corners(self, load_factor: float, most: int) -> FloatArray:
         """Extreme points of the slips admissible under the first load, those that exist, at most so many."""
@@ -122,6 +122,6 @@ class AttackingStates:
         )
         directions = self._size(load_factor) * self.generator.permutation(directions)[:most]
         law, discs = problem.law, slice(CONE * problem.n)
-        G, room = law.stiffness(problem.A, problem.B)[discs], law.cone(q_w, p_w)[discs]
-        way = way_to_limits(G, room, inside[0], directions)
+        G, right = law.stiffness(problem.A, problem.B)[discs], law.cone(q_w, p_w)[discs]
+        way = way_to_limits(G, right, inside[0], directions)
         return np.asarray(inside[0] + np.minimum(way, FARTHEST)[:, None] * directions)

@@ -90,7 +90,7 @@ def slip_plane(chosen: Sampling) -> SlipPlane:
     rest = chosen.centre.copy()
     rest[pair] = 0.0
     sides, limit = rows.G[:, pair], rows.g - chosen.load_factor * rows.d - rows.G @ rest
-    first = first_room(problem, chosen.load_factor) - rows.G @ rest
+    first = first_limits(problem, chosen.load_factor) - rows.G @ rest
     plane = SlipPlane(
         coordinates=chosen.coordinates,
         safe=corners(sides, limit),
@@ -107,12 +107,12 @@ def _of_discs(chosen: Sampling) -> SlipPlane:
     """The plane with two tangential directions: outlines as far as they go round the centre."""
     problem, pair = chosen.problem, chosen.coordinates
     rows = constraints(problem)
-    room, discs = rows.g - chosen.load_factor * rows.d, rows.side == Side.DISC
+    right, discs = rows.g - chosen.load_factor * rows.d, rows.side == Side.DISC
     every = problem.law.stiffness(problem.A, problem.B)[: CONE * problem.n]
-    at_first = first_room(problem, chosen.load_factor)[: CONE * problem.n]
+    at_first = first_limits(problem, chosen.load_factor)[: CONE * problem.n]
     return SlipPlane(
         coordinates=pair,
-        safe=_about(chosen, rows.G[discs], room[discs]),
+        safe=_about(chosen, rows.G[discs], right[discs]),
         admissible=_about(chosen, every, at_first),
         ball=_section(chosen),
         apexes=np.full((2, 2), np.nan),
@@ -121,19 +121,19 @@ def _of_discs(chosen: Sampling) -> SlipPlane:
     )
 
 
-def _about(chosen: Sampling, G: FloatArray, room: FloatArray) -> FloatArray:
+def _about(chosen: Sampling, G: FloatArray, right: FloatArray) -> FloatArray:
     """Outline, about the centre, of the slips that keep every cone of three rows; empty without end."""
     pair = list(chosen.coordinates)
     angle = np.linspace(0.0, 2.0 * np.pi, ROUND)
     around = np.zeros((ROUND, len(chosen.centre)))
     around[:, pair] = np.stack([np.cos(angle), np.sin(angle)], axis=1) * chosen.half_width[pair]
-    way = way_to_limits(G, room, chosen.centre, around)
+    way = way_to_limits(G, right, chosen.centre, around)
     if not (np.isfinite(way).all() and way.any()):
         return np.empty((0, 2))
     return np.asarray((chosen.centre + way[:, None] * around)[:, pair])
 
 
-def first_room(problem: Problem, load_factor: float) -> FloatArray:
+def first_limits(problem: Problem, load_factor: float) -> FloatArray:
     """Right-hand sides of the rows G v ≤ … at the first load step of the motion, (r,) [force]."""
     return problem.law.cone(*problem.layout.split(first_load(problem, load_factor)))
 
@@ -158,9 +158,9 @@ def admissible(
         excess = law.excess(q_w + slips @ problem.A.T, p)
         pressed = p >= -tolerances.feasibility * terms
         return np.asarray((pressed & (excess <= tolerances.feasibility * own)).all(axis=1))
-    rows, room = constraints(problem), first_room(problem, load_factor)
-    size = np.abs(slips) @ np.abs(rows.G).T + np.abs(room)
-    return np.asarray((slips @ rows.G.T - room <= tolerances.feasibility * size).all(axis=1))
+    rows, right = constraints(problem), first_limits(problem, load_factor)
+    size = np.abs(slips) @ np.abs(rows.G).T + np.abs(right)
+    return np.asarray((slips @ rows.G.T - right <= tolerances.feasibility * size).all(axis=1))
 
 
 def _section(chosen: Sampling) -> FloatArray:

@@ -13,14 +13,14 @@ from shakedown.bounds.energy.row_bound import farthest_load_factor
 from shakedown.ground.tolerances import DEFAULT
 
 
-def with_condition(rows: EnergyRows, slope: np.ndarray, room: float) -> EnergyRows:
-    """One more row: slope · v ≤ room throughout the ball."""
+def with_condition(rows: EnergyRows, slope: np.ndarray, slack: float) -> EnergyRows:
+    """One more row: slope · v ≤ slack throughout the ball."""
     spread = rows.metric.relative_dual_norms(slope[None], np.zeros(1), DEFAULT)
     return replace(
         rows,
         G=np.vstack([rows.G, slope]),
         d=np.append(rows.d, 0.0),
-        g=np.append(rows.g, room),
+        g=np.append(rows.g, slack),
         spread=np.append(rows.spread, spread),
         node=np.append(rows.node, 0),
         side=np.append(rows.side, 0),
@@ -32,12 +32,12 @@ def test_a_further_row_keeps_its_distance_from_the_ball(seed):
     rows = energy_rows(strong_joint(seed, 4))
     plain = largest_ball(rows, 0.5)
     slope = np.random.default_rng(seed).normal(size=4)
-    metric, room = rows.metric, float(slope @ plain.slip)  # cuts through the centre
-    ball = largest_ball(with_condition(rows, slope, room), 0.5)
+    metric, slack = rows.metric, float(slope @ plain.slip)  # cuts through the centre
+    ball = largest_ball(with_condition(rows, slope, slack), 0.5)
     assert 0 < ball.radius < plain.radius
     assert (0, 0) in ball.active
     touching = ball.slip + ball.radius / metric.unit * metric.inverse @ _unit(slope @ metric.inverse)
-    assert slope @ touching == pytest.approx(room, rel=1e-9, abs=1e-9)
+    assert slope @ touching == pytest.approx(slack, rel=1e-9, abs=1e-9)
 
 
 def test_a_further_row_lowers_the_load_factor():

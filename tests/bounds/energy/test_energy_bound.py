@@ -178,7 +178,7 @@ def test_a_node_above_its_own_critical_friction_has_its_number():
     )  # fmt: skip
     bound = energy_bound(problem, [0.0, 0.0], 0.1)
     assert bound.status == "optimal"
-    assert bound.load_factor == pytest.approx(1.5, rel=1e-12)  # node 1: Melan; node 0 has room left
+    assert bound.load_factor == pytest.approx(1.5, rel=1e-12)  # node 1: Melan; node 0 has slack left
     assert bound.certified == pytest.approx(1.5, rel=1e-9)
 
 

@@ -79,7 +79,7 @@ def test_the_ball_of_a_flange_holds_the_joint_without_slip():
     assert ball.residual <= 1e-14
 
 
-def least_room(problem: Problem, bound) -> float:
+def least_slack(problem: Problem, bound) -> float:
     """The least of f p − a |q| − f γ R over all nodes and load steps, from the matrices."""
     loop, f = loading(problem), problem.f
     q = loop.q0 + bound.load_factor * loop.q1 + problem.A @ bound.slip
@@ -96,12 +96,12 @@ def test_the_conditions_hold_at_what_is_reported(seed):
     bound = energy_bound(problem, start, 0.02, certify=False)
     assert bound.status == "optimal"
     assert np.all(problem.f * np.hypot(*bound.share.T) < 1)
-    assert least_room(problem, bound) >= -1e-13 * np.abs(problem.p_w).max()
+    assert least_slack(problem, bound) >= -1e-13 * np.abs(problem.p_w).max()
     e = bound.slip - start
     assert bound.radius == pytest.approx(np.sqrt(e @ problem.A @ e) + 0.02, rel=1e-12)
     ball = energy_ball(problem, 0.5 * bound.load_factor, around=start)
     assert ball.contains(start)
-    assert least_room(problem, ball) >= -1e-13 * np.abs(problem.p_w).max()
+    assert least_slack(problem, ball) >= -1e-13 * np.abs(problem.p_w).max()
     assert ball.margin(start) >= energy_ball(
         problem, 0.5 * bound.load_factor, around=start, split=False
     ).margin(start)

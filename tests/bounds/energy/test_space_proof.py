@@ -66,11 +66,11 @@ def test_no_share_leaves_more_room(seed):
     slip, load_factor, radius = energy_ball(problem, 0.1).slip, 0.3, 0.5
     best = best_share(limits, slip, load_factor, radius)
 
-    def room(share: np.ndarray) -> np.ndarray:
-        every = limits.shared(share).room(slip, load_factor, radius)
+    def slack(share: np.ndarray) -> np.ndarray:
+        every = limits.shared(share).slack(slip, load_factor, radius)
         return np.array([every[limits.node == i].min() for i in range(4)])
 
-    most = room(best)
+    most = slack(best)
     assert np.all(limits.f * np.hypot(*best.T) < 1)
     np.testing.assert_allclose(
         limits.shared(best).spread * limits.metric.unit**-1, limits.f * gammas(problem, best), rtol=1e-9
@@ -79,7 +79,7 @@ def test_no_share_leaves_more_room(seed):
         for _ in range(40):
             other = best + size * rng.normal(size=(4, 2))
             inside = limits.f * np.hypot(*other.T) <= 0.99
-            assert np.all(room(other)[inside] <= most[inside] + 1e-12)
+            assert np.all(slack(other)[inside] <= most[inside] + 1e-12)
 
 
 def test_open_nodes_keep_their_gap():

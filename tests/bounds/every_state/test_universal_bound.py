@@ -243,11 +243,11 @@ def inadmissible_by(problem: shakedown.Problem, slip: np.ndarray, load_factor: f
     """By how much a slip misses every load of the hull at which one row is active, in the largest force."""
     (G, g, S), n = rows_of(problem), problem.n
     k = S.shape[1]
-    room = g - G @ slip
+    slack = g - G @ slip
     matrix = np.vstack(
         [np.column_stack([S, -np.ones(2 * n)]), np.append(-S[row], -1.0), np.append(np.ones(k), 0)]
     )
-    right = np.concatenate([room, [-room[row], load_factor]])
+    right = np.concatenate([slack, [-slack[row], load_factor]])
     end = linprog(np.append(np.zeros(k), 1.0), matrix, right, bounds=[(0, None)] * (k + 1))
     return end.fun / max(np.abs(g).max(), load_factor * np.abs(S).max())
 

@@ -8,7 +8,7 @@ from shakedown.joint.constraints import constraints
 from shakedown.joint.loading import loading
 from shakedown.motion.contact_law import reactions
 from shakedown.studies.maps.samplers import sampling
-from shakedown.studies.maps.slip_plane import admissible, first_room, slip_plane
+from shakedown.studies.maps.slip_plane import admissible, first_limits, slip_plane
 
 JOINT = shakedown.example("two-node")
 
@@ -56,4 +56,4 @@ def test_admissible_slips_stay_where_they_are_under_the_first_load():
     middle = polygon.mean(axis=0)
     assert admissible(JOINT, 0.7, middle + 0.999 * (polygon - middle)).all()
     assert not admissible(JOINT, 0.7, middle + 1.001 * (polygon - middle)).any()
-    assert first_room(JOINT, 0.7).shape == (4,)
+    assert first_limits(JOINT, 0.7).shape == (4,)
