@@ -11,7 +11,7 @@ from benchmarks.timing import in_turn
 from shakedown.joint.loading import loading
 from shakedown.motion.contact_law import scales
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.plane.gauss_seidel import Stiffness, load_steps
+from shakedown.motion.plane.gauss_seidel import PlaneStiffness, load_steps
 from shakedown.report.text_table import table
 
 TITLE = "Elastic blocks above the upper bound: one exact cycle against one Gauss–Seidel pass"
@@ -60,7 +60,7 @@ def _gauss_seidel(
     """One pass from the state u = (v, w), which gives its sweeps and the slip at its end."""
     scale, n = scales(problem, load_factor), problem.n
     tension = 16 * np.finfo(float).eps * scale.force
-    stiffness = Stiffness(problem.A, problem.B, problem.C, problem.f, True, tension).compact()
+    stiffness = PlaneStiffness(problem.A, problem.B, problem.C, problem.f, True, tension).compact()
     q_w, p_w = loading(problem).at(load_factor)
     rows = [np.empty_like(q_w) for _ in range(3)]
 

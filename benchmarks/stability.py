@@ -31,7 +31,7 @@ from shakedown.motion.fixed_steps import MOST_SWEEPS
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.plane import event_loop, moving_state
 from shakedown.motion.plane.active_set import factorize
-from shakedown.motion.plane.gauss_seidel import Stiffness, load_steps
+from shakedown.motion.plane.gauss_seidel import PlaneStiffness, load_steps
 from shakedown.motion.plane.moving_state import begin, course, room_for
 from shakedown.motion.plane.run import run_along
 from shakedown.report.text_table import table
@@ -207,7 +207,9 @@ def _event_long(hard: Scene) -> Path:
 def _gauss_seidel(hard: Scene, tolerance: float) -> Path:
     problem, size = hard.problem, scales(hard.problem, 1.0)
     n, tension = problem.n, 16 * np.finfo(float).eps * size.force
-    stiffness = Stiffness(problem.A, problem.B, problem.kappa[n:, n:], problem.f, True, tension).compact()
+    stiffness = PlaneStiffness(
+        problem.A, problem.B, problem.kappa[n:, n:], problem.f, True, tension
+    ).compact()
     q_w, p_w = (np.tile(part, (hard.cycles, 1)) for part in (problem.q_w, problem.p_w))
     v_path, w_path, slip = (np.zeros_like(q_w) for _ in range(3))
 
