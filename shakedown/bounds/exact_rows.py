@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
-from shakedown.joint.constraints import constraints, step_loads
+from shakedown.joint.constraints import constraints, pressure_stiffness, step_loads
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.law import Law
 from shakedown.joint.loading import loading
@@ -42,8 +42,8 @@ class ExactRows:
 def exact_rows(problem: Problem) -> ExactRows:
     """The rows of ``constraints(problem)``, in the unknowns of programs, without any round-off.
 
-    Built once per problem. The columns of pinned slips are zero: exact arithmetic would take the
-    round-off that stands there for a spring.
+    Built once per problem. The columns of pinned slips are zero, and so are pressures without friction that
+    are round-off: exact arithmetic would take what stands there for a spring.
 
     Every stored number is a binary fraction, so the rows are rational: the sample
     mean divides by m. A column of the loading that ``loading`` takes as constant, or as without a mean,
@@ -58,7 +58,7 @@ def exact_rows(problem: Problem) -> ExactRows:
     ([[1.75, 1.0], [-2.25, 1.0]], 1.5)
     """
     rigid = rigid_slips(problem)
-    A, B = (_exact(rigid.columns(part)) for part in (problem.A, problem.B))
+    A, B = (_exact(rigid.columns(part)) for part in (problem.A, pressure_stiffness(problem)))
     loop = loading(problem)
     q0 = _mean(problem.q_w, problem.q_mean, loop.q0)
     p0 = _mean(problem.p_w, problem.p_mean, loop.p0)

@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ROUND_OFF
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.law import Law
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.joint.rigid_slips import ROUND_OFF, RigidSlips, rigid_slips
+from shakedown.joint.rigid_slips import ROUND_OFF as NO_STIFFNESS
+from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
 
 
 class Side(IntEnum):
@@ -103,7 +105,7 @@ class Constraints(Result):
         if pinned and gaps.size:
             terms = (np.abs(self.G[gaps]) @ np.abs(self.rigid.motions)).max(axis=0)
             moved = self.G[gaps] @ self.rigid.motions
-            kept[np.ix_(gaps, np.array(pinned))] = np.where(np.abs(moved) > ROUND_OFF * terms, moved, 0.0)
+            kept[np.ix_(gaps, np.array(pinned))] = np.where(np.abs(moved) > NO_STIFFNESS * terms, moved, 0.0)
         return kept
 
     @cached_property
@@ -159,7 +161,7 @@ def constraints(problem: Problem) -> Constraints:
     ((4, 2), array([0, 0, 1, 1]), array([ 1, -1,  1, -1]))
     """
     loop, law = loading(problem), problem.law
-    G, g = law.stiffness(problem.A, problem.B), law.cone(loop.q0, loop.p0)
+    G, g = law.stiffness(problem.A, pressure_stiffness(problem)), law.cone(loop.q0, loop.p0)
     rigid, steps = rigid_slips(problem), step_loads(problem)
     if problem.directions > 1:
         place = law.extreme_steps(loop.q1, loop.p1)
@@ -174,6 +176,28 @@ def constraints(problem: Problem) -> Constraints:
         step=steps.argmax(axis=0),
         rigid=rigid,
     )
+
+
+def pressure_stiffness(problem: Problem) -> FloatArray:
+    """B, (n, dn) [force/length], zero in rows of nodes without friction that are round-off of the stiffness.
+
+    Such a row is the pressure of its node alone, and nothing next to it tells that it is round-off: a slip
+    of 10¹⁷ would press a node that no slip presses. |B_ij| counts beside √(A_ii A_jj).
+
+    Examples
+    --------
+    >>> loop = {"q_w": [[0.0, 1.0], [0.0, -1.0]], "p_w": [[1.0, 1.0], [2.0, 2.0]]}
+    >>> joint = Problem(A=2 * np.eye(2), B=[[1e-17, 0.0], [0.0, 1e-17]], f=[0.0, 0.5], **loop)
+    >>> pressure_stiffness(joint)
+    array([[0.e+00, 0.e+00],
+           [0.e+00, 1.e-17]])
+    """
+    smooth, roots = problem.law.smooth, np.sqrt(np.maximum(np.diagonal(problem.A), 0.0))
+    own = problem.layout.by_node(roots).max(axis=-1)[smooth]
+    felt = np.any(np.abs(problem.B[smooth]) > ROUND_OFF * own[:, None] * roots, axis=1)
+    kept = problem.B.copy()
+    kept[smooth[~felt]] = 0.0
+    return kept
 
 
 def stacked(one: Constraints, other: Constraints) -> Constraints:
@@ -241,7 +265,7 @@ def through_transient(problem: Problem) -> Constraints:
     right = law.cone(problem.q_transient, problem.p_transient)
     if problem.directions > 1:
         place = law.extreme_steps(problem.q_transient, problem.p_transient)
-        G = law.stiffness(problem.A, problem.B)
+        G = law.stiffness(problem.A, pressure_stiffness(problem))
         before = _cones(law, G, np.zeros_like(right), right, place, rows.rigid)
     else:
         before = replace(rows, d=np.zeros_like(rows.d), g=right.min(axis=0), step=right.argmin(axis=0))

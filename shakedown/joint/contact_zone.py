@@ -198,7 +198,7 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
     closed = replace(layout, n=len(k))
     free, held = layout.of_nodes(chosen), layout.of_nodes(k)
     flexibility = _inverse(kappa[np.ix_(free, free)], chosen, tolerances)
-    follow = flexibility @ kappa[np.ix_(free, held)]  # −∂u_O/∂u_K
+    follow = _without_round_off(flexibility @ kappa[np.ix_(free, held)])  # −∂u_O/∂u_K
     parts = kappa[np.ix_(held, held)], kappa[np.ix_(held, free)], follow
     A, B, C = closed.blocks(_condensed(*parts, closed, _accuracy(problem)))
     given = problem.initial_slip
@@ -211,8 +211,7 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
         **problem.node_data(k),
         **_condensed_loads(problem, closed, held, free, follow),
     )
-    slope = _without_round_off(follow[:, closed.slips])
-    return Zone(problem, tuple(chosen), tuple(k), joint, slope, flexibility)
+    return Zone(problem, tuple(chosen), tuple(k), joint, follow[:, closed.slips], flexibility)
 
 
 def _accuracy(problem: Problem) -> float:
@@ -236,14 +235,14 @@ def _condensed(
     return left
 
 
-def _without_round_off(slope: FloatArray) -> FloatArray:
-    """A slope, with what is round-off of the largest set to exact zero.
+def _without_round_off(follow: FloatArray) -> FloatArray:
+    """How open nodes follow closed ones, with what is round-off of the largest set to exact zero.
 
-    Of similar bodies B should vanish; a gap would else seem to depend on slips
-    that are large enough.
+    Of similar bodies B should vanish; a gap would else seem to depend on slips that are large enough, and
+    nodes without friction to be loaded along the surface by a pressure on open ones.
     """
-    noise = ROUND_OFF * len(slope) * np.abs(slope).max(initial=0.0)
-    return np.where(np.abs(slope) <= noise, 0.0, slope)
+    noise = ROUND_OFF * len(follow) * np.abs(follow).max(initial=0.0)
+    return np.where(np.abs(follow) <= noise, 0.0, follow)
 
 
 def _node_numbers(problem: Problem, open_nodes: Iterable[int]) -> list[int]:

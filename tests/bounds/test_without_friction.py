@@ -144,3 +144,47 @@ def test_round_off_of_distant_nodes_balances_no_multiplier(seed):
     )  # fmt: skip
     floats, (low, high) = shakedown.upper_bound(joint, certify=False), shakedown.upper_bound(joint).certified
     assert (1.0 - 1e-9) * low <= floats.load_factor <= (1.0 + 1e-9) * high
+
+
+def test_a_node_without_friction_that_is_loaded_and_pulled_has_no_safe_slip():
+    """Its load is balanced at λ = 0 alone; that it pulls there no slip changes, and so none was found: NaN."""
+    joint = two_nodes(2)
+    q_w = joint.q_w.copy()
+    q_w[:, 2] = q_w[:, 0]
+    pulled = Problem(
+        A=joint.A, B=joint.B, C=joint.C, f=joint.f, q_w=q_w, p_w=joint.p_w - [0.0, 1.5]
+    )  # fmt: skip
+    assert shakedown.upper_bound(pulled).status == Status.INFEASIBLE
+    assert shakedown.safe_slip(pulled, 0.0).status == Status.INFEASIBLE
+    lifted = shakedown.upper_bound(pulled, open_nodes="auto")
+    assert (lifted.status, lifted.open_nodes) == (Status.OPTIMAL, (1,))
+
+
+def lifted_where_nothing_couples(seed: int, d: int, noise: float) -> tuple[Problem, int]:
+    """A banded joint, most nodes without friction, one pulled on; B is round-off, or exactly zero."""
+    n, rng = (20 if d == 1 else 8), np.random.default_rng(seed)
+    near = np.exp(-np.abs(np.subtract.outer(np.arange(n), np.arange(n))) / 3) + 0.1 * np.eye(n)
+    f = np.where(rng.random(n) < 0.8, 0.0, 0.4)
+    q_w, p_w = rng.normal(size=(8, d * n)), rng.uniform(1.0, 3.0, (8, n))
+    q_w[:, np.repeat(f == 0.0, d)] = 0.0
+    lifted = n - 5
+    p_w[:, lifted] -= 5.0
+    B = noise * rng.normal(size=(n, d * n))
+    A = np.kron(np.linalg.inv(near), np.eye(d))
+    return Problem(A=A, B=B, C=4.0 * np.eye(n), f=f, q_w=q_w, p_w=p_w), lifted
+
+
+@pytest.mark.parametrize("d", [1, 2])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_stiffness_that_is_round_off_presses_no_node(seed, d):
+    """HiGHS refused programs with rows of 1e-17, or they ended "unbounded", as loads of 1e-17 were loads."""
+    joint, lifted = lifted_where_nothing_couples(seed, d, noise=1e-17)
+    same, _ = lifted_where_nothing_couples(seed, d, noise=0.0)
+    for nodes in ((), (lifted,)):
+        found, known = (shakedown.upper_bound(each, open_nodes=nodes) for each in (joint, same))
+        assert found.status == known.status
+        assert found.load_factor == pytest.approx(known.load_factor, rel=1e-9, nan_ok=True)
+        for at in (0.5, 5.0):
+            slips = [shakedown.safe_slip(each, at, open_nodes=nodes).status for each in (joint, same)]
+            assert slips[0] == slips[1]
+    assert known.status == Status.OPTIMAL

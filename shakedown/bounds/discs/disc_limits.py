@@ -232,7 +232,7 @@ def _without(taken: Frictionless, balanced: bool, tolerances: Tolerances) -> Dis
     gaps = replace(rest.half_spaces, g=rest.half_spaces.g - at * rest.half_spaces.d, d=nothing)
     fixed = replace(rest, c=rest.c + at * rest.e, e=none, half_spaces=gaps)
     safe = safest(fixed, 0.0)
-    if fixed.relative_excess(safe.x, 0.0) > tolerances.feasibility:
+    if not fixed.relative_excess(safe.x, 0.0) <= tolerances.feasibility:  # nor is NaN, no slip at all, safe
         return _infeasible(fixed, polished_solution(scaled_discs(fixed, basis_of(fixed), +1.0)))
     return DiscLimit(
         Status.OPTIMAL,

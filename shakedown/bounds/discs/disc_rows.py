@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.constraints import Constraints, Side, stacked
+from shakedown.joint.constraints import Constraints, Side, pressure_stiffness, stacked
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.law import Law
@@ -181,7 +181,7 @@ def _pressures(problem: Problem, p0: FloatArray, less: FloatArray, step: Indices
     """
     smooth = problem.law.smooth
     return Constraints(
-        G=-problem.B[smooth],
+        G=-pressure_stiffness(problem)[smooth],
         d=less[:, smooth].max(axis=0),
         g=p0[smooth],
         node=smooth,
