@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.linalg import blas, cho_factor, cho_solve, qr, solve_triangular
+from scipy.linalg import blas, cho_factor, lapack, qr, solve_triangular
 
 from shakedown.programs.self_dual import Solve
 from shakedown.programs.small_cones import TRIPLE, SmallCones, SmallScaling
@@ -77,11 +76,20 @@ class DiscProgram:
         """r, how many numbers y has."""
         return self.blocks.shape[2]
 
+    def sums(self, values: FloatArray) -> FloatArray:
+        """Values (K, c) of the discs, added up for every node, (n, c)."""
+        count = values.shape[1]
+        places = self._triples if count == TRIPLE else self._places(count)
+        found = np.bincount(places, values.ravel(), len(self.blocks) * count)
+        return np.asarray(found, dtype=float).reshape(-1, count)
+
+    def _places(self, count: int) -> Places:
+        """Where so many values of every disc are added to."""
+        return (count * self.node[:, None] + np.arange(count)).ravel()
+
     @cached_property
-    def sums(self) -> sparse.csr_matrix:
-        """What adds up the discs of every node, (n, K)."""
-        K = len(self.node)
-        return sparse.csr_matrix((np.ones(K), (self.node, np.arange(K))), shape=(len(self.blocks), K))
+    def _triples(self) -> Places:
+        return self._places(TRIPLE)
 
     @cached_property
     def _flat(self) -> FloatArray:
@@ -110,17 +118,19 @@ class DiscProgram:
         """Discs, rows and bound at x = (y, w)."""
         y, w = x[: self.rank], x[self.rank :]
         discs = (self._flat @ y).reshape(-1, TRIPLE)[self.node] + self.extra @ w
-        tail = np.zeros(0) if self.norm is None else -np.append(self.norm @ w, y)
-        return np.concatenate([discs.ravel(), self.rows @ y + self.rows_extra @ w, tail])
+        parts = [discs.ravel(), self.rows @ y + self.rows_extra @ w]
+        if self.norm is not None:
+            parts += [-(self.norm @ w)[None], -y]
+        return np.concatenate(parts)
 
     def transposed(self, z: FloatArray) -> FloatArray:
         """What multipliers of discs, rows and bound add up to."""
         discs, rows, tail = self.parts(z)
-        y = (self.sums @ discs).ravel() @ self._flat + rows @ self.rows
+        y = self.sums(discs).ravel() @ self._flat + rows @ self.rows
         w = discs.ravel() @ self.extra.reshape(discs.size, len(self.cost)) + rows @ self.rows_extra
         if self.norm is not None:
             y, w = y - tail[1:], w - tail[0] * self.norm
-        return np.append(y, w)
+        return np.concatenate([y, w])
 
     def parts(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Slacks or multipliers of the discs (K, 3), of the rows and of the bound, as views."""
@@ -144,7 +154,7 @@ class DiscProgram:
 
     def halves(self, squares: FloatArray) -> FloatArray:
         """A root of what the squares (K, 3, 3) of the discs of every node add up to, (n, 3, 3)."""
-        of_nodes = (self.sums @ squares.reshape(-1, TRIPLE**2)).reshape(-1, TRIPLE, TRIPLE)
+        of_nodes = self.sums(squares.reshape(-1, TRIPLE**2)).reshape(-1, TRIPLE, TRIPLE)
         values, vectors = np.linalg.eigh(of_nodes)  # round-off may leave one below zero
         return np.asarray(np.sqrt(np.maximum(values, 0.0))[:, :, None] * np.swapaxes(vectors, 1, 2))
 
@@ -183,7 +193,7 @@ class DiscProgram:
         if rank:
             normal[:rank, :rank] = blas.dsyrk(1.0, stacked.T, lower=1)
         pulled = squares @ self.extra
-        of_loads = (self.sums @ pulled.reshape(-1, TRIPLE * p)).reshape(TRIPLE * n, p)
+        of_loads = self.sums(pulled.reshape(-1, TRIPLE * p)).reshape(TRIPLE * n, p)
         normal[rank:, :rank] = of_loads.T @ self._flat + loads.T @ rows
         normal[rank:, rank:] = np.tensordot(self.extra, pulled, axes=((0, 1), (0, 1))) + loads.T @ loads
         if self.norm is not None:
@@ -200,8 +210,8 @@ def by_cholesky(normal: FloatArray) -> Solve:
     unit = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     normal *= unit
     normal *= unit[:, None]
-    factor = cho_factor(normal, lower=True, overwrite_a=True, check_finite=False)
-    return lambda right: np.asarray(unit * cho_solve(factor, unit * right, check_finite=False))
+    factor, _ = cho_factor(normal, lower=True, overwrite_a=True, check_finite=False)
+    return lambda right: np.asarray(unit * lapack.dpotrs(factor, unit * right, lower=1)[0])
 
 
 def _by_orthogonal_factor(root: FloatArray) -> Solve:

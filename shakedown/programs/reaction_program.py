@@ -99,7 +99,7 @@ class ReactionProgram:
         """What multipliers of discs, rows and bound add up to."""
         of = self.program
         discs, rows, tail = of.parts(u)
-        sums = of.sums @ discs
+        sums = of.sums(discs)
         z = np.concatenate([sums[self.tied, 0], sums[self._others].ravel(), rows]) @ self.dense
         z[self.columns] += sums[self.tied, 1:]
         w = discs.ravel() @ of.extra.reshape(discs.size, len(of.cost)) + rows @ of.rows_extra
@@ -152,7 +152,7 @@ class ReactionProgram:
         """What w has in discs, rows and the bound of the length of y."""
         of, r, p = self.program, self.program.rank, len(self.program.cost)
         pulled = squares @ of.extra
-        of_loads = (of.sums @ pulled.reshape(-1, TRIPLE * p)).reshape(-1, TRIPLE, p)
+        of_loads = of.sums(pulled.reshape(-1, TRIPLE * p)).reshape(-1, TRIPLE, p)
         rows = of.rows_extra / rest.diagonal[:, None] ** 2
         parts = [of_loads[self.tied, 0], of_loads[self._others].reshape(-1, p), rows]
         normal[r:, :r] = np.vstack(parts).T @ self.dense

@@ -1,12 +1,14 @@
 """Many small cones: triples (u₀, u₁, u₂), |(u₁, u₂)| ≤ u₀, then numbers ≥ 0 and one large cone or none."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from shakedown.programs.symmetric_cone import FloatArray, Scaling, SymmetricCone
 
 TRIPLE = 3  # numbers of a small cone: its radius, then a vector in the plane
+MIRROR = np.array([1.0, -1.0, -1.0])
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,11 @@ class SmallScaling:
     rest: Scaling
     point: FloatArray
 
+    @cached_property
+    def _back(self) -> FloatArray:
+        """The axis of W⁻¹."""
+        return _mirrored(self.axis)
+
     def times(self, vector: FloatArray) -> FloatArray:
         """W · vector."""
         triples, others = _split(vector, len(self.axis))
@@ -38,18 +45,18 @@ class SmallScaling:
     def divided(self, vector: FloatArray) -> FloatArray:
         """W⁻¹ · vector."""
         triples, others = _split(vector, len(self.axis))
-        return _joined(_turned(_mirrored(self.axis), triples) / self.factor, self.rest.divided(others))
+        return _joined(_turned(self._back, triples) / self.factor, self.rest.divided(others))
 
     def inverses(self) -> FloatArray:
         """W⁻¹ on every triple, (j, 3, 3)."""
-        w = _mirrored(self.axis)
+        w = self._back
         found = np.eye(TRIPLE) + w[:, :, None] * w[:, None, :] / (1.0 + w[:, :1, None])
         found[:, 0], found[:, :, 0] = w, w
         return np.asarray(found / self.factor[:, :, None])
 
     def inverse_squares(self) -> FloatArray:
         """W⁻² on every triple, (j, 3, 3)."""
-        w = _mirrored(self.axis)
+        w = self._back
         squares = 2.0 * w[:, :, None] * w[:, None, :] + np.eye(TRIPLE)
         squares[:, 0, 0] -= 2.0
         return squares / self.factor[:, :, None] ** 2
@@ -74,7 +81,7 @@ class SmallCones:
         """What slack · multiplier is divided by for its mean."""
         return self.triples + self.rest.degree
 
-    @property
+    @cached_property
     def unit(self) -> FloatArray:
         """e with e ∘ u = u."""
         return _joined(np.tile([1.0, 0.0, 0.0], (self.triples, 1)), self.rest.unit)
@@ -143,7 +150,7 @@ def _determinant(u: FloatArray) -> FloatArray:
 
 
 def _mirrored(u: FloatArray) -> FloatArray:
-    return u * np.array([1.0, -1.0, -1.0])
+    return u * MIRROR
 
 
 def _turned(axis: FloatArray, u: FloatArray) -> FloatArray:

@@ -1,6 +1,7 @@
 """The cone of a program: numbers ≥ 0, and at most one second-order cone behind them."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,27 +30,35 @@ class Scaling:
     axis: FloatArray
     factor: float
 
+    @cached_property
+    def _back(self) -> FloatArray:
+        """The axis of W⁻¹."""
+        return _mirrored(self.axis)
+
     def times(self, vector: FloatArray) -> FloatArray:
         """W · vector."""
         k = len(self.diagonal)
+        if not self.axis.size:
+            return self.diagonal * vector
         return np.concatenate([self.diagonal * vector[:k], self.factor * _turned(self.axis, vector[k:])])
 
     def divided(self, vector: FloatArray) -> FloatArray:
         """W⁻¹ · vector."""
         k = len(self.diagonal)
-        back = _turned(_mirrored(self.axis), vector[k:]) / self.factor
-        return np.concatenate([vector[:k] / self.diagonal, back])
+        if not self.axis.size:
+            return vector / self.diagonal
+        return np.concatenate([vector[:k] / self.diagonal, _turned(self._back, vector[k:]) / self.factor])
 
     def inverse(self) -> FloatArray:
         """W⁻¹ on the second-order cone, (q, q)."""
-        w = _mirrored(self.axis)
+        w = self._back
         found = np.eye(len(w)) + np.outer(w, w) / (1.0 + w[0])
         found[0] = found[:, 0] = w
         return found / self.factor
 
     def inverse_square(self) -> FloatArray:
         """W⁻² on the second-order cone, (q, q)."""
-        w = _mirrored(self.axis)
+        w = self._back
         square = 2.0 * np.outer(w, w) + np.eye(len(w))
         square[:1, :1] -= 2.0
         return square / self.factor**2
@@ -133,15 +142,17 @@ def _determinant(u: FloatArray) -> float:
 
 
 def _mirrored(u: FloatArray) -> FloatArray:
-    return np.concatenate([u[:1], -u[1:]])
+    found = -u
+    found[:1] = u[:1]
+    return found
 
 
 def _turned(axis: FloatArray, u: FloatArray) -> FloatArray:
     """The hyperbolic rotation that takes the unit vector to the axis, applied to u."""
-    if not u.size:
-        return u
     along = axis[1:] @ u[1:]
-    return np.concatenate([[axis @ u], u[1:] + axis[1:] * (u[0] + along / (1.0 + axis[0]))])
+    found = u + axis * (u[0] + along / (1.0 + axis[0]))
+    found[0] = axis @ u
+    return found
 
 
 def _cone_reach(u: FloatArray, step: FloatArray) -> float:
