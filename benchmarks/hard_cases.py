@@ -86,7 +86,7 @@ def amplitude(size: float) -> Problem:
     )
 
 
-def no_room() -> Problem:
+def no_slack() -> Problem:
     """A mean load exactly on the limits of node 0, both sides: λ_max = 0."""
     return Problem(
         A=np.eye(2), B=np.zeros((2, 2)), f=0.5, q_w=[[1.0, 1.0], [-1.0, -1.0]], p_w=[[0.0, 2.0]] * 2
@@ -145,10 +145,10 @@ HARD_CASES: dict[str, Callable[[], Problem]] = {
     "steel in newton and metre": lambda: joint(4, units=(1e3, 1e-8)),
     "load factor 1e9": lambda: amplitude(1e-9),
     "load factor 1e-9": lambda: amplitude(1e9),
-    "load factor 0": no_room,
+    "load factor 0": no_slack,
     "pulled off": lambda: replace(joint(6, 3), p_w=-np.ones((6, 3))),
-    "barely pulled off": lambda: replace(no_room(), p_w=[[-1e-12, 2.0]] * 2),
-    "barely pressed": lambda: replace(no_room(), p_w=[[1e-12, 2.0]] * 2),
+    "barely pulled off": lambda: replace(no_slack(), p_w=[[-1e-12, 2.0]] * 2),
+    "barely pressed": lambda: replace(no_slack(), p_w=[[1e-12, 2.0]] * 2),
     "wedged": lambda: replace(joint(3, 3), f=4.0, B=np.full((3, 3), 0.3) + np.eye(3), C=None),
     "block-9": lambda: shakedown.example("block-9"),
     "block-9 at f = 0.2": lambda: replace(shakedown.example("block-9"), f=0.2),

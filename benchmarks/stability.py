@@ -32,7 +32,7 @@ from shakedown.motion.integrator import Evolution
 from shakedown.motion.plane import event_loop, moving_state
 from shakedown.motion.plane.active_set import factorize
 from shakedown.motion.plane.gauss_seidel import PlaneStiffness, load_steps
-from shakedown.motion.plane.moving_state import begin, course, room_for
+from shakedown.motion.plane.moving_state import begin, course, empty_record
 from shakedown.motion.plane.run import run_along
 from shakedown.report.text_table import table
 
@@ -172,7 +172,7 @@ def _event_seconds(hard: Scene) -> float:
     path = np.vstack([ramp_start(hard.problem, load[0], hard.start), *[load] * hard.cycles])
     run = run_along(
         evolution.method.active, evolution.method.rates, evolution.method.motion,
-        room_for(min(100 * len(path), 10**5), n), course(path, 0, True, evolution.method.precision),
+        empty_record(min(100 * len(path), 10**5), n), course(path, 0, True, evolution.method.precision),
     )  # fmt: skip
 
     def follow() -> int:

@@ -1,4 +1,4 @@
-"""What a user may rely on: the names at the top, and those that docs/names.md lists room by room."""
+"""What a user may rely on: the names at the top, and those that docs/names.md lists module by module."""
 
 import importlib
 import re
@@ -19,7 +19,7 @@ def of_modules() -> dict[str, list[str]]:
 def public() -> dict[str, Any]:
     """Every public name and what it names."""
     found = {name: getattr(shakedown, name) for name in shakedown.__all__}
-    for module, names in of_modules().items():
-        room = importlib.import_module(module)
-        found |= {name: getattr(room, name) for name in names}
+    for path, names in of_modules().items():
+        module = importlib.import_module(path)
+        found |= {name: getattr(module, name) for name in names}
     return found

@@ -123,7 +123,7 @@ def target_subpackage(module: str, name: str) -> str:
     return subpackage_of(".".join([*module.split(".")[1:], name]))
 
 
-def test_every_wing_stands_on_a_layer():
+def test_every_subpackage_stands_on_a_layer():
     assert {subpackage_of(name) for name in SOURCES} <= {FACE, *LAYER}
     assert len(LAYERS) <= 9
 
@@ -146,7 +146,7 @@ def test_imports_go_down(subpackage):
             assert down, f"{module} imports {imported} {name}"
 
 
-def test_no_wing_has_a_circle():
+def test_no_subpackage_has_a_circle():
     graph = {
         module: {".".join(imported.split(".")[1:]) for imported, _ in imports(path)} & set(SOURCES)
         for module, path in SOURCES.items()
@@ -165,7 +165,7 @@ def test_no_wing_has_a_circle():
         visit(module, ())
 
 
-def test_wings_are_small_and_say_what_they_are_for():
+def test_subpackages_are_small_and_say_what_they_are_for():
     for subpackage in {subpackage_of(name) for name in SOURCES} - {
         "__init__",
         "__main__",
@@ -187,14 +187,14 @@ def test_wings_are_small_and_say_what_they_are_for():
         assert not unnamed, f"{subpackage}: the reading order does not name {unnamed}"
 
 
-def test_every_wing_is_packaged():
+def test_every_subpackage_is_packaged():
     listed = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"])
     folders = (path.parent.relative_to(PACKAGE) for path in PACKAGE.rglob("__init__.py"))
     subpackages = {".".join(("shakedown", *folder.parts)) for folder in folders}
     assert listed == subpackages | {"shakedown.cli"}
 
 
-def test_no_room_is_named_as_a_part_of_another():
+def test_no_module_is_named_as_a_part_of_another():
     stems = [
         name.split(".")[-1]
         for name in SOURCES

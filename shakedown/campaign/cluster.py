@@ -27,7 +27,7 @@ IN_HAND = 2  # pieces that each thread of the cluster has at a time
 LOOK, WINK = 2.0, 0.01  # seconds between two looks at who works, and at what is done
 SAME = "scheduler: expected workers with the versions of this process"
 # What a worker without the package can do, too: only Python's own names are sent to it.
-ASK = "[exec(text, room), room['versions']()][1]"
+ASK = "[exec(text, namespace), namespace['versions']()][1]"
 
 
 def by_cluster(work: Work, numbers: list[int], address: str) -> Iterator[tuple[int, bytes]]:
@@ -99,7 +99,7 @@ def _threads(client: Client, checked: set[str]) -> int:
         raise ConnectionError
     threads = client.nthreads()
     if new := sorted(threads.keys() - checked):
-        asked = {"text": inspect.getsource(worker_versions), "room": {"__name__": "worker_versions"}}
+        asked = {"text": inspect.getsource(worker_versions), "namespace": {"__name__": "worker_versions"}}
         said: dict[str, Any] = client.run(eval, ASK, asked, workers=new, on_error="return")
         for place in new:
             _check_versions(place, said.get(place))

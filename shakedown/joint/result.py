@@ -71,9 +71,9 @@ class Result(ReadOnly):
 
     def in_one_line(self, width: int) -> str:
         """Its name and as many of its first values as fit."""
-        room, text, shown = width - len(type(self).__name__) - 3, "", dict(self._shown())
+        available, text, shown = width - len(type(self).__name__) - 3, "", dict(self._shown())
         for word in (*(word for word in FIRST if word in shown), *(w for w in shown if w not in FIRST)):
-            if len(longer := f"{text}{word}={shown[word]}, ") <= room:
+            if len(longer := f"{text}{word}={shown[word]}, ") <= available:
                 text = longer
         return f"{type(self).__name__}({text}…)"
 

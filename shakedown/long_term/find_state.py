@@ -15,7 +15,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_arguments, checked, checked_initial_slip, require_plane
 from shakedown.joint.derived import lent
 from shakedown.joint.problem import Problem
-from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, room_for_answers
+from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, empty_answers
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.returning.proved_rest import heeding_proofs
 from shakedown.long_term.returning.return_search import VARIES_LITTLE
@@ -135,7 +135,7 @@ def _found(
     """What the motion of a search settles into from its start, with these nodes open there."""
     evolution = search.evolution
     n, slips = evolution.problem.n, evolution.problem.layout.slips
-    start, answers = evolution.state.u[slips].copy(), room_for_answers(1, evolution.problem.layout)
+    start, answers = evolution.state.u[slips].copy(), empty_answers(1, evolution.problem.layout)
     search.from_here(answers, halt)
     seen, at, length = search.compiled, search.search_state, evolution.scale.length
     verdict, known = int(answers.verdict[0]), answers.verdict[0] >= SHAKEDOWN

@@ -53,8 +53,8 @@ LOST = 8.0  # times how near its limit a node is at it: what is lost at the even
 BLURRED = 100.0  # times that force: of loads that change by less at most one digit is certain
 
 
-def room_for_answers(s: int, layout: Layout) -> Answers:
-    """Room for the answers for s initial states, undecided as yet."""
+def empty_answers(s: int, layout: Layout) -> Answers:
+    """Arrays for the answers for s initial states, undecided as yet."""
     slips = np.full((s, layout.slip_size), np.nan), np.full((s, layout.n), np.nan)
     works, numbers = np.full((2, s), np.nan), np.zeros((3, s), np.int64)
     return Answers._make([*slips, *works, *numbers, np.zeros(s, dtype=np.uint64)])

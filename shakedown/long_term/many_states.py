@@ -23,7 +23,7 @@ from shakedown.joint.arguments import (
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import Patience, settled_state
-from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, room_for_answers
+from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, empty_answers
 from shakedown.long_term.returning.proved_rest import CLEAR
 from shakedown.long_term.returning.returned_state import ReturnedStates, enter
 from shakedown.long_term.settling.search import BLURRED, CYCLIC_SLIP, SHAKEDOWN, UNDECIDED, Answers
@@ -171,7 +171,7 @@ class _Batch:
     ) -> None:
         self.problem, self.load_factor, self.starts = problem, load_factor, starts
         self.most, self.longest_period, self.tolerances = most, longest, tolerances
-        self.answers = room_for_answers(len(starts), problem.layout)
+        self.answers = empty_answers(len(starts), problem.layout)
         self.blocks = count()
         self.stopped = False
 

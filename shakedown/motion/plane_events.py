@@ -22,10 +22,10 @@ from shakedown.motion.plane.moving_state import (
     Precision,
     begin,
     course,
+    empty_record,
     follow_derivative,
     motion_at_rest,
     resume,
-    room_for,
     without_tangent,
 )
 from shakedown.motion.plane.rate_problem import rates
@@ -119,8 +119,8 @@ class PlaneEvents:
             if first not in self._courses:
                 path, separable = self._paths[first], self.problem.C is not None
                 self._courses[first] = course(path, self.problem.m - len(path), separable, self.precision)
-            room = room_for(RECORD_ROWS if record else 0, self.problem.n)
-            run = run_along(self.active, self.rates, self.motion, room, self._courses[first])
+            events = empty_record(RECORD_ROWS if record else 0, self.problem.n)
+            run = run_along(self.active, self.rates, self.motion, events, self._courses[first])
             self._runs[first, record] = run
         return self._runs[first, record]
 
@@ -159,12 +159,12 @@ class PlaneEvents:
 
     def recorded(self, done: int) -> list[Rows]:
         """What a record has been filled with, so many cycles being done."""
-        room = self._present.record
-        rows = room.content.rows
+        record = self._present.record
+        rows = record.content.rows
         if not rows:
             return []
-        times, kinds, nodes = room.time[:rows].copy(), room.kind[:rows].copy(), room.node[:rows].copy()
-        u, r, states = room.u[:rows].copy(), room.r[:rows].copy(), room.state[:rows].copy()
+        times, kinds, nodes = record.time[:rows].copy(), record.kind[:rows].copy(), record.node[:rows].copy()
+        u, r, states = record.u[:rows].copy(), record.r[:rows].copy(), record.state[:rows].copy()
         return [Rows(done, times, kinds, nodes, u, r, states)]
 
     def present(self, done: int, reaction: FloatArray) -> Rows:

@@ -36,8 +36,8 @@ from shakedown.motion.plane.moving_state import (
     Precision,
     begin,
     course,
+    empty_record,
     motion_at_rest,
-    room_for,
 )
 from shakedown.motion.plane.rate_problem import rates
 from shakedown.motion.plane.rate_search import enumerate_states
@@ -260,7 +260,7 @@ class ViscousMotion(Relaxation):
     ) -> None:
         super().__init__(kappa, Law(f), u, contact, reaction, load, damping, scale)
         self.precision, self.at_rest = precision, active_set(kappa, f)
-        parts = active_set(kappa.copy(), f), rates(len(f)), motion_at_rest(len(f)), room_for(0, len(f))
+        parts = active_set(kappa.copy(), f), rates(len(f)), motion_at_rest(len(f)), empty_record(0, len(f))
         self.run = run_along(*parts, course(np.stack([load, load]), 0, True, precision))
 
     def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:

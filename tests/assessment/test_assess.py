@@ -37,14 +37,14 @@ def test_the_numbers_are_those_of_the_bounds(problem):
 def test_nothing_is_computed_twice(monkeypatch, friction, asked):
     counts: dict[str, int] = {}
 
-    def count(room, name):
-        real = getattr(room, name)
+    def count(module, name):
+        real = getattr(module, name)
 
         def counted(*given, **named):
             counts[name] = counts.get(name, 0) + 1
             return real(*given, **named)
 
-        monkeypatch.setattr(room, name, counted)
+        monkeypatch.setattr(module, name, counted)
 
     for name in ("lower_bound", "upper_bound", "universal_bound", "energy_bound", "box_bound"):
         count(every_limit, name)

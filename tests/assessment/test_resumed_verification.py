@@ -6,7 +6,7 @@ from command import run
 
 import shakedown
 from shakedown import Problem
-from shakedown.campaign import recorded_steps as room
+from shakedown.campaign import recorded_steps
 from shakedown.report import html
 
 PLANE = shakedown.example("two-node")
@@ -15,7 +15,7 @@ SPACE = Problem(A=[[2, 0], [0, 2]], B=[[0, 0]], f=0.4, q_w=[[0.4, 0], [0.4, 1]],
 
 @pytest.fixture(autouse=True)
 def every_step_alone(monkeypatch):
-    monkeypatch.setattr(room, "EVERY", 0.0)
+    monkeypatch.setattr(recorded_steps, "EVERY", 0.0)
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import pytest
 
 import shakedown
 from shakedown import Problem
-from shakedown.assessment import independent_bounds as room
+from shakedown.assessment import independent_bounds
 from shakedown.assessment.load_regions import ABOVE, UNSAFE, default_load_factors, region_of
 from shakedown.assessment.plan import planned_cases
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
@@ -84,8 +84,8 @@ def second(status: Status, load_factor: float) -> ConicBound:
 def test_a_second_method_that_contradicts_is_found(status, load_factor, agrees) -> None:
     bounds = shakedown.shakedown_bounds(shakedown.example("two-node"))
     good = second(Status.OPTIMAL, bounds.lower.load_factor)
-    methods = room.IndependentBounds(good, second(status, load_factor), 2)
-    found = list(room.independent_findings(bounds, methods, DEFAULT))
+    methods = independent_bounds.IndependentBounds(good, second(status, load_factor), 2)
+    found = list(independent_bounds.independent_findings(bounds, methods, DEFAULT))
     assert [verdict for verdict, _ in found] == ([] if agrees == "yes" else [agrees])
 
 
@@ -102,12 +102,19 @@ def test_both_methods_say_the_same_where_no_node_collapses(problem: Problem) -> 
         bounds = shakedown.shakedown_bounds(joint)
         methods = conic_lower_bound(joint), conic_upper_bound(joint)
         assert (
-            list(room.independent_findings(bounds, room.IndependentBounds(*methods, joint.n), DEFAULT)) == []
+            list(
+                independent_bounds.independent_findings(
+                    bounds, independent_bounds.IndependentBounds(*methods, joint.n), DEFAULT
+                )
+            )
+            == []
         )
 
 
 def test_a_second_method_that_gives_up_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(room, "conic_upper_bound", lambda *_, **__: second(Status.UNDECIDED, np.nan))
+    monkeypatch.setattr(
+        independent_bounds, "conic_upper_bound", lambda *_, **__: second(Status.UNDECIDED, np.nan)
+    )
     report = shakedown.verify(shakedown.example("one-node"), random_states=0)
     assert report.agrees
     assert report.open_questions == ()
@@ -128,15 +135,15 @@ def test_the_second_method_asks_the_node_that_collapses_first_foremost(
 ) -> None:
     joint = shakedown.example("three-node")
     bounds = shakedown.shakedown_bounds(joint)
-    asked = room.nodes_asked(bounds.lower)
+    asked = independent_bounds.nodes_asked(bounds.lower)
     assert asked[0] == bounds.lower.node
     assert sorted(asked) == [0, 1, 2]
-    monkeypatch.setattr(room, "ALL_NODES", 2)
-    monkeypatch.setattr(room, "FIRST_NODES", 1)
-    assert room.nodes_asked(bounds.lower) == asked[:1]
-    second = room.independent_bounds(joint, bounds, DEFAULT)
+    monkeypatch.setattr(independent_bounds, "ALL_NODES", 2)
+    monkeypatch.setattr(independent_bounds, "FIRST_NODES", 1)
+    assert independent_bounds.nodes_asked(bounds.lower) == asked[:1]
+    second = independent_bounds.independent_bounds(joint, bounds, DEFAULT)
     assert second.lower.load_factor == pytest.approx(bounds.lower.load_factor, rel=1e-8)
-    ((open_to_doubt, text),) = room.independent_findings(bounds, second, DEFAULT)
+    ((open_to_doubt, text),) = independent_bounds.independent_findings(bounds, second, DEFAULT)
     assert open_to_doubt is None
     assert text == "λ_1: the independent solver has sought it at 1 of 3 nodes, those that collapse first"
 

@@ -9,7 +9,7 @@ import pytest
 import shakedown
 from benchmarks.problems import chain, joint
 from shakedown import Problem
-from shakedown.bounds.collapse import lower as lower_room
+from shakedown.bounds.collapse import lower as lower_module
 from shakedown.bounds.collapse.proof_status import Evidence, guarantee_status
 from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
 
@@ -21,7 +21,7 @@ def test_the_guarantee_is_worked_out_when_read(monkeypatch: pytest.MonkeyPatch) 
         calls.append(1)
         return guarantee_status(*arguments, **keywords)
 
-    monkeypatch.setattr(lower_room, "guarantee_status", counted)
+    monkeypatch.setattr(lower_module, "guarantee_status", counted)
     lower = shakedown.lower_bound(shakedown.example("two-node"))
     assert calls == []
     assert (lower.guarantee, lower.reason[:9]) == ("proved", "coupling ")

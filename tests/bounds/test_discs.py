@@ -339,7 +339,7 @@ def test_a_floating_body_is_pinned():
     assert slack(floating, moved, upper.load_factor) > -1e-12
 
 
-def test_the_transient_may_take_room():
+def test_the_transient_may_take_slack():
     joint = shakedown.example("two-node-3d")
     loop = loading(joint)
     before = replace(

@@ -242,7 +242,7 @@ def test_with_all_nodes_closed_nothing_changes():
         assert searched.certified == plain.certified
 
 
-def test_the_safe_slip_of_a_zone_has_room_at_every_row():
+def test_the_safe_slip_of_a_zone_has_slack_at_every_row():
     upper = upper_bound(RECEDING, open_nodes="auto")
     safe = safe_slip(RECEDING, 0.5 * upper.load_factor, open_nodes=upper.open_nodes)
     assert safe.open_nodes == upper.open_nodes

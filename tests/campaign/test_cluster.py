@@ -52,11 +52,11 @@ def test_workers_of_another_version_are_sent_nothing(cluster, monkeypatch, name)
 
 
 def test_what_is_asked_needs_nothing_of_the_package():
-    room = {"__name__": "worker_versions"}
-    exec(inspect.getsource(worker_versions), room)
-    room["find_spec"], room["version"] = lambda _: None, lambda name: f"{name} of a worker"
-    assert room["versions"]()["the code of shakedown"] == "none"
-    assert room["versions"]()["numpy"] == "numpy of a worker"
+    namespace = {"__name__": "worker_versions"}
+    exec(inspect.getsource(worker_versions), namespace)
+    namespace["find_spec"], namespace["version"] = lambda _: None, lambda name: f"{name} of a worker"
+    assert namespace["versions"]()["the code of shakedown"] == "none"
+    assert namespace["versions"]()["numpy"] == "numpy of a worker"
 
 
 def test_a_scheduler_that_is_lost_is_one_line_and_the_record_stays(tmp_path):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.campaign import recorded_steps as room
+from shakedown.campaign import recorded_steps as module
 from shakedown.campaign.journal import journal_at
 from shakedown.campaign.payload import packed
 from shakedown.campaign.recorded_steps import recorded_steps
@@ -28,8 +28,8 @@ class Killed(BaseException):
 
 @pytest.fixture(autouse=True)
 def every_step_alone(monkeypatch):
-    monkeypatch.setattr(room, "EVERY", 0.0)
-    monkeypatch.setattr(room.os, "fsync", lambda _: None)
+    monkeypatch.setattr(module, "EVERY", 0.0)
+    monkeypatch.setattr(module.os, "fsync", lambda _: None)
 
 
 def walked(path, most=10**9, resume=True):
@@ -69,11 +69,11 @@ def test_killed_after_every_step_it_ends_as_an_undisturbed_one(tmp_path):
 SLOW_WALK = """
 import sys, time
 import shakedown
-from shakedown.campaign import recorded_steps as room
+from shakedown.campaign import recorded_steps as module
 
-room.EVERY = 0.0
+module.EVERY = 0.0
 joint, x = shakedown.example("two-node"), 0.5
-with room.recorded_steps(sys.argv[1], {"run": "walk"}, joint, resume=True) as steps:
+with module.recorded_steps(sys.argv[1], {"run": "walk"}, joint, resume=True) as steps:
     while True:
         x = steps.done(lambda: (time.sleep(0.01), 0.5 * x + 1.0)[1])
 """
@@ -127,7 +127,7 @@ def test_records_that_hold_something_else_are_done_again(tmp_path):
 def test_what_is_within_a_step_goes_with_it(tmp_path):
     path = tmp_path / "walk.partial"
     with journal_at(path, HEADER) as journal:
-        steps = room.RecordedSteps(JOINT, journal)
+        steps = module.RecordedSteps(JOINT, journal)
         steps.done(lambda: [steps.done(float) for _ in range(5)])
         assert len(journal.done()) == 1
         steps.done(lambda: [steps.done(float) for _ in range(3)])
@@ -156,7 +156,7 @@ def test_steps_that_were_cut_otherwise_are_done_again(tmp_path):
 
 def test_where_a_step_stands_takes_the_place_of_where_it_stood(tmp_path, monkeypatch):
     for name, value in {"HALT": 0.0, "LEISURE": 0.0, "SIZE": np.inf, "WASTE": 3000}.items():
-        monkeypatch.setattr(room, name, value)
+        monkeypatch.setattr(module, name, value)
     path, sizes = tmp_path / "walk.partial", []
 
     def long_step(most):
@@ -183,7 +183,7 @@ def test_where_a_step_stands_takes_the_place_of_where_it_stood(tmp_path, monkeyp
 
 
 def test_what_cannot_be_done_leaves_nothing_to_go_on_with(tmp_path, monkeypatch):
-    monkeypatch.setattr(room, "EVERY", 1e9)
+    monkeypatch.setattr(module, "EVERY", 1e9)
 
     def tried(error):
         with recorded_steps(tmp_path / "walk.partial", HEADER, JOINT) as steps:

@@ -7,7 +7,7 @@ import pytest
 from command import run
 
 import shakedown
-from shakedown.campaign import recorded_steps as room
+from shakedown.campaign import recorded_steps
 from shakedown.files.atomic_write import record_beside
 
 SIMULATE = ("simulate", "two-node", "--load-factor", "0.9", "--initial", "zero")
@@ -17,7 +17,7 @@ COMMANDS = {"h.npz": (SIMULATE, "save_history"), "slip.npy": (ADVERSARY, "save_i
 
 def test_the_record_of_the_longest_name_has_a_name(tmp_path, monkeypatch):
     """255 bytes are the most: what ``.partial`` leaves no room for is cut short, and told apart."""
-    monkeypatch.setattr(room, "EVERY", 0.0)
+    monkeypatch.setattr(recorded_steps, "EVERY", 0.0)
     words = ("sweep", "one-node", "--vary", "f=0.2:0.5:3", "--bounds", "upper", "-q")
     names = ["é" * 125 + end for end in ["a.csv", "b.csv"]]
     records = {record_beside(tmp_path / name) for name in names}
@@ -43,7 +43,7 @@ def test_a_stopped_command_goes_on(tmp_path, monkeypatch, output):
     assert code == 0
     content = (tmp_path / output).read_bytes()
     (tmp_path / output).unlink()
-    monkeypatch.setattr(room, "EVERY", 0.0)
+    monkeypatch.setattr(recorded_steps, "EVERY", 0.0)
 
     def disk_is_full(*_):
         raise shakedown.UsageError(f"{output}: cannot be written (No space left on device)")

@@ -21,8 +21,8 @@ TAKING = {
 def keys_of_import_files():
     """The keys that the sections of an import file take, read from their sources."""
     found = set()
-    for room in (ROOT / "shakedown" / "models" / "importing").rglob("*.py"):
-        for node in ast.walk(ast.parse(room.read_text(encoding="utf-8"))):
+    for module in (ROOT / "shakedown" / "models" / "importing").rglob("*.py"):
+        for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
             taken = (
                 isinstance(node, ast.Call)
                 and isinstance(node.func, ast.Attribute)

@@ -73,7 +73,7 @@ def test_the_drawing_is_that_of_its_script():
     assert (DOCS / "_static" / "data-flow.svg").read_text(encoding="utf-8") == drawn
 
 
-def test_the_page_on_architecture_names_every_wing():
+def test_the_page_on_architecture_names_every_subpackage():
     table = (DOCS / "explanation" / "architecture.md").read_text(encoding="utf-8")
     subpackages = {path.parent.name for path in (ROOT / "shakedown").glob("*/__init__.py")}
     assert [subpackage for subpackage in sorted(subpackages) if f"`{subpackage}`" not in table] == []

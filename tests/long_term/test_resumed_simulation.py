@@ -8,7 +8,7 @@ import pytest
 from joints_in_space import random_joint
 
 import shakedown
-from shakedown.campaign import recorded_steps as room
+from shakedown.campaign import recorded_steps
 from shakedown.campaign.stored_result import folded, restored, stored
 from shakedown.long_term import limit_search
 from shakedown.motion.fixed_steps import FixedSteps
@@ -28,9 +28,9 @@ CASES = {
 @pytest.fixture(autouse=True)
 def recorded_after_every_cycle(monkeypatch):
     for name in ("EVERY", "HALT", "LEISURE"):
-        monkeypatch.setattr(room, name, 0.0)
-    monkeypatch.setattr(room, "SIZE", np.inf)
-    monkeypatch.setattr(room.os, "fsync", lambda _: None)
+        monkeypatch.setattr(recorded_steps, name, 0.0)
+    monkeypatch.setattr(recorded_steps, "SIZE", np.inf)
+    monkeypatch.setattr(recorded_steps.os, "fsync", lambda _: None)
     monkeypatch.setattr(limit_search, "EFFORT", 1000)
 
 

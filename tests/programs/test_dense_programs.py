@@ -55,16 +55,16 @@ def test_no_optimum_is_claimed_where_there_is_none():
 
 @pytest.mark.parametrize("size", [1, 5, 30])
 def test_optimum_over_a_cone_has_its_conditions(size):
-    """The farthest of rows that leave the ball its room: primal and dual values agree, nothing is broken."""
+    """The farthest of rows that leave the ball its slack: primal and dual values agree, nothing is broken."""
     for seed in range(20):
         rng, count = np.random.default_rng(seed), 3 * size + 2
-        rows, room, slope = (
+        rows, slack, slope = (
             rng.normal(size=(count, size)),
             rng.uniform(0.1, 0.4, count),
             rng.normal(size=count),
         )
-        rows[0], room[0], slope[0], slope[1] = 0.0, 1.0, 0.0, 1.0  # a largest radius, and a row that limits
-        matrix, right = np.column_stack([rows, room, slope]), rng.uniform(0.5, 1.0, count)
+        rows[0], slack[0], slope[0], slope[1] = 0.0, 1.0, 0.0, 1.0  # a largest radius, and a row that limits
+        matrix, right = np.column_stack([rows, slack, slope]), rng.uniform(0.5, 1.0, count)
         cost, offset = np.append(np.zeros(size + 1), -1.0), 0.25
         x, y = cone_optimum(matrix, right, cost, size, offset)
         assert np.linalg.norm(x[:size]) + offset <= x[size] + 1e-9

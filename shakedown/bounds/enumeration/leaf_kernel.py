@@ -38,7 +38,7 @@ linked: Any = partial(njit, no_cpython_wrapper=True, no_cfunc_wrapper=True, **pi
 
 @linked()
 def set_aside(path: IntArray, length: int, suspects: Suspects) -> None:
-    """Store the first ``length`` rows of a path as a suspect, while there is room; count it in any case."""
+    """Store the first ``length`` rows of a path as a suspect, up to capacity; count it in any case."""
     index = suspects.counters[SUSPECTS]
     if index < suspects.lengths.size:
         for t in range(length):
@@ -49,7 +49,7 @@ def set_aside(path: IntArray, length: int, suspects: Suspects) -> None:
 
 @linked()
 def _keep(value: float, values: FloatArray, counters: IntArray) -> None:
-    """Store a load factor above the cut, while there is room; count it in any case."""
+    """Store a load factor above the cut, up to capacity; count it in any case."""
     if counters[STORED] < values.size:
         values[counters[STORED]] = value
     counters[STORED] += 1

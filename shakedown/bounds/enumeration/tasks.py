@@ -153,12 +153,12 @@ def walk_piece(tree: Tree, prefix: tuple[int, ...], size: int) -> SubtreeFinding
 
 
 def _walked(tree: Tree, prefix: tuple[int, ...], size: int) -> tuple[WalkFindings, Suspects]:
-    """Walk one subtree; a second time, with room for all of them, where there are many suspects."""
+    """Walk one subtree; a second time, with capacity for all of them, where there are many suspects."""
     rows, unit = tree.rows, tree.rows.column_scale[-1]
     columns = rows.matrix.shape[1]
     augmented = np.column_stack([rows.matrix, rows.right])
     search = WalkSearch(augmented, tree.one_pair, tree.tolerances.feasibility, tree.cut / unit)
-    given, room = np.array(prefix, dtype=np.int64), SUSPECTS_EXPECTED
+    given, capacity = np.array(prefix, dtype=np.int64), SUSPECTS_EXPECTED
     for _ in range(2):
         counters = np.zeros(4, dtype=np.int64)
         found = WalkFindings(
@@ -168,12 +168,12 @@ def _walked(tree: Tree, prefix: tuple[int, ...], size: int) -> tuple[WalkFinding
             counters=counters,
         )
         suspects = Suspects(
-            np.zeros((room, columns), dtype=np.int64), np.zeros(room, dtype=np.int64), counters
+            np.zeros((capacity, columns), dtype=np.int64), np.zeros(capacity, dtype=np.int64), counters
         )
         walk(Whole(search, elimination(augmented, given), found, suspects), given)
-        if counters[SUSPECTS] <= room:
+        if counters[SUSPECTS] <= capacity:
             break
-        room = int(counters[SUSPECTS])
+        capacity = int(counters[SUSPECTS])
     return found, suspects
 
 

@@ -28,8 +28,8 @@ def elimination(rows: FloatArray, prefix: IntArray) -> WalkElimination:
     path = np.zeros(N, dtype=np.int64)
     path[: prefix.size] = prefix
     last, pivots = np.zeros((2, N), dtype=np.int64)
-    room = np.empty(N), np.empty((N, N + 1))
-    return WalkElimination(work, path, last, pivots, np.zeros(N + 1, dtype=np.bool_), np.zeros(N + 1), *room)
+    more = np.empty(N), np.empty((N, N + 1))
+    return WalkElimination(work, path, last, pivots, np.zeros(N + 1, dtype=np.bool_), np.zeros(N + 1), *more)
 
 
 @stamped

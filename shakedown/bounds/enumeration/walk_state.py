@@ -49,9 +49,9 @@ class WalkElimination(NamedTuple):
     known, level : (N + 1,)
         Whether the load factor is eliminated above a depth, and its value.
     x : (N,)
-        Room for one point.
+        Array for one point.
     square : (N, N + 1)
-        Room for the equations of one subset.
+        Arrays for the equations of one subset.
     """
 
     work: FloatArray

@@ -93,7 +93,7 @@ PATH_CHECK = PathCheckType(fields(PathCheck))
 
 
 def path_check(f: FloatArray, scale: Scale) -> PathCheck:
-    """Room to check the path of nodes with these coefficients of friction."""
+    """Arrays to check the path of nodes with these coefficients of friction."""
     n = len(f)
     shapes = dict.fromkeys(("u", "r", "elastic", "change"), 2 * n) | {"always_open": n}
     check = made(PATH_CHECK, shapes, f=np.array(f, dtype=float))

@@ -77,7 +77,7 @@ PERIOD_MAP = PeriodMapType(fields(PeriodMap))
 
 
 def period_map(n: int) -> PeriodMap:
-    """Room for the map of n nodes."""
+    """Arrays for the map of n nodes."""
     shapes = {"start": 2 * n, "basis": (2 * n, n), "tangent": (2 * n, n)}
     shapes |= dict.fromkeys(("contact", "stuck", "moves", "delay", "change", "limit", "drift", "image"), n)
     new = made(PERIOD_MAP, shapes | dict.fromkeys(("power", "work", "inverse"), (n, n)))

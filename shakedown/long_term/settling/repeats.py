@@ -80,11 +80,11 @@ def remember(se: SettlingSearch, u: FloatArray) -> None:
 @inner
 def keep_signature(se: SettlingSearch) -> None:
     """Append the signature of the last cycle; the oldest is forgotten."""
-    room = 2 * se.longest_period
-    if se.signed == room:
-        for k in range(room - 1):
+    most = 2 * se.longest_period
+    if se.signed == most:
+        for k in range(most - 1):
             se.signatures[k] = se.signatures[k + 1]
-        se.signed = room - 1
+        se.signed = most - 1
     se.signatures[se.signed] = np.int64(se.first.motion.signature)
     se.signed += 1
 

@@ -32,7 +32,7 @@ class Factors(NamedTuple):
 
 
 def no_factors(n: int) -> Factors:
-    """Room for the equations of n nodes."""
+    """Arrays for the equations of n nodes."""
     return Factors(
         np.empty((2 * n, 2 * n)), np.empty(n, dtype=np.int64), np.full(2, -1), np.zeros(5, dtype=np.int32),
         np.empty(2 * n, dtype=np.int32), solver_routines(),
@@ -78,7 +78,7 @@ def solver_routines() -> NDArray[np.int64]:
 @inner
 def factorise(factors, n):  # type: ignore[no-untyped-def]
     """Factorise the first n columns; False where they are singular."""
-    sizes = factors.sizes  # unknowns, room for a column, right sides, what went wrong, whether transposed
+    sizes = factors.sizes  # unknowns, space for a column, right sides, what went wrong, whether transposed
     sizes[0], sizes[1], sizes[2], sizes[3], sizes[4] = n, len(factors.pivots), 1, 0, NO_TRANSPOSE
     at, matrix, order = sizes.ctypes.data, factors.columns.ctypes.data, factors.pivots.ctypes.data
     call(factors.routines[0], (at, at, matrix, at + 4, order, at + 12))

@@ -86,16 +86,16 @@ def residual(body, tableau, contact, u, r):  # type: ignore[no-untyped-def]
 @inner
 def touch(body, tableau, start, contact):  # type: ignore[no-untyped-def]
     """Where the nodes touch that were open before, at the present state."""
-    room = np.empty((3, 3)), np.empty(3), np.empty(3)
+    work = np.empty((3, 3)), np.empty(3), np.empty(3)
     for i in range(len(body.f)):
         if start[3 * i + 2] > 0.0:
-            contact_position(body, tableau, i, start, contact, room)
+            contact_position(body, tableau, i, start, contact, work)
 
 
 @inner
-def aim(tableau, start, guess, share, room):  # type: ignore[no-untyped-def]
+def aim(tableau, start, guess, share, work):  # type: ignore[no-untyped-def]
     """Put closed nodes to their start and a share of the guessed slips; False where they are there."""
-    change, moved = room
+    change, moved = work
     goes = False
     for i in range(len(tableau.is_open)):
         j, k = 2 * i, 3 * i
@@ -134,10 +134,10 @@ def solve_step(body, tableau, start, contact, guess, found, settings, sweeps_onl
         contact[2 * i], contact[2 * i + 1] = start[3 * i], start[3 * i + 1]
     close, _, turns, factors = settings
     u, r = found
-    room = np.empty(len(guess)), np.empty(len(start))
+    work = np.empty(len(guess)), np.empty(len(start))
     sweeps, steps, ahead, unsolved = 0, 0, FIRST_SWEEPS, -1
     for turn in range(0 if sweeps_only > 0 else -1, turns):
-        if turn < 0 and not aim(tableau, start, guess, 1.0, room):
+        if turn < 0 and not aim(tableau, start, guess, 1.0, work):
             continue
         if turn >= 0:
             most = sweeps_only if sweeps_only > 0 else ahead
@@ -150,7 +150,7 @@ def solve_step(body, tableau, start, contact, guess, found, settings, sweeps_onl
         if not done:
             ahead = ahead if turn < 0 else min(2 * ahead, MOST_SWEEPS)
             if turn < 0:
-                aim(tableau, start, guess, 0.0, room)
+                aim(tableau, start, guess, 0.0, work)
             continue
         if tableau.updates[0] > MOST_UPDATES:
             renew(body, tableau)

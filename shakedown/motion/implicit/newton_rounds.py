@@ -24,7 +24,7 @@ DECREASE = 1e-4  # of the sum of squares, relative to what Newton's method fores
 
 
 @borrowing
-def misfit(body, tableau, start, contact, F, direction, room):  # type: ignore[no-untyped-def]
+def misfit(body, tableau, start, contact, F, direction, work):  # type: ignore[no-untyped-def]
     """F (2n,), the directions x/|x| (2n,) and |F|², and the largest; a node that sticks has direction 0."""
     total, largest = 0.0, 0.0
     for i in range(len(body.f)):
@@ -33,7 +33,7 @@ def misfit(body, tableau, start, contact, F, direction, room):  # type: ignore[n
         if tableau.is_open[i]:
             continue
         if start[k + 2] > 0.0:
-            contact_position(body, tableau, i, start, contact, room)
+            contact_position(body, tableau, i, start, contact, work)
         rho = body.tangential[i]
         sx, sy = rho * (tableau.given[k] - contact[j]), rho * (tableau.given[k + 1] - contact[j + 1])
         qx, qy = tableau.r_w[k] + tableau.out[k], tableau.r_w[k + 1] + tableau.out[k + 1]
@@ -176,7 +176,7 @@ def follow_back(body, tableau, start, contact, direction, factors, moved, right)
 def slips_on(body, tableau, start, contact, F, direction, factors, step, close):  # type: ignore[no-untyped-def]
     """The change of the other slips, beside that of nodes that go back; False where it is too far.
 
-    step: (change (2n,), what those that go back change (3n,), whether any does, room (2n,)).
+    step: (change (2n,), what those that go back change (3n,), whether any does, work (2n,)).
     """
     change, moved, astray, right = step
     count = factors.known[0]
@@ -228,8 +228,8 @@ def newton(body, tableau, start, contact, close, factors):  # type: ignore[no-un
     n = len(body.f)
     F, direction, right, moved = np.empty(2 * n), np.empty(2 * n), np.empty(2 * n), np.empty(3 * n)
     change, nodes = np.empty(2 * n), np.empty(n, dtype=np.int64)
-    room = np.empty((3, 3)), np.empty(3), np.empty(3)
-    total, largest = misfit(body, tableau, start, contact, F, direction, room)
+    work = np.empty((3, 3)), np.empty(3), np.empty(3)
+    total, largest = misfit(body, tableau, start, contact, F, direction, work)
     for step in range(ROUNDS):
         if largest <= close:
             return True, step
@@ -248,7 +248,7 @@ def newton(body, tableau, start, contact, close, factors):  # type: ignore[no-un
         move(tableau, change, moved)
         share, before = 1.0, total
         go(tableau, change, moved, share)
-        total, largest = misfit(body, tableau, start, contact, F, direction, room)
+        total, largest = misfit(body, tableau, start, contact, F, direction, work)
         if again and not total <= FAST * before:
             factors.known[0] = -1
         for _ in range(HALVINGS):
@@ -256,7 +256,7 @@ def newton(body, tableau, start, contact, close, factors):  # type: ignore[no-un
                 break
             go(tableau, change, moved, -0.5 * share)
             share *= 0.5
-            total, largest = misfit(body, tableau, start, contact, F, direction, room)
+            total, largest = misfit(body, tableau, start, contact, F, direction, work)
         if not again and not total <= (1.0 - DECREASE * share) * before:
             return False, step
     return largest <= close, ROUNDS

@@ -13,14 +13,14 @@ from shakedown.motion.implicit.swept_stiffness import exchange, inverse, shift
 
 
 @borrowing
-def contact_position(body, tableau, i, start, contact, room):  # type: ignore[no-untyped-def]
+def contact_position(body, tableau, i, start, contact, work):  # type: ignore[no-untyped-def]
     """Where a node touches that was open: its slip when the gap closes.
 
     The gap of an open node is taken to close linearly between its old position and the one that it would
     reach free of reactions.
     """
     k, old = 3 * i, start[3 * i + 2]
-    P, u, r = room
+    P, u, r = work
     inverse(body.kappa, k, P)
     is_open = tableau.is_open[i]
     for a in range(3):

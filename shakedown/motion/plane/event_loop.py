@@ -59,7 +59,7 @@ from shakedown.motion.plane.moving_state import (
 from shakedown.motion.plane.quiet_steps import (
     MOST_FOLLOWED,
     compute_elastic,
-    has_room,
+    has_capacity,
     note,
     quiet_steps,
     sign,
@@ -110,7 +110,7 @@ def load_step(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, course:
     for j in range(m):
         welded[j] = path[(step + 1) * m + j] - path[step * m + j]
     while mo.crowd < 1000 + 100 * m:
-        if not has_room(rec):
+        if not has_capacity(rec):
             return RECORD_FULL
         react(act, rate, mo, course)
         locate(act, rate, mo.u, mo.r, course.force, course.length)

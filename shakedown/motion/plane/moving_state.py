@@ -1,4 +1,4 @@
-"""The moving state of an exact evolution as the compiled loops take it, its course, and room to record it."""
+"""The moving state of an exact evolution as compiled loops take it, its course, and arrays to record it."""
 
 from typing import NamedTuple
 
@@ -123,7 +123,7 @@ class PlaneMotion(PointedState):
 
 
 class Record(PointedState):
-    """Room for the states at events, filled from the first row on; no room: nothing is recorded.
+    """Arrays for the states at events, filled from the first row on; no capacity: nothing is recorded.
 
     Attributes
     ----------
@@ -135,7 +135,7 @@ class Record(PointedState):
         Contact states from this time on.
     node, kind : (s,)
         What happened.
-    rows, room
+    rows, capacity
         Rows filled, and s.
     """
 
@@ -146,7 +146,7 @@ class Record(PointedState):
     node: Integers
     kind: Integers
     rows: int
-    room: int
+    capacity: int
 
 
 def course(path: FloatArray, first: int, separable: bool, precision: Precision) -> Course:
@@ -194,9 +194,9 @@ def resume(mo: PlaneMotion, time: float) -> None:
     mo.set(time=time, node=-1, kind=JUMPS, delayed=False, signed=False, events=mo.events + 1)
 
 
-def room_for(rows: int, n: int) -> Record:
-    """Room for so many states of n nodes."""
+def empty_record(rows: int, n: int) -> Record:
+    """Arrays for so many states of n nodes."""
     shapes = {"time": rows, "u": (rows, 2 * n), "r": (rows, 2 * n), "state": (rows, n), "node": rows}
     record = Record(shapes | {"kind": rows})
-    record.set(room=rows)
+    record.set(capacity=rows)
     return record

@@ -29,9 +29,9 @@ MOST_FOLLOWED = 64  # load steps after which κ u is computed anew, so that roun
 
 @inner
 def quiet_steps(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, course: Course) -> None:
-    """Pass load steps as long as nothing happens in them, or until there is no room to record more."""
+    """Pass load steps as long as nothing happens in them, or until there is no capacity to record more."""
     n, path, elastic, friction, small = act.n, course.path, mo.elastic, act.f, course.force
-    while mo.step < course.steps and has_room(rec) and act.sign > 0 and act.effort <= act.allowed:
+    while mo.step < course.steps and has_capacity(rec) and act.sign > 0 and act.effort <= act.allowed:
         if act.size > 0:
             if not moving_step(act, rate, mo, rec, course):
                 return
@@ -115,7 +115,7 @@ def pass_step(act: ActiveSet, mo: PlaneMotion, rec: Record, course: Course) -> N
     """Record the state at the beginning of a load step, and count the step."""
     if not mo.signed:
         sign(act, mo, course.first + mo.step)
-    if rec.room > 0:
+    if rec.capacity > 0:
         start = mo.step * 2 * act.n
         for j in range(2 * act.n):
             mo.r[j] = course.path[start + j] + mo.elastic[j]
@@ -134,15 +134,15 @@ def compute_elastic(act: ActiveSet, mo: PlaneMotion) -> None:
 
 
 @inner
-def has_room(rec: Record) -> bool:
+def has_capacity(rec: Record) -> bool:
     """Whether a state can be recorded, or none is to be."""
-    return rec.room == 0 or rec.rows < rec.room
+    return rec.capacity == 0 or rec.rows < rec.capacity
 
 
 @inner
 def note(act: ActiveSet, mo: PlaneMotion, rec: Record, first: int) -> None:
-    """Record the present state and what led to it, where there is room."""
-    if rec.room > 0:
+    """Record the present state and what led to it, where there is capacity."""
+    if rec.capacity > 0:
         row, n, u, r, states = rec.rows, act.n, rec.u, rec.r, rec.state
         for j in range(2 * n):
             u[row * 2 * n + j], r[row * 2 * n + j] = mo.u[j], mo.r[j]

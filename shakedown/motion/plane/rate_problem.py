@@ -80,7 +80,7 @@ class Rates(PointedState):
 
 
 def rates(n: int) -> Rates:
-    """Room for the rates of n nodes."""
+    """Arrays for the rates of n nodes."""
     of_nodes, of_places = ("place", "wanted", "before"), ("motion", "reaction", "welded", "change")
     return Rates(dict.fromkeys(of_nodes, n) | dict.fromkeys(of_places, 2 * n))
 

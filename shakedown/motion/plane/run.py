@@ -42,7 +42,7 @@ RUN = PlaneRun.compiled
 def run_along(
     active: ActiveSet, rates: Rates, motion: PlaneMotion, record: Record, course: Course
 ) -> PlaneRun:
-    """The run of a moving state along a course, recorded where the record has room."""
+    """The run of a moving state along a course, recorded where the record has capacity."""
     return PlaneRun({}, active=active, rates=rates, motion=motion, record=record, course=course)
 
 

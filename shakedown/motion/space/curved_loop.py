@@ -151,7 +151,7 @@ def smooth_path(run: SpaceRun) -> int:
     """Follow the smooth path to the next event or the end of the load step."""
     course, mo, sp, st, ct, rec = run.course, run.motion, run.slipping, run.step, run.control, run.record
     while mo.time < 1.0:
-        if rec.room > 0 and rec.rows == rec.room:
+        if rec.capacity > 0 and rec.rows == rec.capacity:
             return RECORD_FULL
         rest = 1.0 - mo.time
         h = choose_step(run, rest)
@@ -175,7 +175,7 @@ def smooth_path(run: SpaceRun) -> int:
         if share < NEVER:
             meet_event(run, share, h, error)
             return AT_EVENT
-        if rec.room > 0:
+        if rec.capacity > 0:
             find_curve(sp, st, h)
         commit(run, h, better)
         if h == rest:
@@ -512,10 +512,10 @@ def keep_rates(sp: Slipping, st: Step) -> None:
 
 @inner
 def note(run: SpaceRun, h: float) -> None:
-    """Record the step that begins at the present state, where there is room."""
+    """Record the step that begins at the present state, where there is capacity."""
     joint, course, mo, rates = run.joint, run.course, run.motion, run.rates
     sp, st, rec = run.slipping, run.step, run.record
-    if rec.room == 0 or rec.rows == rec.room:
+    if rec.capacity == 0 or rec.rows == rec.capacity:
         return
     n, N, row = joint.n, 3 * joint.n, rec.rows
     for k in range(N):

@@ -16,7 +16,7 @@ from shakedown.joint.layout import Layout
 from shakedown.motion.implicit.implicit_step import ImplicitJoint, StepStatus
 from shakedown.motion.plane.moving_state import DONE, PAUSED, course
 from shakedown.motion.space.curved_loop import follow_curve
-from shakedown.motion.space.moving_state import curve_room
+from shakedown.motion.space.moving_state import empty_curve_record
 from shakedown.motion.space.space_run import Measures, run_in_space
 from shakedown.motion.viscous_jump import Relaxation, StepEnd
 
@@ -72,7 +72,7 @@ class DirectedJump(Relaxation):
     def _followed(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         """The end of an implicit step along the path of its static problem; None where there is none."""
         way = course(path, 0, True, self.measures.precision)
-        run = run_in_space(stiffer, self.law.f, self.measures, way, curve_room(0, len(self.law.f)))
+        run = run_in_space(stiffer, self.law.f, self.measures, way, empty_curve_record(0, len(self.law.f)))
         mo = run.motion
         mo.u[:], mo.contact[:] = self.u, self.contact
         status = PAUSED

@@ -1,4 +1,4 @@
-"""A joint with two tangential directions and its moving state as compiled loops take them; room for paths."""
+"""A joint with two tangential directions and its moving state for compiled loops; arrays for paths."""
 
 import numpy as np
 
@@ -51,7 +51,7 @@ class SpaceMotion(PointedState):
     contact : (n,)
         STICK, SLIP or OPEN.
     resting : (n,)
-        1 where a node has come to rest on its cone and has not left it since: neither speed nor room.
+        1 where a node has come to rest on its cone and has not left it since: neither speed nor slack.
     direction : (2n,)
         Unit vectors along which nodes at the apex slip.
     slip, work : (n,)
@@ -102,7 +102,7 @@ class SpaceMotion(PointedState):
 
 
 class CurveRecord(PointedState):
-    """Room for the steps of a path, filled from the first row on; no room: nothing is recorded.
+    """Arrays for the steps of a path, filled from the first row on; no capacity: nothing is recorded.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ class CurveRecord(PointedState):
         Contact states within the step.
     node, kind : (r,)
         What happened at its beginning.
-    rows, room
+    rows, capacity
         Rows filled, and r.
     """
 
@@ -128,7 +128,7 @@ class CurveRecord(PointedState):
     node: Integers
     kind: Integers
     rows: int
-    room: int
+    capacity: int
 
 
 def compiled_joint(kappa: FloatArray, friction: FloatArray) -> CompiledJoint:
@@ -149,9 +149,9 @@ def motion_at_rest(n: int) -> SpaceMotion:
     return SpaceMotion(shapes | dict.fromkeys(("contact", "resting", "slip", "work", "opened", "closed"), n))
 
 
-def curve_room(rows: int, n: int) -> CurveRecord:
-    """Room for so many steps of n nodes."""
+def empty_curve_record(rows: int, n: int) -> CurveRecord:
+    """Arrays for so many steps of n nodes."""
     shapes = {"u": (rows, 3 * n), "curve": (rows, DEGREE, 3 * n), "contact": (rows, n)}
     record = CurveRecord(shapes | dict.fromkeys(("time", "duration", "node", "kind"), rows))
-    record.set(room=rows)
+    record.set(capacity=rows)
     return record

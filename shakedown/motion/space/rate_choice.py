@@ -1,14 +1,14 @@
 """Which nodes move at an instant, and how: a complementarity problem in the speeds, and choices at the apex.
 
 Of a node on its cone the direction of slip is known, and either it slips, μ > 0, and stays on the cone,
-or it sticks and the rate of its room is not negative: μ ⟂ M μ + z. As in the plane the problem is solved
+or it sticks and the rate of its slack is not negative: μ ⟂ M μ + z. As in the plane the problem is solved
 by block pivoting with the least index as a safeguard, from the nodes that slipped before, and by
 enumeration where that fails and there are few nodes. A solution counts only where it is stable,
 det M > 0. A node at the apex, q = p = 0, sticks while |q̇| ≤ f ṗ, slips with q̇ = −f ṗ d along a direction
 d that is an unknown of its own, or opens, ẇ ≥ 0; the first of those that fail changes its choice,
 until none does.
 
-A node that has come to rest on its cone has neither speed nor room, nor a rate of room: it stays out of
+A node that has come to rest on its cone has neither speed nor slack, nor a rate of slack: it stays out of
 the problem until it has left the cone or is found outside.
 """
 
@@ -39,7 +39,7 @@ PATIENCE = 3
 
 
 @inner
-def room(joint: CompiledJoint, mo: SpaceMotion, i: int) -> float:
+def slack(joint: CompiledJoint, mo: SpaceMotion, i: int) -> float:
     """f p − |q| of a closed node [force]."""
     x, y = mo.out[2 * i], mo.out[2 * i + 1]
     return joint.friction[i] * mo.out[2 * joint.n + i] - np.sqrt(x * x + y * y)
@@ -51,7 +51,7 @@ def locate(run: SpaceRun) -> int:
     joint, course, mo, rates, ct = run.joint, run.course, run.motion, run.rates, run.control
     n, near, count = joint.n, course.settled, 0
     for i in range(n):
-        p, left = mo.out[2 * n + i], room(joint, mo, i)
+        p, left = mo.out[2 * n + i], slack(joint, mo, i)
         rates.candidate[i], rates.apex[i], rates.before[i] = 0, 0, mo.contact[i]
         if mo.contact[i] == OPEN:
             rates.apex[i] = (
@@ -206,7 +206,7 @@ def choose_slipping(run: SpaceRun) -> bool:
             largest = max(largest, max(abs(rates.base[i]), abs(rates.welded[i])))
     for a in range(c):
         i = sp.node[a]
-        rates.room_rate[a] = -sp.drive[a]
+        rates.slack_rate[a] = -sp.drive[a]
         rates.active[a] = 1 if mo.contact[i] == SLIP or rates.arrived[i] == 1 else 0
     if not (
         pivot(course, rates, sp, c, largest)
@@ -242,7 +242,7 @@ def broken(course: Course, rates: SpaceRates, sp: Slipping, c: int, largest: flo
                 if rates.active[b] == 1:
                     sp.M[t] = sp.limits[a * c + b]
                     t += 1
-            sp.speed[row] = -rates.room_rate[a]
+            sp.speed[row] = -rates.slack_rate[a]
             row += 1
     if size > 0:
         sign = factor(sp, size)
@@ -260,7 +260,7 @@ def broken(course: Course, rates: SpaceRates, sp: Slipping, c: int, largest: flo
                 count += 1
             row += 1
         else:
-            rate, t, terms = rates.room_rate[a], 0, largest
+            rate, t, terms = rates.slack_rate[a], 0, largest
             for b in range(c):
                 if rates.active[b] == 1:
                     x = sp.limits[a * c + b] * sp.speed[t]

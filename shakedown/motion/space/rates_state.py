@@ -17,9 +17,9 @@ class SpaceRates(PointedState):
     candidate, arrived, chosen : (n,)
         1 where a node is on its cone, has just reached it, is to be packed.
     active, wanted, at_zero : (n,)
-        Packed: 1 where a node slips, is to slip, sticks without a rate of room.
-    room_rate : (n,)
-        Packed: rates of the rooms while nothing slips.
+        Packed: 1 where a node slips, is to slip, sticks without a rate of slack.
+    slack_rate : (n,)
+        Packed: rates of the slacks while nothing slips.
     before, held : (n,), (N,)
         Contact states and displacements before the instant.
     """
@@ -34,7 +34,7 @@ class SpaceRates(PointedState):
     active: Flags
     wanted: Flags
     at_zero: Flags
-    room_rate: Reals
+    slack_rate: Reals
     before: Integers
     held: Reals
 
@@ -49,7 +49,7 @@ class Slipping(PointedState):
     A, B, f : (2s, 2s), (s, 2s), (s,)
         Stiffness, coupling and friction.
     load_q, load_p : (2s,), (s,)
-        Rates of their reactions while nothing slips; ``load_size`` the largest in a rate of room.
+        Rates of their reactions while nothing slips; ``load_size`` the largest in a rate of slack.
     q, p : (2s,), (s,)
         Reactions at the beginning of the step.
     unit, size : (2s,), (s,)
@@ -91,15 +91,15 @@ class Slipping(PointedState):
     correction: Reals
 
 
-def rates_room(n: int) -> SpaceRates:
-    """Room for the rates of n nodes."""
+def empty_space_rates(n: int) -> SpaceRates:
+    """Arrays for the rates of n nodes."""
     of_places = dict.fromkeys(("welded", "base", "rate", "held"), 3 * n)
     flags = ("apex", "candidate", "arrived", "chosen", "active", "wanted", "at_zero")
-    return SpaceRates(of_places | dict.fromkeys((*flags, "room_rate", "before"), n))
+    return SpaceRates(of_places | dict.fromkeys((*flags, "slack_rate", "before"), n))
 
 
-def slipping_room(n: int) -> Slipping:
-    """Room for n nodes that slip."""
+def empty_slipping(n: int) -> Slipping:
+    """Arrays for n nodes that slip."""
     shapes = {"A": 4 * n * n, "B": 2 * n * n, "M": n * n, "limits": n * n, "sizes": 4}
     shapes |= dict.fromkeys(("load_q", "q", "unit", "normal"), 2 * n)
     of_nodes = ("node", "f", "load_p", "p", "size", "order", "drive", "speed", "correction")

@@ -19,7 +19,7 @@ from shakedown.motion.space.curved_history import CurvedHistory
 from shakedown.motion.space.curved_loop import follow_curve
 from shakedown.motion.space.directed_jump import DirectedJump, end_at_once
 from shakedown.motion.space.exchange import MOST_EXCHANGES
-from shakedown.motion.space.moving_state import DEGREE, curve_room
+from shakedown.motion.space.moving_state import DEGREE, empty_curve_record
 from shakedown.motion.space.space_run import Measures, begin, resume, run_in_space
 
 RECORD_ROWS = 256
@@ -81,7 +81,7 @@ class SpaceEvents:
             is_first: course(path, problem.m - len(path), separable, precision)
             for is_first, path in ((True, first), (False, later))
         }
-        record = curve_room(0, problem.n)
+        record = empty_curve_record(0, problem.n)
         self.run = run_in_space(self.kappa, problem.f, self.measures, self._courses[False], record)
         self._runs = {(False, False): self.run}  # by: through the first cycle, recorded
         self.u, self.contact, self.slip = self.run.motion.u, self.run.motion.contact, self.run.motion.slip
@@ -103,8 +103,8 @@ class SpaceEvents:
     def enter(self, first: bool, record: bool) -> None:
         """Go to the beginning of a cycle."""
         if (first, record) not in self._runs:
-            room = curve_room(RECORD_ROWS if record else 0, self.problem.n)
-            self._runs[first, record] = self.run.with_parts(course=self._courses[first], record=room)
+            path = empty_curve_record(RECORD_ROWS if record else 0, self.problem.n)
+            self._runs[first, record] = self.run.with_parts(course=self._courses[first], record=path)
         self.run, self._risen = self._runs[first, record], list[PathSteps]()
         begin(self.run)
 
@@ -136,7 +136,7 @@ class SpaceEvents:
         end = end_at_once(joint, layout, mo.u, np.stack([load, path[now.step + 1]]))
         if end is None:
             return False
-        if self.run.record.room:
+        if self.run.record.capacity:
             at = self.problem.m - len(path) + now.step + now.time
             curve = np.zeros((1, DEGREE, layout.size))
             curve[0, 0] = end.u - mo.u
@@ -151,13 +151,13 @@ class SpaceEvents:
 
     def recorded(self, done: int) -> list[PathSteps]:
         """What a record has been filled with, so many cycles being done, and a rise after it."""
-        room, risen = self.run.record, self._risen
-        rows, self._risen = room.content.rows, []
+        record, risen = self.run.record, self._risen
+        rows, self._risen = record.content.rows, []
         risen = [rise._replace(done=done) for rise in risen]
         if not rows:
             return risen
         return [
-            PathSteps(done, *(getattr(room, name)[:rows].copy() for name in PathSteps._fields[1:])),
+            PathSteps(done, *(getattr(record, name)[:rows].copy() for name in PathSteps._fields[1:])),
             *risen,
         ]
 

@@ -18,8 +18,8 @@ from shakedown.motion.space.moving_state import (
 from shakedown.motion.space.rates_state import (
     Slipping,
     SpaceRates,
-    rates_room,
-    slipping_room,
+    empty_slipping,
+    empty_space_rates,
 )
 from shakedown.motion.space.step_state import (
     EXPLICIT,
@@ -27,8 +27,8 @@ from shakedown.motion.space.step_state import (
     Step,
     StepControl,
     Turning,
-    step_room,
-    turning_room,
+    empty_step,
+    empty_turning,
 )
 
 
@@ -80,10 +80,10 @@ def run_in_space(
         {},
         joint=compiled_joint(kappa, friction),
         motion=motion_at_rest(n),
-        rates=rates_room(n),
-        slipping=slipping_room(n),
-        step=step_room(n),
-        turning=turning_room(n),
+        rates=empty_space_rates(n),
+        slipping=empty_slipping(n),
+        step=empty_step(n),
+        turning=empty_turning(n),
         control=control,
         course=course,
         record=record,

@@ -1,6 +1,6 @@
 """Rates of the nodes that slip: the direction is that of the reaction, the speeds solve linear equations.
 
-A node on its cone, |q| = f p, slips along u = −q/|q|. It stays there where the rate of its room f p − |q|
+A node on its cone, |q| = f p, slips along u = −q/|q|. It stays there where the rate of its slack f p − |q|
 vanishes: with v̇ = μ u, for the speeds μ of all nodes that slip
 
     M μ + z = 0,    M_ij = u_i·A_ij u_j + f_i B_ij·u_j,    z_i = u_i·q̇_i + f_i ṗ_i  while nothing slips.
@@ -19,8 +19,8 @@ from shakedown.motion.space.step_state import STAGES, Step, StepControl
 SINGULAR = 1e-13  # pivot, relative to the largest entry of its row, that counts as zero
 FEW = 12  # slipping nodes up to which equations are always solved afresh, and without LAPACK
 MOST_CORRECTIONS = 9  # of speeds, with the factors of an earlier stage
-CONTRACTS = 0.25  # of a rate of room that is left, by each
-SOLVED = 1e-4  # rate of room that is left, relative to the load and to the accuracy that is asked for
+CONTRACTS = 0.25  # of a rate of slack that is left, by each
+SOLVED = 1e-4  # rate of slack that is left, relative to the load and to the accuracy that is asked for
 ROUND_OFF = 1e-14  # of it
 TRANSPOSED = ord("T")
 SHARES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0)  # of a step, of its first stages
@@ -248,7 +248,7 @@ def correct_speeds(sp: Slipping, ct: StepControl) -> bool:
 
 @summing
 def residual_speeds(sp: Slipping) -> float:
-    """Rates of the rooms at the present speeds, ``correction`` with the other sign: the largest."""
+    """Rates of the slacks at the present speeds, ``correction`` with the other sign: the largest."""
     s, M, largest = sp.s, sp.limits, 0.0
     for a in range(s):
         total = sp.drive[a]

@@ -11,7 +11,7 @@ MOST_FAST = 8  # nodes whose angles are unknown in a step of Radau's
 
 
 class Step(PointedState):
-    """A step of the nodes that slip, packed as in :class:`.Slipping`, rows of room for n nodes.
+    """A step of the nodes that slip, packed as in :class:`.Slipping`, rows of arrays for n nodes.
 
     Attributes
     ----------
@@ -104,8 +104,8 @@ class StepControl(PointedState):
     allowed: int
 
 
-def step_room(n: int) -> Step:
-    """Room for a step of n nodes."""
+def empty_step(n: int) -> Step:
+    """Arrays for a step of n nodes."""
     shapes = {"k": STAGES * 2 * n, "k_q": STAGES * 2 * n, "mu": STAGES * n, "heat": STAGES * n}
     shapes |= {"stage_q": 2 * n, "slip": 2 * n, "curve": DEGREE * 2 * n, "bend": 3 * DEGREE}
     step = Step(shapes | dict.fromkeys(("next_out", "next_rate", "scratch"), 3 * n))
@@ -113,8 +113,8 @@ def step_room(n: int) -> Step:
     return step
 
 
-def turning_room(n: int) -> Turning:
-    """Room for the angles of the nodes that turn fast among n."""
+def empty_turning(n: int) -> Turning:
+    """Arrays for the angles of the nodes that turn fast among n."""
     most = 3 * MOST_FAST
     shapes = {"fast": MOST_FAST, "angle": most, "reactions": 3 * 2 * n, "bends": most * MOST_FAST}
     return Turning(shapes | {"equations": most * most, "turn": most, "turn_order": most})

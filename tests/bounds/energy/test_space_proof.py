@@ -60,7 +60,7 @@ def test_the_lemmas_hold_state_by_state(seed, split):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_no_share_leaves_more_room(seed):
+def test_no_share_leaves_more_slack(seed):
     problem, rng = space_joint(seed, 4, friction=0.9), np.random.default_rng(seed)
     limits = disc_limits(contact_zone(problem, ()))
     slip, load_factor, radius = energy_ball(problem, 0.1).slip, 0.3, 0.5

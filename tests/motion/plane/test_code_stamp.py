@@ -1,4 +1,4 @@
-"""Code on disk is used while no room that it was compiled from has changed, and only then."""
+"""Code on disk is used while no module that it was compiled from has changed, and only then."""
 
 import importlib
 import sys
@@ -8,10 +8,10 @@ import pytest
 
 from shakedown.ground import code_stamp
 
-ROOMS = {
+MODULES = {
     "__init__": "",
     "sizes": "SIZE = 2.0\n",
-    "below": "from linked_rooms.sizes import SIZE\n"
+    "below": "from linked_modules.sizes import SIZE\n"
     "from shakedown.ground.named_state import inner\n\n\n"
     "@inner\ndef scaled(x):\n    return SIZE * x\n",
     "above": "from shakedown.ground.named_state import entered\n\n"
@@ -25,16 +25,16 @@ ROOMS = {
 def package(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
-    folder = tmp_path / "linked_rooms"
+    folder = tmp_path / "linked_modules"
     folder.mkdir()
-    for room, source in ROOMS.items():
-        (folder / f"{room}.py").write_text(source)
+    for module, source in MODULES.items():
+        (folder / f"{module}.py").write_text(source)
     yield folder
     forget()
 
 
 def forget():
-    for name in [name for name in sys.modules if name.split(".")[0] == "linked_rooms"]:
+    for name in [name for name in sys.modules if name.split(".")[0] == "linked_modules"]:
         del sys.modules[name]
     importlib.invalidate_caches()
 
@@ -42,15 +42,15 @@ def forget():
 def run_anew():
     """What the kernel gives in a package imported anew, and whether its code was found on disk."""
     forget()
-    called = importlib.import_module("linked_rooms.above").called
+    called = importlib.import_module("linked_modules.above").called
     return called(3.0), sum(called.stats.cache_hits.values()) == 1
 
 
-def change(room, was, now):
-    room.write_text(room.read_text().replace(was, now))
+def change(module, was, now):
+    module.write_text(module.read_text().replace(was, now))
 
 
-def test_a_change_in_any_room_below_compiles_anew(package):
+def test_a_change_in_any_module_below_compiles_anew(package):
     assert run_anew() == (7.0, False)
     assert run_anew() == (7.0, True)
     change(package / "below.py", "SIZE * x", "SIZE * x * 10.0")
@@ -71,11 +71,11 @@ def test_code_for_types_of_another_version_compiles_anew(package):
         "@entered\ndef summed(pair):\n    return pair.x + 1.0\n"
     )
     run_anew()
-    summed = importlib.import_module("linked_rooms.above").summed
-    assert summed(importlib.import_module("linked_rooms.above").Pair(3.0)) == 4.0
+    summed = importlib.import_module("linked_modules.above").summed
+    assert summed(importlib.import_module("linked_modules.above").Pair(3.0)) == 4.0
     change(package / "above.py", "Pair", "Couple")
     forget()
-    above = importlib.import_module("linked_rooms.above")
+    above = importlib.import_module("linked_modules.above")
     assert above.summed(above.Couple(3.0)) == 4.0
 
 

@@ -7,7 +7,7 @@ import shakedown
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.plane import event_loop, moving_state
-from shakedown.motion.plane.moving_state import begin, room_for
+from shakedown.motion.plane.moving_state import begin, empty_record
 from shakedown.motion.plane.run import run_along
 
 SCENES = [("two-node", 0.8), ("two-node", 1.5), ("three-node", 2.6), ("block-9", 5.0), ("uncoupled", 1.5)]
@@ -56,7 +56,7 @@ def test_the_loop_returns_when_the_record_is_full_and_goes_on():
         evolution.method.active,
         evolution.method.rates,
         evolution.method.motion,
-        room_for(7, 9),
+        empty_record(7, 9),
         evolution.method.run(True, False).course,
     )
     begin(evolution.method.motion)

@@ -5,7 +5,7 @@ import pytest
 
 import shakedown
 from shakedown import Problem
-from shakedown.campaign import recorded_steps as room
+from shakedown.campaign import recorded_steps
 from shakedown.studies.designs import descent
 
 PLANE = shakedown.example("three-node")
@@ -14,7 +14,7 @@ SPACE = Problem(A=[[2, 0], [0, 2]], B=[[0, 0]], f=0.4, q_w=[[0.4, 0], [0.4, 1]],
 
 @pytest.fixture(autouse=True)
 def small_steps(monkeypatch):
-    monkeypatch.setattr(room, "EVERY", 0.0)
+    monkeypatch.setattr(recorded_steps, "EVERY", 0.0)
     monkeypatch.setattr(descent, "BATCH", 3)
 
 
