@@ -10,6 +10,7 @@ from shakedown.ground.visible_text import with_unit
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.units import units_of
 from shakedown.report.friction_words import critical_in_words
+from shakedown.report.text_table import table
 
 from .options import output_options, problem_argument
 from .output import (
@@ -21,7 +22,6 @@ from .output import (
     progress,
     remark,
     say,
-    table,
 )
 
 

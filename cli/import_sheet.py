@@ -11,9 +11,10 @@ import shakedown
 from shakedown.ground.shown_values import few
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.units import units_of
+from shakedown.report.text_table import table
 
 from .output import columns as shown_columns
-from .output import paragraph, say, table
+from .output import paragraph, say
 
 if TYPE_CHECKING:
     from shakedown.ground.float_array import FloatArray

@@ -23,8 +23,9 @@ from shakedown.report.map_words import (
     work_that_is_none,
 )
 from shakedown.report.node_words import open_in_words, without_round_off
+from shakedown.report.text_table import table
 
-from .output import headline, listing, number, paragraph, table
+from .output import headline, listing, number, paragraph
 
 if TYPE_CHECKING:  # they load what computes
     from shakedown import InitialStateMap, InitialStateMaps, LimitCycle

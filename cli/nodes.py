@@ -14,6 +14,7 @@ from shakedown.ground.shown_values import sized
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.units import units_of
 from shakedown.report.node_words import node_columns, resolution, without_round_off, worst_first
+from shakedown.report.text_table import table
 
 from .claims import NODE_FILES, SERIES_FILES, OutputFile, writes_whole
 from .initial import start_of
@@ -21,7 +22,7 @@ from .options import (
     output_options,
     run_options,
 )
-from .output import echo_json, headline, load_factor_in_words, number, paragraph, say, table
+from .output import echo_json, headline, load_factor_in_words, number, paragraph, say
 
 if TYPE_CHECKING:  # it loads what computes
     from shakedown import NodeResults

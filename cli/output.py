@@ -13,10 +13,10 @@ import click
 from shakedown import Problem
 from shakedown.ground.shown_values import DIGITS, down, sized
 from shakedown.ground.visible_text import LONGEST_NAME, one_line, visible
-from shakedown.report.hint_words import loads_in_words
+from shakedown.joint.units import loads_in_words
 from shakedown.report.json_documents import as_text
 from shakedown.report.node_words import label_column
-from shakedown.report.text_table import table as table
+from shakedown.report.text_table import table
 
 if TYPE_CHECKING:  # it loads what computes
     from shakedown.long_term.slip_criterion import SlipCriterion

@@ -21,8 +21,8 @@ from shakedown.report.friction_words import friction_in_words
 from shakedown.report.hint_words import doubts_in_words, hints_in_words
 from shakedown.report.limit_words import coupling_in_words, curve_in_words, sensitivities_in_words
 from shakedown.report.next_words import decides_in_words, margin_of_bounds, next_in_words
-from shakedown.report.node_words import bound_columns, node_in_words
-from shakedown.report.zone_words import open_in_words, zone_in_words
+from shakedown.report.node_words import bound_columns, node_in_words, open_in_words
+from shakedown.report.zone_words import zone_in_words
 
 from .output import bound, headline, listing, node_table, number, paragraph
 

@@ -17,6 +17,7 @@ from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.units import units_of
 from shakedown.report.design_words import SHORT, sweep_in_words
 from shakedown.report.hint_words import LOAD_DOMAIN
+from shakedown.report.text_table import table
 
 from .claims import PICTURES, OutputFile, name_of, reads, record_of
 from .initial import initial_state
@@ -27,7 +28,7 @@ from .options import (
     scheduler_option,
     slip_below_option,
 )
-from .output import echo_json, headline, number, paragraph, progress, say, table
+from .output import echo_json, headline, number, paragraph, progress, say
 
 BOUNDS = tuple(SYMBOLS)
 COLUMNS = {name: SYMBOLS[name] for name in ("universal", "energy", "box", "lower", "transient", "upper")}

@@ -18,6 +18,7 @@ from shakedown.report.hint_words import doubts_in_words, hints_in_words
 from shakedown.report.limit_words import transient_in_words
 from shakedown.report.node_words import slip_limit_in_words
 from shakedown.report.run_words import SEPARATION, as_given_in_words
+from shakedown.report.text_table import table
 
 from .claims import NODE_FILES, OutputFile, record_of, writes
 from .options import (
@@ -35,7 +36,6 @@ from .output import (
     paragraph,
     progress,
     say,
-    table,
 )
 
 MORE = "--details: every limit, and a table of the runs."

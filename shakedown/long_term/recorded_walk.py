@@ -40,8 +40,8 @@ def recorded_cycles(
             before, since, records = motion.done, len(motion.pieces), []
 
 
-def recorded_walk(motion: Motion, most: int, steps: RecordedSteps, *, record: bool = False) -> Walk:
+def recorded_walk(motion: Motion, most: int, steps: RecordedSteps) -> Walk:
     """As :func:`~shakedown.motion.method.walk`."""
     start = motion.state.u[motion.problem.layout.slips]
-    records = tuple(recorded_cycles(motion, most, steps, record=record))
-    return Walk(start, records, motion.history if record else None)
+    records = tuple(recorded_cycles(motion, most, steps, record=True))
+    return Walk(start, records, motion.history)

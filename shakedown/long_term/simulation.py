@@ -95,7 +95,7 @@ class Simulation(SettledState):
         first_cycles = self.long_term.first_cycles
         if first_cycles is not None:
             return Walk(self.initial_slip, first_cycles.records, None)
-        return way_there(self.long_term, record=False)
+        return walk(self.long_term.begun.motion(), _cycles_there(self.long_term))
 
     @property
     def history(self) -> EventHistory | None:
@@ -259,13 +259,8 @@ def _simulation(
 def _from_event_to_event(settled: LongTermState, record: bool, steps: RecordedSteps) -> Simulation:
     if not record:
         return _simulation(settled, "event")
-    path = recorded_walk(settled.begun.motion(), _cycles_there(settled), steps, record=True)
+    path = recorded_walk(settled.begun.motion(), _cycles_there(settled), steps)
     return _simulation(_judged(settled, path), "event", path)
-
-
-def way_there(settled: LongTermState, *, record: bool) -> Walk:
-    """The cycles one by one from the start until as many are done as were needed, or until it stops."""
-    return walk(settled.begun.motion(), _cycles_there(settled), record=record)
 
 
 def _cycles_there(settled: LongTermState) -> int:

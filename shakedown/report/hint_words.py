@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.joint.units import loads_in_words as loads_in_words
 from shakedown.models.importing.doubtful_data import doubtful_data
 from shakedown.report.node_words import pinned_in_words
 

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Status
-from shakedown.report.node_words import open_in_words as open_in_words
-from shakedown.report.node_words import pinned_in_words
+from shakedown.report.node_words import open_in_words, pinned_in_words
 
 if TYPE_CHECKING:
     from shakedown.bounds.upper import UpperBound

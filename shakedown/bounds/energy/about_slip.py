@@ -65,11 +65,6 @@ class DiscsAbout:
         return self.s[self.node]
 
     @property
-    def all_d(self) -> FloatArray:
-        """Of every disc and row what λ takes at most: for discs their radius."""
-        return np.append(-self.d[:, 0], self.row_d)
-
-    @property
     def all_s(self) -> FloatArray:
         """s of every disc and row."""
         return np.append(self.disc_s, self.row_s)

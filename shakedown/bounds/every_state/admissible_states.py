@@ -33,14 +33,11 @@ class AdmissibleStates:
         Distance of the mean load from the limits [force].
     loads : (r, k)
         S: what each different load step of the loop takes from g at load factor 1 [force].
-    extreme : (r,)
-        The column of S in which each row is extreme.
     """
 
     G: FloatArray
     g: FloatArray
     loads: FloatArray
-    extreme: NDArray[np.intp]
 
     @property
     def n(self) -> int:
@@ -90,7 +87,7 @@ def admissible_states(problem: Problem) -> AdmissibleStates:
     """
     rows = constraints(problem)
     loads = np.ascontiguousarray(step_loads(problem)[different_steps(problem)].T)
-    return AdmissibleStates(rows.coefficients, rows.g, loads, loads.argmax(axis=1))
+    return AdmissibleStates(rows.coefficients, rows.g, loads)
 
 
 def different_steps(problem: Problem) -> NDArray[np.intp]:

@@ -71,6 +71,9 @@ def read_row_map(path: str | os.PathLike[str], size: int | None = None) -> NDArr
     >>> _ = path.write_text("  Equation  Node  DOF\\n 1  7 UX\\n 2  7 UY\\n")
     >>> read_row_map(path).tolist()
     [[7, 1], [7, 2]]
+    >>> _ = path.write_text("# node direction\\n7 1\\n7,2\\n9.1\\n")
+    >>> read_row_map(path).tolist()
+    [[7, 1], [7, 2], [9, 1]]
     """
     lines, name = read_lines(path), os.fspath(path)
     if lines[0].lower().startswith("%%matrixmarket"):
@@ -82,29 +85,12 @@ def read_row_map(path: str | os.PathLike[str], size: int | None = None) -> NDArr
     return _listed(lines, size, name)
 
 
-def read_dof_map(path: str | os.PathLike[str]) -> NDArray[np.intp]:
-    """Read ``node direction`` lines, (N, 2).
+def _listed(lines: list[str], size: int | None, name: str) -> NDArray[np.intp]:
+    """Lines ``node direction``, (N, 2).
 
     Blank lines, a line of headings (node, dof …) at the head, and lines that start with ``#``, ``%``,
     ``$``, ``!`` or ``*`` are skipped.
-
-    Raises
-    ------
-    ProblemError
-        If a line does not hold a node and a direction.
-
-    Examples
-    --------
-    >>> import pathlib, tempfile
-    >>> path = pathlib.Path(tempfile.mkdtemp()) / "k.map"
-    >>> _ = path.write_text("# node direction\\n7 1\\n7,2\\n9.1\\n")
-    >>> read_dof_map(path).tolist()
-    [[7, 1], [7, 2], [9, 1]]
     """
-    return _listed(read_lines(path), None, os.fspath(path))
-
-
-def _listed(lines: list[str], size: int | None, name: str) -> NDArray[np.intp]:
     table: list[list[int]] = []
     width = 0
     for k, line in enumerate(lines, start=1):

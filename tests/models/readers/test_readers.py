@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from shakedown import ProblemError
 from shakedown.models.readers.abaqus_matrix import read_nodal_loads
 from shakedown.models.readers.calculix_reactions import read_calculix_output, unit_displacement_stiffness
-from shakedown.models.readers.row_map import read_dof_map
+from shakedown.models.readers.row_map import read_row_map
 from shakedown.models.readers.sniff import read_stiffness, stiffness_format
 
 DOFS = [(101, 1), (101, 2), (7, 1), (7, 2), (7, 3), (42, 1)]
@@ -278,7 +278,7 @@ def test_binary_and_missing_files_are_named(tmp_path):
 )
 def test_broken_maps_are_named(tmp_path, text, message):
     with pytest.raises(ProblemError, match=message):
-        read_dof_map(write(tmp_path, text))
+        read_row_map(write(tmp_path, text))
 
 
 @pytest.mark.parametrize(
