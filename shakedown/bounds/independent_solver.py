@@ -154,7 +154,7 @@ class _SparseDiscs(NamedTuple):
     slips: FloatArray  # those of every z, (dn, z)
 
     def end(self, asked: ClarabelSettings) -> ConicBound:
-        """The end of the program; raises ``SolverError`` where it comes to none."""
+        """The solution of the program; raises ``SolverError`` where it comes to none."""
         status, x, _, reduced = interior_points(self.matrix, self.right, self.cost, self.kinds, asked)
         if status != Status.OPTIMAL:
             return _nothing(status, len(self.slips), "CLARABEL")
@@ -286,7 +286,7 @@ def _unsafe(rows: Constraints, program: Program, start: ConicBound, tolerances: 
 
 
 def extreme_load_factor(program: Program, solver: str | None = None) -> ConicBound:
-    """The end of a program whose last unknown is the load factor, by interior points."""
+    """The solution of a program whose last unknown is the load factor, by interior points."""
     name, size = solver or "CLARABEL", len(program.cost) - 1
     solvers = [partial(by_clarabel, asked=each) for each in SETTINGS]
     if solver is not None:

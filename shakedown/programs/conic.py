@@ -14,7 +14,7 @@ from scipy import sparse
 from shakedown.ground.errors import SolverError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
-from shakedown.programs.program import Program, Sides, Solution, columnwise, ended
+from shakedown.programs.program import Program, Sides, Solution, columnwise, solution_of
 from shakedown.programs.scaling import ProgramScales
 
 _ENDS = {  # what Clarabel's words mean; others are no answer
@@ -42,7 +42,7 @@ class ClarabelSettings(NamedTuple):
 
 
 def by_clarabel(program: Program, asked: ClarabelSettings) -> Solution:
-    """The end of a program by Clarabel, in numbers near 1.
+    """The solution of a program by Clarabel, in numbers near 1.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def _no_square(columns: int) -> sparse.csc_matrix:
 
 
 def by_cvxpy(program: Program, solver: str, accuracy: float) -> Solution:
-    """The end of a program by a solver of this name through cvxpy; raises as :func:`by_clarabel`."""
+    """The solution of a program by a solver of this name through cvxpy; raises as :func:`by_clarabel`."""
     import cvxpy as cp  # slow to import, and needed only here
 
     form = _conic_form(program)
@@ -139,14 +139,14 @@ class _ConicForm(NamedTuple):
     scales: ProgramScales
 
     def end(self, status: Status, x: FloatArray, z: FloatArray, reduced: bool) -> Solution:
-        """The end of the program, as the solver of this form says it."""
+        """The solution of the program, as the solver of this form says it."""
         whole, y, start = np.zeros(len(self.used)), np.zeros(len(self.program.right)), 0
         whole[self.used] = x if status != Status.INFEASIBLE else np.nan
         for _, right, row, sign in self.parts:
             if row[0] >= 0:  # those of bounds follow from the balance
                 y[row] += sign * z[start : start + len(row)] if status != Status.UNBOUNDED else np.nan
             start += len(right)
-        return ended(self.program, self.scales, status, whole, y, reduced=reduced)
+        return solution_of(self.program, self.scales, status, whole, y, reduced=reduced)
 
 
 def _conic_form(given: Program) -> _ConicForm:

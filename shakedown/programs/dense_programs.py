@@ -6,7 +6,7 @@ from scipy.linalg import cholesky, solve_triangular
 
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.self_dual import SelfDualEnd, self_dual_end
+from shakedown.programs.self_dual import SelfDualSolution, solve_self_dual
 from shakedown.programs.symmetric_cone import FloatArray
 
 
@@ -90,10 +90,10 @@ def cone_optimum(
 
 def _end(
     matrix: FloatArray, right: FloatArray, cost: FloatArray, rank: int = 0, offset: float = 0.0
-) -> SelfDualEnd | None:
+) -> SelfDualSolution | None:
     """The optimum of a program of rows, and of a cone over the first columns; None where there is none."""
     free = matrix.shape[1] - rank
-    end = self_dual_end(
+    end = solve_self_dual(
         DiscProgram(
             blocks=np.zeros((0, 3, rank)),
             node=np.zeros(0, dtype=np.intp),

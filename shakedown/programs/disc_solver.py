@@ -1,4 +1,4 @@
-"""The end of a program over discs, by interior points of its own."""
+"""The solution of a program over discs, by interior points of its own."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -8,7 +8,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.reaction_program import in_reactions
-from shakedown.programs.self_dual import USABLE, Enough, Points, SelfDualEnd, never, self_dual_end
+from shakedown.programs.self_dual import USABLE, Enough, Points, SelfDualSolution, never, solve_self_dual
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class DiscSolution:
 
 
 def solved(program: DiscProgram, usable: float = USABLE) -> DiscSolution:
-    """The end of a program, to about ten digits; see :func:`disc_end`.
+    """The solution of a program, to about ten digits; see :func:`solve_discs`.
 
     Examples
     --------
@@ -50,15 +50,15 @@ def solved(program: DiscProgram, usable: float = USABLE) -> DiscSolution:
     >>> str(end.status), end.y.round(6), end.w.round(6)
     ('optimal', array([0.2]), array([0.6]))
     """
-    end, r = disc_end(program, usable), program.rank
+    end, r = solve_discs(program, usable), program.rank
     discs, rows, _ = program.parts(end.multipliers)
     return DiscSolution(end.status, end.x[:r], end.x[r:], discs, rows)
 
 
-def disc_end(
+def solve_discs(
     program: DiscProgram, usable: float = USABLE, begun: Points = (), enough: Enough = never
-) -> SelfDualEnd:
-    """The end of a program, with the points on the way to it; one less accurate than ``usable`` is none.
+) -> SelfDualSolution:
+    """The solution of a program, with the points on the way to it; one less accurate than ``usable`` is none.
 
     ``begun`` is the way to the end of a program that differs little, a head start where there are many nodes.
     A point (y, w) on the way that is ``enough`` is an end, however inaccurate.
@@ -70,10 +70,10 @@ def disc_end(
     """
     faster, end = in_reactions(program), None
     if faster is not None:
-        end = self_dual_end(faster, usable, _with(faster.in_z, begun), lambda x: enough(faster.in_y(x)))
+        end = solve_self_dual(faster, usable, _with(faster.in_z, begun), lambda x: enough(faster.in_y(x)))
         end = replace(end, x=faster.in_y(end.x), path=_with(faster.in_y, end.path))
     if end is None or end.status == Status.UNDECIDED:
-        end = self_dual_end(program, usable, enough=enough)
+        end = solve_self_dual(program, usable, enough=enough)
     if end.status == Status.UNDECIDED:
         raise SolverError(
             f"the program of {len(program.node)} discs ended without an answer, {end.accuracy:.1e} from one"

@@ -280,7 +280,7 @@ class Solution:
         return self.solved.residuals(self.x / self.scales.x, self.multipliers / self.scales.y)
 
 
-def ended(
+def solution_of(
     program: Program,
     scales: ProgramScales,
     status: Status,
@@ -289,6 +289,6 @@ def ended(
     *,
     reduced: bool = False,
 ) -> Solution:
-    """The end of a program with cones, given x (or a ray) and multipliers in numbers near 1."""
+    """The solution of a program with cones, given x (or a ray) and multipliers in numbers near 1."""
     value = scales.value(float(program.cost @ x)) if status == Status.OPTIMAL else np.nan
     return Solution(status, value, reduced, program, scales, lambda _: (x * scales.x, y * scales.y))

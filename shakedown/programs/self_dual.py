@@ -78,7 +78,7 @@ def never(x: FloatArray) -> bool:
 
 
 @dataclass(frozen=True)
-class SelfDualEnd:
+class SelfDualSolution:
     """Where the interior points ended.
 
     Attributes
@@ -103,10 +103,10 @@ class SelfDualEnd:
     path: Points
 
 
-def self_dual_end(
+def solve_self_dual(
     rows: ConeProgram, usable: float = USABLE, begun: Points = (), enough: Enough = never
-) -> SelfDualEnd:
-    """The end of a program: its optimum, or what proves that there is none, to what round-off allows.
+) -> SelfDualSolution:
+    """The solution of a program: its optimum, or what proves that there is none, to what round-off allows.
 
     The homogeneous self-dual embedding of Xu, Hung and Ye, with the scaling of Nesterov and Todd and
     the predictor and corrector of Mehrotra. An optimum less accurate than ``usable`` is undecided.
@@ -133,7 +133,7 @@ def _shared(rows: ConeProgram, begun: Points) -> Points:
     return ()
 
 
-def _followed(rows: ConeProgram, usable: float, shared: Points, enough: Enough) -> SelfDualEnd:
+def _followed(rows: ConeProgram, usable: float, shared: Points, enough: Enough) -> SelfDualSolution:
     unit, path = rows.cones.unit, list(shared)
     point = path[-1] if path else Point(np.zeros(len(rows.costs)), unit, unit, 1.0, 1.0)
     best, idle = _judged(rows, point), 0
@@ -153,12 +153,12 @@ def _followed(rows: ConeProgram, usable: float, shared: Points, enough: Enough) 
         found = _judged(rows, point)
         x, s, y = (part / point.tau for part in point[:3])
         if enough(x):
-            return SelfDualEnd(Status.OPTIMAL, x, s, y, found.accuracy, tuple(path))
+            return SelfDualSolution(Status.OPTIMAL, x, s, y, found.accuracy, tuple(path))
         idle = 0 if found.accuracy < 0.9 * best.accuracy else idle + 1
         best = found if found.accuracy < best.accuracy else best
     least = usable if best.status == Status.OPTIMAL else USABLE
     status = best.status if best.accuracy <= least else Status.UNDECIDED
-    return SelfDualEnd(status, best.x, best.slack, best.multipliers, best.accuracy, tuple(path))
+    return SelfDualSolution(status, best.x, best.slack, best.multipliers, best.accuracy, tuple(path))
 
 
 def _patience(accuracy: float) -> int:
@@ -168,7 +168,7 @@ def _patience(accuracy: float) -> int:
     return PATIENCE - 1 if accuracy <= USABLE else 3 * PATIENCE
 
 
-def inner_point(rows: ConeProgram, end: SelfDualEnd, gap: float = INNER_GAP) -> Point | None:
+def inner_point(rows: ConeProgram, end: SelfDualSolution, gap: float = INNER_GAP) -> Point | None:
     """A point of both programs well inside their cones, without residuals; None where there is none.
 
     From the point on the way to an optimum that has this mean of slack times multiplier, by Newton's
@@ -181,7 +181,7 @@ def inner_point(rows: ConeProgram, end: SelfDualEnd, gap: float = INNER_GAP) -> 
             return None
 
 
-def _centred(rows: ConeProgram, end: SelfDualEnd, gap: float) -> Point | None:
+def _centred(rows: ConeProgram, end: SelfDualSolution, gap: float) -> Point | None:
     cones, h, c = rows.cones, rows.limits, rows.costs
 
     def mean(point: Point) -> float:
@@ -220,7 +220,7 @@ def balanced_multipliers(rows: ConeProgram, point: Point) -> FloatArray:
         return point.y - dy
 
 
-def _judged(rows: ConeProgram, point: Point) -> SelfDualEnd:
+def _judged(rows: ConeProgram, point: Point) -> SelfDualSolution:
     """The point as an optimum or as a proof that there is none, whichever it is nearer to."""
     x, s, y, tau = point.x, point.s, point.y, point.tau
     h, c = rows.limits, rows.costs
@@ -230,13 +230,13 @@ def _judged(rows: ConeProgram, point: Point) -> SelfDualEnd:
     gap = float(s @ y) / tau / max(abs(value), abs(proved), tau * USABLE)
     short = float(np.linalg.norm(Gx + s - tau * h)) / tau / size_h
     left = float(np.linalg.norm(Gy + tau * c)) / tau / size_c
-    ends = [SelfDualEnd(Status.OPTIMAL, x / tau, s / tau, y / tau, max(gap, short, left), ())]
+    ends = [SelfDualSolution(Status.OPTIMAL, x / tau, s / tau, y / tau, max(gap, short, left), ())]
     if proved < 0:
         balance = float(np.linalg.norm(Gy)) / -proved * size_h
-        ends.append(SelfDualEnd(Status.INFEASIBLE, x, s, y / -proved, _sure(balance), ()))
+        ends.append(SelfDualSolution(Status.INFEASIBLE, x, s, y / -proved, _sure(balance), ()))
     if value < 0:
         beyond = float(np.linalg.norm(Gx + s)) / -value * size_c
-        ends.append(SelfDualEnd(Status.UNBOUNDED, x / -value, s / -value, y, _sure(beyond), ()))
+        ends.append(SelfDualSolution(Status.UNBOUNDED, x / -value, s / -value, y, _sure(beyond), ()))
     return min(ends, key=lambda end: end.accuracy if np.isfinite(end.accuracy) else np.inf)
 
 

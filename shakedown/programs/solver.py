@@ -12,7 +12,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.conic import ClarabelSettings, by_clarabel
 from shakedown.programs.dense_programs import cone_optimum
-from shakedown.programs.program import INF, Program, Solution, ended
+from shakedown.programs.program import INF, Program, Solution, solution_of
 from shakedown.programs.simplex import Simplex
 
 DENSE_FROM = 60  # rows, from where on dense interior points are quicker
@@ -30,7 +30,7 @@ METHOD_COUNT = len(SETTINGS) + 2
 
 
 def solve(program: Program, first: int = 0) -> Solution:
-    """The end of a program; of one with cones by the first method, from this one on, that comes to one.
+    """The solution of a program; of one with cones by the first method, from this one on, that comes to one.
 
     Without cones the simplex (:class:`Simplex`). With cones Clarabel's interior points with its own scaling
     on top, with shorter steps, without that scaling, to less accuracy; dense interior points, for one cone
@@ -64,7 +64,7 @@ def solve(program: Program, first: int = 0) -> Solution:
 
 
 def by_dense_points(program: Program) -> Solution:
-    """The end of a program with one cone over its first columns, by dense interior points.
+    """The solution of a program with one cone over its first columns, by dense interior points.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def by_dense_points(program: Program) -> Solution:
     x, y = optimum
     rest = scaled.cost + y @ matrix  # what the cone takes up
     y = np.concatenate([y, rest[[rank, *range(rank)]]])
-    return ended(scaled, scales, Status.OPTIMAL, x, y)
+    return solution_of(scaled, scales, Status.OPTIMAL, x, y)
 
 
 def cut_cones(program: Program) -> Solution:
@@ -110,7 +110,7 @@ def cut_cones(program: Program) -> Solution:
         if inside:
             scaled, scales = program.scaled()
             y = _of_cones(program, planes, end.multipliers)
-            return ended(scaled, scales, Status.OPTIMAL, end.x / scales.x, y / scales.y)
+            return solution_of(scaled, scales, Status.OPTIMAL, end.x / scales.x, y / scales.y)
     raise SolverError(f"the cone program of shape {program.matrix.shape} has no end by cutting planes")
 
 

@@ -6,7 +6,7 @@ import pytest
 from shakedown.ground.errors import SolverError
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.disc_solver import disc_end
+from shakedown.programs.disc_solver import solve_discs
 
 
 def program(seed: int, *, norm: bool) -> DiscProgram:
@@ -56,7 +56,7 @@ def test_one_block_per_node_is_the_whole_matrix(norm):
 @pytest.mark.parametrize("seed", range(3))
 def test_an_end_keeps_its_conditions(seed, norm):
     discs = program(seed, norm=norm)
-    end = disc_end(discs)
+    end = solve_discs(discs)
     assert end.status == Status.OPTIMAL
     slack = discs.limits - discs.times(end.x)
     assert discs.cones.margin(slack) > -1e-9
@@ -67,7 +67,7 @@ def test_an_end_keeps_its_conditions(seed, norm):
 
 def test_no_end_is_claimed_that_is_not_accurate_enough():
     with pytest.raises(SolverError, match="the program of 9 discs ended without an answer"):
-        disc_end(program(0, norm=True), usable=1e-17)
+        solve_discs(program(0, norm=True), usable=1e-17)
 
 
 def test_an_edge_bends_as_its_excess_does():

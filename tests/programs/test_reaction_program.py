@@ -9,7 +9,7 @@ from shakedown.ground.status import Status
 from shakedown.programs import reaction_program
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.reaction_program import in_reactions
-from shakedown.programs.self_dual import self_dual_end
+from shakedown.programs.self_dual import solve_self_dual
 
 
 def program(rank: int, *, norm: bool, seed: int = 4) -> DiscProgram:
@@ -62,7 +62,7 @@ def test_the_program_is_the_same_in_other_unknowns(few, rank, norm):
 @pytest.mark.parametrize("rank", [8, 5])
 def test_ends_are_the_same(few, rank, norm):
     discs = program(rank, norm=norm)
-    one, two = self_dual_end(discs), self_dual_end(in_reactions(discs))
+    one, two = solve_self_dual(discs), solve_self_dual(in_reactions(discs))
     assert one.status == two.status == Status.OPTIMAL
     np.testing.assert_allclose(one.x[-1], two.x[-1], rtol=1e-9)
 
@@ -77,8 +77,8 @@ def test_reactions_that_say_nearly_the_same_are_no_unknowns(few):
 def test_a_program_that_differs_little_shares_the_way_to_its_end():
     discs = program(8, norm=True)
     other = replace(discs, blocks=discs.blocks * (1.0 + 1e-6))
-    first, alone = self_dual_end(discs), self_dual_end(other)
-    shared = self_dual_end(other, begun=first.path)
+    first, alone = solve_self_dual(discs), solve_self_dual(other)
+    shared = solve_self_dual(other, begun=first.path)
     assert shared.path[0] is first.path[0]
     np.testing.assert_allclose(shared.x[-1], alone.x[-1], rtol=1e-9)
 
@@ -86,6 +86,6 @@ def test_a_program_that_differs_little_shares_the_way_to_its_end():
 def test_a_program_that_differs_much_goes_its_own_way():
     discs = program(8, norm=True)
     other = program(8, norm=True, seed=6)
-    shared, alone = self_dual_end(other, begun=self_dual_end(discs).path), self_dual_end(other)
+    shared, alone = solve_self_dual(other, begun=solve_self_dual(discs).path), solve_self_dual(other)
     assert shared.status == alone.status
     np.testing.assert_allclose(shared.x[-1], alone.x[-1], rtol=1e-9)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from shakedown.ground.status import Status
-from shakedown.programs.self_dual import inner_point, self_dual_end
+from shakedown.programs.self_dual import inner_point, solve_self_dual
 from shakedown.programs.small_cones import SmallCones
 from shakedown.programs.symmetric_cone import SymmetricCone
 
@@ -77,13 +77,13 @@ class Disc:
 
 
 def test_every_end_has_its_proof():
-    end = self_dual_end(Disc(2.0, 0.5))
+    end = solve_self_dual(Disc(2.0, 0.5))
     assert end.status == Status.OPTIMAL
     np.testing.assert_allclose(end.x, [2.0, 0.0], atol=1e-9)
     inner = inner_point(Disc(2.0, 0.5), end)
     assert Disc.cones.margin(inner.s) > 0 < Disc.cones.margin(inner.y)
     np.testing.assert_allclose(Disc(2.0, 0.5).transposed(inner.y), -Disc.costs, atol=1e-12)
-    none = self_dual_end(Disc(1.0, 1.5))
+    none = solve_self_dual(Disc(1.0, 1.5))
     assert none.status == Status.INFEASIBLE
     assert Disc(1.0, 1.5).limits @ none.multipliers == pytest.approx(-1.0)
     np.testing.assert_allclose(Disc(1.0, 1.5).transposed(none.multipliers), 0.0, atol=1e-8)

@@ -50,7 +50,7 @@ def _unloads(rows: Constraints) -> bool:
 def collapses(
     rows: Constraints, program: Simplex, limits: "CollapseLimits", all_nodes: bool
 ) -> dict[int, Solution]:
-    """The end of the programs of nodes: in one model the two rows of one node are reversed at a time.
+    """The solutions of the programs of nodes: in one model the two rows of one node are reversed at a time.
 
     Each begins where its limit would be reached; where that is its vertex no solver is needed. Unless
     ``all_nodes`` are wanted, none is solved that cannot collapse first.

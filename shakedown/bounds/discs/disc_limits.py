@@ -22,7 +22,7 @@ from shakedown.bounds.discs.frictionless import Frictionless, without_frictionle
 from shakedown.bounds.discs.polished_solution import polished_solution
 from shakedown.bounds.discs.safe_proof import proved_unbounded
 from shakedown.bounds.discs.safest_slip import safest
-from shakedown.bounds.discs.scaled_discs import Basis, Carrying, DiscEnd, basis_of, scaled_discs
+from shakedown.bounds.discs.scaled_discs import Basis, Carrying, UnscaledSolution, basis_of, scaled_discs
 from shakedown.ground.errors import SolverError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
@@ -68,7 +68,7 @@ class DiscLimit:
     uncertified: str = ""
     missing: tuple[str, ...] = ()
     reduced_accuracy: bool = False
-    end: DiscEnd | None = None
+    end: UnscaledSolution | None = None
     safe: tuple[tuple[FloatArray, float], ...] = ()
 
     @property
@@ -152,7 +152,7 @@ def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> DiscLimit:
     return _unbounded(rows, direction, start, tolerances)
 
 
-def _optimal(rows: DiscRows, best: DiscEnd) -> DiscLimit:
+def _optimal(rows: DiscRows, best: UnscaledSolution) -> DiscLimit:
     load_factor = best.load_factor if best.load_factor > ROUND_OFF * best.scaled.load_unit else 0.0
     return DiscLimit(
         Status.OPTIMAL, load_factor, best.x, best.y, best.z, best.carrying,
@@ -175,14 +175,14 @@ def _least(
     return _least_of(rows, found, tolerances), ()
 
 
-def _least_of(rows: DiscRows, end: DiscEnd, tolerances: Tolerances) -> float:
+def _least_of(rows: DiscRows, end: UnscaledSolution, tolerances: Tolerances) -> float:
     if not end.optimal:
         return nan
     at_mean = rows.relative_excess(end.x, 0.0)
     return 0.0 if at_mean <= tolerances.feasibility else max(end.load_factor, 0.0)
 
 
-def _infeasible(rows: DiscRows, end: DiscEnd) -> DiscLimit:
+def _infeasible(rows: DiscRows, end: UnscaledSolution) -> DiscLimit:
     return DiscLimit(
         Status.INFEASIBLE, nan, end.x, end.y, end.z, end.carrying,
         residual=_imbalance(rows, end.y, end.z),
@@ -199,7 +199,9 @@ def _imbalance(rows: DiscRows, y: FloatArray, z: FloatArray) -> float:
     return float(np.max(np.abs(balance) / np.where(terms > 0, terms, 1.0), initial=0.0))
 
 
-def _unbounded(rows: DiscRows, direction: FloatArray, start: DiscEnd, tolerances: Tolerances) -> DiscLimit:
+def _unbounded(
+    rows: DiscRows, direction: FloatArray, start: UnscaledSolution, tolerances: Tolerances
+) -> DiscLimit:
     beyond = start.load_factor + start.scaled.load_unit
     safe = [safest(rows, beyond).x, start.x + start.scaled.load_unit * direction]
     return DiscLimit(

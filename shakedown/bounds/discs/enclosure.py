@@ -22,7 +22,7 @@ from shakedown.bounds.discs.safe_proof import (
     proof_of,
     proved_low,
 )
-from shakedown.bounds.discs.scaled_discs import DiscEnd
+from shakedown.bounds.discs.scaled_discs import UnscaledSolution
 from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
@@ -204,7 +204,7 @@ def proved_infeasible(problem: Problem, rows: DiscRows, candidates: Iterable[Flo
     return repair.inverse.proved and any(_excludes(repair, y) for y in candidates)
 
 
-def on_the_way(end: DiscEnd, completed: Completed = of_discs) -> Iterator[FloatArray]:
+def on_the_way(end: UnscaledSolution, completed: Completed = of_discs) -> Iterator[FloatArray]:
     """Multipliers with more slack on the way to those that exclude every slip."""
     rows = end.scaled.rows
     for point in end.end.path[-2::-2]:
@@ -275,7 +275,7 @@ def enclosed(
 
 
 def inner_points(
-    best: DiscEnd, completed: Completed = of_discs
+    best: UnscaledSolution, completed: Completed = of_discs
 ) -> tuple[list[tuple[FloatArray, float]], list[tuple[FloatArray, float]]]:
     """Slips with slack, with their load factors, and multipliers with slack, with what they lose."""
     scaled, slips, multipliers = best.scaled, [], []

@@ -1,4 +1,4 @@
-"""The end of a program: interior points, then Newton's method on the discs that meet in the optimum."""
+"""The solution of a program: interior points, then Newton's method on the discs that meet in the optimum."""
 
 from dataclasses import dataclass, replace
 
@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
 
-from shakedown.bounds.discs.scaled_discs import DiscEnd, ScaledDiscs, in_units
+from shakedown.bounds.discs.scaled_discs import ScaledDiscs, UnscaledSolution, in_units
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.disc_solver import disc_end
-from shakedown.programs.self_dual import USABLE, Point, SelfDualEnd, balanced_multipliers
+from shakedown.programs.disc_solver import solve_discs
+from shakedown.programs.self_dual import USABLE, Point, SelfDualSolution, balanced_multipliers
 from shakedown.programs.small_cones import TRIPLE
 
 STEPS = 12
@@ -33,18 +33,18 @@ class _Active:
     norm: bool
 
 
-def polished_solution(scaled: ScaledDiscs, usable: float = USABLE) -> DiscEnd:
-    """The end of a program, polished, in the units of its joint; one less accurate than ``usable`` is none.
+def polished_solution(scaled: ScaledDiscs, usable: float = USABLE) -> UnscaledSolution:
+    """The solution of a program, polished, in units of the joint; one less accurate than ``usable`` is none.
 
     Raises
     ------
     SolverError
         If it comes to no end.
     """
-    return in_units(scaled, polished(scaled.program, disc_end(scaled.program, usable)))
+    return in_units(scaled, polished(scaled.program, solve_discs(scaled.program, usable)))
 
 
-def polished(program: DiscProgram, end: SelfDualEnd) -> SelfDualEnd:
+def polished(program: DiscProgram, end: SelfDualSolution) -> SelfDualSolution:
     """An optimum to round-off; what was given where the limits that meet in it are not clear.
 
     Equations: every active limit holds with equality, the multipliers balance. A disc is active where
@@ -64,13 +64,13 @@ def polished(program: DiscProgram, end: SelfDualEnd) -> SelfDualEnd:
     return best if best is not end else _balanced(program, end)
 
 
-def _balanced(program: DiscProgram, end: SelfDualEnd) -> SelfDualEnd:
+def _balanced(program: DiscProgram, end: SelfDualSolution) -> SelfDualSolution:
     """The end with multipliers that balance to round-off, where they stay in their cones."""
     y = balanced_multipliers(program, Point(end.x, end.slack, end.multipliers, 1.0, 0.0))
     return replace(end, multipliers=y) if program.cones.margin(y) > 0 else end
 
 
-def _active(program: DiscProgram, end: SelfDualEnd, alike: float) -> _Active:
+def _active(program: DiscProgram, end: SelfDualSolution, alike: float) -> _Active:
     (s, slack, _), (y, weight, _) = program.parts(end.slack), program.parts(end.multipliers)
     length_s, length_y = np.hypot(s[:, 1], s[:, 2]), np.hypot(y[:, 1], y[:, 2])
     active = s[:, 0] - length_s < alike * (y[:, 0] + length_y)
@@ -80,7 +80,7 @@ def _active(program: DiscProgram, end: SelfDualEnd, alike: float) -> _Active:
     return _Active(linear, np.flatnonzero(active & ~apex), np.flatnonzero(apex), norm)
 
 
-def _left(program: DiscProgram, end: SelfDualEnd) -> float:
+def _left(program: DiscProgram, end: SelfDualSolution) -> float:
     """The largest of what is left of the balance, slacks and multipliers below zero, and the gap."""
     slack = program.limits - program.times(end.x)
     balance = np.abs(program.transposed(end.multipliers) + program.costs).max()
@@ -90,7 +90,7 @@ def _left(program: DiscProgram, end: SelfDualEnd) -> float:
     return float(found) if np.isfinite(found) else np.inf
 
 
-def _newton(program: DiscProgram, end: SelfDualEnd, active: _Active) -> SelfDualEnd | None:
+def _newton(program: DiscProgram, end: SelfDualSolution, active: _Active) -> SelfDualSolution | None:
     """The end from Newton's method on the equations; None where it does not settle."""
     triples, weights, tail = program.parts(end.multipliers)
     x = end.x
@@ -146,8 +146,8 @@ def _rows(program: DiscProgram, rows: NDArray[np.intp]) -> FloatArray:
 
 
 def _ended(
-    program: DiscProgram, end: SelfDualEnd, active: _Active, x: FloatArray, m: FloatArray
-) -> SelfDualEnd:
+    program: DiscProgram, end: SelfDualSolution, active: _Active, x: FloatArray, m: FloatArray
+) -> SelfDualSolution:
     slack, y = program.limits - program.times(x), np.zeros(len(program.limits))
     (s, *_), (triples, weights, tail) = program.parts(slack), program.parts(y)
     a, b = len(active.linear), len(active.linear) + len(active.edge)

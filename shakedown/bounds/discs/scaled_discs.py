@@ -11,7 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.self_dual import SelfDualEnd
+from shakedown.programs.self_dual import SelfDualSolution
 
 Carrying = tuple[NDArray[np.intp], NDArray[np.intp]]  # discs and half-spaces by number
 
@@ -40,8 +40,8 @@ class Basis:
 
 
 @dataclass(frozen=True, eq=False)
-class DiscEnd:
-    """The end of a program in the units of its joint.
+class UnscaledSolution:
+    """The solution of a program in the units of its joint.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class DiscEnd:
     z: FloatArray
     accuracy: float
     scaled: "ScaledDiscs" = field(repr=False)
-    end: SelfDualEnd = field(repr=False)
+    end: SelfDualSolution = field(repr=False)
 
     @property
     def optimal(self) -> bool:
@@ -180,7 +180,7 @@ def scaled_discs(rows: DiscRows, basis: Basis, towards: float, cap: float = np.i
     return ScaledDiscs(program, rows, weights, unit, load_unit, basis)
 
 
-def in_units(scaled: ScaledDiscs, end: SelfDualEnd) -> DiscEnd:
+def in_units(scaled: ScaledDiscs, end: SelfDualSolution) -> UnscaledSolution:
     """What the interior points found, in the units of the joint."""
     y, z = scaled.multipliers(end.multipliers)
     x, load_factor = scaled.slips(end.x), float(end.x[-1] * scaled.load_unit)
@@ -190,7 +190,7 @@ def in_units(scaled: ScaledDiscs, end: SelfDualEnd) -> DiscEnd:
         x, load_factor = np.full(len(x), np.nan), np.nan
         size = -float(np.vdot(y, scaled.rows.c) + z @ scaled.rows.half_spaces.g)
         y, z = y / size, z / size
-    return DiscEnd(end.status, x, load_factor, y, z, end.accuracy, scaled, end)
+    return UnscaledSolution(end.status, x, load_factor, y, z, end.accuracy, scaled, end)
 
 
 def _largest(rows: DiscRows) -> FloatArray:

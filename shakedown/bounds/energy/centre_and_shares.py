@@ -29,7 +29,7 @@ ROUND_OFF = 4 * np.finfo(float).eps
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The end of a program with the limits, shares included, that it was made of.
+    """The solution of a program with the limits, shares included, that it was made of.
 
     Attributes
     ----------

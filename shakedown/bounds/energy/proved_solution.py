@@ -1,4 +1,4 @@
-"""The end of a program over discs: interior points, then Newton's method on what is active."""
+"""The solution of a program over discs: interior points, then Newton's method on what is active."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -9,7 +9,7 @@ from shakedown.bounds.discs.polished_solution import polished
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.disc_solver import disc_end
+from shakedown.programs.disc_solver import solve_discs
 from shakedown.programs.self_dual import Enough, Points, never
 
 # Accuracy that is enough: what w is worth at y, and what the multipliers prove, is computed anew.
@@ -53,7 +53,7 @@ class ProvedSolution:
 def proved_solution(
     program: DiscProgram, value: Value, begun: Points = (), enough: Enough = never
 ) -> ProvedSolution:
-    """The end of a program, polished, with the value that the discs allow there in floats.
+    """The solution of a program, polished, with the value that the discs allow there in floats.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def proved_solution(
         If no method comes to an end.
     """
     r = program.rank
-    end = disc_end(program, ROUGH, begun, lambda x: enough(x[:r]))
+    end = solve_discs(program, ROUGH, begun, lambda x: enough(x[:r]))
     if not enough(end.x[:r]):
         end = polished(program, end)
     discs, rows, _ = program.parts(end.multipliers)

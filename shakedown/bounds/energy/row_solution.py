@@ -25,7 +25,7 @@ ROUND_OFF = 32 * np.finfo(float).eps
 
 @dataclass(frozen=True)
 class RowSolution:
-    """The end of the program: max λ subject to :class:`ConeRows`.
+    """The solution of the program: max λ subject to :class:`ConeRows`.
 
     Attributes
     ----------
@@ -218,7 +218,7 @@ def widest_margin(rows: ConeRows) -> WidestMargin:
 
 
 def row_solution(about: ConeRows, tolerances: Tolerances) -> RowSolution:
-    """The end of the program by the first method by which it is one; of several optima the sharpest.
+    """The solution of the program by the first method by which it is one; of several optima the sharpest.
 
     Where the solver finds none, or no proof of it, the largest margin tells whether there is one.
 
