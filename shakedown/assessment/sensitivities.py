@@ -25,7 +25,7 @@ from shakedown.joint.result import Result
 
 KINDS = ("friction", "constant", "amplitude")
 SMOOTH = 10.0**-DIGITS  # of the largest elasticity: one-sided values that differ by less are one
-ROUND_OFF = 64 * np.finfo(float).eps  # of a difference of slopes, relative to its terms
+SLOPE_ROUND_OFF = 64 * np.finfo(float).eps  # of a difference of slopes, relative to its terms
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -268,7 +268,7 @@ def _of_energy(zone: Zone, bound: EnergyBound, one_sided: bool, tolerances: Tole
     pressure = rates.pressures(slip) - reach * needs[:, None] * SIDES
     rising, growing = rates.pressure_slopes() @ metric.inverse, needs[:, None] * ray
     turn = rising - growing
-    turn[np.abs(turn) <= ROUND_OFF * (np.abs(rising) + np.abs(growing))] = 0.0
+    turn[np.abs(turn) <= SLOPE_ROUND_OFF * (np.abs(rising) + np.abs(growing))] = 0.0
     return _Reached(optimum, rates, pressure, turn)
 
 

@@ -36,7 +36,7 @@ ROUNDED = 8  # how many units in the last place of the data are allowed for
 
 NO_VERTEX = "exact arithmetic found no vertex near the solution in floating-point numbers"
 NO_END = "exact arithmetic was left before its end, so long is the way from floats to an exact vertex"
-ROUND_OFF = "the exact answer depends on round-off in the stored stiffness"
+ROUND_OFF_DECIDES = "the exact answer depends on round-off in the stored stiffness"
 
 
 @dataclass(frozen=True)
@@ -221,7 +221,7 @@ def _accepted(
             f"{value:.10g}" if np.isfinite(value) else str(status)
             for value, status in ((exact, certificate.status), (plain, outcome.status))
         )
-        return Disputed(f"{ROUND_OFF}: {digits} on all its digits, {floats} in floats")
+        return Disputed(f"{ROUND_OFF_DECIDES}: {digits} on all its digits, {floats} in floats")
     return certificate
 
 

@@ -20,7 +20,7 @@ from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, node_numbers, require_plane
 from shakedown.joint.constraints import CONE, Constraints, Side, constraints, step_loads
-from shakedown.joint.contact_zone import ROUND_OFF, contact_zone
+from shakedown.joint.contact_zone import MOTION_ROUND_OFF, contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.programs.conic import ClarabelSettings, by_clarabel, by_cvxpy, interior_points
@@ -126,7 +126,7 @@ def _without_round_off(rows: Constraints) -> Constraints:
     """The limits of a joint in space without right-hand sides that are the round-off of a mean."""
     size = np.maximum(np.abs(rows.g), np.abs(rows.d))
     of_cones = np.repeat(np.maximum.reduceat(size, rows.heads), rows.cones)
-    return replace(rows, g=np.where(np.abs(rows.g) <= ROUND_OFF * of_cones, 0.0, rows.g))
+    return replace(rows, g=np.where(np.abs(rows.g) <= MOTION_ROUND_OFF * of_cones, 0.0, rows.g))
 
 
 def _bound_over_discs(rows: Constraints, solver: str | None, tolerances: Tolerances) -> ConicBound:

@@ -15,8 +15,7 @@ from shakedown.joint.law import Law
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.joint.rigid_slips import ROUND_OFF as NO_STIFFNESS
-from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
+from shakedown.joint.rigid_slips import NO_STIFFNESS, RigidSlips, rigid_slips
 
 
 class Side(IntEnum):

@@ -19,11 +19,10 @@ from shakedown.joint.constraints import Constraints, Side, constraints, through_
 from shakedown.joint.layout import Layout
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
-from shakedown.joint.rigid_slips import ROUND_OFF as NO_STIFFNESS
-from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.joint.rigid_slips import NO_STIFFNESS, rigid_slips
 
 Places = NDArray[np.intp]
-ROUND_OFF = 16 * np.finfo(float).eps  # of one displacement of an open node, relative to the largest
+MOTION_ROUND_OFF = 16 * np.finfo(float).eps  # of one displacement of an open node, relative to the largest
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,7 +216,7 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
 def _accuracy(problem: Problem) -> float:
     """What is round-off of the stiffness, relative to the terms that it is the difference of."""
     given = problem.stiffness_accuracy
-    return NO_STIFFNESS if given is None else max(FIRST_DIGIT * given, ROUND_OFF)
+    return NO_STIFFNESS if given is None else max(FIRST_DIGIT * given, MOTION_ROUND_OFF)
 
 
 def _condensed(
@@ -241,7 +240,7 @@ def _without_round_off(follow: FloatArray) -> FloatArray:
     Of similar bodies B should vanish; a gap would else seem to depend on slips that are large enough, and
     nodes without friction to be loaded along the surface by a pressure on open ones.
     """
-    noise = ROUND_OFF * len(follow) * np.abs(follow).max(initial=0.0)
+    noise = MOTION_ROUND_OFF * len(follow) * np.abs(follow).max(initial=0.0)
     return np.where(np.abs(follow) <= noise, 0.0, follow)
 
 

@@ -11,7 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.joint.layout import Layout
 
 Numbers = NDArray[Any]  # floats, or exact numbers as objects
-ROUND_OFF = 16 * np.finfo(float).eps  # of a load, relative to the largest of its node
+LOAD_ROUND_OFF = 16 * np.finfo(float).eps  # of a load, relative to the largest of its node
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +188,7 @@ def _hull(points: FloatArray) -> NDArray[np.intp]:
     size = float(np.abs(points).max())
     spread = np.ldexp(points - points[0], -int(np.frexp(size)[1]))
     values, directions = np.linalg.svd(spread, full_matrices=False)[1:]
-    rank = int(np.count_nonzero(values > ROUND_OFF * len(points)))
+    rank = int(np.count_nonzero(values > LOAD_ROUND_OFF * len(points)))
     along = spread @ directions[:rank].T
     if rank < 2:
         ends = [along[:, 0].argmin(), along[:, 0].argmax()] if rank else [0]

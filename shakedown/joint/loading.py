@@ -14,7 +14,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
 LARGEST_FORCE = 1e150  # its square is still a number
-ROUND_OFF = 4 * np.finfo(float).eps  # of a mean, relative to the largest sample
+MEAN_ROUND_OFF = 4 * np.finfo(float).eps  # of a mean, relative to the largest sample
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -176,7 +176,7 @@ def with_initial_gap(problem: Problem, gap: ArrayLike) -> Problem:
 
 def no_mean(samples: FloatArray, mean: FloatArray) -> NDArray[np.bool_]:
     """The columns (k,) of samples (m, k) whose mean is nothing but the round-off of their sum."""
-    return np.asarray(np.abs(mean) <= ROUND_OFF * np.abs(samples).max(axis=0))
+    return np.asarray(np.abs(mean) <= MEAN_ROUND_OFF * np.abs(samples).max(axis=0))
 
 
 def _mean(samples: FloatArray, given: FloatArray | None) -> FloatArray:
@@ -190,6 +190,6 @@ def _cleaned(samples: FloatArray, mean: FloatArray) -> FloatArray:
     """samples − mean, with the round-off of the mean of a constant column set to exact zero."""
     periodic = samples - mean
     size = np.maximum(np.abs(samples).max(axis=0), np.abs(mean))
-    constant = np.abs(periodic).max(axis=0) <= ROUND_OFF * size
+    constant = np.abs(periodic).max(axis=0) <= MEAN_ROUND_OFF * size
     periodic[:, constant] = 0.0
     return periodic

@@ -16,7 +16,7 @@ from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 
-ROUND_OFF = 2.0**-30  # of a rigid motion, relative, at most: condensing a model costs a few digits
+NO_STIFFNESS = 2.0**-30  # of a rigid motion, relative, at most: condensing a model costs a few digits
 CLEAR = 1e4  # by how much what resists exceeds what is round-off, or what is printed
 # By how much what resists exceeds the accuracy of the data, or of floats, where that is known.
 RESOLVED = 100.0
@@ -145,7 +145,7 @@ def _without_resistance(values: FloatArray) -> tuple[int, str]:
     floor = len(values) * np.finfo(float).eps
     steps = np.maximum(np.append(values, np.inf), floor)
     jumps = steps[1:] / steps[:-1]
-    rounded = np.where(values <= ROUND_OFF, jumps, 0.0)
+    rounded = np.where(values <= NO_STIFFNESS, jumps, 0.0)
     count, doubt = int(np.argmax(rounded)) + 1, ""
     if rounded[count - 1] < CLEAR:
         count, doubt = _below(values, floor)

@@ -37,7 +37,7 @@ ROUNDED_TWICE = 4 * HALF_ULP  # of f S, relative: a sum and a product, and what 
 TOO_SOFT = "the tangential stiffness is too nearly singular to prove the balance of multipliers"
 NO_SLACK = "no slip was found that is safe at every load step by more than its rounding errors"
 NO_INNER = "no multipliers were found that prove more than their rounding errors"
-ROUND_OFF = "the slip is so large that round-off in the stored stiffness decides the answer"
+ROUND_OFF_DECIDES = "the slip is so large that round-off in the stored stiffness decides the answer"
 UNPROVED = "what proves that there is no largest load factor does not survive its rounding errors"
 
 
@@ -260,7 +260,7 @@ def enclosed(
         np.abs(rows.c).max() + best.load_factor * np.abs(rows.e).max(),
     )
     if np.finfo(float).eps * terms.max(initial=0.0) > tolerances.stored_digits * forces:
-        return Missing(ROUND_OFF)
+        return Missing(ROUND_OFF_DECIDES)
     proof = proof_of(problem, rows)
     low, _ = proved_low(proof, best.x, best.load_factor, best.slips)
     if not np.isfinite(low):

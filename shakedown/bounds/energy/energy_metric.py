@@ -11,7 +11,7 @@ from shakedown.joint.law import Law
 from shakedown.joint.rigid_slips import RigidSlips
 from shakedown.programs.scaling import power_of_two
 
-ROUND_OFF = 8 * np.finfo(float).eps  # of one eigenvalue per node, relative to the largest
+EIGENVALUE_ROUND_OFF = 8 * np.finfo(float).eps  # of one eigenvalue per node, relative to the largest
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def energy_metric(
     pressed = sizes.reshape(len(B), -1).max(axis=1)  # the largest of a node's directions
     leak = (np.abs(B @ directions) / pressed[:, None]).max(axis=0)
     soft = values <= tolerances.zero_mode * largest
-    free = soft & ((leak <= tolerances.zero_mode) | (values <= len(A) * ROUND_OFF * largest))
+    free = soft & ((leak <= tolerances.zero_mode) | (values <= len(A) * EIGENVALUE_ROUND_OFF * largest))
     lasting = np.sqrt(values[~free])
     root = np.zeros((len(lasting), len(A)))
     root[:, kept] = (vectors[:, ~free] * lasting).T / lengths[kept]

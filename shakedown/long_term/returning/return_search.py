@@ -25,7 +25,7 @@ WINDOW = 7  # states one period apart that a leap begins with, at most
 # Of the slip per period: what a state changes by that repeats. The way to rest is half that slip at least,
 # and would take so many periods.
 FOR_EVER = 10 * NEGLIGIBLE
-ROUND_OFF = 64.0 * np.finfo(float).eps  # of a state: change that is none
+STATE_ROUND_OFF = 64.0 * np.finfo(float).eps  # of a state: change that is none
 CLEAR = 1e-3  # of the slip per period: by so little it is uncertain, and differs from the one before
 ALTERNATES = 0.1  # of the change from one period to the next: that to a later one whose like comes back
 APART = 4.0  # times what fades away: twice that is between states on both sides of where they meet
@@ -239,7 +239,7 @@ class ReturnSearch:
         changes = np.linalg.norm((u[0] - u[1:]) @ self.measure.root.T, axis=1)
         self._find_rhythm(u)
         small = FOR_EVER * np.linalg.norm(self._slip(1, most) * self.measure.slips)
-        round_off = ROUND_OFF * float(np.linalg.norm(np.abs(u[0]) @ np.abs(self.measure.root.T)))
+        round_off = STATE_ROUND_OFF * float(np.linalg.norm(np.abs(u[0]) @ np.abs(self.measure.root.T)))
         if changes.min() > small + round_off:
             self.repeated = [0] * self.rules.longest_period
             return None
@@ -278,7 +278,7 @@ class ReturnSearch:
     def _drifts_on(self, p: int, error: float) -> bool:
         """Whether a state moves on, by more than the error, no less than before: else drift may fade."""
         drift, before = self._change(p), self.states[-1 - p].u - self.states[-1 - 2 * p].u
-        known = p * error + ROUND_OFF * float(np.abs(self.states[-1].u).max())
+        known = p * error + STATE_ROUND_OFF * float(np.abs(self.states[-1].u).max())
         size = float(np.abs(drift).max())
         return bool(size > known and np.abs(drift - before).max() <= SIX_DIGITS * size + known)
 

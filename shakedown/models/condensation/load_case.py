@@ -16,7 +16,7 @@ from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
 from shakedown.joint.result import Result
 
 LARGEST_DOMAIN = 12  # ranges; 4096 corners
-ROUND_OFF = 16 * np.finfo(float).eps  # of a mean of factors, relative to the largest of them
+MEAN_ROUND_OFF = 16 * np.finfo(float).eps  # of a mean of factors, relative to the largest of them
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -208,8 +208,8 @@ def stated_loads(cases: Sequence[LoadCase], factors: Histories) -> dict[str, Any
     amplitude = np.abs(factors.period - mean).max(axis=0)
     return {
         "load_names": tuple(shortened(visible(case.name), LONGEST_NAME - 1) for case in cases),
-        "load_mean": values * np.where(np.abs(mean) <= ROUND_OFF * sizes, 0.0, mean),
-        "load_amplitude": np.abs(values) * np.where(amplitude <= ROUND_OFF * sizes, 0.0, amplitude),
+        "load_mean": values * np.where(np.abs(mean) <= MEAN_ROUND_OFF * sizes, 0.0, mean),
+        "load_amplitude": np.abs(values) * np.where(amplitude <= MEAN_ROUND_OFF * sizes, 0.0, amplitude),
         "load_units": tuple(case.unit for case in cases),
     }
 

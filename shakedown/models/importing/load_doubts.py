@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.joint.problem import Problem
 from shakedown.models.condensation.condense import Condensation
-from shakedown.models.condensation.load_case import ROUND_OFF, LoadCase, histories
+from shakedown.models.condensation.load_case import MEAN_ROUND_OFF, LoadCase, histories
 from shakedown.models.readers.text import quoted
 
 
@@ -33,7 +33,7 @@ def load_doubts(
     mean = factors.period.mean(axis=0) if factors.mean is None else factors.mean
     steps = len(factors.period)
     swing = np.abs(factors.period - mean).max(axis=0)
-    still = swing <= ROUND_OFF * np.maximum(np.abs(factors.period).max(axis=0), np.abs(mean))
+    still = swing <= MEAN_ROUND_OFF * np.maximum(np.abs(factors.period).max(axis=0), np.abs(mean))
     warnings = []
     for case, name, is_still, factor in zip(cases, names, still, factors.period.T, strict=True):
         if is_still and (case.history is None or case.history.ndim):

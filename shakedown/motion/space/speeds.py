@@ -21,7 +21,7 @@ FEW = 12  # slipping nodes up to which equations are always solved afresh, and w
 MOST_CORRECTIONS = 9  # of speeds, with the factors of an earlier stage
 CONTRACTS = 0.25  # of a rate of slack that is left, by each
 SOLVED = 1e-4  # rate of slack that is left, relative to the load and to the accuracy that is asked for
-ROUND_OFF = 1e-14  # of it
+RATE_ROUND_OFF = 1e-14  # of it
 TRANSPOSED = ord("T")
 SHARES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0)  # of a step, of its first stages
 
@@ -232,7 +232,7 @@ def rates_along(sp: Slipping, st: Step, ct: StepControl, stage: int) -> bool:
 @inner
 def correct_speeds(sp: Slipping, ct: StepControl) -> bool:
     """Correct the speeds with old factors until they solve the equations; False where they diverge."""
-    s, last, solved = sp.s, np.inf, max(SOLVED * ct.accuracy, ROUND_OFF) * sp.load_size
+    s, last, solved = sp.s, np.inf, max(SOLVED * ct.accuracy, RATE_ROUND_OFF) * sp.load_size
     for _ in range(MOST_CORRECTIONS):
         left = residual_speeds(sp)
         if left <= solved:
