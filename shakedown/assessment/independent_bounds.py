@@ -18,7 +18,7 @@ ALL_NODES = 60  # up to so many nodes every one is asked by the independent solv
 FIRST_NODES = 8  # of larger joints those that collapse first
 
 
-class IndependentBounds(NamedTuple):
+class SecondBounds(NamedTuple):
     """λ_1, where there is one, and λ_max by another solver, and how many nodes λ_1 was sought at."""
 
     lower: ConicBound | None
@@ -26,17 +26,13 @@ class IndependentBounds(NamedTuple):
     nodes: int
 
 
-def independent_bounds(
-    problem: Problem, bounds: ShakedownBounds, tolerances: Tolerances
-) -> IndependentBounds:
+def second_bounds(problem: Problem, bounds: ShakedownBounds, tolerances: Tolerances) -> SecondBounds:
     """The bounds by Clarabel; λ_1 of a large joint at the nodes alone that collapse first by HiGHS."""
     upper = conic_upper_bound(problem, open_nodes=bounds.upper.open_nodes, tolerances=tolerances)
     if isinstance(bounds.lower, Missing):
-        return IndependentBounds(None, upper, 0)
+        return SecondBounds(None, upper, 0)
     nodes = nodes_asked(bounds.lower)
-    return IndependentBounds(
-        conic_lower_bound(problem, nodes=nodes, tolerances=tolerances), upper, len(nodes)
-    )
+    return SecondBounds(conic_lower_bound(problem, nodes=nodes, tolerances=tolerances), upper, len(nodes))
 
 
 def nodes_asked(lower: LowerBound) -> list[int]:
@@ -54,7 +50,7 @@ def _closest(bound: LowerBound | UpperBound, tolerances: Tolerances) -> float:
 
 
 def independent_findings(
-    bounds: ShakedownBounds, second: IndependentBounds, tolerances: Tolerances
+    bounds: ShakedownBounds, second: SecondBounds, tolerances: Tolerances
 ) -> Iterator[tuple[bool | None, str]]:
     """(False, what differs) or (None, what the independent solver leaves open) for each bound."""
     # A bound may be zero: it is compared on the scale of λ_max, or of the nominal loop.

@@ -33,7 +33,7 @@ from shakedown.ground.status import Status
 from shakedown.joint.loading import transient_path
 from shakedown.joint.problem import Problem
 from shakedown.long_term.passage import arrives_closed
-from shakedown.long_term.random_transient import slip_after_random_transient
+from shakedown.long_term.random_transient import slip_after_transient
 
 OVERLOAD = (
     2.0  # of the random loads that leave initial states behind: within those of the loop few joints slip
@@ -143,7 +143,7 @@ def _cases_at(limits: JointLimits, load_factor: float, random_states: int, seed:
     states |= given_states(problem)
     for k in range(random_states):
         generator = np.random.default_rng([seed, k])
-        states[f"random {k}"] = slip_after_random_transient(
+        states[f"random {k}"] = slip_after_transient(
             problem, load_factor, generator, overload=OVERLOAD, tolerances=limits.tolerances
         )
     states |= at.in_ball(states.values(), seed)

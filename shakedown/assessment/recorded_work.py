@@ -7,7 +7,7 @@ from threading import Thread
 from typing import Any, NamedTuple, TypeVar
 
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.independent_bounds import IndependentBounds, independent_bounds
+from shakedown.assessment.independent_bounds import SecondBounds, second_bounds
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_load_factors
@@ -85,7 +85,7 @@ class ThreadedSteps:
 class OtherEvidence(NamedTuple):
     """What a verification asks for beside its simulations."""
 
-    second: IndependentBounds
+    second: SecondBounds
     curve: GuaranteeCurve | Missing | None
     critical: CriticalLoadFactors | None
     friction: FrictionThresholds | None
@@ -106,7 +106,7 @@ def other_evidence(
     """What is asked for beside the simulations, piece by piece."""
     problem, subsets = limits.problem, limits.subsets
     few = subsets is not None and subsets <= budget
-    second = work.done(lambda: independent_bounds(problem, limits.bounds, limits.tolerances))
+    second = work.done(lambda: second_bounds(problem, limits.bounds, limits.tolerances))
     absent = "guarantee_curve" in limits.absent
     curve = work.done(lambda: None if absent else limits.curve(CURVE_RADII))
     critical = work.done(lambda: critical_load_factors(problem) if few else None)

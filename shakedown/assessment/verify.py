@@ -13,7 +13,7 @@ import numpy as np
 
 from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.independent_bounds import IndependentBounds, independent_findings
+from shakedown.assessment.independent_bounds import SecondBounds, independent_findings
 from shakedown.assessment.open_ends import open_ends
 from shakedown.assessment.plan import is_large, planned_cases, takes_long
 from shakedown.assessment.recorded_work import OtherEvidence, RecordedWork, ThreadedSteps, other_evidence
@@ -96,7 +96,7 @@ class Verification(Result):
     """
 
     assessment: Assessment
-    second: IndependentBounds
+    second: SecondBounds
     critical: CriticalLoadFactors | None
     curve: GuaranteeCurve | None
     slip_limit: SlipLimit | None
@@ -232,7 +232,7 @@ def verify(
         λ = 1 comes first, from the state asked about, whatever else is asked for.
     random_states, seed
         Number of initial states that random loads, up to twice those of the loop about its mean, leave behind
-        (``slip_after_random_transient``), and the seed these are drawn with. None: 3, and 1 of joints in
+        (``slip_after_transient``), and the seed these are drawn with. None: 3, and 1 of joints in
         space of more than 200 node pairs.
     cycles, method
         As for :func:`shakedown.simulate`.
@@ -277,7 +277,7 @@ def verify(
         check_load_factor(load_factor, problem)
     if slip_below is not None:
         check_slip_below(slip_below)
-    asked = _VerificationArguments(open_nodes, load_factors, budget, slip_below)
+    asked = _Scope(open_nodes, load_factors, budget, slip_below)
     asked = asked._replace(open_nodes=open_nodes if isinstance(open_nodes, str) else tuple(open_nodes))
     settings = Settings(random_states, seed, cycles, method)
     header = {} if partial is None else _header(problem, asked, settings, tolerances)
@@ -289,7 +289,7 @@ def verify(
     return found
 
 
-class _VerificationArguments(NamedTuple):
+class _Scope(NamedTuple):
     """What a verification is asked beside its :class:`Settings`."""
 
     open_nodes: Iterable[int] | Literal["auto"]
@@ -298,9 +298,7 @@ class _VerificationArguments(NamedTuple):
     slip_below: float | None
 
 
-def _header(
-    problem: Problem, asked: _VerificationArguments, settings: Settings, tolerances: Tolerances
-) -> dict[str, str]:
+def _header(problem: Problem, asked: _Scope, settings: Settings, tolerances: Tolerances) -> dict[str, str]:
     """All that a verification depends on, by name."""
     words = {"problem": problem.fingerprint, "stiffness_accuracy": problem.stiffness_accuracy}
     factors = None if asked.load_factors is None else [float(factor) for factor in asked.load_factors]
@@ -311,11 +309,7 @@ def _header(
 
 
 def _verified(
-    problem: Problem,
-    asked: _VerificationArguments,
-    settings: Settings,
-    work: RecordedWork,
-    tolerances: Tolerances,
+    problem: Problem, asked: _Scope, settings: Settings, work: RecordedWork, tolerances: Tolerances
 ) -> Verification:
     """The verification itself, piece by piece."""
     start = None if problem.initial_slip is None else problem.initial_slip[0]
@@ -372,7 +366,7 @@ def _so_far(found: Assessment, runs: Sequence[Run], planned: int, settings: Sett
     none = ConicBound(Status.UNDECIDED, nan, -1, np.full(limits.problem.layout.slip_size, nan), "Clarabel")
     return Verification(
         assessment=replace(found, details=limits),
-        second=IndependentBounds(None, none, 0),
+        second=SecondBounds(None, none, 0),
         critical=None,
         curve=None,
         slip_limit=None,

@@ -40,7 +40,7 @@ class EnergyProof:
     best: bool = True
 
 
-class ApproachToRest(NamedTuple):
+class Approach(NamedTuple):
     """How a motion comes to rest.
 
     Attributes
@@ -71,7 +71,7 @@ BELOW = 1.0 - NEGLIGIBLE  # of a load factor up to which something is proved: ro
 
 
 @on_one_thread
-def energy_proof(problem: Problem, passage: Passage, approach: ApproachToRest) -> EnergyProof:
+def energy_proof(problem: Problem, passage: Passage, approach: Approach) -> EnergyProof:
     """What an energy ball, or else the least box, proves of a motion that has been found to shake down.
 
     Within a ball the distance from its centre never grows. So a motion that comes to
@@ -107,13 +107,13 @@ def energy_proof(problem: Problem, passage: Passage, approach: ApproachToRest) -
     return WITHOUT_MARGIN if next(proofs) and any(proofs) else NO_PROOF
 
 
-def with_margins(problem: Problem, passage: Passage, approach: ApproachToRest) -> EnergyProof:
+def with_margins(problem: Problem, passage: Passage, approach: Approach) -> EnergyProof:
     """The proof by an energy ball with the margins of the ball that holds the state at rest best."""
     ball = on_one_thread(_ball)(problem, passage, approach, best=True)
     return _proof_of(ball, approach, best=True) if isinstance(ball, EnergyBall) else WITHOUT_MARGIN
 
 
-def proof_in(ball: EnergyBall, passage: Passage, approach: ApproachToRest) -> EnergyProof | None:
+def proof_in(ball: EnergyBall, passage: Passage, approach: Approach) -> EnergyProof | None:
     """The proof by a given ball of the load factor; None where it proves nothing."""
     holds = ball.open_nodes == approach.open_nodes and bool(ball.contains(approach.final_slip))
     return _proof_of(ball, approach, best=True) if holds and comes_into(ball, passage, approach) else None
@@ -142,12 +142,12 @@ def held_by_friction(problem: Problem, load_factor: float, slip: FloatArray) -> 
     return float(np.max(2.0 * law.limit(np.maximum(most, 0.0)) / resisted))
 
 
-def _proof_of(ball: EnergyBall, approach: ApproachToRest, *, best: bool) -> EnergyProof:
+def _proof_of(ball: EnergyBall, approach: Approach, *, best: bool) -> EnergyProof:
     slip = approach.final_slip
     return EnergyProof(True, float(ball.margin(slip)), float(ball.single_node_margin(slip)), best)
 
 
-def comes_into(ball: EnergyBall, passage: Passage, approach: ApproachToRest) -> bool:
+def comes_into(ball: EnergyBall, passage: Passage, approach: Approach) -> bool:
     """Whether the motion, which comes to rest in a ball, is seen to be in it after some cycle."""
     first_cycles = approach.first_cycles
     if first_cycles is None:
@@ -170,7 +170,7 @@ def _cycles_left(away: float, margin: float, contraction: float) -> float:
     return log(margin / away) / log(contraction) if contraction < 1.0 else inf
 
 
-def slips_in_zone(passage: Passage, approach: ApproachToRest) -> Iterator[FloatArray]:
+def slips_in_zone(passage: Passage, approach: Approach) -> Iterator[FloatArray]:
     """Slips of all nodes after one cycle after the other, where exactly the open ones are open.
 
     Where the first cycles are kept, those after them.
@@ -187,7 +187,7 @@ def slips_in_zone(passage: Passage, approach: ApproachToRest) -> Iterator[FloatA
 
 
 def _ball(
-    problem: Problem, passage: Passage, approach: ApproachToRest, *, best: bool
+    problem: Problem, passage: Passage, approach: Approach, *, best: bool
 ) -> EnergyBall | Missing | None:
     """A ball that holds the state at rest, or the best; None where none does, or there is no such zone."""
     at, state, opened = passage.load_factor, approach.final_slip, approach.open_nodes

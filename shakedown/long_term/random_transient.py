@@ -13,7 +13,7 @@ from shakedown.motion.evolve import evolve
 LONGEST_TRANSIENT = 12  # random load steps
 
 
-def slip_after_random_transient(
+def slip_after_transient(
     problem: Problem,
     load_factor: float,
     generator: np.random.Generator,

@@ -199,9 +199,7 @@ def simulate(
         check_slip_below(slip_below)
     if method not in METHODS:
         raise UsageError(f"method: expected one of {', '.join(METHODS)}, found '{method}'")
-    asked = _SimulationArguments(
-        float(load_factor), initial_slip, tuple(open_nodes), cycles, method, record, slip_below
-    )
+    asked = _Request(float(load_factor), initial_slip, tuple(open_nodes), cycles, method, record, slip_below)
     header = {} if partial is None else asked.header(problem, tolerances)
     with recorded_steps(partial, header, problem, resume=resume) as steps:
         run = _run(problem, asked, steps, tolerances)
@@ -213,7 +211,7 @@ def simulate(
     return run
 
 
-class _SimulationArguments(NamedTuple):
+class _Request(NamedTuple):
     """What a simulation is asked."""
 
     load_factor: float
@@ -234,9 +232,7 @@ class _SimulationArguments(NamedTuple):
         }
 
 
-def _run(
-    problem: Problem, asked: _SimulationArguments, steps: RecordedSteps, tolerances: Tolerances
-) -> Simulation:
+def _run(problem: Problem, asked: _Request, steps: RecordedSteps, tolerances: Tolerances) -> Simulation:
     """The simulation itself."""
     start = problem, asked.load_factor, asked.initial_slip
     if asked.method != "event":
@@ -312,7 +308,7 @@ def _stepping(
     return FixedSteps(problem, load_factor, *start, sweeps_only=swept)
 
 
-def _at_fixed_steps(motion: FixedSteps, asked: _SimulationArguments, steps: RecordedSteps) -> Simulation:
+def _at_fixed_steps(motion: FixedSteps, asked: _Request, steps: RecordedSteps) -> Simulation:
     """Cycle until the last cycles show what it has settled into, or the cycles allowed are spent."""
     problem, scale, t, records = motion.problem, motion.scale, motion.tolerances, list[CycleRecord]()
     moving = swing(problem, loop_path(problem, motion.load_factor))

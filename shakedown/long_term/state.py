@@ -12,7 +12,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.energy_proof import NO_PROOF, ApproachToRest, EnergyProof, energy_proof, with_margins
+from shakedown.long_term.energy_proof import NO_PROOF, Approach, EnergyProof, energy_proof, with_margins
 from shakedown.long_term.passage import FirstCycles, Passage
 from shakedown.motion.cycle_record import State, Stop
 from shakedown.motion.event_history import EventHistory
@@ -251,10 +251,10 @@ class LongTermState(SettledState):
         return self._proof if self._proof.best else with_margins(self.problem, self.begun, self.approach)
 
     @property
-    def approach(self) -> ApproachToRest:
+    def approach(self) -> Approach:
         """How it comes to rest, as proofs ask for it."""
         most = self.cycles_simulated + self.most_cycles
-        return ApproachToRest(self.final_slip, self.open_nodes, most, self.contraction, self.first_cycles)
+        return Approach(self.final_slip, self.open_nodes, most, self.contraction, self.first_cycles)
 
     @property
     def cycles_to_one_percent(self) -> int:

@@ -59,7 +59,7 @@ def test_what_is_recorded_is_not_done_again(tmp_path, monkeypatch):
 
     with pytest.raises(shakedown.UsageError, match="cannot be written"):
         verified(PLANE, partial=path, save=disk_is_full)
-    for word in ("plan._At", "recorded_work.independent_bounds", "recorded_work.critical_load_factors"):
+    for word in ("plan._At", "recorded_work.second_bounds", "recorded_work.critical_load_factors"):
         monkeypatch.setattr(f"shakedown.assessment.{word}", None)
     again = verified(PLANE, partial=path, resume=True)
     assert [run.seconds for run in again.runs] == [run.seconds for run in runs]

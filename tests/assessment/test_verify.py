@@ -84,7 +84,7 @@ def second(status: Status, load_factor: float) -> ConicBound:
 def test_a_second_method_that_contradicts_is_found(status, load_factor, agrees) -> None:
     bounds = shakedown.shakedown_bounds(shakedown.example("two-node"))
     good = second(Status.OPTIMAL, bounds.lower.load_factor)
-    methods = independent_bounds.IndependentBounds(good, second(status, load_factor), 2)
+    methods = independent_bounds.SecondBounds(good, second(status, load_factor), 2)
     found = list(independent_bounds.independent_findings(bounds, methods, DEFAULT))
     assert [verdict for verdict, _ in found] == ([] if agrees == "yes" else [agrees])
 
@@ -104,7 +104,7 @@ def test_both_methods_say_the_same_where_no_node_collapses(problem: Problem) -> 
         assert (
             list(
                 independent_bounds.independent_findings(
-                    bounds, independent_bounds.IndependentBounds(*methods, joint.n), DEFAULT
+                    bounds, independent_bounds.SecondBounds(*methods, joint.n), DEFAULT
                 )
             )
             == []
@@ -141,7 +141,7 @@ def test_the_second_method_asks_the_node_that_collapses_first_foremost(
     monkeypatch.setattr(independent_bounds, "ALL_NODES", 2)
     monkeypatch.setattr(independent_bounds, "FIRST_NODES", 1)
     assert independent_bounds.nodes_asked(bounds.lower) == asked[:1]
-    second = independent_bounds.independent_bounds(joint, bounds, DEFAULT)
+    second = independent_bounds.second_bounds(joint, bounds, DEFAULT)
     assert second.lower.load_factor == pytest.approx(bounds.lower.load_factor, rel=1e-8)
     ((open_to_doubt, text),) = independent_bounds.independent_findings(bounds, second, DEFAULT)
     assert open_to_doubt is None

@@ -130,7 +130,7 @@ def swing_bound(
     return _result(problem, found, lines, certify, tolerances)
 
 
-class _SmallestSwing(NamedTuple):
+class _First(NamedTuple):
     """The smallest load factor at which a node can slip both ways at the same A v, and where."""
 
     load_factor: float
@@ -140,16 +140,14 @@ class _SmallestSwing(NamedTuple):
     programs: int
 
 
-def _first(
-    problem: Problem, states: AdmissibleStates, lines: SwingLines, tolerances: Tolerances
-) -> _SmallestSwing:
+def _first(problem: Problem, states: AdmissibleStates, lines: SwingLines, tolerances: Tolerances) -> _First:
     """The nodes in the order in which their lines meet: once that is later than what is found, all are apart.
 
     A meeting point is exact where the states on which the two lines rest are admissible; else,
     and where lines are missing, a program in two states decides.
     """
     nowhere = np.full(problem.n, np.nan)
-    found, half = _SmallestSwing(inf, -1, nowhere, nowhere, 0), None
+    found, half = _First(inf, -1, nowhere, nowhere, 0), None
     stiffness = rigid_slips(problem).columns(problem.A)
     meetings = lines.meetings()
     for i in np.argsort(meetings).tolist():
@@ -166,7 +164,7 @@ def _first(
                 continue
         overlap, forward, backward = first_overlap(states, i, stiffness[i])
         if overlap < found.load_factor:
-            found = _SmallestSwing(overlap, i, forward, backward, found.programs)
+            found = _First(overlap, i, forward, backward, found.programs)
         found = found._replace(programs=found.programs + 1)
     return found
 
@@ -188,7 +186,7 @@ def _completed(
 
 
 def _result(
-    problem: Problem, found: _SmallestSwing, lines: SwingLines, certify: bool | None, tolerances: Tolerances
+    problem: Problem, found: _First, lines: SwingLines, certify: bool | None, tolerances: Tolerances
 ) -> SwingBound:
     load_factor, proved, uncertified = found.load_factor, None, ""
     certify = problem.n <= CERTIFIED_UP_TO if certify is None else certify

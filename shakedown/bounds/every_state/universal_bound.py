@@ -79,7 +79,7 @@ class UniversalBound(Result):
         return {"universal": number, "closing_box": None}
 
 
-class _LargestProved(NamedTuple):
+class _Proved(NamedTuple):
     load_factor: float
     node: int
     argument: str
@@ -155,14 +155,14 @@ def universal_bound(
     if isinstance(lift, Missing):
         return _undecided(lower, f"the lift-off bound is missing: {lift.reason}")
     if complete is not None:
-        found = _LargestProved(lower.load_factor, lower.node, complete.name, "first collapse")
+        found = _Proved(lower.load_factor, lower.node, complete.name, "first collapse")
         if complete.drift_bound < lower.load_factor:
-            found = _LargestProved(complete.drift_bound, -1, complete.name, "drift")
+            found = _Proved(complete.drift_bound, -1, complete.name, "drift")
         return _result(lower, found, lift)
     swing = sought(swing_bound, problem, certify=certify, tolerances=tolerances)
     if isinstance(swing, Missing):
         return _undecided(lower, f"the swing bound is missing: {swing.reason}")
-    return _result(lower, _LargestProved(swing.load_factor, swing.node, "swing", "swing"), lift, swing)
+    return _result(lower, _Proved(swing.load_factor, swing.node, "swing", "swing"), lift, swing)
 
 
 def _in_space(problem: Problem, sectors: int | None, tolerances: Tolerances) -> UniversalBound:
@@ -225,11 +225,11 @@ def _undecided(lower: LowerBound, reason: str) -> UniversalBound:
 
 
 def _result(
-    lower: LowerBound, found: _LargestProved, lift: float, swing: SwingBound | None = None
+    lower: LowerBound, found: _Proved, lift: float, swing: SwingBound | None = None
 ) -> UniversalBound:
     if min(lower.load_factor, lift) < found.load_factor:
         limit, node = ("lift-off", -1) if lift < lower.load_factor else ("first collapse", lower.node)
-        found = _LargestProved(min(lower.load_factor, lift), node, found.argument, limit)
+        found = _Proved(min(lower.load_factor, lift), node, found.argument, limit)
     return UniversalBound(
         status=Status.OPTIMAL if found.load_factor < inf else Status.UNBOUNDED,
         load_factor=found.load_factor,
@@ -244,7 +244,7 @@ def _result(
     )
 
 
-def _reason(found: _LargestProved, lift: float) -> str:
+def _reason(found: _Proved, lift: float) -> str:
     ends = {
         "first collapse": f"node {found.node} collapses there",
         "drift": "from there on the body, which friction alone holds, may drift",

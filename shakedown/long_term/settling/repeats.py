@@ -15,13 +15,13 @@ from shakedown.long_term.settling.search import (
     REPEATS,
     SEARCHING,
     WALK,
-    SettlingSearch,
+    Settling,
 )
 from shakedown.motion.plane.active_set import add_product, factorize, larger
 
 
 @inner
-def begin_search(se: SettlingSearch, start: FloatArray) -> None:
+def begin_search(se: Settling, start: FloatArray) -> None:
     """At rest with this slip: the load from which it rises to its first step, and what counts as zero."""
     act, path, goal, locked = se.first.active, se.first.course.path, se.goal, se.force
     n, m, force = act.n, 2 * act.n, se.least_force
@@ -45,7 +45,7 @@ def begin_search(se: SettlingSearch, start: FloatArray) -> None:
 
 
 @inner
-def begin_walk(se: SettlingSearch) -> None:
+def begin_walk(se: Settling) -> None:
     """Nothing has been followed yet."""
     se.first.motion.parameters = 0
     se.cycles, se.events, se.remembered, se.signed, se.patience, se.resumed = 0, 0, 0, 0, 0, False
@@ -53,7 +53,7 @@ def begin_walk(se: SettlingSearch) -> None:
 
 
 @inner
-def place_state(se: SettlingSearch) -> bool:
+def place_state(se: Settling) -> bool:
     """Go on from the goal; False where its moving nodes are not held."""
     act, mo = se.first.active, se.first.motion
     for j in range(2 * act.n):
@@ -65,7 +65,7 @@ def place_state(se: SettlingSearch) -> bool:
 
 
 @inner
-def remember(se: SettlingSearch, u: FloatArray) -> None:
+def remember(se: Settling, u: FloatArray) -> None:
     """Keep a state; where there are too many, the older half of them is forgotten."""
     m = 2 * se.first.active.n
     if se.remembered == se.capacity:
@@ -78,7 +78,7 @@ def remember(se: SettlingSearch, u: FloatArray) -> None:
 
 
 @inner
-def keep_signature(se: SettlingSearch) -> None:
+def keep_signature(se: Settling) -> None:
     """Append the signature of the last cycle; the oldest is forgotten."""
     most = 2 * se.longest_period
     if se.signed == most:
@@ -90,7 +90,7 @@ def keep_signature(se: SettlingSearch) -> None:
 
 
 @inner
-def after_walk(se: SettlingSearch) -> None:
+def after_walk(se: Settling) -> None:
     """Where the state is what it was some cycles ago, one period is to confirm it."""
     act, mo = se.first.active, se.first.motion
     remember(se, mo.u)
@@ -110,7 +110,7 @@ def after_walk(se: SettlingSearch) -> None:
 
 
 @inner
-def returned_after(se: SettlingSearch) -> int:
+def returned_after(se: Settling) -> int:
     """After how many cycles the state is what it was, to round-off; 0 where it is not."""
     last = se.remembered - 1
     for period in range(1, min(se.longest_period, last) + 1):
@@ -120,7 +120,7 @@ def returned_after(se: SettlingSearch) -> int:
 
 
 @inner
-def distance(se: SettlingSearch, one: int, other: int) -> float:
+def distance(se: Settling, one: int, other: int) -> float:
     """Largest difference of two states of the past, weighted."""
     m, far = 2 * se.first.active.n, 0.0
     for j in range(m):
@@ -129,7 +129,7 @@ def distance(se: SettlingSearch, one: int, other: int) -> float:
 
 
 @inner
-def observed_contraction(se: SettlingSearch, period: int) -> float:
+def observed_contraction(se: Settling, period: int) -> float:
     """Factor per cycle between the last two distances to the present state that stand out of round-off."""
     last, nearer = se.remembered - 1, 0.0
     for one in range(last - period, -1, -period):
@@ -142,7 +142,7 @@ def observed_contraction(se: SettlingSearch, period: int) -> float:
 
 
 @inner
-def admissible(se: SettlingSearch, u: FloatArray) -> bool:
+def admissible(se: Settling, u: FloatArray) -> bool:
     """Whether a state between two cycles obeys the contact and friction law."""
     act, course, r = se.first.active, se.cyclic.course, se.force
     n, m, worst = act.n, 2 * act.n, 0.0
@@ -155,7 +155,7 @@ def admissible(se: SettlingSearch, u: FloatArray) -> bool:
 
 
 @inner
-def look_for_repeats(se: SettlingSearch) -> None:
+def look_for_repeats(se: Settling) -> None:
     """Where the sequence of contact states repeats, one more period of it with its derivative."""
     se.patience -= 1
     se.phase = WALK
@@ -169,7 +169,7 @@ def look_for_repeats(se: SettlingSearch) -> None:
 
 
 @inner
-def sequence_repeats(se: SettlingSearch, period: int) -> bool:
+def sequence_repeats(se: Settling, period: int) -> bool:
     """Whether the last cycles have the signatures of those before; those are then ``wanted``."""
     if se.signed < 2 * period:
         return False
@@ -182,7 +182,7 @@ def sequence_repeats(se: SettlingSearch, period: int) -> bool:
 
 
 @inner
-def after_map(se: SettlingSearch) -> None:
+def after_map(se: Settling) -> None:
     """The map of the period, where this has run through the expected sequence."""
     act, mo = se.first.active, se.first.motion
     keep_signature(se)

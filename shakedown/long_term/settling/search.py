@@ -72,7 +72,7 @@ class Answers(NamedTuple):
 
 
 class SearchState(NamedTuple):
-    """Where a search has got to, and what it has counted: as in :class:`SettlingSearch`."""
+    """Where a search has got to, and what it has counted: as in :class:`Settling`."""
 
     phase: int
     cycles: int
@@ -92,11 +92,11 @@ class SearchState(NamedTuple):
 
 
 @structref.register
-class SettlingSearchType(types.StructRef):
-    """Compiled type of :class:`SettlingSearch`."""
+class SettlingType(types.StructRef):
+    """Compiled type of :class:`Settling`."""
 
 
-class SettlingSearch(NamedState):
+class Settling(NamedState):
     """One search after the other for the long-term states of a joint.
 
     Attributes
@@ -202,13 +202,13 @@ class SettlingSearch(NamedState):
     blurred: bool
 
 
-structref.define_boxing(SettlingSearchType, SettlingSearch)
-SEARCH = SettlingSearchType(fields(SettlingSearch))
+structref.define_boxing(SettlingType, Settling)
+SEARCH = SettlingType(fields(Settling))
 
 
 def search(
     runs: tuple[PlaneRun, PlaneRun, PlaneRun], pm: PeriodMap, check: PathCheck, rules: SettlingRules
-) -> SettlingSearch:
+) -> Settling:
     """A search over three runs of one moving state: the first cycle, the others, the others recorded."""
     n = pm.contact.size
     parts = dict(zip(("first", "cyclic", "recorded"), runs, strict=True)) | {"map": pm, "check": check}

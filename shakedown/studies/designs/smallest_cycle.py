@@ -221,7 +221,7 @@ def smallest_cycle(
     seed = check_seed(seed)
     joint = replace(problem, q_transient=None, p_transient=None)
     given = _given(joint, initial_slips)
-    asked = _SearchArguments(states, rounds, seed, given, largest, accuracy)
+    asked = _Query(states, rounds, seed, given, largest, accuracy)
     header = {} if partial is None else asked.header(joint, tolerances)
     with recorded_steps(partial, header, joint, resume=resume) as steps:
         found = _searched(joint, asked, steps, progress, tolerances)
@@ -231,7 +231,7 @@ def smallest_cycle(
     return found
 
 
-class _SearchArguments(NamedTuple):
+class _Query(NamedTuple):
     """What a search is asked."""
 
     states: int
@@ -253,11 +253,7 @@ class _SearchArguments(NamedTuple):
 
 
 def _searched(
-    joint: Problem,
-    asked: _SearchArguments,
-    steps: RecordedSteps,
-    progress: Progress | None,
-    tolerances: Tolerances,
+    joint: Problem, asked: _Query, steps: RecordedSteps, progress: Progress | None, tolerances: Tolerances
 ) -> SmallestCycle:
     """The search itself."""
     limits = JointLimits(joint, zone=(), certify=False, tolerances=tolerances)

@@ -18,7 +18,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import is_finite
 from shakedown.joint.loading import slip_reach
 from shakedown.joint.problem import Problem
-from shakedown.long_term.random_transient import slip_after_random_transient
+from shakedown.long_term.random_transient import slip_after_transient
 
 MOST_STATES = 100_000_000  # in one map: a day of a small joint, 2.5 GB of what is kept for the statistics
 BLOCK = 64  # states that share one stream of random numbers
@@ -253,9 +253,7 @@ def _transients(chosen: Sampling, block: int) -> FloatArray:
     """Slips that random loads within those of the loop leave behind."""
     generator = _generator(chosen, block)
     left = (
-        slip_after_random_transient(
-            chosen.problem, chosen.load_factor, generator, tolerances=chosen.tolerances
-        )
+        slip_after_transient(chosen.problem, chosen.load_factor, generator, tolerances=chosen.tolerances)
         for _ in range(BLOCK)
     )
     return np.stack(list(left))
