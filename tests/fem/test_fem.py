@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 import pytest
 from bodies import STEEL, pair
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from skfem import MeshQuad
 
@@ -129,6 +129,7 @@ def test_a_b_c_equal_calculix_on_the_same_mesh():
     np.testing.assert_allclose(found.p_w[0], unit[:, 1], rtol=0, atol=1e-6 * np.abs(unit).max())
 
 
+@settings(max_examples=8)
 @given(st.floats(-1.5, 1.5))
 def test_an_inclined_plane_gives_the_same_problem(angle):
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
@@ -392,10 +393,10 @@ def test_cantilevered_block_behaves_as_the_thesis_says():
 
 
 def test_a_large_block_is_condensed():
-    """200 × 50 elements, 201 contact nodes."""
-    body = ElasticBody(block_mesh(4.0, 1.0, 200, 50), STEEL, loads=[Pressure(boundary="top", history=1.0)])
+    """100 × 25 elements, 101 contact nodes: more right-hand sides than are solved at once."""
+    body = ElasticBody(block_mesh(4.0, 1.0, 100, 25), STEEL, loads=[Pressure(boundary="top", history=1.0)])
     problem = contact_problem(body, "bottom", 0.3)
-    assert problem.n == 201
+    assert problem.n == 101
     assert problem.p_w.sum() == pytest.approx(4.0, rel=1e-10)
 
 
