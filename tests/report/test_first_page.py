@@ -111,6 +111,7 @@ def test_the_three_large_numbers_are_those_of_the_assessment_rounded_to_the_safe
     assert large_numbers(verified(bare))[1].value == f"λ = {down(exact[0])}"
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_table_has_the_worst_of_the_results_per_node_of_the_json(slips, tmp_path):
     write_report(tmp_path / "page.html", slips)
     nodes = json.loads((tmp_path / "page.json").read_text())["nodes"]
@@ -157,11 +158,12 @@ def test_numbers_of_the_table_are_written_without_an_exponent_where_that_takes_f
 @pytest.mark.usefixtures("undrawn")
 def test_on_paper_long_tables_of_nodes_have_their_worst_rows_only():
     v = verified(shakedown.example("receding-block"))
-    page = Page(render(v))
+    text = render(v)
+    page = Page(text)
     left_out = [row for row in page.all("tr") if row.get("class") == "more"]
     assert len(left_out) == 2 * (33 - WORST)
     assert page.text.count(f"On paper: the {WORST} worst nodes of 33") == 2
-    assert ".more { display: none; }" in render(v).split("@media print")[1]
+    assert ".more { display: none; }" in text.split("@media print")[1]
 
 
 @pytest.mark.usefixtures("undrawn")
