@@ -20,7 +20,7 @@ from shakedown.long_term.settling.search import (
     SEPARATION,
     SHAKEDOWN,
     WALK,
-    Settling,
+    Settler,
 )
 from shakedown.motion.plane.active_set import add_product, larger, largest
 
@@ -28,7 +28,7 @@ MOST_LEAPS = 60
 
 
 @inner
-def begin_leaps(se: Settling) -> None:
+def begin_leaps(se: Settler) -> None:
     """Before the limit stands the way there; a drift that changes reactions cannot go on for ever."""
     act, pm, m = se.first.active, se.map, 2 * se.first.active.n
     for j in range(m):
@@ -44,7 +44,7 @@ def begin_leaps(se: Settling) -> None:
 
 
 @inner
-def next_leap(se: Settling) -> None:
+def next_leap(se: Settler) -> None:
     """Try the limit where it is near, else the state twice as many periods ahead."""
     pm = se.map
     se.phase, se.done, se.placed = LEAVE, 0, False
@@ -64,7 +64,7 @@ def next_leap(se: Settling) -> None:
 
 
 @inner
-def after_leap(se: Settling) -> None:
+def after_leap(se: Settler) -> None:
     """Leap further where the period has run through the sequence of the map."""
     se.signatures[se.done - 1] = np.int64(se.first.motion.signature)
     if se.done < se.period:
@@ -79,7 +79,7 @@ def after_leap(se: Settling) -> None:
 
 
 @inner
-def leave_leaps(se: Settling) -> None:
+def leave_leaps(se: Settler) -> None:
     """Walk on from the last state that has been found to run through the sequence."""
     for j in range(2 * se.first.active.n):
         se.goal[j] = se.reached[j]
@@ -88,7 +88,7 @@ def leave_leaps(se: Settling) -> None:
 
 
 @inner
-def begin_confirmation(se: Settling) -> None:
+def begin_confirmation(se: Settler) -> None:
     """Count from the start of the period."""
     n = se.first.active.n
     se.friction, se.damping, se.jumps = 0.0, 0.0, 0
@@ -98,7 +98,7 @@ def begin_confirmation(se: Settling) -> None:
 
 
 @inner
-def after_confirmation(se: Settling) -> None:
+def after_confirmation(se: Settler) -> None:
     """The answer, if the period, or a shorter one, has come back to the goal."""
     mo, n, far = se.first.motion, se.first.active.n, 0.0
     for i in range(n):
@@ -119,7 +119,7 @@ def after_confirmation(se: Settling) -> None:
 
 
 @inner
-def judge_period(se: Settling, share: float) -> None:
+def judge_period(se: Settler, share: float) -> None:
     """What the period that has been confirmed says, if it obeys the friction law."""
     act, mo, check, near = se.first.active, se.first.motion, se.check, se.check.near
     se.signature = end_check(check, act, se.recorded.course, mo.u, se.done)

@@ -7,21 +7,12 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import inner
 from shakedown.long_term.settling.path_check import broken_law
 from shakedown.long_term.settling.period_map import begin_map, end_map
-from shakedown.long_term.settling.search import (
-    BROKEN,
-    CONFIRM,
-    LIMIT,
-    MAP,
-    REPEATS,
-    SEARCHING,
-    WALK,
-    Settling,
-)
+from shakedown.long_term.settling.search import BROKEN, CONFIRM, LIMIT, MAP, REPEATS, SEARCHING, WALK, Settler
 from shakedown.motion.plane.active_set import add_product, factorize, larger
 
 
 @inner
-def begin_search(se: Settling, start: FloatArray) -> None:
+def begin_search(se: Settler, start: FloatArray) -> None:
     """At rest with this slip: the load from which it rises to its first step, and what counts as zero."""
     act, path, goal, locked = se.first.active, se.first.course.path, se.goal, se.force
     n, m, force = act.n, 2 * act.n, se.least_force
@@ -45,7 +36,7 @@ def begin_search(se: Settling, start: FloatArray) -> None:
 
 
 @inner
-def begin_walk(se: Settling) -> None:
+def begin_walk(se: Settler) -> None:
     """Nothing has been followed yet."""
     se.first.motion.parameters = 0
     se.cycles, se.events, se.remembered, se.signed, se.patience, se.resumed = 0, 0, 0, 0, 0, False
@@ -53,7 +44,7 @@ def begin_walk(se: Settling) -> None:
 
 
 @inner
-def place_state(se: Settling) -> bool:
+def place_state(se: Settler) -> bool:
     """Go on from the goal; False where its moving nodes are not held."""
     act, mo = se.first.active, se.first.motion
     for j in range(2 * act.n):
@@ -65,7 +56,7 @@ def place_state(se: Settling) -> bool:
 
 
 @inner
-def remember(se: Settling, u: FloatArray) -> None:
+def remember(se: Settler, u: FloatArray) -> None:
     """Keep a state; where there are too many, the older half of them is forgotten."""
     m = 2 * se.first.active.n
     if se.remembered == se.capacity:
@@ -78,7 +69,7 @@ def remember(se: Settling, u: FloatArray) -> None:
 
 
 @inner
-def keep_signature(se: Settling) -> None:
+def keep_signature(se: Settler) -> None:
     """Append the signature of the last cycle; the oldest is forgotten."""
     most = 2 * se.longest_period
     if se.signed == most:
@@ -90,7 +81,7 @@ def keep_signature(se: Settling) -> None:
 
 
 @inner
-def after_walk(se: Settling) -> None:
+def after_walk(se: Settler) -> None:
     """Where the state is what it was some cycles ago, one period is to confirm it."""
     act, mo = se.first.active, se.first.motion
     remember(se, mo.u)
@@ -110,7 +101,7 @@ def after_walk(se: Settling) -> None:
 
 
 @inner
-def returned_after(se: Settling) -> int:
+def returned_after(se: Settler) -> int:
     """After how many cycles the state is what it was, to round-off; 0 where it is not."""
     last = se.remembered - 1
     for period in range(1, min(se.longest_period, last) + 1):
@@ -120,7 +111,7 @@ def returned_after(se: Settling) -> int:
 
 
 @inner
-def distance(se: Settling, one: int, other: int) -> float:
+def distance(se: Settler, one: int, other: int) -> float:
     """Largest difference of two states of the past, weighted."""
     m, far = 2 * se.first.active.n, 0.0
     for j in range(m):
@@ -129,7 +120,7 @@ def distance(se: Settling, one: int, other: int) -> float:
 
 
 @inner
-def observed_contraction(se: Settling, period: int) -> float:
+def observed_contraction(se: Settler, period: int) -> float:
     """Factor per cycle between the last two distances to the present state that stand out of round-off."""
     last, nearer = se.remembered - 1, 0.0
     for one in range(last - period, -1, -period):
@@ -142,7 +133,7 @@ def observed_contraction(se: Settling, period: int) -> float:
 
 
 @inner
-def admissible(se: Settling, u: FloatArray) -> bool:
+def admissible(se: Settler, u: FloatArray) -> bool:
     """Whether a state between two cycles obeys the contact and friction law."""
     act, course, r = se.first.active, se.cyclic.course, se.force
     n, m, worst = act.n, 2 * act.n, 0.0
@@ -155,7 +146,7 @@ def admissible(se: Settling, u: FloatArray) -> bool:
 
 
 @inner
-def look_for_repeats(se: Settling) -> None:
+def look_for_repeats(se: Settler) -> None:
     """Where the sequence of contact states repeats, one more period of it with its derivative."""
     se.patience -= 1
     se.phase = WALK
@@ -169,7 +160,7 @@ def look_for_repeats(se: Settling) -> None:
 
 
 @inner
-def sequence_repeats(se: Settling, period: int) -> bool:
+def sequence_repeats(se: Settler, period: int) -> bool:
     """Whether the last cycles have the signatures of those before; those are then ``wanted``."""
     if se.signed < 2 * period:
         return False
@@ -182,7 +173,7 @@ def sequence_repeats(se: Settling, period: int) -> bool:
 
 
 @inner
-def after_map(se: Settling) -> None:
+def after_map(se: Settler) -> None:
     """The map of the period, where this has run through the expected sequence."""
     act, mo = se.first.active, se.first.motion
     keep_signature(se)

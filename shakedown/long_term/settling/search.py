@@ -72,7 +72,7 @@ class Answers(NamedTuple):
 
 
 class SearchState(NamedTuple):
-    """Where a search has got to, and what it has counted: as in :class:`Settling`."""
+    """Where a search has got to, and what it has counted: as in :class:`Settler`."""
 
     phase: int
     cycles: int
@@ -92,11 +92,11 @@ class SearchState(NamedTuple):
 
 
 @structref.register
-class SettlingType(types.StructRef):
-    """Compiled type of :class:`Settling`."""
+class SettlerType(types.StructRef):
+    """Compiled type of :class:`Settler`."""
 
 
-class Settling(NamedState):
+class Settler(NamedState):
     """One search after the other for the long-term states of a joint.
 
     Attributes
@@ -202,13 +202,13 @@ class Settling(NamedState):
     blurred: bool
 
 
-structref.define_boxing(SettlingType, Settling)
-SEARCH = SettlingType(fields(Settling))
+structref.define_boxing(SettlerType, Settler)
+SEARCH = SettlerType(fields(Settler))
 
 
 def search(
     runs: tuple[PlaneRun, PlaneRun, PlaneRun], pm: PeriodMap, check: PathCheck, rules: SettlingRules
-) -> Settling:
+) -> Settler:
     """A search over three runs of one moving state: the first cycle, the others, the others recorded."""
     n = pm.contact.size
     parts = dict(zip(("first", "cyclic", "recorded"), runs, strict=True)) | {"map": pm, "check": check}

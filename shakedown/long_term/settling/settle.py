@@ -36,7 +36,7 @@ from shakedown.long_term.settling.search import (
     UNDECIDED,
     WALK,
     SearchState,
-    Settling,
+    Settler,
 )
 from shakedown.motion.plane.moving_state import DONE, EFFORT, PAUSED, RECORD_FULL, begin
 from shakedown.motion.plane.run import PlaneRun
@@ -68,7 +68,7 @@ def settle(se, starts, answers, effort, follow):  # type: ignore[no-untyped-def]
 
 
 @inner
-def seek(se: Settling, follow: int, effort: int) -> int:
+def seek(se: Settler, follow: int, effort: int) -> int:
     """Go on with the present search until it is DONE; else as :func:`settle`."""
     se.spent = 0
     while se.verdict == SEARCHING:
@@ -95,7 +95,7 @@ def seek(se: Settling, follow: int, effort: int) -> int:
 
 
 @inner
-def run_of_phase(se: Settling) -> PlaneRun:
+def run_of_phase(se: Settler) -> PlaneRun:
     """The run through the next cycle, at its beginning, or where the loop has returned from it."""
     run = se.cyclic
     if se.cycles == 0:
@@ -111,7 +111,7 @@ def run_of_phase(se: Settling) -> PlaneRun:
 
 
 @inner
-def after_call(se: Settling, run: PlaneRun, status: int) -> None:
+def after_call(se: Settler, run: PlaneRun, status: int) -> None:
     """What follows from a cycle, or from as much of it as has been done at one go."""
     if se.phase == CONFIRM:
         check_rows(se.check, run.active, run.record, run.course, se.done)
@@ -132,7 +132,7 @@ def after_call(se: Settling, run: PlaneRun, status: int) -> None:
 
 
 @inner
-def decide(se: Settling) -> None:
+def decide(se: Settler) -> None:
     """What to do next, where no cycle is to be followed first."""
     if se.phase == REPEATS:
         look_for_repeats(se)
@@ -161,7 +161,7 @@ def enter_answer(se, answers, row):  # type: ignore[no-untyped-def]
 
 
 @entered
-def tell(se: Settling, word: int, one: float, other: float) -> None:
+def tell(se: Settler, word: int, one: float, other: float) -> None:
     """What Python has found, or wants.
 
     ANEW, from the first of some initial slips; FROM_HERE, a search from the present state; RATES
@@ -196,7 +196,7 @@ def tell(se: Settling, word: int, one: float, other: float) -> None:
         se.verdict = LEFT if word == LEAVES else UNDECIDED
 
 
-def search_state(se: Settling) -> SearchState:
+def search_state(se: Settler) -> SearchState:
     """Where a search has got to, and what it has counted."""
     at = se.content
     return SearchState(
