@@ -82,6 +82,7 @@ def test_a_verification_asked_otherwise_is_refused(tmp_path):
     [(PLANE, "0.3"), (SPACE, "0.3"), (shakedown.example("one-node-separation"), "1")],
     ids=["plane", "space", "given states"],
 )
+@pytest.mark.usefixtures("undrawn")
 def test_what_is_known_can_be_read_while_the_work_goes_on(joint, asked, tmp_path, monkeypatch):
     """From the bounds and λ = 1 on, before λ_T: the page says what is missing, and goes when all is there."""
     pages, target = [], tmp_path / "report.html"

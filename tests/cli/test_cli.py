@@ -224,9 +224,9 @@ def test_bad_usage_is_one_line_and_exit_code_2(tmp_path, kind):
 
 
 @pytest.mark.parametrize("name", shakedown.example_names())
-@pytest.mark.parametrize("command", ["solve", "simulate", "critical"])
+@pytest.mark.parametrize("command", ["simulate", "critical"])  # solve: test_proved.py
 def test_output_fits_80_columns(command, name):
-    extra = {"simulate": ["--load-factor", "1"], "critical": ["--budget", "100000"], "solve": []}[command]
+    extra = {"simulate": ["--load-factor", "1"], "critical": ["--budget", "100000"]}[command]
     _, out, _ = run(command, name, *extra)
     assert max(map(len, out.splitlines()), default=0) <= 80
 

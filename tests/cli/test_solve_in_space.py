@@ -11,6 +11,11 @@ import shakedown
 BLOCK = "block-3x3"
 
 
+@pytest.fixture(scope="module")
+def found():
+    return document("solve", BLOCK)
+
+
 def test_text_begins_with_the_three_numbers_and_ends_with_both_slips_of_every_node():
     code, out, err = run("solve", BLOCK, "--details")
     assert (code, err) == (0, "")
@@ -37,8 +42,7 @@ def test_text_begins_with_the_three_numbers_and_ends_with_both_slips_of_every_no
     assert "x, y: the two tangential directions of a node" in out
 
 
-def test_the_document_has_every_key_and_null_where_there_is_nothing():
-    found = document("solve", BLOCK)
+def test_the_document_has_every_key_and_null_where_there_is_nothing(found):
     assert (found["problem"]["n"], found["problem"]["directions"]) == (9, 2)
     for key in ("lower", "box", "closing_box", "friction", "guarantee_curve"):
         assert found[key] is None
@@ -54,10 +58,10 @@ def test_the_document_has_every_key_and_null_where_there_is_nothing():
     assert "required" not in found
 
 
-def test_quick_is_the_same_without_what_takes_longer():
-    whole, quick = document("solve", BLOCK), document("solve", BLOCK, "--quick")
+def test_quick_is_the_same_without_what_takes_longer(found):
+    quick = document("solve", BLOCK, "--quick")
     assert set(quick) == {"problem", "pinned", "energy", "upper"}
-    assert quick["upper"]["load_factor"] == pytest.approx(whole["upper"]["load_factor"], rel=1e-9)
+    assert quick["upper"]["load_factor"] == pytest.approx(found["upper"]["load_factor"], rel=1e-9)
     assert max(map(len, run("solve", BLOCK, "--quick")[1].splitlines())) <= 80
 
 

@@ -32,22 +32,21 @@ def random_problem(rng, n=None):
 
 def worst_violation(problem, load_factor, history, points=20):
     """Friction law at every event and at points between, from v, w and the load alone."""
-    scale, worst = scales(problem, load_factor), 0.0
+    scale = scales(problem, load_factor)
     C = np.zeros_like(problem.A) if problem.C is None else problem.C
     quasi_static = history.kind[1:] != EventKind.JUMPS
-    for k in np.flatnonzero((np.diff(history.cycle) > 0) & quasi_static):
-        s = np.linspace(0, 1, points + 2)[:, None]
+    k = np.flatnonzero((np.diff(history.cycle) > 0) & quasi_static)
+    s = np.linspace(0, 1, points + 2)[:, None, None]
 
-        def between(values, s=s, k=k):
-            return values[k] + s * (values[k + 1] - values[k])
+    def between(values):
+        return values[k] + s * (values[k + 1] - values[k])
 
-        v, w = between(history.v), between(history.w)
-        q = between(history.q_w) + v @ problem.A + w @ problem.B
-        p = between(history.p_w) + v @ problem.B.T + w @ C
-        closed = (history.w[k] <= 1e-13 * scale.length) & (history.w[k + 1] <= 1e-13 * scale.length)
-        slip = np.where(closed, history.v[k + 1] - history.v[k], 0.0) * np.ones_like(s)
-        worst = max(worst, law_violation(problem.f, q, p, w, slip, scale).max())
-    return worst
+    v, w = between(history.v), between(history.w)
+    q = between(history.q_w) + v @ problem.A + w @ problem.B
+    p = between(history.p_w) + v @ problem.B.T + w @ C
+    closed = (history.w[k] <= 1e-13 * scale.length) & (history.w[k + 1] <= 1e-13 * scale.length)
+    slip = np.where(closed, history.v[k + 1] - history.v[k], 0.0) * np.ones_like(s)
+    return law_violation(problem.f, q, p, w, slip, scale).max(initial=0.0)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

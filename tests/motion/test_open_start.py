@@ -1,6 +1,7 @@
 """Motions that begin with some nodes open, through the public functions."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -18,9 +19,14 @@ RECEDING = replace(shakedown.example("receding-block"), q_transient=None, p_tran
 UPPER = upper_bound(RECEDING, open_nodes="auto")
 
 
-def at_a_share(problem, share):
+@cache
+def best_bound(seed):
+    return upper_bound(partly_open(seed), open_nodes="auto")
+
+
+def at_a_share(seed, share):
     """Upper bound of the best zone, and a load factor between its ends."""
-    upper = upper_bound(problem, open_nodes="auto")
+    upper = best_bound(seed)
     if upper.status != "optimal":
         return upper, np.nan
     return upper, upper.least_load_factor + share * (upper.load_factor - upper.least_load_factor)
@@ -36,9 +42,8 @@ def with_transient(problem, load_factor, seed):
 @pytest.mark.parametrize("transient", [False, True])
 @pytest.mark.parametrize("seed", SOME[:12])
 def test_below_the_bound_of_the_zone_nothing_slips(seed, transient):
-    problem = partly_open(seed)
     for share in (0.5, 0.999):
-        upper, load_factor = at_a_share(problem, share)
+        problem, (upper, load_factor) = partly_open(seed), at_a_share(seed, share)
         if upper.status != "optimal":
             return
         if transient:
@@ -67,7 +72,7 @@ def test_the_receding_block_rests_in_its_zone_and_slips_above(method):
 @pytest.mark.parametrize("seed", SOME[:6])
 def test_the_state_at_the_start_is_in_equilibrium_with_the_first_load(seed):
     problem = partly_open(seed)
-    upper, load_factor = at_a_share(problem, 0.6)
+    upper, load_factor = at_a_share(seed, 0.6)
     if upper.status != "optimal":
         return
     evolution = Evolution(problem, load_factor, upper.slip, open_nodes=upper.open_nodes)
@@ -112,8 +117,7 @@ def test_load_steps_that_are_split_change_nothing():
             [np.zeros_like(path[:1]), np.diff(path, axis=0)]
         ).repeat(2, axis=0) * np.tile([[1.0], [0.0]], (len(path), 1))
 
-    problem = partly_open(SOME[0])
-    upper, load_factor = at_a_share(problem, 1.3)
+    problem, (upper, load_factor) = partly_open(SOME[0]), at_a_share(SOME[0], 1.3)
     loop = [np.vstack([part[-1:], part]) for part in (problem.q_w, problem.p_w)]
     mean = {"q_mean": problem.q_w.mean(axis=0), "p_mean": problem.p_w.mean(axis=0)}
     fine = replace(problem, **mean, q_w=split(loop[0])[2:], p_w=split(loop[1])[2:])
