@@ -136,7 +136,8 @@ def _shared(rows: ConeProgram, begun: Points) -> Points:
 def _followed(rows: ConeProgram, usable: float, shared: Points, enough: Enough) -> SelfDualSolution:
     unit, path = rows.cones.unit, list(shared)
     point = path[-1] if path else Point(np.zeros(len(rows.costs)), unit, unit, 1.0, 1.0)
-    best, idle = _judged(rows, point), 0
+    seen = _seen(rows, point)
+    best, idle = _judged(rows, point, seen), 0
     for _ in range(ITERATIONS):
         if best.accuracy <= REACHED or idle > _patience(best.accuracy):
             break
@@ -144,13 +145,14 @@ def _followed(rows: ConeProgram, usable: float, shared: Points, enough: Enough) 
         if not np.all(np.isfinite(scaling.point)):
             break
         try:
-            point = _next(rows, point, scaling)
+            point = _next(rows, point, seen, scaling)
         except np.linalg.LinAlgError:
             break
         if not (np.isfinite(point.x).all() and point.tau > 0 and point.kappa > 0):
             break
         path.append(point)
-        found = _judged(rows, point)
+        seen = _seen(rows, point)
+        found = _judged(rows, point, seen)
         x, s, y = (part / point.tau for part in point[:3])
         if enough(x):
             return SelfDualSolution(Status.OPTIMAL, x, s, y, found.accuracy, tuple(path))
@@ -220,12 +222,17 @@ def balanced_multipliers(rows: ConeProgram, point: Point) -> FloatArray:
         return point.y - dy
 
 
-def _judged(rows: ConeProgram, point: Point) -> SelfDualSolution:
+def _seen(rows: ConeProgram, point: Point) -> tuple[FloatArray, FloatArray]:
+    """G x and Gᵀ y."""
+    return rows.times(point.x), rows.transposed(point.y)
+
+
+def _judged(rows: ConeProgram, point: Point, seen: tuple[FloatArray, FloatArray]) -> SelfDualSolution:
     """The point as an optimum or as a proof that there is none, whichever it is nearer to."""
     x, s, y, tau = point.x, point.s, point.y, point.tau
     h, c = rows.limits, rows.costs
     size_h, size_c = _sizes(rows)
-    Gx, Gy = rows.times(x), rows.transposed(y)
+    Gx, Gy = seen
     value, proved = float(c @ x), float(h @ y)
     gap = float(s @ y) / tau / max(abs(value), abs(proved), tau * USABLE)
     short = float(np.linalg.norm(Gx + s - tau * h)) / tau / size_h
@@ -250,13 +257,16 @@ def _sure(rest: float) -> float:
     return rest * REACHED / NEGLIGIBLE
 
 
-def _next(rows: ConeProgram, point: Point, scaling: SmallScaling) -> Point:
+def _next(
+    rows: ConeProgram, point: Point, seen: tuple[FloatArray, FloatArray], scaling: SmallScaling
+) -> Point:
     """One step of Mehrotra: towards the end, then with what that step leaves corrected."""
     cones, centre = rows.cones, scaling.point
     x, s, y, tau, kappa = point
     h, c = rows.limits, rows.costs
+    Gx, Gy = seen
     both = _newton_equations(rows, scaling)
-    left, short = -(rows.transposed(y) + tau * c), tau * h - rows.times(x) - s
+    left, short = -(Gy + tau * c), tau * h - Gx - s
     lost = -(kappa + float(c @ x) + float(h @ y))
 
     x1, y1 = both(-c, h)
@@ -276,11 +286,11 @@ def _next(rows: ConeProgram, point: Point, scaling: SmallScaling) -> Point:
         return min(
             1.0,
             *(STEP * end for end in ends),
-            STEP * cones.reach(centre, d.s),
-            STEP * cones.reach(centre, d.y),
+            STEP * reach(d.s),
+            STEP * reach(d.y),
         )
 
-    square = cones.product(centre, centre)
+    reach, square = cones.reach_from(centre), cones.product(centre, centre)
     ahead = step(1.0, -square, -tau * kappa)
     sigma = (1.0 - length(ahead)) ** 3
     mean = (float(s @ y) + tau * kappa) / (cones.degree + 1)
@@ -309,31 +319,31 @@ def _newton_equations(rows: ConeProgram, scaling: SmallScaling) -> Newton:
 
     def solved(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:
         nonlocal solve, sharp
-        dx, dy = _refined(rows, scaling, solve, first, second)
-        left = float(np.linalg.norm(first - rows.transposed(dy)))
+        dx, dy, left = _refined(rows, scaling, solve, first, second)
         enough = max(rows.left * float(np.linalg.norm(first)), ROUND_OFF * float(np.linalg.norm(dy)))
         if sharp or left <= enough:
             return dx, dy
         solve, sharp = rows.orthogonal_factor(scaling), True
-        return _refined(rows, scaling, solve, first, second)
+        return _refined(rows, scaling, solve, first, second)[:2]
 
     return solved
 
 
 def _refined(
     rows: ConeProgram, scaling: SmallScaling, solve: Solve, first: FloatArray, second: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """(dx, dy), refined by conjugate gradients with a factor.
+) -> tuple[FloatArray, FloatArray, float]:
+    """(dx, dy), refined by conjugate gradients with a factor, and what is left of ``first``.
 
     dy is summed up along with dx, so that its balance is not lost where W⁻² spans many orders.
     """
-    right = first + rows.transposed(scaling.divided(scaling.divided(second)))
+    right = first + rows.transposed(scaling.divided_twice(second))
     dx = solve(right)
-    dy = scaling.divided(scaling.divided(rows.times(dx) - second))
+    dy = scaling.divided_twice(rows.times(dx) - second)
     enough, way, last = ROUND_OFF * float(np.linalg.norm(right)), np.zeros_like(dx), 1.0
-    for _ in range(REFINEMENTS):
+    for turn in range(REFINEMENTS + 1):
         rest = first - rows.transposed(dy)
-        if not np.linalg.norm(rest) > enough:
+        left = float(np.linalg.norm(rest))
+        if turn == REFINEMENTS or not left > enough:
             break
         ahead = solve(rest)
         slope = float(rest @ ahead)
@@ -344,4 +354,4 @@ def _refined(
         if not np.isfinite(length):
             break
         dx, dy = dx + length * way, dy + length * scaling.divided(along)
-    return dx, dy
+    return dx, dy, left

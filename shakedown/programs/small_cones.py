@@ -1,5 +1,6 @@
 """Many small cones: triples (u₀, u₁, u₂), |(u₁, u₂)| ≤ u₀, then numbers ≥ 0 and one large cone or none."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -46,6 +47,12 @@ class SmallScaling:
         """W⁻¹ · vector."""
         triples, others = _split(vector, len(self.axis))
         return _joined(_turned(self._back, triples) / self.factor, self.rest.divided(others))
+
+    def divided_twice(self, vector: FloatArray) -> FloatArray:
+        """W⁻² · vector, factor by factor."""
+        triples, others = _split(vector, len(self.axis))
+        once = _turned(self._back, triples) / self.factor
+        return _joined(_turned(self._back, once) / self.factor, self.rest.divided(self.rest.divided(others)))
 
     def inverses(self) -> FloatArray:
         """W⁻¹ on every triple, (j, 3, 3)."""
@@ -112,12 +119,22 @@ class SmallCones:
 
     def reach(self, u: FloatArray, step: FloatArray) -> float:
         """The largest t with u + t · step inside, for u inside; inf where every t is."""
-        (a, a_rest), (b, b_rest) = _split(u, self.triples), _split(step, self.triples)
+        return self.reach_from(u)(step)
+
+    def reach_from(self, u: FloatArray) -> Callable[[FloatArray], float]:
+        """:meth:`reach` of steps from one point."""
+        a, a_rest = _split(u, self.triples)
         size = np.sqrt(_determinant(a))[:, None]
-        seen = _turned(_mirrored(a / size), b) / size
-        with np.errstate(divide="ignore"):
-            ends = 1.0 / np.maximum(_length(seen) - seen[:, 0], 0.0)
-        return float(min(np.min(ends, initial=np.inf), self.rest.reach(a_rest, b_rest)))
+        axis = _mirrored(a / size)
+
+        def reach(step: FloatArray) -> float:
+            b, b_rest = _split(step, self.triples)
+            seen = _turned(axis, b) / size
+            with np.errstate(divide="ignore"):
+                ends = 1.0 / np.maximum(_length(seen) - seen[:, 0], 0.0)
+            return float(min(np.min(ends, initial=np.inf), self.rest.reach(a_rest, b_rest)))
+
+        return reach
 
     def scaling(self, slack: FloatArray, multiplier: FloatArray) -> SmallScaling:
         """The scaling in which slack and multiplier are the same point."""
@@ -155,7 +172,7 @@ def _mirrored(u: FloatArray) -> FloatArray:
 
 def _turned(axis: FloatArray, u: FloatArray) -> FloatArray:
     """The hyperbolic rotations that take the unit vector to the axes, applied to the rows of u."""
-    along = np.einsum("ij,ij->i", axis[:, 1:], u[:, 1:])[:, None]
-    found = u + axis * (u[:, :1] + along / (1.0 + axis[:, :1]))
+    along = axis[:, 1] * u[:, 1] + axis[:, 2] * u[:, 2]
+    found = u + axis * (u[:, 0] + along / (1.0 + axis[:, 0]))[:, None]
     found[:, 0] = np.einsum("ij,ij->i", axis, u)
     return found
