@@ -42,7 +42,7 @@ def slip_after_transient(
     --------
     >>> import shakedown
     >>> joint, generator = shakedown.example("two-node"), np.random.default_rng(0)
-    >>> slip_after_random_transient(joint, 0.7, generator, overload=2.0).shape
+    >>> slip_after_transient(joint, 0.7, generator, overload=2.0).shape
     (2,)
     """
     split, loop = problem.layout.split, loop_path(problem, overload * load_factor)

@@ -56,7 +56,7 @@ def recurrence_of(states: FloatArray, root: FloatArray) -> Recurrence:
     Examples
     --------
     >>> states = np.array([[1.0, 0.0], [0.5, 1.0], [0.25, 1.5], [0.125, 1.75]])
-    >>> state, change = course_of(states, np.eye(2)).ahead(1)
+    >>> state, change = recurrence_of(states, np.eye(2)).ahead(1)
     >>> state.round(9), change.round(9)
     (array([0.0625, 1.875 ]), array([-0.03125,  0.0625 ]))
     """
