@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import SolverError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
@@ -55,6 +56,7 @@ def solved(program: DiscProgram, usable: float = USABLE) -> DiscSolution:
     return DiscSolution(end.status, end.x[:r], end.x[r:], discs, rows)
 
 
+@on_one_thread
 def solve_discs(
     program: DiscProgram, usable: float = USABLE, begun: Points = (), enough: Enough = never
 ) -> SelfDualSolution:
