@@ -13,6 +13,7 @@ from shakedown.programs.small_cones import TRIPLE, SmallCones, SmallScaling
 from shakedown.programs.symmetric_cone import FloatArray, SymmetricCone
 
 LEFT = 1e-2  # share of a balance that is missed by too much
+EXCHANGED_UP_TO = 300  # columns of a factor: as many take less than the rest of an iteration
 RANK = np.finfo(float).eps  # per row, of a diagonal of the orthogonal factor, relative: less is no direction
 
 Places = NDArray[np.intp]
@@ -223,11 +224,8 @@ def _by_orthogonal_factor(root: FloatArray) -> Solve:
     """Solutions of rootᵀ root; what its rows do not know stays zero. Raises ``LinAlgError``."""
     lengths = np.linalg.norm(root, axis=0)
     unit = 1.0 / np.where(lengths > 0, lengths, 1.0)
-    root = root * unit
-    R, order = qr(_largest_first(root), mode="r", pivoting=True, check_finite=False)
-    R = R[: root.shape[1]]
-    sizes = np.abs(np.diag(R))
-    rank = int(np.count_nonzero(sizes > RANK * len(R) * sizes.max(initial=0.0)))
+    R, order = _triangle(_largest_first(root * unit))
+    rank = int(np.count_nonzero(_independent(R)))
     known, R = order[:rank], R[:rank, :rank]
 
     def solve(right: FloatArray) -> FloatArray:
@@ -237,6 +235,27 @@ def _by_orthogonal_factor(root: FloatArray) -> Solve:
         return np.asarray(unit * found)
 
     return solve
+
+
+def _triangle(rows: FloatArray) -> tuple[FloatArray, Places]:
+    """R with Rᵀ R = (rows P)ᵀ rows P, and the order of the columns that is P.
+
+    Columns are exchanged for the sake of those that others say; where many are independent they stay in
+    place, which takes a quarter of the time.
+    """
+    count = rows.shape[1]
+    if count > EXCHANGED_UP_TO and len(rows) >= count:
+        R = np.asarray(np.linalg.qr(rows, mode="r"))
+        if _independent(R).all():
+            return R, np.arange(count)
+    R, order = qr(rows, mode="r", pivoting=True, check_finite=False)
+    return R[:count], order
+
+
+def _independent(R: FloatArray) -> NDArray[np.bool_]:
+    """Which columns of a triangular factor are no sums of those before them."""
+    sizes = np.abs(np.diag(R))
+    return np.asarray(sizes > RANK * len(R) * sizes.max(initial=0.0))
 
 
 def _largest_first(rows: FloatArray) -> FloatArray:

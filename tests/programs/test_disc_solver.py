@@ -5,6 +5,7 @@ import pytest
 
 from shakedown.ground.errors import SolverError
 from shakedown.ground.status import Status
+from shakedown.programs import disc_program
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.disc_solver import solve_discs
 
@@ -50,6 +51,23 @@ def test_one_block_per_node_is_the_whole_matrix(norm):
     for solution in (discs.normal_equations, discs.orthogonal_factor):
         found = solution(scaling)(right)
         np.testing.assert_allclose(divided.T @ (divided @ found), right, atol=1e-11)
+
+
+@pytest.mark.parametrize("exchanged_up_to", [0, 300])
+def test_many_columns_are_exchanged_only_where_they_depend_on_each_other(exchanged_up_to, monkeypatch):
+    monkeypatch.setattr(disc_program, "EXCHANGED_UP_TO", exchanged_up_to)
+    rows, exchanges, given = np.random.default_rng(3).normal(size=(12, 5)), [], disc_program.qr
+    monkeypatch.setattr(
+        disc_program, "qr", lambda *args, **kwargs: exchanges.append(1) or given(*args, **kwargs)
+    )
+    right = rows.T @ np.arange(12.0)
+    expected = np.linalg.solve(rows.T @ rows, right)
+    np.testing.assert_allclose(disc_program._by_orthogonal_factor(rows)(right), expected, rtol=1e-12)
+    assert bool(exchanges) == (exchanged_up_to == 300)
+    rows[:, 4] = rows[:, 0] + rows[:, 1]
+    right, found = rows.T @ np.arange(12.0), disc_program._by_orthogonal_factor(rows)
+    np.testing.assert_allclose(rows.T @ (rows @ found(right)), right, rtol=1e-11)
+    assert exchanges
 
 
 @pytest.mark.parametrize("norm", [True, False])
