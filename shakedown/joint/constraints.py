@@ -194,6 +194,8 @@ def pressure_stiffness(problem: Problem) -> FloatArray:
     smooth, roots = problem.law.smooth, np.sqrt(np.maximum(np.diagonal(problem.A), 0.0))
     own = problem.layout.by_node(roots).max(axis=-1)[smooth]
     felt = np.any(np.abs(problem.B[smooth]) > ROUND_OFF * own[:, None] * roots, axis=1)
+    if felt.all():
+        return problem.B
     kept = problem.B.copy()
     kept[smooth[~felt]] = 0.0
     return kept

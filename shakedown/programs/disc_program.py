@@ -98,7 +98,7 @@ class DiscProgram:
         return self.blocks.reshape(TRIPLE * len(self.blocks), self.rank)
 
     @cached_property
-    def _loads(self) -> FloatArray:
+    def loads(self) -> FloatArray:
         """The coefficients of w in the discs below each other, (3K, p)."""
         return self.extra.reshape(TRIPLE * len(self.node), len(self.cost))
 
@@ -123,7 +123,7 @@ class DiscProgram:
     def times(self, x: FloatArray) -> FloatArray:
         """Discs, rows and bound at x = (y, w)."""
         y, w = x[: self.rank], x[self.rank :]
-        discs = (self._flat @ y).reshape(-1, TRIPLE)[self.node] + (self._loads @ w).reshape(-1, TRIPLE)
+        discs = (self._flat @ y).reshape(-1, TRIPLE)[self.node] + (self.loads @ w).reshape(-1, TRIPLE)
         parts = [discs.ravel(), self.rows @ y + self.rows_extra @ w]
         if self.norm is not None:
             parts += [-(self.norm @ w)[None], -y]
@@ -133,7 +133,7 @@ class DiscProgram:
         """What multipliers of discs, rows and bound add up to."""
         discs, rows, tail = self.parts(z)
         y = self.sums(discs).ravel() @ self._flat + rows @ self.rows
-        w = discs.ravel() @ self._loads + rows @ self.rows_extra
+        w = discs.ravel() @ self.loads + rows @ self.rows_extra
         if self.norm is not None:
             y, w = y - tail[1:], w - tail[0] * self.norm
         return np.concatenate([y, w])

@@ -92,8 +92,8 @@ class ReactionProgram:
         numbers[self.tied, 0], numbers[self._others], rows = self._parts(self.dense @ z)
         numbers[self.tied, 1:] = z[self.columns]
         tail = np.zeros(0) if of.norm is None else -np.append(of.norm @ w, self.to_y @ z)
-        discs = numbers[of.node] + of.extra @ w
-        return np.concatenate([discs.ravel(), rows + of.rows_extra @ w, tail])
+        discs = numbers[of.node].ravel() + of.loads @ w
+        return np.concatenate([discs, rows + of.rows_extra @ w, tail])
 
     def transposed(self, u: FloatArray) -> FloatArray:
         """What multipliers of discs, rows and bound add up to."""
@@ -102,7 +102,7 @@ class ReactionProgram:
         sums = of.sums(discs)
         z = np.concatenate([sums[self.tied, 0], sums[self._others].ravel(), rows]) @ self.dense
         z[self.columns] += sums[self.tied, 1:]
-        w = discs.ravel() @ of.extra.reshape(discs.size, len(of.cost)) + rows @ of.rows_extra
+        w = discs.ravel() @ of.loads + rows @ of.rows_extra
         if of.norm is not None:
             z, w = z - tail[1:] @ self.to_y, w - tail[0] * of.norm
         return np.append(z, w)
