@@ -128,12 +128,11 @@ def plainly(problem: Problem, load_factor: float) -> Outcome | None:
         farthest = np.maximum(farthest, np.linalg.norm(slips, axis=1))
         if (record.slip <= SETTLED * farthest).all():  # round-off of the path, node by node
             return Outcome.SHAKEDOWN
-        if (record.slip <= motion.tolerances.path * farthest).all():
-            continue  # what repeats below the accuracy of the path tells nothing
-        if np.abs(change).max() <= SETTLED * slip:
-            return Outcome.CYCLIC_SLIP
-        if np.abs(change - before).max() <= SETTLED * np.abs(change).max():
-            return Outcome.RATCHETTING
+        if (record.slip > motion.tolerances.path * farthest).any():  # what repeats below that tells nothing
+            if np.abs(change).max() <= SETTLED * slip:
+                return Outcome.CYCLIC_SLIP
+            if np.abs(change - before).max() <= SETTLED * np.abs(change).max():
+                return Outcome.RATCHETTING
         before = change
     return None
 
