@@ -12,16 +12,12 @@ os.environ.setdefault(
     "OPENBLAS_NUM_THREADS", "1"
 )  # before NumPy: threads that wait for each other waste the cores
 
-import hypothesis
 import pytest
-from compiled_once import one_compiler_at_a_time
 from markupsafe import Markup
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # by a shell that starts the tests in the background:
     signal.signal(signal.SIGINT, signal.default_int_handler)  # commands that are interrupted would never end
 gc.set_threshold(50_000, 20, 20)  # as the command line does: at 700 the search for garbage takes its share
-hypothesis.settings.register_profile("shakedown", deadline=None, derandomize=True, max_examples=25)
-hypothesis.settings.load_profile("shakedown")
 
 POSIX = (  # pipes, signals, devices, limits of a process
     "benchmarks",
@@ -36,6 +32,12 @@ collect_ignore = [] if os.name == "posix" else list(POSIX)
 
 HERE = Path(__file__).parent
 COMPILING = ("tests/assessment/test_assess.py", "tests/benchmarks/test_benchmarks.py")
+LIBRARIES = (
+    "cvxpy",
+    "matplotlib.pyplot",
+    "pandas",
+    "numba",
+)  # of many modules: a second or two each at first
 MOST_WORKERS = 8  # each reads all tests before it runs its share
 
 
@@ -63,16 +65,26 @@ def pytest_cmdline_main(config):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection(session):
-    """Each worker imports its share of the tests before it collects all: what pytest makes of them is kept on disk."""
-    worker = getattr(session.config, "workerinput", None)
-    if worker is None or sys.dont_write_bytecode:
+    """Only processes that run tests read numba and hypothesis."""
+    if getattr(session.config.option, "numprocesses", None):
         return
-    number, count = int(worker["workerid"].removeprefix("gw")), worker["workercount"]
-    asked = [HERE.parent / word.split("::")[0] for word in session.config.args]
+    from hypothesis import settings
+
+    settings.register_profile("shakedown", deadline=None, derandomize=True, max_examples=25)
+    settings.load_profile("shakedown")
+    if hasattr(session.config, "workerinput") and not sys.dont_write_bytecode:
+        _read_a_share(session.config)
+
+
+def _read_a_share(config):
+    """A worker imports its share of libraries and tests before it reads all: what is made of them is kept on disk."""
+    number, count = int(config.workerinput["workerid"].removeprefix("gw")), config.workerinput["workercount"]
+    asked = [HERE.parent / word.split("::")[0] for word in config.args]
     files = [path for path in sorted(HERE.rglob("test_*.py")) if any(map(path.is_relative_to, asked))]
-    for path in files[number::count]:
+    tests = [".".join(path.relative_to(HERE.parent).with_suffix("").parts) for path in files]
+    for module in (*LIBRARIES[number::count], *tests[number::count]):
         with suppress(Exception, pytest.skip.Exception):  # said where the file is collected
-            import_module(".".join(path.relative_to(HERE.parent).with_suffix("").parts))
+            import_module(module)
 
 
 def pytest_configure(config):
@@ -98,6 +110,8 @@ def _compiled_once(request, tmp_path_factory):
     if not hasattr(request.config, "workerinput"):
         yield
         return
+    from compiled_once import one_compiler_at_a_time
+
     with one_compiler_at_a_time(tmp_path_factory.getbasetemp().parent / "compiler.lock"):
         yield
 

@@ -1,7 +1,6 @@
 """Motions that begin with some nodes open, through the public functions."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -12,21 +11,16 @@ from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading
 from shakedown.motion.evolve import evolve
 from shakedown.motion.integrator import Evolution
-from tests.partly_open import SOME, partly_open
+from tests.partly_open import SOME, partly_open, zone_bound
 
 # without its transient: that begins without load, where the safe slip is not admissible
 RECEDING = replace(shakedown.example("receding-block"), q_transient=None, p_transient=None)
 UPPER = upper_bound(RECEDING, open_nodes="auto")
 
 
-@cache
-def best_bound(seed):
-    return upper_bound(partly_open(seed), open_nodes="auto")
-
-
 def at_a_share(seed, share):
     """Upper bound of the best zone, and a load factor between its ends."""
-    upper = best_bound(seed)
+    upper = zone_bound(seed)
     if upper.status != "optimal":
         return upper, np.nan
     return upper, upper.least_load_factor + share * (upper.load_factor - upper.least_load_factor)
