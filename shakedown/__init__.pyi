@@ -9,6 +9,7 @@ from .assessment.transient_limit import TransientLimit as TransientLimit
 from .assessment.transient_limit import transient_limit as transient_limit
 from .assessment.verify import Verification as Verification
 from .assessment.verify import verify as verify
+from .bounds.accumulated.accumulated_bound import accumulated_bound as accumulated_bound
 from .bounds.collapse.box_bound import BoxBound as BoxBound
 from .bounds.collapse.box_bound import box_bound as box_bound
 from .bounds.collapse.lower import LowerBound as LowerBound

@@ -7,7 +7,7 @@ answer for a joint), ``plane_methods`` (over ``row_programs`` of all rows; ``row
 ``space_methods`` (over ``discs/``; ``compared_discs``: zones of these compared). Then ``exact_rows`` (a
 problem's rows without round-off), ``certificate`` (exact enclosures), ``independent_solver`` (the bounds by
 another method). Beside them
-``energy/``: what is proved from a given state on; ``collapse/``: first collapse λ_1 and how far it is a
-guarantee; ``uniqueness/``: may the motion branch; ``every_state/``: proofs from every initial state;
-``enumeration/``: all critical load factors.
+``energy/`` and ``accumulated/``: what is proved from a given state on; ``collapse/``: first collapse λ_1 and
+how far it is a guarantee; ``uniqueness/``: may the motion branch; ``every_state/``: proofs from every initial
+state; ``enumeration/``: all critical load factors.
 """

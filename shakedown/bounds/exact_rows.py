@@ -58,15 +58,16 @@ def exact_rows(problem: Problem) -> ExactRows:
     ([[1.75, 1.0], [-2.25, 1.0]], 1.5)
     """
     rigid = rigid_slips(problem)
-    A, B = (_exact(rigid.columns(part)) for part in (problem.A, pressure_stiffness(problem)))
+    A, B = (exact_numbers(rigid.columns(part)) for part in (problem.A, pressure_stiffness(problem)))
     loop = loading(problem)
     q0 = _mean(problem.q_w, problem.q_mean, loop.q0)
     p0 = _mean(problem.p_w, problem.p_mean, loop.p0)
-    law = Law(_exact(problem.f))
+    law = Law(exact_numbers(problem.f))
     return _whole(np.column_stack([law.stiffness(A, B), _extremes(problem, law, q0, p0), law.cone(q0, p0)]))
 
 
-def _exact(array: FloatArray) -> Exact:
+def exact_numbers(array: FloatArray) -> Exact:
+    """Stored numbers as fractions, element by element."""
     from flint import fmpq
 
     flat = [fmpq(*x.as_integer_ratio()) for x in array.ravel().tolist()]
@@ -77,7 +78,7 @@ def _exact(array: FloatArray) -> Exact:
 
 def _mean(samples: FloatArray, given: FloatArray | None, in_floats: FloatArray) -> Exact:
     if given is not None:
-        return _exact(in_floats)
+        return exact_numbers(in_floats)
     from flint import fmpq
 
     means = [total / len(samples) for total in _totals(np.where(in_floats != 0.0, samples, 0.0))]
@@ -110,8 +111,8 @@ def _extremes(problem: Problem, law: Law, q0: Exact, p0: Exact) -> Exact:
     found = []
     for j in range(problem.n):
         at, still = np.flatnonzero(near[:, j]), (q0[[j]] - q0[j])[:, None]
-        q1 = _exact(problem.q_w[at, j])[:, None] - q0[j] if moving_q[j] else still
-        p1 = _exact(problem.p_w[at, j])[:, None] - p0[j] if moving_p[j] else still
+        q1 = exact_numbers(problem.q_w[at, j])[:, None] - q0[j] if moving_q[j] else still
+        p1 = exact_numbers(problem.p_w[at, j])[:, None] - p0[j] if moving_p[j] else still
         found.append(Law(law.f[[j]]).against(*np.broadcast_arrays(q1, p1)).max(axis=0))
     of_friction, of_pressures = ([each[part] for each in found] for part in (slice(2), slice(2, None)))
     return np.concatenate([*of_friction, *of_pressures])

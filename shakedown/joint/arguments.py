@@ -106,16 +106,18 @@ def check_arguments(load_factor: float, cycles: int, problem: Problem | None = N
     check_count("cycles", cycles)
 
 
-def checked_initial_slip(problem: Problem, initial_slip: ArrayLike | None) -> FloatArray:
+def checked_initial_slip(
+    problem: Problem, initial_slip: ArrayLike | None, name: str = "initial slip"
+) -> FloatArray:
     """An initial slip as a private array (dn,), zero by default; raises ``UsageError`` if mis-shaped."""
     require_problem(problem)
     size = problem.layout.slip_size
-    slip = np.zeros(size) if initial_slip is None else real_array("initial slip", initial_slip)
+    slip = np.zeros(size) if initial_slip is None else real_array(name, initial_slip)
     if slip.shape != (size,):
-        raise UsageError(f"initial slip: expected shape ({size},), found {slip.shape}")
+        raise UsageError(f"{name}: expected shape ({size},), found {slip.shape}")
     stiffness = max(float(np.abs(K).max()) for K in (problem.A, problem.B, problem.C) if K is not None)
     try:
-        check_slip("initial slip", stiffness, float(np.abs(slip).max()))
+        check_slip(name, stiffness, float(np.abs(slip).max()))
     except ProblemError as error:
         raise UsageError(str(error)) from None
     return slip

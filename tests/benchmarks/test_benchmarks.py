@@ -44,6 +44,7 @@ FEWEST = {
 
 # Of these the smallest case still has many joints or cycles: so many are enough to see that it measures.
 SMALLER = {
+    "accumulated_adversary": {"MOVES": 40},
     "adversary": {"CYCLES": 20},
     "constants": {"JOINTS": ("two-node",)},
     "floating_joints": {"EACH": 3},

@@ -107,6 +107,7 @@ RESULTS = {  # one of every function that makes one
     "universal": lambda: shakedown.universal_bound(two()),
     "swing": lambda: swing_bound(two()),
     "box": lambda: shakedown.box_bound(two()),
+    "accumulated": lambda: shakedown.accumulated_bound(many()),
     "critical": lambda: shakedown.critical_load_factors(two(), values=True),
     "curve": lambda: shakedown.guarantee_curve(two(), [0.25, 1.0]),
     "conic": lambda: conic_upper_bound(two()),

@@ -1,0 +1,179 @@
+"""The directions in which nodes may slip: both signs in the plane, sectors and arcs in space."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+
+Numbers = NDArray[np.intp]
+Flags = NDArray[np.bool_]
+
+SECTORS = 96  # of a circle, to begin with
+WIDEST = (
+    6  # arcs at least in a circle: in wider ones slip in one direction hinders too little that in another
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Arcs:
+    """Closed arcs of directions, less than 180° each, of one node each; those of one node do not overlap.
+
+    Attributes
+    ----------
+    node : (K,)
+        The node that slips in these directions.
+    first, last : (K, d)
+        Unit vectors, counter-clockwise from the first to the last; in the plane both are the one direction.
+    """
+
+    node: Numbers
+    first: FloatArray
+    last: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.node)
+
+    def least(self, y: FloatArray) -> FloatArray:
+        """The smallest y · u over the directions u of every arc, of vectors (…, K, d): (…, K)."""
+        found = np.minimum(np.sum(y * self.first, axis=-1), np.sum(y * self.last, axis=-1))
+        if y.shape[-1] == 1:
+            return np.asarray(found)
+        opposite = (crossed(self.first, -y) > 0) & (crossed(-y, self.last) > 0)
+        return np.where(opposite, -np.hypot(y[..., 0], y[..., 1]), found)
+
+
+class Grouped(NamedTuple):
+    """Arcs, with the cells of which they are made up, arc by arc.
+
+    Attributes
+    ----------
+    arcs
+        K of them.
+    arc, cell : (k,)
+        The arc of every chosen cell, in order, and its number among all cells.
+    corner : (k, 1 or 3)
+        The corners of these cells whose hull holds the arc: the tips and the ends of the arc.
+    """
+
+    arcs: Arcs
+    arc: Numbers
+    cell: Numbers
+    corner: Flags
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Sectors of directions that make up the circle of every node, in order; in the plane its two directions.
+
+    Attributes
+    ----------
+    node : (c,)
+        The node of every cell.
+    start, size : (c,)
+        Where it begins and how wide it is, in units of angle; in the plane 0 or half a circle, without width.
+    chosen : (c,)
+        Whether the node may slip in these directions.
+    circle
+        Units of angle in the circle.
+    d
+        Tangential directions of a node.
+    """
+
+    node: Numbers
+    start: Numbers
+    size: Numbers
+    chosen: Flags
+    circle: int
+    d: int
+
+    @cached_property
+    def corners(self) -> FloatArray:
+        """Directions (c, 1 or 3, d) whose convex hull holds all of a cell."""
+        first = self._direction(self.start)
+        if self.d == 1:
+            return first[:, None]
+        last = self._direction(self.start + self.size)
+        tip = (first + last) / (1.0 + np.sum(first * last, axis=1))[:, None]
+        return np.stack([first, last, tip], axis=1)
+
+    @property
+    def divisible(self) -> Flags:
+        """Whether a cell is wider than the narrowest."""
+        return np.asarray(self.size > 1)
+
+    def divided(self, which: Flags) -> "Cells":
+        """Some cells in parts of the smallest width."""
+        count = np.where(which, self.size, 1)
+        place = np.repeat(np.arange(len(count)), count)
+        within = np.arange(len(place)) - np.repeat(np.cumsum(count) - count, count)
+        return replace(
+            self,
+            node=self.node[place],
+            start=self.start[place] + within,
+            size=np.where(which, 1, self.size)[place],
+            chosen=self.chosen[place],
+        )
+
+    def arcs(self) -> "Grouped | None":
+        """The arcs that the chosen cells make up; None where these fill a circle."""
+        runs: list[Numbers] = []
+        for node in np.unique(self.node[self.chosen]).tolist():
+            mine = np.flatnonzero(self.node == node)
+            if self.d == 1:
+                runs += [mine[[k]] for k in range(2) if self.chosen[mine[k]]]
+            elif self.chosen[mine].all():
+                return None
+            else:
+                runs += self._runs(np.roll(mine, -int(np.argmin(self.chosen[mine]))))
+        cell = np.concatenate([np.zeros(0, dtype=np.intp), *runs])
+        arc = np.repeat(np.arange(len(runs)), [len(run) for run in runs])
+        begins = np.diff(arc, prepend=-1) > 0
+        ends = np.diff(arc, append=len(runs)) > 0
+        corner = np.stack([begins, ends, np.ones(len(arc), dtype=bool)], axis=1)[:, : 1 if self.d == 1 else 3]
+        arcs = Arcs(
+            self.node[cell[begins]], self.corners[cell[begins], 0], self.corners[cell[ends], self.d - 1]
+        )
+        return Grouped(arcs, arc, cell, corner)
+
+    def _direction(self, angle: Numbers) -> FloatArray:
+        turn = 2.0 * np.pi * angle / self.circle
+        return np.stack([np.cos(turn), np.sin(turn)], axis=-1)[..., : self.d]
+
+    def _runs(self, mine: Numbers) -> list[Numbers]:
+        """Chosen cells of one node that follow each other, from one that is not chosen on, in arcs."""
+        found = []
+        for run in np.split(mine, np.flatnonzero(np.diff(self.chosen[mine])) + 1):
+            if self.chosen[run[0]]:
+                ends = np.cumsum(self.size[run])
+                parts = -(-WIDEST * int(ends[-1]) // self.circle)
+                found += np.split(run, np.searchsorted(ends, ends[-1] * np.arange(1, parts) / parts))
+        return found
+
+
+def all_cells(n: int, d: int, parts: int) -> Cells:
+    """The cells of n nodes to begin with, none of them chosen, of so many parts each.
+
+    Examples
+    --------
+    >>> all_cells(1, 1, 1).corners.ravel(), all_cells(2, 2, 1).corners.shape
+    (array([ 1., -1.]), (192, 3, 2))
+    """
+    starts, size = (np.arange(2), 0) if d == 1 else (parts * np.arange(SECTORS), parts)
+    count = n * len(starts)
+    return Cells(
+        node=np.repeat(np.arange(n), len(starts)),
+        start=np.tile(starts, n),
+        size=np.full(count, size),
+        chosen=np.zeros(count, dtype=bool),
+        circle=2 if d == 1 else parts * SECTORS,
+        d=d,
+    )
+
+
+def crossed(x: FloatArray, y: FloatArray) -> FloatArray:
+    """x × y of vectors in the plane, (…, 2): positive where y is counter-clockwise from x."""
+    return np.asarray(x[..., 0] * y[..., 1] - x[..., 1] * y[..., 0])

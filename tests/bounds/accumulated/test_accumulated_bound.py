@@ -1,0 +1,207 @@
+"""The bound by accumulated slip: cited values, what changes nothing, and whatever may move nodes stays within it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from joints_in_space import in_units as in_units_of_space
+from joints_in_space import random_joint
+
+import shakedown
+from benchmarks import accumulated_adversary as adversary
+from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
+from benchmarks.problems import in_units, random_problem
+from shakedown import Problem
+from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound, accumulated_slip
+from shakedown.bounds.accumulated.lid_check import Start, confirmed
+from shakedown.bounds.accumulated.lids import Lids
+from shakedown.bounds.accumulated.slip_arcs import Arcs
+from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
+
+
+def block(f: float) -> Problem:
+    """A floating block with nine contact nodes, drawn to and fro."""
+    loads = [
+        Pressure("top", 10.0, history=np.ones(24)),
+        Traction("top", (1.0, 0.0), history=lambda t: np.cos(2 * np.pi * t)),
+    ]
+    body = ElasticBody(block_mesh(2.0, 1.0, 8, 4), Material(young=200e3, poisson=0.3), loads=loads)
+    return contact_problem(body, "bottom", f=f, steps=24)
+
+
+def example(name: str, **changes: object) -> Problem:
+    return replace(shakedown.example(name), **changes)
+
+
+@pytest.mark.parametrize(
+    ("problem", "share", "accuracy"),
+    [
+        (example("three-node"), 0.540, 5e-4),
+        (example("pair-cycle"), 0.540, 5e-4),
+        (example("two-node", load_path="domain"), 0.7316 / 0.7391456, 1e-4),
+        (block(0.3), 0.987, 1e-3),
+        (block(0.5), 0.857, 1e-3),
+        (block(0.8), 0.733, 1e-3),
+        (example("one-node-3d"), 0.95 * 0.998, 6e-3),
+        (example("four-node-3d"), 0.94 * 0.878, 6e-3),
+    ],
+)
+def test_cited_values(problem: Problem, share: float, accuracy: float) -> None:
+    bound = shakedown.accumulated_bound(problem)
+    most = shakedown.upper_bound(problem, certify=False).load_factor
+    assert bound.load_factor / most == pytest.approx(share, abs=accuracy)
+    assert bound.certified == (problem.directions == 1)
+
+
+def joints(d: int) -> list[Problem]:
+    return [(drawn_joint, drawn_joint_in_space)[d - 1](5, number) for number in range(8)]
+
+
+@pytest.mark.parametrize("problem", [*joints(1), *joints(2)])
+def test_never_above_what_is_impossible(problem: Problem) -> None:
+    bound = shakedown.accumulated_bound(problem)
+    if bound.status in ("optimal", "unbounded"):
+        assert bound.load_factor <= shakedown.upper_bound(problem, certify=False).load_factor * (1 + 1e-9)
+        assert np.all(bound.total_slip >= 0.0)
+    else:
+        assert bound.status == "infeasible"
+        assert np.isnan(bound.load_factor)
+        assert bound.reason
+
+
+@pytest.mark.parametrize("d", [1, 2])
+def test_nothing_that_may_move_a_node_moves_it_farther(d: int) -> None:
+    kinds = [{"directions": d, "start": start, "joints": 2, "runs": 20} for start in adversary.STARTS]
+    found = [adversary.measure(kind | {"seed": 4}) for kind in kinds]
+    assert [row["runs"] for row in found] == [40, 40, 40]
+    assert not any(row["farther"] or row["relieved"] for row in found)
+    assert sum(row["controls_farther"] for row in found) > 0
+    assert all(0.0 < row["largest"] <= 1.0 + 1e-9 for row in found)
+
+
+def test_motions_in_any_order_of_the_loads_slip_no_farther() -> None:
+    """The exact path through the load steps in other orders."""
+    rng, slipped = np.random.default_rng(0), 0.0
+    for seed in range(3):
+        problem = random_problem(3, seed, m=6)
+        bound = shakedown.accumulated_bound(problem)
+        assert bound.status == "optimal"
+        order = rng.permutation(np.repeat(np.arange(problem.m), 3))
+        mean = {"q_mean": problem.q_w.mean(axis=0), "p_mean": problem.p_w.mean(axis=0)}
+        mixed = replace(problem, q_w=problem.q_w[order], p_w=problem.p_w[order], **mean)
+        run = shakedown.simulate(mixed, bound.load_factor, cycles=3, record=True)
+        way = np.abs(np.diff(run.history.v, axis=0)).sum(axis=0)
+        assert np.all(way <= bound.total_slip * (1 + 1e-9) + 1e-12 * np.abs(bound.total_slip).max())
+        slipped = max(slipped, float(way.max()))
+    assert slipped > 0.0
+
+
+@pytest.mark.parametrize("d", [1, 2])
+@pytest.mark.parametrize(("force", "length"), [(2.0**20, 1.0), (2.0**-30, 2.0**12)])
+def test_units_do_not_matter(d: int, force: float, length: float) -> None:
+    rng = np.random.default_rng(2)
+    problem, converted = (
+        (random_problem(4, 1), in_units) if d == 1 else (random_joint(rng, 2), in_units_of_space)
+    )
+    start = 0.05 * rng.normal(size=problem.layout.slip_size)
+    here = shakedown.accumulated_bound(problem, start, start_error=0.01)
+    there = shakedown.accumulated_bound(
+        converted(problem, force, length), start * length, start_error=0.01 * length
+    )
+    assert here.status == "optimal"
+    assert there.load_factor == here.load_factor
+    assert np.array_equal(there.total_slip, here.total_slip * length)
+
+
+def test_numbering_and_direction_do_not_matter() -> None:
+    problem, start = random_problem(5, 4), 0.02 * np.arange(5.0)
+    here, order = shakedown.accumulated_bound(problem, start), np.array([3, 0, 4, 1, 2])
+    relabelled = replace(
+        problem, A=problem.A[np.ix_(order, order)], B=problem.B[np.ix_(order, order)], C=None,
+        f=problem.f[order], q_w=problem.q_w[:, order], p_w=problem.p_w[:, order],
+    )  # fmt: skip
+    there = shakedown.accumulated_bound(relabelled, start[order])
+    mirrored = shakedown.accumulated_bound(replace(problem, B=-problem.B, q_w=-problem.q_w), -start)
+    for other, slip in ((there, here.total_slip[order]), (mirrored, here.total_slip)):
+        assert other.load_factor == pytest.approx(here.load_factor, rel=1e-6)
+        np.testing.assert_allclose(other.total_slip, slip, rtol=1e-4, atol=1e-9 * here.total_slip.max())
+
+
+def test_the_order_of_the_loads_does_not_matter() -> None:
+    for problem in (random_problem(3, 2), shakedown.example("two-node-3d")):
+        here = shakedown.accumulated_bound(problem)
+        there = shakedown.accumulated_bound(replace(problem, load_path="domain"))
+        assert there.load_factor == here.load_factor
+
+
+def lids_and_arcs(bound: AccumulatedBound) -> tuple[Arcs, Lids]:
+    assert bound.arcs is not None
+    arcs, N = bound.arcs, bound.arcs.hindered
+    return Arcs(arcs.node, arcs.first, arcs.last), Lids(arcs.lid, N, np.linalg.inv(np.eye(len(N)) - N))
+
+
+@pytest.mark.parametrize("name", ["three-node", "two-node-3d"])
+def test_the_check_notices_what_is_wrong(name: str) -> None:
+    """A larger load, a lower lid, a slip that hinders more, a start farther off, an arc less."""
+    problem = shakedown.example(name)
+    bound = shakedown.accumulated_bound(problem)
+    arcs, lids = lids_and_arcs(bound)
+    start, exact, at = Start(bound.initial_slip, bound.start_error), bound.certified, bound.load_factor
+
+    def holds(start=start, at=at, arcs=arcs, **changes) -> bool:
+        return confirmed(problem, start, at, arcs, replace(lids, **changes), exact=exact)
+
+    assert holds()
+    assert not holds(at=at * 1.01)
+    assert not holds(a=lids.a * 0.99)
+    assert not holds(N=lids.N * 0.99) or not lids.N.any()
+    assert not holds(start=Start(start.slip, start.error + 0.01 * bound.total_slip.max()))
+    fewer = Arcs(arcs.node[1:], arcs.first[1:], arcs.last[1:])
+    part = lids.N[1:, 1:]
+    assert not holds(arcs=fewer, a=lids.a[1:], N=part, inverse=np.linalg.inv(np.eye(len(part)) - part))
+
+
+def test_slips_at_a_load_factor_grow_with_it() -> None:
+    problem = shakedown.example("two-node-3d")
+    most = shakedown.accumulated_bound(problem)
+    slips = [
+        accumulated_slip(problem, share * most.load_factor).total_slip.sum() for share in (0.6, 0.9, 1.0)
+    ]
+    assert 0.0 <= slips[0] < slips[1] < slips[2]
+    assert np.isnan(accumulated_slip(problem, 1.02 * most.load_factor).total_slip).all()
+
+
+def test_a_start_that_is_not_known_well_proves_less() -> None:
+    problem, start = random_problem(3, 3), np.array([0.03, 0.0, -0.02])
+    bounds = [
+        shakedown.accumulated_bound(problem, start, start_error=e).load_factor for e in (0.0, 0.02, 0.05)
+    ]
+    assert bounds[0] > bounds[1] > bounds[2]
+    for away in np.array([[1, 1, 1], [1, -1, 1], [-1, 0, 1]]):
+        near = shakedown.accumulated_bound(problem, start + 0.02 * away)
+        assert near.load_factor >= bounds[1] * (1 - 1e-6)
+
+
+def test_what_is_not_proved_is_a_status() -> None:
+    problem = shakedown.example("two-node")
+    smooth = shakedown.accumulated_bound(replace(problem, f=[0.3, 0.0]))
+    assert (smooth.status, smooth.limited_by, smooth.node) == ("infeasible", "frictionless", 1)
+    relieved = shakedown.accumulated_bound(problem, [50.0, -40.0])
+    assert (relieved.status, relieved.limited_by) == ("infeasible", "start")
+    steep = shakedown.accumulated_bound(replace(shakedown.example("one-node"), f=40.0))
+    assert (steep.status, steep.limited_by, steep.total_slip) == ("optimal", "own limit", [0.0])
+    still = replace(problem, q_w=np.tile(problem.q_w.mean(axis=0), (4, 1)), p_w=np.full((4, 2), 1500.0))
+    rest = shakedown.accumulated_bound(still)
+    assert (rest.status, rest.load_factor, rest.limited_by) == ("unbounded", np.inf, "")
+    for error in (-1.0, [0.1], np.nan):
+        with pytest.raises(shakedown.UsageError, match="start error"):
+            shakedown.accumulated_bound(problem, start_error=error)
+
+
+def test_transient_load_steps_and_given_means_count() -> None:
+    problem = shakedown.example("two-node")
+    here = shakedown.accumulated_bound(problem)
+    pushed = replace(problem, q_transient=[[-700.0, 0.0]], p_transient=[[900.0, 1500.0]])
+    assert shakedown.accumulated_bound(pushed).load_factor < here.load_factor
+    off = replace(problem, q_mean=problem.q_w.mean(axis=0) + 4000.0, p_mean=problem.p_w.mean(axis=0))
+    assert shakedown.accumulated_bound(off).status == "infeasible"  # at λ = 0 it is the mean load alone
