@@ -33,6 +33,7 @@ STUDIES: tuple[str, ...] = (
     "energy_bounds",
     "enumeration",
     "evolution",
+    "floating_adversary",
     "floating_joints",
     "growth",
     "hard_cases",

@@ -342,8 +342,7 @@ def _bolted_flange() -> list[str]:
         f"apart: model, limits and {len(bolted_flange.RELATIVE)} loads followed over {bolted_flange.CYCLES} cycles take "
         f"{sum(fine['seconds']):.0f} s of one core. λ_max is a shear of {load * fine['upper']:.3g} kN "
         f"({load * before['upper']:.3g} kN with {before['n']} pairs, {load * coarse['upper']:.3g} kN with {coarse['n']}), "
-        f"λ_E {1 - fine['energy'] / fine['upper']:.0e} below it; λ_U is {fine['universal']:g}, as of every body that friction alone "
-        f"holds. The friction work of a cycle grows with the amplitude to the power {exponent(fine, bolted_flange.RELATIVE):.2g} "
+        f"λ_E {1 - fine['energy'] / fine['upper']:.0e} below it. The friction work of a cycle grows with the amplitude to the power {exponent(fine, bolted_flange.RELATIVE):.2g} "
         f"from {bolted_flange.RELATIVE[-2]:g} to {bolted_flange.RELATIVE[-1]:g} λ_max, where {fine['slipping'][-1]} pairs "
         "slip (`bolted_flange`)."
     ]

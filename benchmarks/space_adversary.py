@@ -92,20 +92,27 @@ def random_joint(rng: np.random.Generator, n: int, strength: float, loads: str) 
     eaten = 0.5 * (half @ (F * half.T)), 0.5 * (half @ (B.T * f) @ B @ half.T)
     c = np.sqrt(np.trace(eaten[1]) / np.trace(eaten[0]))
     B *= strength / np.linalg.eigvalsh(c * eaten[0] + eaten[1] / c)[-1]
+    return Problem(A=A, B=B, f=f, **loop(rng, n, f, loads))
+
+
+def loop(rng: np.random.Generator, n: int, f: np.ndarray, loads: str, d: int = 2) -> dict[str, np.ndarray]:
+    """Separate impulses in random order, smooth, or impulses with a mean of their own."""
     p0 = rng.uniform(2.0, 8.0, n)
-    q0 = 0.3 * rng.normal(size=2 * n) * np.repeat(f * p0, 2)
+    q0 = 0.3 * rng.normal(size=d * n) * np.repeat(f * p0, d)
     if loads == "smooth":
-        turn = 2.0 * np.pi * (np.arange(16)[:, None] / 16 + rng.random(2 * n))
-        q1, p1 = rng.uniform(0.2, 2.0, 2 * n) * np.cos(turn), rng.uniform(0, 1.5, n) * np.sin(turn[:, ::2])
-        return Problem(A=A, B=B, f=f, q_w=q0 + q1, p_w=p0 + p1)
-    q1 = np.zeros((6 * n, 2 * n))
+        turn = 2.0 * np.pi * (np.arange(16)[:, None] / 16 + rng.random(d * n))
+        q1, p1 = rng.uniform(0.2, 2.0, d * n) * np.cos(turn), rng.uniform(0, 1.5, n) * np.sin(turn[:, ::d])
+        return {"q_w": q0 + q1, "p_w": p0 + p1}
+    q1 = np.zeros((6 * n, d * n))
     for k, node in enumerate(rng.permutation(np.repeat(np.arange(n), 3))):
         angle = rng.uniform(0.0, 2.0 * np.pi)
-        q1[2 * k, 2 * node : 2 * node + 2] = rng.uniform(0.3, 2.0) * np.array([np.cos(angle), np.sin(angle)])
+        along = np.array([np.cos(angle), np.sin(angle)])[:d]
+        q1[2 * k, d * node : d * (node + 1)] = rng.uniform(0.3, 2.0) * along
     p1 = (rng.random() < 0.3) * 0.5 * rng.normal(size=(6 * n, n))
     if loads == "off centre":
-        q1, p1 = q1 + 0.3 * rng.normal(size=2 * n), p1 + 0.3 * rng.normal(size=n)
-    return Problem(A=A, B=B, f=f, q_w=q0 + q1, p_w=p0 + p1, q_mean=q0, p_mean=p0)
+        q1, p1 = q1 + 0.3 * rng.normal(size=d * n), p1 + 0.3 * rng.normal(size=n)
+        return {"q_w": q0 + q1, "p_w": p0 + p1, "q_mean": q0, "p_mean": p0}
+    return {"q_w": q0 + q1, "p_w": p0 + p1}
 
 
 def attacked(
@@ -114,18 +121,17 @@ def attacked(
     """How many starts ended in which way, and the relative growth of the potential in a step."""
     q_w, p_w = loading(problem).at(fraction * bound.load_factor)
     z = fraction * bound.pressures.reactions - (1.0 - fraction) * loading(problem).q0
-    share = np.arange(SUBSTEPS * problem.m) / SUBSTEPS
-    fine = [
-        np.stack(
-            [np.interp(share, np.arange(problem.m + 1), column) for column in np.vstack([path, path[:1]]).T],
-            axis=1,
-        )
-        for path in (q_w, p_w)
-    ]
     size = float(np.abs(p_w).max() * problem.f.max() / np.diag(problem.A).min())
     slips = size * rng.choice(REACHES, starts)[:, None] * rng.normal(size=(starts, 2 * problem.n))
     centre = np.linalg.solve(problem.A, z)
-    return ends(problem.A, problem.B, problem.f, *fine, slips, centre, size)
+    return ends(problem.A, problem.B, problem.f, refined(q_w), refined(p_w), slips, centre, size)
+
+
+def refined(path: np.ndarray) -> np.ndarray:
+    """A closed path of loads in parts of its steps."""
+    share, steps = np.arange(SUBSTEPS * len(path)) / SUBSTEPS, np.arange(len(path) + 1)
+    closed = np.vstack([path, path[:1]])
+    return np.stack([np.interp(share, steps, column) for column in closed.T], axis=1)
 
 
 @njit(cache=True)

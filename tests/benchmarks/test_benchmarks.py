@@ -29,6 +29,7 @@ FEWEST = {
     "enumeration": [{"n": 6}],
     "evolution": [{"scene": "two-node", "method": "gauss-seidel", "parts": 1}],
     "initial_states": [{"joint": "block-33"}],
+    "floating_adversary": [{"n": 2, "kind": "translations", "loads": "smooth"}],
     "growth": [{"task": "upper bound", "grows": "n", "value": size} for size in (8, 16)],
     "hard_cases": [{"problem": "load factor 0"}],
     "long_term": [{"scene": "random 2", "exponent": 1, "start": 0}],
@@ -51,7 +52,7 @@ SMALLER = {
 }
 
 # Studies whose own loops take seconds to compile and, for these cases, tenths of a second as Python.
-INTERPRETED = ("adversary", "space_adversary", "universal_adversary")
+INTERPRETED = ("adversary", "floating_adversary", "space_adversary", "universal_adversary")
 
 
 def test_a_slip_is_the_overshoot_over_the_resistance() -> None:

@@ -7,18 +7,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.bounds.every_state.bound_of_floating import bound_of_floating
 from shakedown.bounds.every_state.disc_centres import Loops, disc_centres
 from shakedown.bounds.every_state.leaning_discs import leaning_discs
 from shakedown.bounds.every_state.least_pressures import LeastPressures, least_pressures
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint, scaled_joint
 from shakedown.bounds.every_state.sector_rows import sector_rows
-from shakedown.bounds.every_state.sectors import Sectors, sectors_of
+from shakedown.bounds.every_state.sectors import every_direction, sectors_of
 from shakedown.bounds.every_state.unique_rates import held
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -38,18 +40,25 @@ class LeastPressureBound(Result):
     load_factor
         Proved, with all round-off taken off; 0 where least pressures prove nothing under the mean load.
     node
-        The node that ends it; −1 where none does, and where only friction holds the body.
+        The node that ends it; −1 where none does.
     lifts
         Whether it ends because that node could lift off.
     sectors
         Into how many sectors the directions of slip of that node were divided; 1: a disc.
-    reactions : (2n,)
+    reactions : (dn,)
         z = A v*: under the load factor λ itself |q_w,i + z_i| is less than f_i p_i in every slip of node i
-        [force]; NaN where the bound is 0 or inf. For smaller load factors −q⁰ + (λ'/λ)(z + q⁰) will do.
+        [force]; NaN where the bound is 0 or inf. For smaller load factors −q⁰ + (λ'/λ)(z + q⁰) will do where
+        something holds the body; else that need not be the A v* of any slip, and z⁰ + (λ'/λ)(z − z⁰) will.
     pressures : (n,)
         The least pressures under the mean load, over all slips [force]; NaN where no multipliers were found.
     lift_off_bound
         Up to here no slip lifts a node off: they stay positive at every load step, or those of sectors do.
+    floats
+        Whether friction alone holds the body: then only motions without their rigid part are unique.
+    jumps
+        Whether it ends because from there on motions are not proved to go on without a jump.
+    mean_reactions : (dn,)
+        Of a floating body z⁰, which does the same under the mean load alone [force]; else NaN.
     """
 
     status: Status
@@ -60,14 +69,25 @@ class LeastPressureBound(Result):
     reactions: FloatArray
     pressures: FloatArray
     lift_off_bound: float
+    floats: bool
+    jumps: bool
+    mean_reactions: FloatArray
+
+    @property
+    def limited_by(self) -> str:
+        """The same as a word: swing, lift-off or rates."""
+        return "rates" if self.jumps else "lift-off" if self.lifts else "swing"
 
     @property
     def reason(self) -> str:
         """What the bound ends at, in words."""
         if self.status == Status.UNBOUNDED:
             return "no load factor ends the proof"
+        if self.jumps:
+            whole = "the body, which friction alone holds, is not proved to slip without a jump"
+            return whole if self.load_factor == 0.0 else f"from there on {whole}"
         if self.node < 0:
-            return "only friction holds the body: there are no least pressures"
+            return "only friction holds the body, and the least that is left of it does not"
         if self.load_factor == 0.0 and not self.lifts:
             return f"node {self.node} has no friction, and its load varies"
         if self.load_factor == 0.0 and np.isnan(self.pressures[self.node]):
@@ -98,7 +118,7 @@ def least_pressure_bound(problem: Problem, *, sectors: int | None = None) -> Lea
     Parameters
     ----------
     problem
-        A joint with two tangential directions.
+        A joint with two tangential directions, or with one that friction alone holds.
     sectors
         How many sectors the directions of slip are divided into: 1 are discs. By default discs that lean the
         way slip itself presses a node, and as many sectors as raise the bound by 1 % or more, only at nodes
@@ -107,7 +127,7 @@ def least_pressure_bound(problem: Problem, *, sectors: int | None = None) -> Lea
     Raises
     ------
     UsageError
-        If the joint has one tangential direction, or ``sectors`` is neither 1 nor 4 to 4096.
+        If the joint has one tangential direction and is held, or ``sectors`` is neither 1 nor 4 to 4096.
 
     Examples
     --------
@@ -116,26 +136,49 @@ def least_pressure_bound(problem: Problem, *, sectors: int | None = None) -> Lea
     >>> round(bound.load_factor, 9), bound.node, bound.pressures
     (1.6, 0, array([2.]))
     """
-    if problem.directions != 2:
+    joint = scaled_joint(problem)
+    if problem.directions != 2 and not joint.floats:
         raise UsageError("least pressures: expected two tangential directions, found one (swing_bound)")
     if sectors is not None:
         check_count("sectors", sectors)
         if sectors in (2, 3) or sectors > 4096:
             raise UsageError(f"sectors: expected 1, or 4 to 4096, found {sectors}")
-    joint = scaled_joint(problem)
-    if not held(joint):
-        return _nothing(-1, np.full(joint.n, nan))
-    discs = least_pressures(joint, _whole(np.arange(joint.n)))
+    if not held(joint) or (joint.floats and (joint.f == 0).any()):
+        return _nothing(joint, -1, np.full(joint.n, nan))
+    if joint.floats:
+        return _floating(joint)
+    discs = least_pressures(joint, every_direction(np.arange(joint.n)))
     pressures = discs.at(joint, joint.q0[None], joint.p0[None])[0]
     lift_off = _lift_off(joint, discs, pressures)
     if not (pressures > 0).all():
-        return _nothing(int(pressures.argmin()), pressures / joint.lengths)
+        return _nothing(joint, int(pressures.argmin()), pressures)
     reach = _divided(joint, _of_discs(joint, discs, pressures, lean=sectors is None), sectors)
     return _result(joint, reach, pressures, lift_off)
 
 
-def _whole(nodes: NDArray[np.intp]) -> Sectors:
-    return sectors_of(nodes, np.tile([1.0, 0.0], (len(nodes), 1)), 1)
+def _floating(joint: ScaledJoint) -> LeastPressureBound:
+    """The same for a body that friction alone holds."""
+    discs, reach = bound_of_floating(joint, DEFAULT)
+    pressures = discs.at(joint, joint.q0[None], joint.p0[None])[0]
+    if reach is None:
+        lowest = int(pressures.argmin())
+        return _nothing(joint, lowest if pressures[lowest] <= 0 else -1, pressures)
+    if reach.load_factor == 0.0:
+        return replace(_nothing(joint, -1, pressures), jumps=reach.jumps)
+    lifted = float(_lift_off(joint, discs, pressures).max())
+    return LeastPressureBound(
+        status=Status.OPTIMAL if reach.load_factor < inf else Status.UNBOUNDED,
+        load_factor=reach.load_factor,
+        node=reach.node,
+        lifts=False,
+        sectors=1,
+        reactions=joint.of_joint(reach.reactions),
+        pressures=pressures / joint.lengths,
+        lift_off_bound=max(reach.load_factor, inf if lifted <= 0.0 else 1.0 / lifted),
+        floats=True,
+        jumps=reach.jumps,
+        mean_reactions=joint.of_joint(reach.mean_reactions),
+    )
 
 
 def _lift_off(joint: ScaledJoint, discs: LeastPressures, pressures: FloatArray) -> FloatArray:
@@ -153,7 +196,7 @@ def _of_discs(joint: ScaledJoint, discs: LeastPressures, pressures: FloatArray, 
     if len(rough):
         growing, constant = joint.f * discs.at(joint, joint.q1, joint.p1), joint.f * pressures
         found = disc_centres(
-            Loops(_whole(rough), path[:, rough], growing[:, rough, None], constant[rough, None])
+            Loops(every_direction(rough), path[:, rough], growing[:, rough, None], constant[rough, None])
         )
         inverse[rough], centre[rough] = found.above, found.centre
     if len(rough) and lean:
@@ -237,10 +280,15 @@ def _result(
         reactions=z / np.repeat(joint.lengths, 2),
         pressures=pressures / joint.lengths,
         lift_off_bound=max(load_factor, inf if lifted <= 0.0 else 1.0 / lifted),
+        floats=False,
+        jumps=False,
+        mean_reactions=np.full(2 * joint.n, nan),
     )
 
 
-def _nothing(node: int, pressures: FloatArray) -> LeastPressureBound:
-    found = np.where(np.isfinite(pressures), pressures, nan)
-    nowhere = np.full(2 * len(pressures), nan)
-    return LeastPressureBound(Status.OPTIMAL, 0.0, node, node >= 0, 1, nowhere, found, 0.0)
+def _nothing(joint: ScaledJoint, node: int, pressures: FloatArray) -> LeastPressureBound:
+    found = np.where(np.isfinite(pressures), pressures, nan) / joint.lengths
+    nowhere = np.full(joint.directions * joint.n, nan)
+    return LeastPressureBound(
+        Status.OPTIMAL, 0.0, node, node >= 0, 1, nowhere, found, 0.0, joint.floats, False, nowhere
+    )

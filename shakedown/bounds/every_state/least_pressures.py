@@ -1,6 +1,6 @@
 """What presses a closed node at least, over all admissible slips: by duality, without programs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +26,10 @@ class LeastPressures:
     ----------
     sectors
         Which node slips in which directions.
+    sign
+        1, or −1 of the largest pressures: then B_i is −B_i, and the bounds are those of −p_i.
     multipliers : (c, 2n)
-        Y [–].
+        Y [–]; of a floating body one of many, which rigid slips tell apart.
     weights : (c, n)
         h, larger than they need be by more than the round-off in Y.
     error : (c,)
@@ -37,6 +39,7 @@ class LeastPressures:
     """
 
     sectors: Sectors
+    sign: float
     multipliers: FloatArray
     weights: FloatArray
     error: FloatArray
@@ -47,89 +50,118 @@ class LeastPressures:
 
         They are linear in the load: a bound at r⁰ + λ r¹ is that at r⁰ and λ times that at r¹.
         """
-        limit, own = joint.f * p, p[:, self.sectors.node]
+        limit, own = joint.f * p, self.sign * p[:, self.sectors.node]
         found = own - limit @ self.weights.T - q @ self.multipliers.T
         terms = np.abs(own) + np.abs(limit) @ np.abs(self.weights).T + np.abs(q) @ np.abs(self.multipliers).T
         loose = (3 * joint.n + 4) * EPS * terms + np.abs(q).sum(axis=1)[:, None] * self.error
         return np.where(self.proved, found - loose, -np.inf)
 
 
-def least_pressures(joint: ScaledJoint, sectors: Sectors) -> LeastPressures:
+@dataclass(frozen=True)
+class _Equations:
+    """A y + (f B)ᵀ h = ± B_iᵀ for all sectors, in the slips that are not pinned; Y is y and a shift."""
+
+    A: FloatArray
+    inverse: NDArray[np.floating]
+    fB: FloatArray
+    right: FloatArray
+    kept: NDArray[np.intp]
+    shift: FloatArray
+    sectors: Sectors
+
+    def part(self, columns: NDArray[np.intp]) -> "_Equations":
+        """Those of some sectors."""
+        right, shift, sectors = self.right[columns], self.shift[columns], self.sectors.part(columns)
+        return replace(self, right=right, shift=shift, sectors=sectors)
+
+    def multipliers(self, y: FloatArray) -> FloatArray:
+        """Y (c, 2n)."""
+        Y = self.shift.copy()
+        Y[:, self.kept] += y
+        return Y
+
+    def sizes(self, y: FloatArray) -> FloatArray:
+        """|Y_j| (c, n), and of the node that slips the reach in its sector."""
+        parts = self.multipliers(y).reshape(len(y), -1, 2)
+        found = np.hypot(parts[..., 0], parts[..., 1])
+        every = np.arange(len(y))
+        found[every, self.sectors.node] = self.sectors.reach(parts[every, self.sectors.node])
+        return np.asarray(found)
+
+
+def least_pressures(
+    joint: ScaledJoint, sectors: Sectors, *, shift: FloatArray | None = None, sign: float = 1.0
+) -> LeastPressures:
     """Solve A Y + (f B)ᵀ|Y| = B_iᵀ for all sectors at once, and bound what round-off leaves.
 
     Y ← A⁻¹ (B_iᵀ − (f B)ᵀ|Y|), one product of matrices for all; where that does not settle, Newton's
-    method. ``joint.A`` must be regular.
+    method. ``joint.A`` must be regular in the slips that are not pinned. Of a floating body Y is known up
+    to rigid slips: it is zero at the pinned slips, to which ``shift`` (c, 2n), rigid slips, is added.
     """
-    inverse = np.linalg.inv(joint.A)
-    own, others = (joint.B @ inverse)[sectors.node], joint.fB @ inverse
+    kept = joint.kept
+    A = joint.A[np.ix_(kept, kept)]
+    inverse, B = np.linalg.inv(A), sign * np.take(joint.B, kept, axis=1)
+    fB = np.take(joint.fB, kept, axis=1)
+    shift = np.zeros((len(sectors), 2 * joint.n)) if shift is None else shift
+    given = _Equations(A, inverse, fB, B[sectors.node], kept, shift, sectors)
+    own, others = (B @ inverse)[sectors.node], fB @ inverse
     size = np.abs(own).max(axis=1, initial=0.0)
     # the weights of the friction limits exceed the multipliers
-    excess, Y = ROUND_OFF * max(1.0, joint.n / 4) * size, own
+    excess, y = ROUND_OFF * max(1.0, joint.n / 4) * (size + np.abs(shift).max(axis=1, initial=0.0)), own
     for _ in range(TRIES):
-        Y, settled = _iterated(own, others, excess, sectors, Y)
+        y, settled = _iterated(given, own, others, excess, y)
         for c in np.flatnonzero(~settled):
-            Y[c] = _by_newton(joint, sectors, int(c), excess[c], Y[c])
-        found = _solved(joint, inverse, sectors, np.asarray(_sizes(Y, sectors) + excess[:, None]))
+            y[c] = _by_newton(given.part(np.array([c])), excess[c], y[c])
+        found = _solved(given, np.asarray(given.sizes(y) + excess[:, None]), sign)
         if found.proved.all():
             break
         excess = np.where(found.proved, excess, np.maximum(4.0 * excess, MORE * found.error))
     return found
 
 
-def _solved(
-    joint: ScaledJoint, inverse: NDArray[np.floating], sectors: Sectors, h: FloatArray
-) -> LeastPressures:
+def _solved(given: _Equations, h: FloatArray, sign: float) -> LeastPressures:
     """The multipliers that belong to given weights; not proved where the weights are too small."""
-    fB, right = joint.fB, joint.B[sectors.node]
-    Y = (right - h @ fB) @ inverse
-    Y = np.asarray(Y + (right - h @ fB - Y @ joint.A) @ inverse)
-    error = _error(joint, inverse, right, h, Y)
-    slack = h - (1.0 + 8 * EPS) * _sizes(Y, sectors)
-    proved = np.all(slack >= error[:, None], axis=1) & np.all(np.isfinite(Y), axis=1)
+    y = (given.right - h @ given.fB) @ given.inverse
+    y = np.asarray(y + (given.right - h @ given.fB - y @ given.A) @ given.inverse)
+    error = _error(given, h, y) + 8 * EPS * np.abs(given.shift).max(axis=1, initial=0.0)
+    slack = h - (1.0 + 8 * EPS) * given.sizes(y)
+    proved = np.all(slack >= error[:, None], axis=1) & np.all(np.isfinite(y), axis=1)
     known = np.where(np.isfinite(error), error, 0.0)
-    return LeastPressures(sectors, Y, h, known, np.asarray(proved))
+    return LeastPressures(given.sectors, sign, given.multipliers(y), h, known, np.asarray(proved))
 
 
 def _iterated(
-    own: FloatArray, others: FloatArray, excess: FloatArray, sectors: Sectors, start: FloatArray
+    given: _Equations, own: FloatArray, others: FloatArray, excess: FloatArray, start: FloatArray
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """The multipliers as far as sweeps bring them, and which of them have settled."""
-    Y, going = start.copy(), np.arange(len(own))
+    y, going = start.copy(), np.arange(len(own))
     size = np.abs(own).max(axis=1, initial=0.0)
     for _ in range(SWEEPS):
-        part = Sectors(sectors.node[going], sectors.middle[going], sectors.half)
-        new = own[going] - (_sizes(Y[going], part) + excess[going, None]) @ others
-        change = np.abs(new - Y[going]).max(axis=1, initial=0.0)
-        Y[going] = new
+        new = own[going] - (given.part(going).sizes(y[going]) + excess[going, None]) @ others
+        change = np.abs(new - y[going]).max(axis=1, initial=0.0)
+        y[going] = new
         bounded = np.abs(new).max(axis=1, initial=0.0) <= 1e6 * size[going]
         more = (change > SETTLED * np.maximum(size[going], np.abs(new).max(axis=1, initial=0.0))) & bounded
         if not more.any():
-            return Y, _settled(own, others, excess, sectors, Y)
+            break
         going = going[more]
-    return Y, _settled(own, others, excess, sectors, Y)
+    again = own - (given.sizes(y) + excess[:, None]) @ others
+    return y, np.asarray(np.abs(again - y).max(axis=1, initial=0.0) <= 0.1 * excess)
 
 
-def _settled(
-    own: FloatArray, others: FloatArray, excess: FloatArray, sectors: Sectors, Y: FloatArray
-) -> NDArray[np.bool_]:
-    """Which multipliers one more sweep changes by less than the excess."""
-    again = own - (_sizes(Y, sectors) + excess[:, None]) @ others
-    return np.asarray(np.abs(again - Y).max(axis=1, initial=0.0) <= 0.1 * excess)
-
-
-def _by_newton(joint: ScaledJoint, sectors: Sectors, c: int, excess: float, start: FloatArray) -> FloatArray:
+def _by_newton(one: _Equations, excess: float, start: FloatArray) -> FloatArray:
     """The multipliers of one sector by Newton's method, from zero; the best that it meets."""
-    one = Sectors(sectors.node[[c]], sectors.middle[[c]], sectors.half)
-    fB, right, n = joint.fB, joint.B[sectors.node[c]], joint.n
-    Y, best, least = np.zeros_like(start), start, np.inf
+    n, right = len(one.fB), one.right[0]
+    y, best, least = np.zeros_like(start), start, np.inf
     for _ in range(ITERATIONS):
-        rest = right - (_sizes(Y[None], one)[0] + excess) @ fB - Y @ joint.A
+        rest = right - (one.sizes(y[None])[0] + excess) @ one.fB - y @ one.A
         if (size := float(np.abs(rest).max())) < least:
-            best, least = Y.copy(), size
+            best, least = y.copy(), size
         slopes = np.zeros((n, 2 * n))
-        slopes[np.arange(n)[:, None], np.arange(2 * n).reshape(n, 2)] = _slopes(Y, one)
+        places = np.arange(n)[:, None], np.arange(2 * n).reshape(n, 2)
+        slopes[places] = _slopes(one.multipliers(y[None])[0], one.sectors)
         try:
-            Y = Y + np.linalg.solve(joint.A + fB.T @ slopes, rest)
+            y = y + np.linalg.solve(one.A + one.fB.T @ slopes[:, one.kept], rest)
         except np.linalg.LinAlgError:
             break
     return best
@@ -144,29 +176,18 @@ def _slopes(Y: FloatArray, one: Sectors) -> FloatArray:
     return found
 
 
-def _sizes(Y: FloatArray, sectors: Sectors) -> FloatArray:
-    """|Y_j| (c, n), and of the node that slips the reach in its sector."""
-    parts = Y.reshape(len(Y), -1, 2)
-    found = np.hypot(parts[..., 0], parts[..., 1])
-    every = np.arange(len(Y))
-    found[every, sectors.node] = sectors.reach(parts[every, sectors.node])
-    return np.asarray(found)
-
-
-def _error(
-    joint: ScaledJoint, inverse: NDArray[np.floating], right: FloatArray, h: FloatArray, Y: FloatArray
-) -> FloatArray:
+def _error(given: _Equations, h: FloatArray, y: FloatArray) -> FloatArray:
     """How far multipliers are at most from the exact solution with these weights, (c,).
 
     With X ≈ A⁻¹ and ‖I − A X‖ ≤ α < 1 the error r A⁻¹ of a residual r is at most ‖r X‖ / (1 − α).
     """
-    n, fB = joint.n, joint.fB
-    terms = np.abs(right) + np.abs(h) @ np.abs(fB) + np.abs(Y) @ np.abs(joint.A)
-    rest = np.abs(right - h @ fB - Y @ joint.A) + (3 * n + 4) * EPS * terms
-    size = np.abs(inverse)
-    off = np.abs(np.eye(2 * n) - joint.A @ inverse) + (2 * n + 4) * EPS * (np.abs(joint.A) @ size)
+    n, A, fB, right = len(given.fB), given.A, given.fB, given.right
+    terms = np.abs(right) + np.abs(h) @ np.abs(fB) + np.abs(y) @ np.abs(A)
+    rest = np.abs(right - h @ fB - y @ A) + (3 * n + 4) * EPS * terms
+    size = np.abs(given.inverse)
+    off = np.abs(np.eye(len(A)) - A @ given.inverse) + (2 * n + 4) * EPS * (np.abs(A) @ size)
     alpha = float(off.sum(axis=0).max(initial=0.0))
     if not alpha < 0.5:
-        return np.full(len(Y), np.inf)
+        return np.full(len(y), np.inf)
     bound = (rest @ size).max(axis=1, initial=0.0) * (1.0 + (2 * n + 4) * EPS) / (1.0 - alpha)
     return np.asarray(1.5 * bound)  # |Y_j| of two components

@@ -81,6 +81,11 @@ def sectors_of(nodes: NDArray[np.intp], first: FloatArray, count: int) -> Sector
     return Sectors(np.repeat(nodes, count), middle.reshape(-1, 2), np.pi / count)
 
 
+def every_direction(nodes: NDArray[np.intp]) -> Sectors:
+    """One sector of every node: the whole circle."""
+    return sectors_of(nodes, np.tile([1.0, 0.0], (len(nodes), 1)), 1)
+
+
 def turned(vectors: FloatArray) -> FloatArray:
     """By a right angle."""
     return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)

@@ -6,6 +6,7 @@ import numpy as np
 
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint
 from shakedown.bounds.uniqueness.weak_coupling import WIDTH
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.golden_section import least_value
 from shakedown.ground.round_off import EPS
 
@@ -34,7 +35,7 @@ class UniqueRates:
 
 def unique_rates(joint: ScaledJoint) -> UniqueRates:
     """Whether every M(u) is a P-matrix, by energy or coupling ratio (docs/universal.md, statement 6.6)."""
-    if not held(joint):
+    if joint.floats or not held(joint):
         return UniqueRates(
             "only friction holds the body: if all its nodes slip, nothing determines how fast", False
         )
@@ -47,14 +48,17 @@ def unique_rates(joint: ScaledJoint) -> UniqueRates:
     return UniqueRates("slip of some nodes may change the limits of others too strongly", False)
 
 
-def energy_margin(joint: ScaledJoint) -> float:
+def energy_margin(joint: ScaledJoint, *, best: bool = False) -> float:
     """Above 0 where it proves vᵀ A v > Σ f_i |v_i| |(B v)_i| for every v ≠ 0, relative to vᵀ A v.
 
+    Of a floating body for every v that is not rigid, less its rigid part.
+
     The sum is at most ½ vᵀ (c F + Bᵀ F B / c) v, F = diag f, for every c > 0; the best c by golden section.
+    ``best``: the largest such number, in any units, for which c of every node goes with its stiffness.
     """
-    root = np.linalg.inv(np.linalg.cholesky(joint.A))
-    f = np.sqrt(joint.f)
-    slip, pressure = root * np.repeat(f, 2), root @ (f[:, None] * joint.B).T
+    root, slips, pressures = unit_slips(joint)
+    f, scale = np.sqrt(joint.f), np.sqrt(joint.stiffness) if best else np.ones(joint.n)
+    slip, pressure = slips * np.repeat(f * scale, 2), pressures * f / scale
     first, second = slip @ slip.T, pressure @ pressure.T
     sizes = np.trace(first), np.trace(second)
     if 0.0 in sizes:
@@ -65,11 +69,30 @@ def energy_margin(joint: ScaledJoint) -> float:
         return float(np.linalg.eigvalsh(c * first + second / c)[-1])
 
     middle = 0.5 * np.log(sizes[1] / sizes[0])
-    condition = float(np.abs(root).sum(axis=1).max() ** 2 * np.abs(joint.A).sum(axis=1).max())
+    A = joint.A[np.ix_(joint.kept, joint.kept)]
+    condition = float(np.abs(root).sum(axis=1).max() ** 2 * np.abs(A).sum(axis=1).max())
     round_off = 16 * len(root) * EPS * condition
-    if (margin := 1.0 - 0.5 * largest(middle) - round_off) > 0.0:  # this will do
+    if (margin := 1.0 - 0.5 * largest(middle) - round_off) > 0.0 and not best:  # this will do
         return margin
     return 1.0 - 0.5 * least_value(largest, middle - WIDTH, middle + WIDTH) - round_off
+
+
+def unit_slips(joint: ScaledJoint) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Slips of unit energy, independent of each other, and the pressures that they cause.
+
+    As rows: in the slips that are not pinned (k, k), in all (k, 2n), and pressures (k, n). Of a floating body
+    a rigid motion is added to each, so that Σ c_i f_i z_i · w_i = 0 for all rigid z, c_i being stiffnesses:
+    then Σ c_i f_i |w_i|² is least.
+    """
+    kept = joint.kept
+    root = np.asarray(np.linalg.inv(np.linalg.cholesky(joint.A[np.ix_(kept, kept)])))
+    pressures = root @ np.take(joint.B, kept, axis=1).T
+    if not joint.floats:
+        return root, root, pressures
+    slips, Z = np.zeros((len(kept), 2 * joint.n)), joint.motions
+    slips[:, kept] = root
+    weighted = np.repeat(joint.f * joint.stiffness, 2)[:, None] * Z
+    return root, slips - np.linalg.solve(Z.T @ weighted, (slips @ weighted).T).T @ Z.T, pressures
 
 
 def coupling_ratio(joint: ScaledJoint) -> float:
@@ -101,6 +124,6 @@ def coupling_ratio(joint: ScaledJoint) -> float:
 
 
 def held(joint: ScaledJoint) -> bool:
-    """Whether something else than friction holds the body: A is positive definite, clear of round-off."""
-    values = np.linalg.eigvalsh(joint.A)
+    """Whether A is positive definite in all slips that are not pinned, clear of round-off."""
+    values = np.linalg.eigvalsh(joint.A[np.ix_(joint.kept, joint.kept)])
     return bool(values[0] > 4 * len(values) * EPS * values[-1])

@@ -25,10 +25,10 @@ class UniversalBound(Result):
 
     A state is one with all nodes closed that is admissible at some instant of the loop; transient
     load steps, where the problem has them, are over (``after_transient``). For every
-    load factor below ``load_factor`` all nodes stay closed, the motion is unique and without
-    jumps, and slip ceases. Of a load domain this is said of every path inside it: then only
-    the arguments count that ask for no order, Melan's theorem and the swing bound, with the
-    lift-off bound over the hull of the corners, and least pressures, with two tangential directions.
+    load factor below ``load_factor`` all nodes stay closed, the motion is without jumps (and unique, but
+    for a body that friction alone holds), and slip ceases. Of a load domain this is said of every path
+    inside it: then only the arguments count that ask for no order, Melan's theorem and the swing bound,
+    with the lift-off bound over the hull of the corners, and least pressures.
 
     Attributes
     ----------
@@ -42,10 +42,12 @@ class UniversalBound(Result):
     argument
         ``"Melan"``, ``"first collapse"`` (coupling ratio ρ* < 1), ``"two nodes"``, ``"differences"`` (no
         slip raises the differences between nodes), ``"swing"`` or ``"none"``. With two tangential directions
-        ``"Melan"``, ``"least pressures"``, ``"least pressures, N sectors"`` or ``"none"``.
+        ``"Melan"``, ``"least pressures"``, ``"least pressures, N sectors"`` or ``"none"``; of a body that
+        friction alone holds ``"least pressures, rigid motions apart"`` or ``"Melan, rigid motions apart"``.
     limited_by
         What the argument ends at: ``"first collapse"``, ``"swing"``, ``"lift-off"``, ``"drift"``,
-        ``"uniqueness"``, ``"mean load"``; ``"solver"`` where undecided.
+        ``"uniqueness"``, ``"rates"`` (a floating body is not proved to slip without a jump), ``"mean load"``;
+        ``"solver"`` where undecided.
     reason
         The same in words.
     first_collapse
@@ -147,6 +149,9 @@ def universal_bound(
     known = lower.evidence
     complete = known.argument
     if complete is None and not (unique := known.unique):
+        floating = _in_floating_plane(problem, lower)
+        if floating is not None:
+            return floating
         why = unique.reason if isinstance(unique, Missing) else unique.argument
         return _without(lower, 0.0, "uniqueness", f"the motion is not proved to be unique: {why}")
     lift: float | Missing = inf
@@ -167,8 +172,12 @@ def universal_bound(
 
 def _in_space(problem: Problem, sectors: int | None, tolerances: Tolerances) -> UniversalBound:
     """The answer with two tangential directions."""
-    found = least_pressure_bound(problem, sectors=sectors)
+    sought_bound = sought(least_pressure_bound, problem, sectors=sectors)
     transient = problem.q_transient is not None
+    if isinstance(sought_bound, Missing):
+        words = "none", "solver", f"the least pressures are missing: {sought_bound.reason}"
+        return UniversalBound(Status.UNDECIDED, nan, -1, *words, nan, nan, None, transient)
+    found = sought_bound
 
     def nothing(status: Status, load_factor: float, limited_by: str, reason: str) -> UniversalBound:
         node = found.node if limited_by in ("lift-off", "swing") else -1
@@ -176,29 +185,46 @@ def _in_space(problem: Problem, sectors: int | None, tolerances: Tolerances) -> 
         return UniversalBound(status, load_factor, node, *words, nan, lift_off, None, transient, found)
 
     unique = unique_rates(scaled_joint(problem))
-    if found.load_factor == 0.0 or not unique:
+    if found.load_factor == 0.0 or not (unique or found.floats):
         safe = sought(safe_under_mean_load, problem, tolerances)
         if isinstance(safe, Missing):
             return nothing(Status.UNDECIDED, nan, "solver", f"safe under the mean load? {safe.reason}")
         if not safe:
             return nothing(Status.INFEASIBLE, nan, "mean load", "no slip is safe under the mean load")
-    if found.load_factor == 0.0 and found.node >= 0:
-        return nothing(Status.OPTIMAL, 0.0, "lift-off" if found.lifts else "swing", found.reason)
-    if not unique:
+    if found.load_factor == 0.0 and (found.node >= 0 or found.floats):
+        return nothing(Status.OPTIMAL, 0.0, found.limited_by, found.reason)
+    if not (unique or found.floats):
         why = f"the motion is not proved to be unique: {unique.argument}"
         return nothing(Status.OPTIMAL, 0.0, "uniqueness", why)
+    return _by_pressures(problem, found, nan)
+
+
+def _in_floating_plane(problem: Problem, lower: LowerBound) -> UniversalBound | None:
+    """What least pressures prove of a body in the plane that friction alone holds; None where nothing."""
+    if not scaled_joint(problem).floats:
+        return None
+    found = sought(least_pressure_bound, problem)
+    if isinstance(found, Missing) or found.load_factor == 0.0:
+        return None
+    bound = _by_pressures(problem, found, lower.load_factor)
+    return replace(bound, load_factor=min(bound.load_factor, lower.load_factor))
+
+
+def _by_pressures(problem: Problem, found: LeastPressureBound, first_collapse: float) -> UniversalBound:
+    """The answer where least pressures are the best argument."""
     argument = "least pressures" if problem.law.limit_rows(problem.B).any() else "Melan"
+    more = ", rigid motions apart" if found.floats else f", {found.sectors} sectors" * (found.sectors > 1)
     return UniversalBound(
         status=found.status,
         load_factor=found.load_factor,
         node=found.node,
-        argument=argument if found.sectors == 1 else f"{argument}, {found.sectors} sectors",
-        limited_by="lift-off" if found.lifts else "swing",
+        argument=argument + more,
+        limited_by=found.limited_by,
         reason=f"{argument}: {found.reason}",
-        first_collapse=nan,
+        first_collapse=first_collapse,
         lift_off_bound=found.lift_off_bound,
         swing=None,
-        after_transient=transient,
+        after_transient=problem.q_transient is not None,
         pressures=found,
     )
 

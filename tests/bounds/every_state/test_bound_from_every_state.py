@@ -302,9 +302,12 @@ def test_a_body_that_friction_alone_holds_has_no_unique_rates():
     A = np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(2))
     B = 0.1 * np.kron([[1.0, -1.0], [0.0, 0.0]], np.ones((1, 2)))
     q_w = np.tile([0.1, 0.0], (4, 2)) * np.array([1.0, -1.0, 0.5, -0.5])[:, None]
-    found = universal_bound(Problem(A=A, B=B, f=0.5, q_w=q_w, p_w=np.full((4, 2), 1.0)))
-    assert (found.load_factor, found.limited_by) == (0.0, "uniqueness")
-    assert "only friction holds the body" in found.reason
+    problem = Problem(A=A, B=B, f=0.5, q_w=q_w, p_w=np.full((4, 2), 1.0))
+    assert "only friction holds the body" in unique_rates(scaled_joint(problem)).argument
+    found = universal_bound(problem)
+    assert (found.limited_by, found.argument) == ("rates", "least pressures, rigid motions apart")
+    assert 0.0 < found.load_factor < 0.9 * shakedown.upper_bound(problem).load_factor
+    assert "is not proved to slip without a jump" in found.reason
 
 
 def test_friction_above_which_a_node_runs_away():

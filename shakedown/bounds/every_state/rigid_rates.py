@@ -1,0 +1,140 @@
+"""Whether a body that friction alone holds moves on without a jump: elastic slip bounds the rigid one."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+
+from shakedown.bounds.every_state.scaled_joint import ScaledJoint
+from shakedown.bounds.every_state.unique_rates import energy_margin, unit_slips
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
+
+PARTS = 4  # of every edge of the cube of rigid motions at first
+DEEPEST = 9  # halvings of a box of them
+MOST = 2_000_000  # boxes times nodes at once: what needs more is not proved
+
+
+@dataclass(frozen=True)
+class RigidRates:
+    """What the condition of statement 6.8 asks, but for what depends on the load.
+
+    With w = v − z for a rigid z, base = max Σ f_i |w_i| |(B w)_i| / ‖w‖² and
+
+        rest = max Σ a_i |w_i| / ‖w‖ · max over rigid z of ‖Σ f_i |z_i| B_i‖ / Σ m_i |z_i|,
+
+    motions go on without a jump where base + rest < 1. Every factor is bounded from above.
+
+    Attributes
+    ----------
+    joint
+        The joint.
+    margin
+        At most 1 − base.
+    weights, stretch : (n,), one number
+        Σ weights_i |w_i|² ≤ stretch ‖w‖².
+    feeds : (n, k)
+        f_i B_i in unit slips: ‖Σ |z_i| feeds_i‖ is how much rigid slip changes friction limits.
+    motions : (n, 2, r)
+        The rigid motions, Σ c_i f_i z_i · z'_i = 0 or 1 of any two, c_i being stiffnesses.
+    """
+
+    joint: ScaledJoint
+    margin: float
+    weights: FloatArray
+    stretch: float
+    feeds: FloatArray
+    motions: FloatArray
+
+    def proved(self, firm: FloatArray, pulls: FloatArray) -> bool:
+        """Whether base + rest < 1 under each of some loads, and so under all loads of their hull.
+
+        Parameters
+        ----------
+        firm : (m, n)
+            m_i, what f_i p_i + u · s_i is at least in slip; of every load.
+        pulls : (m, n)
+            At least f_i P_i + |s_i|, with P_i the largest pressure.
+        """
+        if not self.margin > 0.0:
+            return False
+        reach = np.sqrt(np.sum((pulls + firm) ** 2 / self.weights, axis=1) * self.stretch)
+        least = (
+            firm / reach[:, None] * (self.margin * (1.0 - SIX_DIGITS))
+        )  # Σ least_i |z_i| is to exceed feeds
+        rank = self.motions.shape[2]
+        if rank == 1:
+            boxes = np.ones((1, 1))
+            return self._judged(boxes, least, np.zeros(len(least)), 0.0)[0] > 0
+        return all(self._on_face(axis, least) for axis in range(rank))
+
+    def _on_face(self, axis: int, least: FloatArray) -> bool:
+        """All motions c with c[axis] = 1 ≥ |c_k|, box by box: halved until each passes, or one fails."""
+        rank = self.motions.shape[2]
+        corners = np.insert(np.array(list(product((-1.0, 1.0), repeat=rank - 1))), axis, 0.0, axis=1)
+        spread = self._sizes(corners)
+        least_off = (spread @ least.T).max(axis=0)
+        feed_off = float(np.linalg.norm(spread * self._sizes_of_feeds, axis=1).max()) * self._largest_feed
+        half = 1.0 / PARTS
+        line = half * (2.0 * np.arange(PARTS) + 1.0) - 1.0
+        boxes = np.insert(np.array(list(product(line, repeat=rank - 1))), axis, 1.0, axis=1)
+        for _ in range(DEEPEST):
+            passed = self._judged(boxes, least, half * least_off, half * feed_off)
+            if (passed < 0).any():
+                return False
+            boxes = boxes[passed == 0]
+            if not len(boxes):
+                return True
+            half *= 0.5
+            boxes = (boxes[:, None] + half * corners).reshape(-1, rank)
+            if len(boxes) * self.joint.n > MOST:
+                return False
+        return False
+
+    def _judged(
+        self, centres: FloatArray, least: FloatArray, least_off: FloatArray, feed_off: float
+    ) -> FloatArray:
+        """Of every box: 1 where all of its motions pass, −1 where its centre does not, else 0."""
+        sizes = self._sizes(centres)
+        fed = np.linalg.norm(sizes @ self.feeds, axis=1) * (1.0 + NEGLIGIBLE) + self._round_off
+        held = sizes @ least.T
+        passed = (fed[:, None] + feed_off < held - least_off).all(axis=1)
+        return np.where(passed, 1.0, np.where((fed[:, None] < held).all(axis=1), 0.0, -1.0))
+
+    def _sizes(self, c: FloatArray) -> FloatArray:
+        """|z_i| of some motions (b, r): (b, n)."""
+        z = np.tensordot(c, self.motions, axes=(1, 2))
+        return np.hypot(z[..., 0], z[..., 1])
+
+    @cached_property
+    def _largest_feed(self) -> float:
+        """‖Σ ε_i feeds_i‖ ≤ this · √Σ (sizes_i ε_i)²."""
+        return float(np.linalg.norm(self.feeds / self._sizes_of_feeds[:, None], 2)) * (1.0 + NEGLIGIBLE)
+
+    @property
+    def _sizes_of_feeds(self) -> FloatArray:
+        return np.asarray(self.joint.f * np.sqrt(self.joint.stiffness))
+
+    @cached_property
+    def _round_off(self) -> float:
+        """What round-off hides of a sum of feeds that cancel."""
+        return float(len(self.feeds) * np.finfo(float).eps * np.abs(self.feeds).max() * 8)
+
+
+def rigid_rates(joint: ScaledJoint) -> RigidRates:
+    """The factors of base and rest that do not depend on the load factor. All nodes must have friction."""
+    _, slips, pressures = unit_slips(joint)
+    weights = joint.f * np.maximum(joint.p0, NEGLIGIBLE * joint.p0.max()) * np.sqrt(joint.stiffness)
+    weighted = slips * np.sqrt(np.repeat(weights, 2))
+    n, r = joint.n, joint.motions.shape[1]
+    root = np.sqrt(np.repeat(joint.f * joint.stiffness, 2))[:, None]
+    motions = np.linalg.qr(root * joint.motions)[0] / root
+    return RigidRates(
+        joint=joint,
+        margin=energy_margin(joint, best=True),
+        weights=weights,
+        stretch=float(np.linalg.norm(weighted @ weighted.T, 2)) * (1.0 + NEGLIGIBLE),
+        feeds=np.asarray((pressures * joint.f).T),
+        motions=motions.reshape(n, 2, r),
+    )

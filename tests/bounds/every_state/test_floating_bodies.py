@@ -1,0 +1,170 @@
+"""What is proved, from every state, of bodies that friction alone holds: each condition checked anew."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from benchmarks.floating_adversary import floating_joint
+from shakedown import Problem, universal_bound
+from shakedown.bounds.every_state.bound_from_every_state import least_pressure_bound
+from shakedown.bounds.every_state.rigid_parts import pressures_of_floating
+from shakedown.bounds.every_state.rigid_rates import rigid_rates
+from shakedown.bounds.every_state.scaled_joint import ScaledJoint, scaled_joint
+from shakedown.joint.loading import loading
+
+
+def drawn(seed: int, kind: str, loads: str = "smooth") -> Problem:
+    return floating_joint(np.random.default_rng([seed, 7]), 4, kind, loads)
+
+
+def proved(kind: str, loads: str = "smooth") -> Problem:
+    """The first of them of which something is proved by least pressures."""
+    for seed in range(20):
+        problem = drawn(seed, kind, loads)
+        if least_pressure_bound(problem).load_factor > 0:
+            return problem
+    raise AssertionError("nothing is proved of any")
+
+
+def test_two_like_halves_are_proved_to_their_end():
+    flange = shakedown.example("bolted-flange")
+    found = universal_bound(flange)
+    assert found.load_factor / shakedown.upper_bound(flange).load_factor == pytest.approx(1.0, abs=1e-5)
+    assert (found.argument, found.limited_by) == ("least pressures, rigid motions apart", "swing")
+    assert shakedown.assess(flange).proved_from_every_state == found.load_factor
+
+
+def admissible(joint: ScaledJoint, q_w: np.ndarray, p_w: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Slips with |q| ≤ f p under a load, at the limits as far as may be: sent along rays from a safe one."""
+    start = np.zeros(2 * joint.n)
+
+    def slack(v: np.ndarray) -> float:
+        q = (q_w + joint.A @ v).reshape(-1, 2)
+        return float((joint.f * (p_w + joint.B @ v) - np.hypot(*q.T)).min())
+
+    found = []
+    for _ in range(200):
+        ray, low, high = rng.normal(size=2 * joint.n) @ joint.A, 0.0, 1.0
+        while slack(start + high * ray) > 0 and high < 1e3:
+            high *= 2
+        for _ in range(40):
+            low, high = (
+                (0.5 * (low + high), high)
+                if slack(start + 0.5 * (low + high) * ray) > 0
+                else (low, 0.5 * (low + high))
+            )
+        found.append(start + low * ray)
+        if rng.random() < 0.5:
+            start = 0.5 * (start + found[-1])
+    return np.array(found)
+
+
+@pytest.mark.parametrize("kind", ["translations", "rotation"])
+def test_pressures_of_admissible_slips_lie_between_least_and_largest(kind: str):
+    rng = np.random.default_rng(0)
+    joint = scaled_joint(drawn(1, kind))
+    q_w, p_w = 0.02 * joint.q1[0], joint.p0
+    bounds = [pressures_of_floating(joint, sign=sign) for sign in (1.0, -1.0)]
+    least, most = (each.at(joint, q_w[None], p_w[None])[0] for each in bounds)
+    p = p_w + admissible(joint, q_w, p_w, rng) @ joint.B.T
+    assert np.all(p >= least)
+    assert np.all(p <= -most)
+    assert np.median((p.min(axis=0) - least) / (p_w - least)) < 0.9  # and not far from them
+
+
+@pytest.mark.parametrize("kind", ["translations", "rotation", "plane"])
+def test_what_falls_at_the_bound_falls_at_every_smaller_load_factor(kind: str):
+    problem = proved(kind, "off centre")
+    known, joint = least_pressure_bound(problem), scaled_joint(problem)
+    least, rigid = pressures_of_floating(joint), joint.motions.reshape(problem.n, 2, -1)
+    rigid = rigid[:, : problem.directions].reshape(-1, rigid.shape[2])
+    lengths = np.repeat(joint.lengths, problem.directions)
+    for share in (0.0, 0.3, 0.7, 0.999):
+        z = known.mean_reactions + share * (known.reactions - known.mean_reactions)
+        assert np.abs(rigid.T @ (lengths * z)).max() < 1e-12 * np.abs(z).max()  # of some slip
+        load_factor = share * known.load_factor
+        q, _ = loading(problem).at(load_factor)
+        w = (q + z).reshape(len(q), problem.n, -1)
+        pressures = least.at(joint, joint.q0 + load_factor * joint.q1, joint.p0 + load_factor * joint.p1)
+        long = np.linalg.norm(w, axis=2)
+        Y = problem.f[:, None] * least.multipliers.reshape(problem.n, problem.n, 2)[range(4), range(4)]
+        lean = np.sum(Y[:, : problem.directions] * w, axis=2)
+        size = np.hypot(1.0 - np.hypot(*Y.T), np.hypot(*Y.T) * (problem.directions == 2))
+        assert np.all(size * long - lean < problem.f * pressures / joint.lengths)
+    scaled = 0.5 * (known.reactions - loading(problem).q0)  # what does where something holds the body
+    assert np.abs(rigid.T @ (lengths * scaled)).max() > 1e-3 * np.abs(scaled).max()
+
+
+@pytest.mark.parametrize("kind", ["translations", "rotation"])
+def test_rest_is_bounded_for_all_rigid_motions(kind: str):
+    """Against 20,000 of them: no smaller margin passes, and a little more does."""
+    joint = scaled_joint(drawn(3, kind))
+    rates, rng = rigid_rates(joint), np.random.default_rng(0)
+    firm, pulls = rng.uniform(0.5, 1.0, (3, joint.n)), rng.uniform(1.0, 3.0, (3, joint.n))
+    c = rng.normal(size=(20_000, rates.motions.shape[2]))
+    sizes = np.linalg.norm(np.tensordot(c, rates.motions, axes=(1, 2)), axis=2)
+    fed = np.linalg.norm(sizes @ rates.feeds, axis=1)
+    reach = np.sqrt(np.sum((pulls + firm) ** 2 / rates.weights, axis=1) * rates.stretch)
+    seen = float((reach * fed[:, None] / (sizes @ firm.T)).max())
+    assert not replace(rates, margin=0.999 * seen).proved(firm, pulls)
+    assert replace(rates, margin=1.1 * seen + 1e-6).proved(firm, pulls)
+
+
+def test_slip_of_some_nodes_feeds_less_than_base_and_reach_say():
+    joint = scaled_joint(drawn(3, "rotation"))
+    rates, rng = rigid_rates(joint), np.random.default_rng(1)
+    v = rng.normal(size=(2000, 2 * joint.n))
+    weighted = np.repeat(joint.f * joint.stiffness, 2)[:, None] * joint.motions
+    w = v - v @ weighted @ np.linalg.solve(joint.motions.T @ weighted, joint.motions.T)
+    length = np.hypot(w[:, ::2], w[:, 1::2])
+    energy = np.einsum("ki,ij,kj->k", w, joint.A, w)
+    assert np.max((joint.f * length * np.abs(w @ joint.B.T)).sum(axis=1) / energy) <= 1.0 - rates.margin
+    assert np.max((rates.weights * length**2).sum(axis=1) / energy) <= rates.stretch
+
+
+@pytest.mark.parametrize("kind", ["translations", "rotation", "plane"])
+def test_without_coupling_it_is_the_largest_load_factor(kind: str):
+    problem = drawn(2, kind)
+    found = universal_bound(replace(problem, B=0 * problem.B))
+    upper = shakedown.upper_bound(replace(problem, B=0 * problem.B)).load_factor
+    assert found.argument.startswith("Melan")
+    assert found.load_factor == pytest.approx(upper, rel=1e-8)
+
+
+def test_units_do_not_matter():
+    problem = proved("rotation")
+    other = replace(
+        problem, A=1e6 * problem.A, B=1e6 * problem.B, q_w=1e3 * problem.q_w, p_w=1e3 * problem.p_w
+    )
+    both = [universal_bound(each) for each in (problem, other)]
+    assert both[0].limited_by == both[1].limited_by == "rates"
+    # by reactions that a program over interior points leaves free
+    assert both[0].load_factor == pytest.approx(both[1].load_factor, rel=0.02)
+    power = replace(problem, A=4.0 * problem.A, B=4.0 * problem.B, q_w=2 * problem.q_w, p_w=2 * problem.p_w)
+    assert universal_bound(power).load_factor == both[0].load_factor
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_floating_body_in_the_plane_is_proved_no_further_than_its_first_collapse(seed: int):
+    problem = drawn(seed, "plane")
+    assert least_pressure_bound(problem).load_factor <= shakedown.lower_bound(problem).load_factor
+
+
+def test_in_the_plane_it_counts_where_no_gauge_closes():
+    found = universal_bound(floating_joint(np.random.default_rng(110), 4, "plane", "smooth"))
+    assert found.argument == "least pressures, rigid motions apart"
+    assert 0.5 * found.first_collapse < found.load_factor <= found.first_collapse
+
+
+def test_nothing_is_said_of_a_floating_body_with_a_frictionless_node():
+    problem = proved("rotation")
+    found = universal_bound(replace(problem, f=np.append(problem.f[1:], 0.0)))
+    assert found.load_factor == 0.0 or np.isnan(found.load_factor)
+
+
+def test_loads_that_do_not_vary():
+    problem = proved("translations")
+    still = replace(problem, q_w=problem.q_w[:1] * 0, p_w=problem.p_w[:1])
+    assert universal_bound(still).status == "unbounded"
