@@ -31,7 +31,16 @@ POSIX = (  # pipes, signals, devices, limits of a process
 collect_ignore = [] if os.name == "posix" else list(POSIX)
 
 HERE = Path(__file__).parent
-COMPILING = ("tests/assessment/test_assess.py", "tests/benchmarks/test_benchmarks.py")
+STUDY = "tests/benchmarks/test_benchmarks.py::test_a_study_measures_prints_and_draws"
+FIRST = (  # what compiles the most, each worker other kernels; then what needs those of the first file at most
+    "tests/assessment/test_assess.py",
+    *(f"{STUDY}[{name}]" for name in ("enumeration", "block_cycle", "blade_root", "constants")),
+    "tests/benchmarks/test_benchmarks.py",
+    *(
+        f"tests/{folder}/"
+        for folder in ("bounds/collapse", "bounds/energy", "bounds/every_state", "programs")
+    ),
+)
 LIBRARIES = (
     "cvxpy",
     "matplotlib.pyplot",
@@ -99,9 +108,10 @@ def pytest_runtest_setup(item):
 
 
 def pytest_collection_modifyitems(items):
-    """Files that compile the most first, each of them other kernels: no worker waits for another's."""
-    first = {path: place for place, path in enumerate(COMPILING)}
-    items.sort(key=lambda item: first.get(item.nodeid.split("::")[0], len(first)))
+    """No worker waits long for a kernel that another one compiles."""
+    items.sort(
+        key=lambda item: next((i for i, at in enumerate(FIRST) if item.nodeid.startswith(at)), len(FIRST))
+    )
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -50,14 +50,10 @@ def test_a_grid_in_two_coordinates(tmp_path):
         assert len(np.unique(file["initial_slip"][:5, 0])) == 1
 
 
-@pytest.mark.parametrize("kind", ["png", "pdf", "svg"])
-def test_a_picture_is_drawn(tmp_path, kind):
-    path = tmp_path / f"basin.{kind}"
+def test_a_picture_is_drawn(tmp_path):
+    path = tmp_path / "basin.svg"
     assert run(*MAP, "--states", "16", "--grid", "0", "1", "--picture", str(path))[0] == 0
-    start = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}[kind]
-    assert path.read_bytes().startswith(start)
-    if kind == "svg":
-        assert ET.parse(path).getroot().tag.endswith("svg")
+    assert ET.parse(path).getroot().tag.endswith("svg")
 
 
 def test_a_range_of_load_factors(tmp_path):

@@ -18,7 +18,7 @@ from shakedown.report.first_page import large_numbers, rest_table
 from shakedown.report.html import render, write_report
 from shakedown.report.limit_words import sensitivities_in_words
 from shakedown.report.page_tables import WORST, worst_table
-from tests.report.test_page import Page
+from tests.report.test_page import Page, nominal
 
 LOADS = {
     "load_names": ["bolt preload", "axial load"],
@@ -29,8 +29,8 @@ LOADS = {
 NUMBER = r"([\d.]+(?:e-?\d+)?)"
 
 
-def verified(problem: Problem, **settings: float) -> Verification:
-    return shakedown.verify(problem, random_states=0, load_factors=[1.0], **settings)
+def verified(problem: Problem) -> Verification:
+    return shakedown.verify(problem, random_states=0, load_factors=[1.0])
 
 
 def loaded(factor: float) -> Problem:
@@ -150,14 +150,14 @@ def test_where_nothing_slips_zero_is_said_of_no_node(holds):
 
 
 def test_numbers_of_the_table_are_written_without_an_exponent_where_that_takes_few_zeros():
-    values = [value for _, value, _ in rest_table(verified(shakedown.example("two-node"))).rows]
+    values = [value for _, value, _ in rest_table(nominal("two-node")).rows]
     assert not any("e+" in value for value in values)
     assert "1785" in values
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_on_paper_long_tables_of_nodes_have_their_worst_rows_only():
-    v = verified(shakedown.example("receding-block"))
+    v = nominal("receding-block")
     text = render(v)
     page = Page(text)
     left_out = [row for row in page.all("tr") if row.get("class") == "more"]
@@ -198,7 +198,7 @@ SAID = {
 
 @pytest.mark.parametrize("name", SAID)
 def test_the_sentence_of_every_outcome_is_true(name):
-    assert re.fullmatch(SAID[name], answer_in_words(verified(shakedown.example(name))))
+    assert re.fullmatch(SAID[name], answer_in_words(nominal(name)))
 
 
 def test_a_body_that_slides_away_does_not_hold():
@@ -218,7 +218,7 @@ def test_of_a_load_domain_what_is_simulated_is_said_to_be_one_path():
 
 
 def test_a_proof_of_another_zone_is_no_margin():
-    v = verified(shakedown.example("receding-block"))
+    v = nominal("receding-block")
     assert v.limits.open_nodes
     assert proved_limit(v.assessment).load_factor == 0
     assert "proved" not in margin_of_answer(v)
