@@ -130,3 +130,9 @@ def _compiled_once(request, tmp_path_factory):
 def undrawn(monkeypatch):
     """Pictures of pages are prepared but not drawn, which takes most of the time: for tests of a page's words."""
     monkeypatch.setattr("shakedown.plot.inline_svg.inline", lambda figure, alt: Markup("<svg></svg>"))
+
+
+@pytest.fixture
+def no_transient_limit(monkeypatch):
+    """λ_T, half a second and more in space, is not sought: for tests of a verification that do not ask for it."""
+    monkeypatch.setattr("shakedown.assessment.transient_limit.transient_limit", lambda *_, **__: None)

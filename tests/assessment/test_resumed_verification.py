@@ -18,12 +18,6 @@ def every_step_alone(monkeypatch):
     monkeypatch.setattr(recorded_steps, "EVERY", 0.0)
 
 
-@pytest.fixture
-def short_scan(monkeypatch):
-    """No λ_T, which takes half a second in space."""
-    monkeypatch.setattr("shakedown.assessment.transient_limit.transient_limit", lambda *_, **__: None)
-
-
 def verified(joint, **words):
     return shakedown.verify(joint, load_factors=[0.3], random_states=0, **words)
 
@@ -37,7 +31,7 @@ def said(found):
 
 
 @pytest.mark.parametrize(("joint", "kills"), [(PLANE, 3), (SPACE, 1)], ids=["plane", "space"])
-@pytest.mark.usefixtures("short_scan")
+@pytest.mark.usefixtures("no_transient_limit")
 def test_killed_at_any_instant_it_ends_as_an_undisturbed_one(tmp_path, joint, kills):
     path, whole, kept = tmp_path / "report.html.partial", said(verified(joint)), []
     found = verified(joint, partial=path, save=lambda _: kept.append(path.read_bytes()))
@@ -109,7 +103,7 @@ def test_what_is_known_can_be_read_while_the_work_goes_on(joint, asked, tmp_path
     assert sorted(path.name for path in tmp_path.glob("report*")) == ["report.html", "report.json"]
 
 
-@pytest.mark.usefixtures("short_scan")
+@pytest.mark.usefixtures("no_transient_limit")
 def test_threads_change_no_run(tmp_path, monkeypatch):
     alone = said(shakedown.verify(SPACE, random_states=2))
     monkeypatch.setattr("shakedown.bounds.space_methods.FEW_NODES", 0)
@@ -118,7 +112,7 @@ def test_threads_change_no_run(tmp_path, monkeypatch):
     assert said(shakedown.verify(SPACE, random_states=2, partial=path)) == alone
 
 
-@pytest.mark.usefixtures("short_scan")
+@pytest.mark.usefixtures("no_transient_limit")
 def test_what_fails_in_a_thread_is_raised(monkeypatch):
     monkeypatch.setattr("shakedown.bounds.space_methods.FEW_NODES", 0)
     monkeypatch.setattr("shakedown.assessment.verify.all_cores", lambda: 2)

@@ -1,5 +1,7 @@
 """The limits of joints with two tangential directions: what there is none of, and which states λ_U is about."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -12,8 +14,13 @@ from shakedown.joint.loading import loading
 JOINT = shakedown.example("two-node-3d")
 
 
+@cache
+def assessed(name):
+    return shakedown.assess(shakedown.example(name))
+
+
 def test_what_the_plane_alone_has_is_missing_with_the_reason():
-    limits = shakedown.assess(JOINT).details
+    limits = assessed("two-node-3d").details
     for found in (limits.lower, limits.box, limits.friction, limits.curve([1.0])):
         assert isinstance(found, Missing)
         assert not found
@@ -79,7 +86,7 @@ REFERENCE = {  # λ_max; least λ_E from slip zero with a share of half A_ii⁻�
 @pytest.mark.parametrize("name", REFERENCE)
 def test_three_numbers_of_the_reference_joints(name):
     largest, energy, discs = REFERENCE[name]
-    found = shakedown.assess(shakedown.example(name))
+    found = assessed(name)
     assert found.impossible_above == pytest.approx(largest, rel=1e-9)
     assert energy <= found.details.energy.load_factor <= found.impossible_above
     assert discs * (1 - 1e-9) <= found.proved_from_every_state <= found.impossible_above
@@ -93,9 +100,9 @@ def test_three_numbers_of_the_reference_joints(name):
 
 
 def test_what_the_bounds_decide_of_the_load_as_given():
-    assert str(shakedown.assess(shakedown.example("block-3x3")).said_as_given) == "shakedown"
-    assert str(shakedown.assess(JOINT).said_as_given) == "impossible-in-contact"
-    frame = shakedown.assess(JOINT).to_frame()
+    assert str(assessed("block-3x3").said_as_given) == "shakedown"
+    assert str(assessed("two-node-3d").said_as_given) == "impossible-in-contact"
+    frame = assessed("two-node-3d").to_frame()
     assert list(frame.columns)[:3] == [
         "proved_from_every_state",
         "proved_from_this_state",

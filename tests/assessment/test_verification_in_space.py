@@ -82,8 +82,8 @@ def test_a_ball_of_the_plan_holds_what_is_proved():
     assert isinstance(limits.ball_at(1.01 * upper), Missing)
 
 
+@pytest.mark.usefixtures("no_transient_limit")
 def test_of_many_pairs_few_states_are_simulated_unless_more_are_asked_for(monkeypatch):
-    monkeypatch.setattr("shakedown.assessment.transient_limit.transient_limit", lambda *_, **__: None)
     joint = Problem(A=[[2, 0], [0, 2]], B=[[0, 0]], f=0.4, q_w=[[0.4, 0], [0.4, 1]], p_w=[[1], [1]])
     assert shakedown.verify(joint, load_factors=[0.5]).settings.random_states == 3
     monkeypatch.setattr("shakedown.bounds.space_methods.MANY_NODES", 0)
@@ -91,6 +91,7 @@ def test_of_many_pairs_few_states_are_simulated_unless_more_are_asked_for(monkey
     assert shakedown.verify(joint, load_factors=[0.5], random_states=2).settings.random_states == 2
 
 
+@pytest.mark.usefixtures("no_transient_limit")
 def test_the_command_answers(tmp_path):
     code, out, err = run("verify", "one-node-3d", "--random", "0", "--load-factor", "0.5", cwd=tmp_path)
     assert code == 0, err
@@ -98,6 +99,7 @@ def test_the_command_answers(tmp_path):
     assert max(map(len, out.splitlines())) <= 80
 
 
+@pytest.mark.usefixtures("no_transient_limit")
 def test_transient_load_steps_come_first():
     problem = shakedown.example("one-node-3d")
     before = replace(problem, q_transient=0.5 * problem.q_w[:2], p_transient=problem.p_w[:2])

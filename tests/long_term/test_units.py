@@ -38,7 +38,7 @@ def test_the_long_term_state_does_not_depend_on_units(seed, force, length):
     assert [one.outcome for _, one in drawn(seed)].count("cyclic-slip") > 5
 
 
-@pytest.mark.parametrize("seed", [195, 451, 931, 1182])
+@pytest.mark.parametrize("seed", [195, 451, 1182])
 def test_a_singular_system_of_moving_nodes_is_forgotten(seed):
     """Joints whose rate problem meets singular combinations of states on its way."""
     problem = any_joint(np.random.default_rng(seed))
