@@ -8,6 +8,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import CONE, Side, constraints, step_loads
 from shakedown.joint.problem import Problem
+from shakedown.programs.cone_rays import leaves_cone
 
 if TYPE_CHECKING:
     from shakedown.bounds.collapse.box_bound import BoxBound
@@ -74,33 +75,7 @@ def admitted_up_to(problem: Problem, slip: FloatArray, tolerances: Tolerances = 
     if problem.directions > 1:
         heads = rows.heads[np.unique(rows.node[rows.heads], return_index=True)[1]]
         limits = slack[heads[:, None] + np.arange(CONE)]
-        in_discs = min(map(leaves_cone, limits, -law.of_nodes(first)))
+        in_discs = leaves_cone(limits, -law.of_nodes(first)).min()
         slack, first = slack[rows.side != Side.DISC], first[law.rows * problem.n :]
     rising = first > 0
     return max(float(np.min(slack[rising] / first[rising], initial=in_discs)), 0.0)
-
-
-def leaves_cone(start: FloatArray, along: FloatArray) -> float:
-    """The largest t ≥ 0 at which ``start + t along`` is in the cone |(x, y)| ≤ h, from its point ``start``.
-
-    Vectors are (h, x, y). inf where it never leaves; 0 where it does so at once.
-
-    Examples
-    --------
-    >>> leaves_cone(np.array([1.0, 0.0, 0.5]), np.array([0.0, 0.0, 2.0]))
-    0.25
-    >>> leaves_cone(np.array([1.0, 0.0, 0.5]), np.array([2.0, 0.0, 2.0]))
-    inf
-    """
-    size = float(np.abs(along).max())
-    if size == 0.0:
-        return np.inf
-    c, a = start[0], start[1:]  # |a + t b|² − (c + t d)² = α t² + 2 β t + γ, and γ ≤ 0
-    d, b = along[0] / size, along[1:] / size
-    alpha, beta = float(b @ b - d * d), float(a @ b - c * d)
-    gamma = min(float(a @ a - c * c), 0.0)
-    root = np.sqrt(max(beta * beta - alpha * gamma, 0.0))
-    if beta * beta < alpha * gamma or (alpha <= 0 and beta <= 0):
-        return np.inf
-    t = -gamma / (beta + root) if beta > 0 else (root - beta) / alpha
-    return float(t / size)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
 from shakedown.joint.derived import once_per_problem
-from shakedown.joint.law import Law
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -28,6 +27,7 @@ class Side(IntEnum):
     PRESSURE = 3
 
 
+SIDES = (Side.BACKWARD, Side.FORWARD)  # of a node in the plane, in the order of its rows
 SIDE_NAMES = {int(side): side.name.lower() for side in Side}
 CONE = 3  # rows of a disc: f p, q_x, q_y
 
@@ -159,22 +159,9 @@ def constraints(problem: Problem) -> Constraints:
     >>> rows.G.shape, rows.node, rows.side
     ((4, 2), array([0, 0, 1, 1]), array([ 1, -1,  1, -1]))
     """
-    loop, law = loading(problem), problem.law
-    G, g = law.stiffness(problem.A, pressure_stiffness(problem)), law.cone(loop.q0, loop.p0)
-    rigid, steps = rigid_slips(problem), step_loads(problem)
-    if problem.directions > 1:
-        place = law.extreme_steps(loop.q1, loop.p1)
-        return _cones(law, G, steps, np.broadcast_to(g, steps.shape), place, rigid)
-    sides = np.tile([Side.BACKWARD, Side.FORWARD], problem.n)
-    return Constraints(
-        G=G,
-        d=steps.max(axis=0),
-        g=g,
-        node=np.append(np.repeat(np.arange(problem.n), 2), law.smooth),
-        side=np.append(sides, np.full(len(law.smooth), Side.PRESSURE)),
-        step=steps.argmax(axis=0),
-        rigid=rigid,
-    )
+    loop, taken = loading(problem), step_loads(problem)
+    left = np.broadcast_to(problem.law.cone(loop.q0, loop.p0), taken.shape)
+    return _extremal(problem, taken, left, taken.argmax(axis=0), (loop.q1, loop.p1))
 
 
 def pressure_stiffness(problem: Problem) -> FloatArray:
@@ -208,31 +195,36 @@ def stacked(one: Constraints, other: Constraints) -> Constraints:
     return replace(one, G=np.vstack([one.G, other.G]), **both)
 
 
-def _cones(
-    law: Law,
-    G: FloatArray,
+def _extremal(
+    problem: Problem,
     taken: FloatArray,
     left: FloatArray,
-    place: tuple[NDArray[np.intp], NDArray[np.intp]],
-    rigid: RigidSlips,
+    worst: NDArray[np.intp],
+    path: tuple[FloatArray, FloatArray],
 ) -> Constraints:
-    """The discs of some nodes at some load steps, and the least pressures of nodes without friction.
+    """The rows that imply those of all load steps, and the least pressures of nodes without friction.
 
-    ``taken`` and ``left`` (m, r) are what load steps take from the slack, and what they leave.
+    ``taken`` and ``left`` (m, r) are what load steps take from the slack, and what they leave; ``worst`` (r,)
+    the load step that takes most from a half-space, ``path`` the load (q, p).
     """
-    node, step = (each.repeat(CONE) for each in place)
-    rows = CONE * node + np.tile(np.arange(CONE), len(place[0]))
-    pressures = law.rows * law.layout.n + np.arange(len(law.smooth))
-    steps = np.append(step, np.argmax(taken[:, pressures] - left[:, pressures], axis=0))
-    rows = np.append(rows, pressures)
+    law, n = problem.law, problem.n
+    pressures = law.rows * n + np.arange(len(law.smooth))
+    if problem.directions > 1:
+        node, step = (each.repeat(CONE) for each in law.extreme_steps(*path))
+        row = CONE * node + np.tile(np.arange(CONE), len(node) // CONE)
+        side = np.full(len(node), Side.DISC)
+    else:
+        node, row, side = np.repeat(np.arange(n), 2), np.arange(2 * n), np.tile(SIDES, n)
+        step = worst[row]
+    steps, rows = np.append(step, worst[pressures]), np.append(row, pressures)
     return Constraints(
-        G=G[rows],
+        G=law.stiffness(problem.A, pressure_stiffness(problem))[rows],
         d=taken[steps, rows],
         g=left[steps, rows],
         node=np.append(node, law.smooth),
-        side=np.append(np.full(len(node), Side.DISC), np.full(len(law.smooth), Side.PRESSURE)),
+        side=np.append(side, np.full(len(law.smooth), Side.PRESSURE)),
         step=steps,
-        rigid=rigid,
+        rigid=rigid_slips(problem),
     )
 
 
@@ -262,23 +254,10 @@ def through_transient(problem: Problem) -> Constraints:
     rows = constraints(problem)
     if problem.q_transient is None or problem.p_transient is None or not len(problem.q_transient):
         return rows
-    law = problem.law
-    right = law.cone(problem.q_transient, problem.p_transient)
-    if problem.directions > 1:
-        place = law.extreme_steps(problem.q_transient, problem.p_transient)
-        G = law.stiffness(problem.A, pressure_stiffness(problem))
-        before = _cones(law, G, np.zeros_like(right), right, place, rows.rigid)
-    else:
-        before = replace(rows, d=np.zeros_like(rows.d), g=right.min(axis=0), step=right.argmin(axis=0))
-    return replace(
-        rows,
-        G=np.vstack([rows.G, before.G]),
-        d=np.append(rows.d, before.d),
-        g=np.append(rows.g, before.g),
-        node=np.append(rows.node, before.node),
-        side=np.append(rows.side, before.side),
-        step=np.append(rows.step, before.step - len(right)),
-    )
+    path = problem.q_transient, problem.p_transient
+    left = problem.law.cone(*path)
+    before = _extremal(problem, np.zeros_like(left), left, left.argmin(axis=0), path)
+    return stacked(rows, replace(before, step=before.step - len(left)))
 
 
 def rows_of(nodes: int | NDArray[np.intp]) -> NDArray[np.intp]:

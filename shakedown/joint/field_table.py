@@ -116,16 +116,16 @@ def directions_of(A: tuple[int, ...], B: tuple[int, ...]) -> int:
 
 def _check_shape(key: str, shape: tuple[int, ...], sizes: dict[str, int], directions: int) -> None:
     """Match one shape against its axis names, learning m, k and s where they first occur."""
-    field = FIELDS[key]
+    field, in_space = FIELDS[key], directions > 1
     if field.directions not in (0, directions):
         wanted, found = (
-            ("one tangential direction", "two") if directions > 1 else ("two tangential directions", "one")
+            ("one tangential direction", "two") if in_space else ("two tangential directions", "one")
         )
         raise ProblemError(f"key '{key}': expected only with {wanted}, found {found}")
     axes = field.axes
     if field.one is not None and len(shape) == len(field.one):
         axes = field.one
-    elif key == "x" and directions == 2 and len(shape) == 2:  # in a plane or in space
+    elif key == "x" and in_space and len(shape) == 2:  # in a plane or in space
         axes = ("n", 2 if shape[1] == 2 else 3)
     expected = tuple(axis if isinstance(axis, int) else sizes.get(axis, axis) for axis in axes)
     fits = len(shape) == len(axes) and all(
@@ -133,9 +133,9 @@ def _check_shape(key: str, shape: tuple[int, ...], sizes: dict[str, int], direct
     )
     if not fits:
         wanted = "(" + ", ".join(map(str, expected)) + ("," if len(expected) == 1 else "") + ")"
-        if key == "x" and directions == 2:
+        if key == "x" and in_space:
             wanted = "({0},), ({0}, 2) or ({0}, 3)".format(expected[0])
-        hint = _transposition_hint(shape, expected) if directions == 1 else _in_space_hint(shape, expected)
+        hint = _in_space_hint(shape, expected) if in_space else _transposition_hint(shape, expected)
         raise ProblemError(f"key '{key}': expected shape {wanted}, found {shape}{hint}")
     for axis, have in zip(axes, shape, strict=True):
         if isinstance(axis, str):

@@ -302,8 +302,7 @@ class Problem(ReadOnly):
 
     def to_dict(self) -> dict[str, Any]:
         """How a document introduces the joint: name, size, labels, units, load path, loads, warnings."""
-        size: dict[str, Any] = {"name": self.name, "n": self.n, "m": self.m}
-        size |= {"directions": self.directions} if self.directions > 1 else {}
+        size: dict[str, Any] = {"name": self.name, **self._size}
         known: dict[str, Any] = {
             "labels": None if self.label is None else list(self.label),
             "units": self.units,
@@ -312,6 +311,11 @@ class Problem(ReadOnly):
         known["loads"] = [load._asdict() for load in self.loads]
         known["warnings"] = list(self.warnings)
         return size | {key: value for key, value in known.items() if value}
+
+    @property
+    def _size(self) -> dict[str, int]:
+        """How many nodes and load steps there are; two directions are said, one is not."""
+        return {"n": self.n, "m": self.m} | ({"directions": 2} if self.directions > 1 else {})
 
     @property
     def fingerprint(self) -> str:
@@ -335,8 +339,7 @@ class Problem(ReadOnly):
 
     def __repr__(self) -> str:
         parts = [repr(shortened(visible(self.name), 60))] if self.name else []
-        parts += [f"n={self.n}", f"m={self.m}"]
-        parts += [f"directions={self.directions}"] if self.directions > 1 else []
+        parts += [f"{name}={count}" for name, count in self._size.items()]
         parts += [repr(shortened(visible(self.units), 20))] if self.units else []
         parts += ["load domain"] if self.is_domain else []
         return f"<Problem {', '.join(parts)}>"

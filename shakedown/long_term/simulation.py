@@ -331,10 +331,7 @@ def _at_fixed_steps(motion: FixedSteps, asked: _Request, steps: RecordedSteps) -
 def _stepped_state(motion: FixedSteps, verdict: Verdict, log: Walk) -> SteppedState:
     n, decided = motion.problem.n, verdict.outcome != Outcome.UNDECIDED
     last, (path, slip) = slice(len(log.slip) - verdict.period, None), motion.last(verdict.period)
-    if motion.problem.directions == 1:
-        work = -(path.q * slip).sum(axis=0) / max(verdict.period, 1)
-    else:
-        work = np.sum([each.work for each in log.records[last]], axis=0) / max(verdict.period, 1)
+    work = np.sum([each.work for each in log.records[last]], axis=0) / max(verdict.period, 1)
     return SteppedState(
         problem=motion.problem,
         load_factor=float(motion.load_factor),

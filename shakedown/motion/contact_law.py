@@ -4,12 +4,13 @@ from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.tolerances import Tolerances
+from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.law import Law
-from shakedown.joint.loading import loading, transient_path
+from shakedown.joint.loading import first_load, loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
@@ -44,9 +45,14 @@ def scales(problem: Problem, load_factor: float) -> Scales:
     return scales_of(problem, *loading(problem).at(load_factor), transient_path(problem))
 
 
+def path_accuracy(problem: Problem, tolerances: Tolerances) -> float:
+    """Error of a path over one cycle, relative to the scales: in the plane, where it is exact, none."""
+    return 0.0 if problem.directions == 1 else tolerances.path
+
+
 def path_resolution(problem: Problem, tolerances: Tolerances) -> float:
     """Slip per period, relative to the length scale, up to which a node counts as not slipping."""
-    return tolerances.periodicity if problem.directions == 1 else 10.0 * tolerances.path
+    return 10.0 * path_accuracy(problem, tolerances) or tolerances.periodicity
 
 
 def law_resolution(problem: Problem, tolerances: Tolerances) -> float:
@@ -54,7 +60,7 @@ def law_resolution(problem: Problem, tolerances: Tolerances) -> float:
 
     Within a step, where a polynomial stands for the path, that is more than at its ends.
     """
-    return max(tolerances.friction_law, 0.0 if problem.directions == 1 else 100.0 * tolerances.path)
+    return max(tolerances.friction_law, 100.0 * path_accuracy(problem, tolerances))
 
 
 def scales_of(problem: Problem, *paths: FloatArray) -> Scales:
@@ -93,6 +99,24 @@ def _held(stiffness: FloatArray) -> FloatArray:
     """Stiffnesses, with the least of them for zero."""
     some = stiffness[stiffness > 0]
     return np.where(stiffness > 0, stiffness, some.min() if some.size else 1.0)
+
+
+def admissible(
+    problem: Problem, load_factor: float, slips: FloatArray, tolerances: Tolerances = DEFAULT
+) -> NDArray[np.bool_]:
+    """Which slips (s, dn) keep every node closed and within its friction limits at the first load, (s,).
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> admissible(shakedown.example("two-node"), 0.7, np.array([[0.0, 1.0], [9.0, 9.0]]))
+    array([ True, False])
+    """
+    law, (q_w, p_w) = problem.law, problem.layout.split(first_load(problem, load_factor))
+    q, q_terms = q_w + slips @ problem.A.T, np.abs(q_w) + np.abs(slips) @ np.abs(problem.A).T
+    p, p_terms = p_w + slips @ problem.B.T, np.abs(p_w) + np.abs(slips) @ np.abs(problem.B).T
+    within = law.excess(q, p) <= tolerances.feasibility * (law.size(q_terms) + law.limit(p_terms))
+    return np.asarray((within & (p >= -tolerances.feasibility * p_terms)).all(axis=1))
 
 
 @checked

@@ -80,11 +80,8 @@ class FixedSteps(Motion):
     ) -> None:
         require_problem(problem)
         check_count("parts", parts)
-        if problem.directions == 1 and parts > 1:
-            raise UsageError(f"parts: expected 1 with one tangential direction, found {parts}")
         self.problem, self.tolerances = problem, tolerances
-        swept = problem.directions == 1
-        self.method = SweptSteps(problem) if swept else SolvedSteps(problem, int(parts), sweeps_only)
+        self.method = _method_of(problem, int(parts), sweeps_only)
         self.begin(load_factor, initial_slip, open_nodes)
 
     def _begin(self, start: Beginning, transient: FloatArray) -> None:
@@ -128,8 +125,7 @@ class FixedSteps(Motion):
         if self.stop is not None:
             return False
         self.done += 1
-        steps = self._steps
-        self.recent.append((path, steps.slip if self.problem.directions == 1 else steps.length))
+        self.recent.append((path, self.method.ways(self._steps)))
         return True
 
     def _what_it_did(self) -> CycleRecord:
@@ -196,6 +192,15 @@ class FixedSteps(Motion):
         return ""
 
 
+def _method_of(problem: Problem, parts: int, sweeps_only: bool) -> "SweptSteps | SolvedSteps":
+    """What solves the load steps of a joint."""
+    if problem.directions > 1:
+        return SolvedSteps(problem, parts, sweeps_only)
+    if parts > 1:
+        raise UsageError(f"parts: expected 1 with one tangential direction, found {parts}")
+    return SweptSteps(problem)
+
+
 class SweptSteps:
     """Load steps in the plane, by Gauss–Seidel over the nodes."""
 
@@ -250,6 +255,10 @@ class SweptSteps:
     def sides(self, steps: Steps) -> NDArray[np.int64]:
         """States of closed nodes."""
         return np.where(steps.slip < 0, BACKWARD_SLIP, np.where(steps.slip > 0, FORWARD_SLIP, STICK))
+
+    def ways(self, steps: Steps) -> FloatArray:
+        """The slip in contact in every load step, (k, n) [length]."""
+        return steps.slip
 
     def missed(self, steps: Steps, path: EventHistory) -> float:
         """By how much load steps that were all solved violate the law, relative."""
@@ -308,6 +317,10 @@ class SolvedSteps:
     def sides(self, steps: Steps) -> NDArray[np.int64]:
         """States of closed nodes."""
         return np.where(steps.length > 0, SLIP, STICK)
+
+    def ways(self, steps: Steps) -> FloatArray:
+        """The length of the way in contact in every load step, (k, n) [length]."""
+        return steps.length
 
     def missed(self, steps: Steps, path: EventHistory) -> float:
         """By how much load steps that were solved break the law, relative (:func:`projection_error`)."""

@@ -8,8 +8,6 @@ from shakedown.ground.float_array import FloatArray
 def way_to_limits(G: FloatArray, right: FloatArray, centre: FloatArray, directions: FloatArray) -> FloatArray:
     """The largest t at which right − G (centre + t direction) is in the cone, of all cones, (k,).
 
-    Along a direction a cone s = (f p, q) ends where |q|² = (f p)², c + 2 b t + a t² = 0, at the first t > 0.
-
     Parameters
     ----------
     G, right : (3r, dn), (3r,)
@@ -31,13 +29,29 @@ def way_to_limits(G: FloatArray, right: FloatArray, centre: FloatArray, directio
     >>> way_to_limits(np.vstack([np.zeros(2), -np.eye(2)]), np.array([0.5, 0.0, 0.0]), np.zeros(2), np.eye(2))
     array([0.5, 0.5])
     """
-    head, *q = (right - G @ centre).reshape(-1, 3).T[:, :, None]
-    if (np.hypot(*q) > head).any():
+    start = (right - G @ centre).reshape(-1, 3)
+    if (np.hypot(start[:, 1], start[:, 2]) > start[:, 0]).any():
         return np.zeros(len(directions))
-    per_head, *per_q = np.moveaxis((-G @ directions.T).reshape(-1, 3, len(directions)), 1, 0)
-    c = np.sum(np.square(q), axis=0) - head**2
-    b = np.sum(np.multiply(q, per_q), axis=0) - head * per_head
-    a = np.sum(np.square(per_q), axis=0) - per_head**2
-    root = b + np.sqrt(np.maximum(b**2 - a * c, 0.0))
-    ends = (root > 0) & (b**2 >= a * c)
-    return np.asarray(np.divide(-c, root, out=np.full_like(root, np.inf), where=ends).min(axis=0))
+    along = (-directions @ G.T).reshape(len(directions), -1, 3)
+    return np.asarray(leaves_cone(start, along).min(axis=-1))
+
+
+def leaves_cone(start: FloatArray, along: FloatArray) -> FloatArray:
+    """The largest t ≥ 0 at which ``start + t along`` is in the cone |(x, y)| ≤ h, from its point ``start``.
+
+    Vectors (…, 3) are (h, x, y). inf where it never leaves; 0 where it does so at once.
+
+    Examples
+    --------
+    >>> leaves_cone(np.array([1.0, 0.0, 0.5]), np.array([[0.0, 0.0, 2.0], [2.0, 0.0, 2.0]]))
+    array([0.25,  inf])
+    """
+    size = np.ldexp(1.0, np.frexp(np.abs(along).max(axis=-1))[1])
+    c, x, y = np.moveaxis(start, -1, 0)  # |(x, y) + t b|² − (c + t d)² = α t² + 2 β t + γ, and γ ≤ 0
+    d, b_x, b_y = np.moveaxis(along / size[..., None], -1, 0)
+    alpha, beta = b_x**2 + b_y**2 - d**2, x * b_x + y * b_y - c * d
+    gamma = np.minimum(x**2 + y**2 - c**2, 0.0)
+    root = np.sqrt(np.maximum(beta**2 - alpha * gamma, 0.0))
+    ends = (beta**2 >= alpha * gamma) & ((alpha > 0) | (beta > 0))
+    top, below = np.where(beta > 0, -gamma, root - beta), np.where(beta > 0, beta + root, alpha)
+    return np.divide(top, below, out=np.full_like(top, np.inf), where=ends) / size

@@ -7,9 +7,10 @@ import pytest
 
 import shakedown
 from shakedown import Problem
-from shakedown.assessment.from_state import admitted_up_to, leaves_cone
+from shakedown.assessment.from_state import admitted_up_to
 from shakedown.ground.evidence import Missing
 from shakedown.joint.loading import loading
+from shakedown.programs.cone_rays import leaves_cone
 
 JOINT = shakedown.example("two-node-3d")
 

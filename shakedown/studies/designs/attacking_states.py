@@ -1,13 +1,13 @@
 """Initial slips from which a cycle is sought: admissible under the first load, extreme and between."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import CONE, constraints, step_loads
-from shakedown.joint.loading import loading
+from shakedown.joint.loading import first_load
 from shakedown.joint.problem import Problem
+from shakedown.motion.contact_law import admissible
 from shakedown.programs.cone_rays import way_to_limits
 from shakedown.programs.program import Program
 from shakedown.programs.simplex import Simplex
@@ -16,37 +16,6 @@ CORNER = 0.3  # exponent of the mixture: below 1, so that most states lie near a
 OUTSIDE = (0.3, 1.0, 5.0, 30.0)  # reaches of states drawn without regard to the limits
 FARTHEST = 30.0  # reach, relative to the loads on the stiffness, where no disc ends a direction
 DIRECTIONS = 2  # random directions beside the 2n of the nodes, for each node
-
-
-def admissible(
-    problem: Problem, load_factor: float, slips: FloatArray, tolerances: Tolerances
-) -> NDArray[np.bool_]:
-    """Which slips at the first load step, (s, dn), leave all nodes closed and within their limits, (s,)."""
-    if problem.directions > 1:
-        return _within_discs(problem, load_factor, slips, tolerances)
-    rows = constraints(problem)
-    load = load_factor * step_loads(problem)[0]
-    terms = np.maximum(np.abs(slips) @ np.abs(rows.G).T, np.maximum(np.abs(load), np.abs(rows.g)))
-    excess = (slips @ rows.G.T + load - rows.g) / np.where(terms > 0, terms, 1.0)
-    return np.asarray(excess.max(axis=1) <= tolerances.feasibility)
-
-
-def _within_discs(
-    problem: Problem, load_factor: float, slips: FloatArray, tolerances: Tolerances
-) -> NDArray[np.bool_]:
-    law, (q_w, p_w) = problem.law, _first_load(problem, load_factor)
-    terms = law.size(np.abs(slips) @ np.abs(problem.A).T + np.abs(q_w))
-    terms += law.limit(np.abs(slips) @ np.abs(problem.B).T + np.abs(p_w))
-    p = slips @ problem.B.T + p_w
-    excess = law.excess(slips @ problem.A.T + q_w, p)
-    pressed = p >= -tolerances.feasibility * (np.abs(slips) @ np.abs(problem.B).T + np.abs(p_w))
-    return np.asarray((pressed & (excess <= tolerances.feasibility * terms)).all(axis=1))
-
-
-def _first_load(problem: Problem, load_factor: float) -> tuple[FloatArray, FloatArray]:
-    """Welded reactions (q_w, p_w) at the first load step of the loop [force]."""
-    q_w, p_w = loading(problem).at(load_factor)
-    return q_w[0], p_w[0]
 
 
 class AttackingStates:
@@ -110,7 +79,8 @@ class AttackingStates:
 
     def _farthest(self, load_factor: float, most: int) -> FloatArray:
         """The last slips that the first load allows, in directions from one that it allows; none of none."""
-        problem, (q_w, p_w) = self.problem, _first_load(self.problem, load_factor)
+        problem = self.problem
+        q_w, p_w = problem.layout.split(first_load(problem, load_factor))
         at_ease = np.linalg.lstsq(problem.A, -q_w, rcond=None)[0]  # no tangential reaction
         starts = np.vstack([at_ease, self.known])
         inside = starts[admissible(problem, load_factor, starts, self.tolerances)]

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
-from shakedown.studies.designs.attacking_states import AttackingStates, admissible
+from shakedown.motion.contact_law import admissible
+from shakedown.studies.designs.attacking_states import AttackingStates
 from shakedown.studies.designs.descent import (
     SLIPPING,
     FoundCycle,

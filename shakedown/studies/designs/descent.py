@@ -17,8 +17,7 @@ from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.many_states import long_term_states
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.contact_law import scales
-from shakedown.studies.designs.attacking_states import admissible
+from shakedown.motion.contact_law import admissible, path_accuracy, scales
 from shakedown.studies.designs.cycle_pattern import cycle_pattern, first_load_slip
 
 SLIPPING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
@@ -142,8 +141,8 @@ class Simulator:
         and the length that the loads bring.
         """
         scale = scales(self.problem, load_factor)
-        path = float(np.finfo(float).eps) if self.problem.directions == 1 else self.tolerances.path
-        accuracy = max(self.problem.stiffness_accuracy or 0.0, path)
+        path = path_accuracy(self.problem, self.tolerances)
+        accuracy = max(self.problem.stiffness_accuracy or 0.0, path, float(np.finfo(float).eps))
         return ROUNDED * accuracy * scale.force * scale.length
 
     def resolved(self, state: LongTermState) -> bool:

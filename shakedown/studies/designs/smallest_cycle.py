@@ -27,8 +27,8 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.many_states import checked_initial_slips
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.contact_law import path_resolution, scales
-from shakedown.studies.designs.attacking_states import AttackingStates, admissible
+from shakedown.motion.contact_law import admissible, path_accuracy, scales
+from shakedown.studies.designs.attacking_states import AttackingStates
 from shakedown.studies.designs.cycle_search import CycleSearch
 from shakedown.studies.designs.descent import Simulator
 
@@ -360,9 +360,7 @@ def _result(search: CycleSearch, limits: JointLimits, top: float, seed: int) -> 
 
 def _slipping(state: LongTermState, tolerances: Tolerances) -> tuple[int, ...]:
     """The nodes that slip, in space by more than the path resolves."""
-    none = 0.0
-    if state.problem.directions > 1:
-        none = path_resolution(state.problem, tolerances) * scales(state.problem, state.load_factor).length
+    none = 10.0 * path_accuracy(state.problem, tolerances) * scales(state.problem, state.load_factor).length
     return tuple(np.flatnonzero(state.slip_per_cycle > none).tolist())
 
 

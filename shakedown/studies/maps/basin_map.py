@@ -12,12 +12,13 @@ from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.motion.contact_law import admissible
 from shakedown.studies.maps.final_states import FinalStates, final_states
 from shakedown.studies.maps.limit_cycles import LimitCycle, limit_cycles
 from shakedown.studies.maps.map_file import Columns
 from shakedown.studies.maps.map_pieces import MapSearch
 from shakedown.studies.maps.samplers import Sampler, Sampling
-from shakedown.studies.maps.slip_plane import SlipPlane, admissible, slip_plane
+from shakedown.studies.maps.slip_plane import SlipPlane, slip_plane
 from shakedown.studies.maps.slip_scatter import Scatter, slip_scatter
 from shakedown.studies.maps.undecided import LOOKED_AT, UndecidedReason, undecided_reasons
 

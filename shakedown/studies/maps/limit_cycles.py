@@ -17,7 +17,7 @@ from shakedown.joint.result import Result
 from shakedown.long_term.cycle_map import CycleMap, follow_period
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.contact_law import path_resolution, scales
+from shakedown.motion.contact_law import path_accuracy, path_resolution, scales
 from shakedown.motion.method import cycles_of, walk
 from shakedown.studies.maps.map_file import Columns
 from shakedown.studies.maps.map_pieces import MapSearch
@@ -26,7 +26,7 @@ from shakedown.studies.maps.slip_scatter import slip_scatter
 Rows = NDArray[np.intp]  # numbers of states
 
 MOST_ALONE = 20  # limit cycles of a kind that are told apart without multipliers; the others are a continuum
-APART = 16.0  # times what a path in space resolves: states so near each other are one
+APART = 160.0  # times the error of a path over one cycle: states so near each other are one
 
 STABLE, BORDER, UNSTABLE, UNKNOWN = "stable", "border", "unstable", "unknown"
 
@@ -126,6 +126,11 @@ class _Seen:
         scale = scales(self.problem, self.load_factor)
         return path_resolution(self.problem, self.search.tolerances) * scale.length * scale.force
 
+    @property
+    def mapped(self) -> bool:
+        """Whether the map over a period is worked out: in the plane."""
+        return self.problem.directions == 1
+
     def parts(self) -> Iterator[slice]:
         """All states, some at a time."""
         count = len(self.columns["outcome"])
@@ -206,7 +211,7 @@ def _gathers(seen: _Seen, kind: _Kind, here: NDArray[np.bool_], known: int) -> b
 
     Every node slips, so that no slip is locked in, and other states end on it, too.
     """
-    if seen.problem.directions == 1 or len(kind.slipping_nodes) < seen.problem.n:
+    if seen.mapped or len(kind.slipping_nodes) < seen.problem.n:
         return False
     return bool(np.count_nonzero(here) > 1) and known < MOST_ALONE
 
@@ -217,7 +222,7 @@ def _like(seen: _Seen, rows: Rows, kind: _Kind) -> NDArray[np.bool_]:
     Those that pass through the same contact states; all of the kind where a node keeps its
     slip, which is locked in and selects the limit cycle.
     """
-    if len(kind.slipping_nodes) < seen.problem.n or seen.problem.directions > 1:
+    if len(kind.slipping_nodes) < seen.problem.n or not seen.mapped:
         return np.ones(len(rows), dtype=bool)
     signature = seen.columns["signature"][rows]
     return np.asarray(signature == signature[0])
@@ -247,7 +252,7 @@ def _examined(seen: _Seen, kind: _Kind, example: int) -> _Examined:
     )
     if not state.period:
         return _Examined(cycle, state.drift)
-    if seen.problem.directions > 1:
+    if not seen.mapped:
         ends = np.array([record.end_slip for record in cycles_of(state.motion(), state.period)])
         return _Examined(replace(cycle, final_slip=ends), state.drift)
     over = _one_more_period(state)
@@ -298,7 +303,6 @@ def _known(drift: FloatArray) -> FloatArray | None:
 
 def same_slip(problem: Problem, load_factor: float, tolerances: Tolerances) -> float:
     """Difference between the slips of limit cycles that counts as none [length] (``same_cycle``)."""
-    share = tolerances.same_cycle
-    if problem.directions > 1:  # ends of searches are not known better
-        share = max(share, APART * path_resolution(problem, tolerances))
+    known = APART * path_accuracy(problem, tolerances)  # ends of searches are not known better
+    share = max(tolerances.same_cycle, known)
     return share * scales(problem, load_factor).length

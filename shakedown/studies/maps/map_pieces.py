@@ -21,7 +21,7 @@ from shakedown.studies.maps.samplers import BLOCK, Sampling
 
 LITTLE = 1 << 17  # states times nodes squared: a few seconds at most
 MUCH = 1 << 22  # the same: half a minute or more
-IN_SPACE = 16  # times the work of a state in the plane, and of its pieces so many less
+IN_SPACE = 16  # times the work of a state in the plane, and so many states less in a piece
 COLUMNS = (  # what is kept of every state in any case
     "initial_slip",
     "final_slip",
@@ -80,8 +80,7 @@ class MapPieces:
     @property
     def size(self) -> int:
         """States in one piece: about a second of work."""
-        joint = self.samplings[0].problem
-        return BLOCK * max(1, (256 if joint.directions == 1 else IN_SPACE) // joint.n)
+        return BLOCK * max(1, 256 // (self._of_a_state * self.samplings[0].problem.n))
 
     @property
     def count(self) -> int:
@@ -96,13 +95,17 @@ class MapPieces:
     @property
     def for_threads(self) -> bool:
         """Whether threads of this process do it sooner than processes that begin anew: in the plane."""
-        return self.samplings[0].problem.directions == 1 and LITTLE <= self._work < MUCH
+        return self._of_a_state == 1 and LITTLE <= self._work < MUCH
 
     @property
     def _work(self) -> int:
         first = self.samplings[0]
-        states = len(self.samplings) * first.states * (1 if first.problem.directions == 1 else IN_SPACE)
-        return states * first.problem.n**2
+        return len(self.samplings) * first.states * self._of_a_state * first.problem.n**2
+
+    @property
+    def _of_a_state(self) -> int:
+        """The work of a state, in that of one in the plane."""
+        return 1 if self.samplings[0].problem.directions == 1 else IN_SPACE
 
     @property
     def _per_load_factor(self) -> int:

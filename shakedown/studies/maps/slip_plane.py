@@ -9,10 +9,9 @@ to and fro for ever (thesis §4.4, figs 4.11–4.15).
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import CONE, Side, constraints
 from shakedown.joint.loading import first_load
 from shakedown.joint.problem import Problem
@@ -136,31 +135,6 @@ def _about(chosen: Sampling, G: FloatArray, right: FloatArray) -> FloatArray:
 def first_limits(problem: Problem, load_factor: float) -> FloatArray:
     """Right-hand sides of the rows G v ≤ … at the first load step of the motion, (r,) [force]."""
     return problem.law.cone(*problem.layout.split(first_load(problem, load_factor)))
-
-
-def admissible(
-    problem: Problem, load_factor: float, slips: FloatArray, tolerances: Tolerances = DEFAULT
-) -> NDArray[np.bool_]:
-    """Which slips (s, dn) keep every node closed and within its friction limits at the first load, (s,).
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> admissible(shakedown.example("two-node"), 0.7, np.array([[0.0, 1.0], [9.0, 9.0]]))
-    array([ True, False])
-    """
-    if problem.directions > 1:
-        law, split = problem.law, problem.layout.split
-        q_w, p_w = split(first_load(problem, load_factor))
-        size = np.abs(slips) @ np.abs(problem.A).T
-        p, terms = p_w + slips @ problem.B.T, np.abs(p_w) + np.abs(slips) @ np.abs(problem.B).T
-        own = law.size(np.abs(q_w) + size) + law.limit(terms)
-        excess = law.excess(q_w + slips @ problem.A.T, p)
-        pressed = p >= -tolerances.feasibility * terms
-        return np.asarray((pressed & (excess <= tolerances.feasibility * own)).all(axis=1))
-    rows, right = constraints(problem), first_limits(problem, load_factor)
-    size = np.abs(slips) @ np.abs(rows.G).T + np.abs(right)
-    return np.asarray((slips @ rows.G.T - right <= tolerances.feasibility * size).all(axis=1))
 
 
 def _section(chosen: Sampling) -> FloatArray:

@@ -6,7 +6,8 @@ from command import run
 from joints_in_space import in_units
 
 import shakedown
-from shakedown.studies.designs.attacking_states import AttackingStates, admissible
+from shakedown.motion.contact_law import admissible
+from shakedown.studies.designs.attacking_states import AttackingStates
 
 JOINT = shakedown.example("one-node-3d")
 FEW = {"states": 2, "rounds": 1}

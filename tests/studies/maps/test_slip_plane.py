@@ -6,9 +6,9 @@ import pytest
 import shakedown
 from shakedown.joint.constraints import constraints
 from shakedown.joint.loading import loading
-from shakedown.motion.contact_law import reactions
+from shakedown.motion.contact_law import admissible, reactions
 from shakedown.studies.maps.samplers import sampling
-from shakedown.studies.maps.slip_plane import admissible, first_limits, slip_plane
+from shakedown.studies.maps.slip_plane import first_limits, slip_plane
 
 JOINT = shakedown.example("two-node")
 
