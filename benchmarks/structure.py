@@ -8,6 +8,7 @@ Nothing is imported or run. What is counted:
 - *plane modules*: files with the arithmetic of one tangential direction: slips before gaps (``2 * n``,
   ``u[:n]``, ``u[n:]``, ``n + i``), two rows a node (``[0::2]``, ``2 * j + 1``, interleaving), sides ±1;
 - *law modules*: files that state Coulomb's law, the product of friction and pressure;
+- *direction tests*: how often the number of tangential directions is compared with another number;
 - *packages* of the package, *depth* of its folders, *code lines of the command line*;
 - *functions* of more than forty code lines, *named numbers* (constants of a module) beside the fields of
   ``Tolerances``, *class names* that more than one class has;
@@ -191,6 +192,11 @@ def _is_law(node: ast.AST) -> bool:
     return (left in FRICTION and right in PRESSURE) or (right in FRICTION and left in PRESSURE)
 
 
+def _is_direction_test(node: ast.Compare) -> bool:
+    numbers = all(isinstance(other, ast.Constant) for other in node.comparators)
+    return _word(node.left) == "directions" and numbers
+
+
 def with_arithmetic(modules: dict[str, Path], kind) -> list[str]:
     return [module for module, path in modules.items() if any(kind(node) for node in ast.walk(tree(path)))]
 
@@ -315,6 +321,7 @@ def counts(root: Path) -> dict[str, int]:
         "shared classes": sum(count > 1 for count in classes.values()),
         "plane modules": len(with_arithmetic(package, _is_plane)),
         "law modules": len(with_arithmetic(package, _is_law)),
+        "direction tests": sum(map(_is_direction_test, of_kind(paths, ast.Compare))),
         "code lines": sum(code_lines(path) for path in package.values()),
         "command line": sum(
             code_lines(path) for module, path in modules.items() if subpackage(module) == "cli"
@@ -327,7 +334,7 @@ def counts(root: Path) -> dict[str, int]:
 def main() -> None:
     root = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parents[1]
     for what, count in counts(root).items():
-        print(f"{what:14} {count:7,}")
+        print(f"{what:15} {count:7,}")
     if "--list" in sys.argv:
         package = {
             module: path

@@ -81,6 +81,7 @@ def node_results(
     nothing = np.full(problem.n, np.nan)
     area = nothing if problem.node_area is None else problem.node_area
     known = settled.period > 0
+    parts = known and problem.directions > 1
     with np.errstate(over="ignore"):  # what is too large is refused
         worn = k * pressed_slip(settled) if known else nothing
         if np.isinf([worn, worn / np.where(area > 0, area, 1.0)]).any():
@@ -97,12 +98,12 @@ def node_results(
         area=area,
         status=status,
         slip_range=slip_ranges(settled, tolerances),
-        slip_range_of_directions=_direction_ranges(settled, tolerances) if known else None,
+        slip_range_of_directions=_direction_ranges(settled, tolerances) if parts else None,
         accumulated_slip=settled.slip_per_cycle / settled.period if known else nothing,
         p_min=np.maximum(p.min(axis=0), 0.0) if known else nothing,
         p_max=np.maximum(p.max(axis=0), 0.0) if known else nothing,
         q_max=problem.law.size(q).max(axis=0) if known else nothing,
-        q_max_of_directions=_largest(problem, q) if known else None,
+        q_max_of_directions=problem.layout.by_node(np.abs(q).max(axis=0)) if parts else None,
         work=settled.work_per_cycle,
         wear_coefficient=float(k),
         wear_volume=worn,
@@ -173,19 +174,12 @@ def _widths(settled: Settled, tolerances: Tolerances) -> FloatArray:
     return widths
 
 
-def _direction_ranges(settled: Settled, tolerances: Tolerances) -> FloatArray | None:
-    """The slip ranges of both directions, (n, 2); None where there is one."""
+def _direction_ranges(settled: Settled, tolerances: Tolerances) -> FloatArray:
+    """The slip ranges of both directions, (n, 2)."""
     problem, path = settled.problem, settled.history.refined()
-    if problem.directions == 1:
-        return None
     parts, drift = problem.layout.by_node(path.v), problem.layout.by_node(settled.drift)
     closed = _closed(settled, path, tolerances)
     return np.stack([_ranges(settled, parts[..., k], closed, drift[:, k]) for k in range(2)], axis=1)
-
-
-def _largest(problem: Problem, q: FloatArray) -> FloatArray | None:
-    """The largest size of either component of reactions (s, 2n), as (n, 2); None where there is one."""
-    return None if problem.directions == 1 else problem.layout.by_node(np.abs(q).max(axis=0))
 
 
 def _widest(low: FloatArray, high: FloatArray, drift: FloatArray) -> FloatArray:

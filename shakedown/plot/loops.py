@@ -185,13 +185,11 @@ def reactions_in_time(
     """
     require_problem(problem)
     (node,), path = chosen_nodes([node], problem.n), path_of(result)
-    if problem.directions == 1:
-        q, name = path.q, "q"
-    else:
-        path = path.refined()
-        q, name = problem.law.size(path.q), "|q|"
+    path = path.refined()
     limit = problem.law.limit(path.p)[:, node]
-    lowest = -limit if problem.directions == 1 else np.zeros_like(limit)
+    q, lowest, name = path.q, -limit, "q"
+    if problem.directions > 1:
+        q, lowest, name = problem.law.size(path.q), np.zeros_like(limit), "|q|"
     axes = axes_for(ax)
     axes.fill_between(path.cycle, lowest, limit, color=GREY, alpha=0.2, lw=0, label="|q| ≤ f p")
     axes.plot(path.cycle, q[:, node], ".-", color=LINES[0], lw=1.3, ms=3, label=name)

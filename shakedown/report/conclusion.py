@@ -74,11 +74,11 @@ def count(number: int, noun: str) -> str:
     return f"{number} {noun}{'s' * (number != 1)}"
 
 
-def _paths_in_words(problem: Problem) -> str:
+def _paths_in_words(problem: Problem, plane: bool) -> str:
     """For which paths through the load steps the numbers hold."""
     if problem.is_domain:
         return LOAD_DOMAIN
-    others = "λ_1, λ_U, λ_box" if problem.directions == 1 else "λ_U"
+    others = "λ_1, λ_U, λ_box" if plane else "λ_U"
     return (
         f"λ_E and λ_max hold for every path through these load steps; {others} and what is simulated "
         "hold for this order, period after period."
@@ -108,7 +108,7 @@ def limits_in_words(v: Verification) -> list[str]:
     loads = (
         f"Loads: λ multiplies the periodic part of {count(problem.m, 'load step')}; the constant part"
         + (" and the transient load steps stay" if problem.q_transient is not None else " stays")
-        + f" as given. {_paths_in_words(problem)}"
+        + f" as given. {_paths_in_words(problem, plane)}"
     )
     model = (
         f"Model: {count(problem.n, 'contact node')}; the numbers are those of this discrete joint. With a "

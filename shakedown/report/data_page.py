@@ -15,6 +15,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import zero_modes
 from shakedown.joint.units import loads_in_words, units_of
 from shakedown.report.limit_words import coupling_in_words
+from shakedown.report.node_words import of_directions
 
 SHOWN = 5  # digits of places and loads
 SOURCE = {
@@ -187,7 +188,6 @@ def node_load_head(problem: Problem) -> list[str]:
     """The head of that table, with units."""
     units = units_of(problem)
     places = ["x", "y", "z"][: len(node_places(problem)[0])]
-    tangential = ("q_w",) if problem.directions == 1 else ("q_w,x", "q_w,y")
     return [
         "node",
         *(["FE label"] if problem.label is not None else []),
@@ -196,7 +196,7 @@ def node_load_head(problem: Problem) -> list[str]:
         "f",
         *(
             with_unit(name, units.force)
-            for part in ("p_w", *tangential)
+            for part in ("p_w", *of_directions(problem, "q_w", ","))
             for name in (f"{part} mean", f"{part} amplitude")
         ),
     ]

@@ -154,12 +154,13 @@ def _attribute(value: str) -> Markup:
 
 
 def _context(v: Verification) -> dict[str, Any]:
-    problem = v.problem
+    problem, in_space = v.problem, v.problem.directions > 1
     certain, *reservations = certain_in_words(v.limits)
     return {
         "title": shortened(problem.name) or "unnamed problem",
-        "space": problem.directions > 1,
-        "subtitle": f"{count(problem.n, 'contact node')}, {_directions(problem)}{_steps(problem)}, "
+        "space": in_space,
+        "subtitle": f"{count(problem.n, 'contact node')}, "
+        f"{'two tangential directions, ' * in_space}{_steps(problem)}, "
         f"friction {friction(problem)}" + (f", units {shortened(problem.units)}" if problem.units else ""),
         "answer": answer_in_words(v),
         "margin_of_answer": margin_of_answer(v),
@@ -198,7 +199,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "sensitivity": sensitivity_picture(v),
         "friction": friction_in_words(problem, v.limits.friction),
         "runs": runs_table(v),
-        "runs_note": _runs_note(problem),
+        "runs_note": _runs_note(not in_space),
         "run_pictures": run_pictures(v),
         "state_pictures": state_pictures(v),
         "no_pictures": no_pictures(v),
@@ -222,11 +223,6 @@ def _coupling_ratio(v: Verification) -> float:
     return lower.coupling_ratio if lower else np.nan
 
 
-def _directions(problem: Problem) -> str:
-    """Said of joints in space only."""
-    return "two tangential directions, " if problem.directions > 1 else ""
-
-
 def _steps(problem: Problem) -> str:
     """How many load steps, or corners, the loading has."""
     if problem.is_domain:
@@ -234,9 +230,8 @@ def _steps(problem: Problem) -> str:
     return count(problem.m, "load step")
 
 
-def _runs_note(problem: Problem) -> str:
+def _runs_note(plane: bool) -> str:
     """What the columns of the table of runs mean; what is in the plane only is said of joints there."""
-    plane = problem.directions == 1
     return RUNS_NOTE.format(
         predicted="up to λ_1 that is predicted, and proved only where the guarantee of λ_1 says so; " * plane,
         box=", and the state asked about below its λ_box" * plane,

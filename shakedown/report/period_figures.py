@@ -1,10 +1,10 @@
 """Pictures of the state of the joint: loops or orbits, reactions, zones, slips and friction work."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,7 +26,8 @@ from shakedown.plot.patch_arrows import MOST_DISCS
 from shakedown.plot.style import node_name
 from shakedown.report.load_figures import OF_THEIR_OWN, patch_size
 
-INSTANTS = {1: 4, 2: 3}  # of one period: lines of one picture, pictures side by side
+LINES = 4  # in one picture, of as many instants of a period
+INSTANTS = 3  # of a period, in pictures side by side
 EARLY = (1, 9)  # cycles whose zones are shown beside those of the long-term state
 AT_ONE = {
     Outcome.SHAKEDOWN: "nothing slips in the long term",
@@ -41,6 +42,30 @@ class Pictured:
 
     state: LongTermState
     which: str
+
+
+class Family(NamedTuple):
+    """How states of joints with one tangential direction are drawn, or with two.
+
+    Attributes
+    ----------
+    loops
+        What the ways of the nodes are called.
+    ways, reactions, contact, slips
+        Pictures of a state: the nodes that dissipate most, reactions of a few nodes, all nodes, their slips.
+    zones
+        Of several states: what sticks, slips and is open.
+    all_in_ways
+        Whether the ways show the reactions, too; zones are then drawn of states at rest as well.
+    """
+
+    loops: str
+    ways: Callable[[Pictured, Problem], Picture]
+    reactions: Callable[[Pictured, Problem], Picture]
+    contact: Callable[[Pictured, Problem], Picture]
+    slips: Callable[[Pictured, Problem], Picture]
+    zones: Callable[[Verification, Sequence[Pictured], Problem], Picture]
+    all_in_ways: bool
 
 
 def as_given_state(v: Verification) -> Pictured | None:
@@ -69,20 +94,20 @@ def cycling_state(v: Verification) -> Pictured | None:
 def state_pictures(v: Verification) -> list[Picture]:
     """Loops of the nodes that dissipate most, reactions, zones, slips and friction work of all nodes."""
     problem, given, cycling = v.problem, as_given_state(v), cycling_state(v)
-    plane, many = problem.directions == 1, problem.n > OF_THEIR_OWN
+    family, many = _family(problem), problem.n > OF_THEIR_OWN
     elsewhere = cycling is not None and (given is None or cycling.state is not given.state)
-    pictures = [] if cycling is None else [_loops(cycling, problem)]
+    pictures = [] if cycling is None else [family.ways(cycling, problem)]
     if given is not None and many:
-        pictures.append(_along(given, problem) if plane else _tractions(given, problem))
-    elif given is not None and (not plane or cycling is None or elsewhere):
-        pictures.append(_reactions(given, problem))
+        pictures.append(family.contact(given, problem))
+    elif given is not None and (not family.all_in_ways or cycling is None or elsewhere):
+        pictures.append(family.reactions(given, problem))
     shown = [] if given is None else [given]
     shown += [cycling] if cycling is not None and elsewhere else []
-    moving = shown if plane else [one for one in shown if one.state.history.state.any()]
-    if moving:
-        pictures.append(_zones(v, moving, problem) if plane else _zones_at_instants(moving, problem))
+    zoned = [one for one in shown if family.all_in_ways or one.state.history.state.any()]
+    if zoned:
+        pictures.append(family.zones(v, zoned, problem))
     if cycling is not None and many:
-        pictures.append(_slips(cycling, problem))
+        pictures.append(family.slips(cycling, problem))
     return pictures
 
 
@@ -91,68 +116,89 @@ def no_pictures(v: Verification) -> str:
     if as_given_state(v) is None:
         return "No state is drawn: the simulations did not go from event to event."
     if cycling_state(v) is None:
-        loops = "hysteresis loops" if v.problem.directions == 1 else "slip orbits"
+        loops = _family(v.problem).loops
         return f"There are no {loops} to draw: no simulated state from this start slips in every cycle."
     return ""
 
 
-def _loops(pictured: Pictured, problem: Problem) -> Picture:
-    """The nodes that dissipate most: loops, or orbits of slips and reactions."""
-    state, work = pictured.state, work_of_nodes(pictured.state)
-    most = np.argsort(-work, kind="stable")[:NODES_SHOWN].tolist()
-    worst = [node for node in most if work[node] > SIX_DIGITS * work.max()] or [0]
+def _hysteresis(pictured: Pictured, problem: Problem) -> Picture:
+    """Loops of the nodes that dissipate most."""
+    path, worst = pictured.state.history, _worst(pictured.state)
     names = [node_name(node, problem) for node in worst]
-    total = sized(state.dissipation_per_cycle, units_of(problem).work)
-    whole = f"the joint dissipates {total} per cycle. "
-    period = f"one period ({cycles_in_words(state.period)})"
-    if problem.directions == 1:
-        path = state.history
-        return picture(
-            f"Hysteresis loops of the nodes that dissipate most: {pictured.which}. The area of a loop is "
-            f"what friction dissipates at the node in {period}; {whole}Beside them the tangential reaction "
-            f"of {names[0]} between its limits.",
-            Drawing(
-                f"Hysteresis loops of {', '.join(names)}: tangential reaction against slip",
-                partial(plot.hysteresis, path, problem, nodes=worst),
-            ),
-            Drawing(
-                f"Tangential reaction of {names[0]} over time, between its friction limits",
-                partial(plot.reactions_in_time, path, problem, worst[0]),
-            ),
-        )
-    slips = partial(plot.slip_orbits, state, problem, nodes=worst)
-    reactions = partial(plot.reaction_orbits, state, problem, nodes=worst)
     return picture(
-        f"Slip orbits of the nodes that dissipate most, over {period}: {pictured.which}. "
-        f"Each is drawn about its own middle, the circle is its beginning; {whole}Beside them the tangential "
-        "reactions over their limits: on the rim a node slips, or is about to.",
-        Drawing(f"Slip orbits of {', '.join(names)}", slips),
-        Drawing(f"Tangential reactions of {', '.join(names)} within their limits", reactions),
+        f"Hysteresis loops of the nodes that dissipate most: {pictured.which}. The area of a loop is "
+        f"what friction dissipates at the node in {_period(pictured.state)}; {_whole(pictured.state)}Beside "
+        f"them the tangential reaction of {names[0]} between its limits.",
+        Drawing(
+            f"Hysteresis loops of {', '.join(names)}: tangential reaction against slip",
+            partial(plot.hysteresis, path, problem, nodes=worst),
+        ),
+        Drawing(
+            f"Tangential reaction of {names[0]} over time, between its friction limits",
+            partial(plot.reactions_in_time, path, problem, worst[0]),
+        ),
     )
 
 
+def _orbits(pictured: Pictured, problem: Problem) -> Picture:
+    """Orbits of slips and reactions of the nodes that dissipate most."""
+    state, worst = pictured.state, _worst(pictured.state)
+    names = ", ".join(node_name(node, problem) for node in worst)
+    slips = partial(plot.slip_orbits, state, problem, nodes=worst)
+    reactions = partial(plot.reaction_orbits, state, problem, nodes=worst)
+    return picture(
+        f"Slip orbits of the nodes that dissipate most, over {_period(state)}: {pictured.which}. "
+        f"Each is drawn about its own middle, the circle is its beginning; {_whole(state)}Beside them the "
+        "tangential reactions over their limits: on the rim a node slips, or is about to.",
+        Drawing(f"Slip orbits of {names}", slips),
+        Drawing(f"Tangential reactions of {names} within their limits", reactions),
+    )
+
+
+def _worst(state: LongTermState) -> list[int]:
+    """The few nodes that dissipate most."""
+    work = work_of_nodes(state)
+    most = np.argsort(-work, kind="stable")[:NODES_SHOWN].tolist()
+    return [node for node in most if work[node] > SIX_DIGITS * work.max()] or [0]
+
+
+def _period(state: LongTermState) -> str:
+    return f"one period ({cycles_in_words(state.period)})"
+
+
+def _whole(state: LongTermState) -> str:
+    total = sized(state.dissipation_per_cycle, units_of(state.problem).work)
+    return f"the joint dissipates {total} per cycle. "
+
+
 def _reactions(pictured: Pictured, problem: Problem) -> Picture:
-    """Tangential reactions of a few nodes over time; in space also within their limits."""
-    path, nodes, plane = pictured.state.history, range(problem.n), problem.directions == 1
-    what, limit = ("Tangential reaction", "between its friction limits")
-    if not plane:
-        what, limit = ("Size of the tangential reaction", "below its friction limit")
-    drawings = [
+    """Tangential reactions of a few nodes over time."""
+    drawings = _over_time(pictured, problem, "Tangential reaction", "between its friction limits")
+    return picture(f"Tangential reactions between their limits, {pictured.which}.", *drawings)
+
+
+def _reactions_within(pictured: Pictured, problem: Problem) -> Picture:
+    """Sizes of tangential reactions of a few nodes over time, and all of these within their limits."""
+    drawings = _over_time(pictured, problem, "Size of the tangential reaction", "below its friction limit")
+    rim = partial(plot.reaction_orbits, pictured.state.history, problem, nodes=range(problem.n))
+    rims = Drawing("Tangential reactions of all nodes within their limits", rim)
+    return picture(f"Tangential reactions within their limits, {pictured.which}.", *drawings, rims)
+
+
+def _over_time(pictured: Pictured, problem: Problem, what: str, limit: str) -> list[Drawing]:
+    path = pictured.state.history
+    return [
         Drawing(
             f"{what} of node {node} over time, {limit}", partial(plot.reactions_in_time, path, problem, node)
         )
-        for node in nodes
+        for node in range(problem.n)
     ]
-    rim = partial(plot.reaction_orbits, path, problem, nodes=nodes)
-    drawings += [] if plane else [Drawing("Tangential reactions of all nodes within their limits", rim)]
-    where = "between" if plane else "within"
-    return picture(f"Tangential reactions {where} their limits, {pictured.which}.", *drawings)
 
 
 def _along(pictured: Pictured, problem: Problem) -> Picture:
     """Pressure and use of friction at instants of the period."""
-    path, instants = pictured.state.history, INSTANTS[problem.directions]
-    times = path.cycle[0] + np.arange(instants) / instants * (path.cycle[-1] - path.cycle[0])
+    path = pictured.state.history
+    times = path.cycle[0] + np.arange(LINES) / LINES * (path.cycle[-1] - path.cycle[0])
     at = path.at(times)
     caption = (
         f"Normal reactions and use of friction along the contact, {pictured.which}, at instants of the "
@@ -223,7 +269,7 @@ def _cycle(path: EventHistory, number: int) -> EventHistory | None:
     return piece if len(np.unique(piece.cycle)) > 1 else None
 
 
-def _zones_at_instants(shown: Sequence[Pictured], problem: Problem) -> Picture:
+def _zones_at_instants(_: Verification, shown: Sequence[Pictured], problem: Problem) -> Picture:
     """What sticks, slips and is open at instants of the period."""
     drawings = []
     for one in shown:
@@ -246,7 +292,7 @@ def instants(path: EventHistory) -> list[float]:
     # a node that touches its limit slips by round-off for less
     lasting = np.diff(path.cycle) > SIX_DIGITS
     moving = np.where(lasting, (path.state[:-1] != STICK).sum(axis=1), -1)
-    ends = np.linspace(first, last, INSTANTS[2] + 1)
+    ends = np.linspace(first, last, INSTANTS + 1)
     times = []
     for begin, end in pairwise(ends):
         inside = np.flatnonzero((middles >= begin) & (middles < end))
@@ -254,19 +300,33 @@ def instants(path: EventHistory) -> list[float]:
     return times
 
 
-def _slips(pictured: Pictured, problem: Problem) -> Picture:
-    """How far each node slips, and what friction dissipates there."""
-    state, shape = pictured.state, dict[str, Any]()
-    how, slip, where = "back and forth in contact", "Slip range", "along the contact"
-    there, draw = " in one period", (plot.slip_range, plot.dissipation_along)
-    if problem.directions == 2:
-        how, slip, where = "in all in one period, in contact", "Accumulated slip", "over the patch"
-        there, draw = "", (plot.slip_over_patch, plot.work_over_patch)
-        shape = {"size": patch_size(problem, numbers=True)}
+def _slips_along(pictured: Pictured, problem: Problem) -> Picture:
+    """How far each node slips back and forth, and what friction dissipates there."""
     return picture(
-        f"How far each node slips {how}, and what friction dissipates there{there}: {pictured.which}.",
-        *(
-            Drawing(f"{what} {where}", partial(drawn, state, problem), **shape)
-            for what, drawn in zip((slip, "Friction work"), draw, strict=True)
-        ),
+        "How far each node slips back and forth in contact, and what friction dissipates there in one "
+        f"period: {pictured.which}.",
+        Drawing("Slip range along the contact", partial(plot.slip_range, pictured.state, problem)),
+        Drawing("Friction work along the contact", partial(plot.dissipation_along, pictured.state, problem)),
     )
+
+
+def _slips_over_patch(pictured: Pictured, problem: Problem) -> Picture:
+    """How far each node slips in all, and what friction dissipates there."""
+    state, size = pictured.state, patch_size(problem, numbers=True)
+    return picture(
+        "How far each node slips in all in one period, in contact, and what friction dissipates there: "
+        f"{pictured.which}.",
+        Drawing("Accumulated slip over the patch", partial(plot.slip_over_patch, state, problem), size=size),
+        Drawing("Friction work over the patch", partial(plot.work_over_patch, state, problem), size=size),
+    )
+
+
+IN_THE_PLANE = Family("hysteresis loops", _hysteresis, _reactions, _along, _slips_along, _zones, True)
+IN_SPACE = Family(
+    "slip orbits", _orbits, _reactions_within, _tractions, _slips_over_patch, _zones_at_instants, False
+)
+
+
+def _family(problem: Problem) -> Family:
+    """How the states of a joint are drawn."""
+    return IN_THE_PLANE if problem.directions == 1 else IN_SPACE

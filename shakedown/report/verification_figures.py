@@ -81,13 +81,13 @@ def run_pictures(v: Verification) -> list[Picture]:
     shown = [*several, *_together(alone)]
     cycles = _drawings(v, "Slip per cycle against the cycle number", _slip_per_cycle, shown)
     pictures = [picture(SLIP_PER_CYCLE, *cycles, alike=len(cycles), one_legend=True)]
-    if v.problem.n == 2 and v.problem.directions == 1:
+    if v.problem.directions == 2:
+        pictures += _final_slips_over_patch(v, shown)
+    elif v.problem.n == 2:
         given = [group for group in alone if v.as_given in group.runs.values()]
         what = "Limits, safe region and paths in the plane of both slips"
         planes = _drawings(v, what, _slip_space, [*several, *given])
         pictures.append(picture(SLIP_SPACE, *planes, alike=len(several), one_legend=True))
-    if v.problem.directions == 2:
-        pictures += _final_slips_over_patch(v, shown)
     elif v.problem.n > 2:
         ends = _drawings(v, "Final slip of every run along the contact", _final_slip, shown)
         pictures.append(picture("Slip along the contact at the end of each run.", *ends, one_legend=True))

@@ -21,7 +21,6 @@ from shakedown.joint.texts import DOMAIN, LOOP
 from shakedown.models.condensation.contact_frame import (
     PLANE,
     ContactFrame,
-    check_out_of_plane,
     checked_dofs,
     contact_frame,
     out_of_plane_notes,
@@ -359,8 +358,7 @@ def condensed_stiffness(
     frame = contact_frame(table, contact, normals, axes=axes, tangent=tangent)
     held = _held_rows(fixed, constrained, len(table))
     frame, guided = with_guides(frame, table, held)
-    if not free_out_of_plane:
-        check_out_of_plane(frame, table, held, axes)
+    across = out_of_plane_notes(frame, table, held, axes, free_out_of_plane)
     if not allow_sparse and np.isin(table[~held, 0], frame.labels).all():
         check_condensed(matrix[~held][:, ~held], table[~held, 0])
     empty = ~held & (np.diff(matrix.indptr) == 0)
@@ -386,7 +384,7 @@ def condensed_stiffness(
         residual=residual,
         notes=(
             *_notes(frame, guided, constrained, empty, modes),
-            *out_of_plane_notes(frame, table, held, axes),
+            *across,
         ),
         _model=interior,
     )
@@ -416,16 +414,17 @@ def _notes(
 ) -> tuple[str, ...]:
     notes = []
     on_planes = np.flatnonzero(frame.layout.by_node(guided).any(axis=1))
-    if frame.directions > 1 and on_planes.size:
+    if on_planes.size and frame.directions > 1:
         notes.append(
             f"{on_planes.size} contact node(s) are held along a tangent (a plane of symmetry), the first "
             f"{frame.names[on_planes[0]]}: these slips are coupled to nothing and stay zero"
         )
-    for j in on_planes if frame.directions == 1 else ():
-        notes.append(
+    else:
+        notes += [
             f"contact node {frame.labels[j]} is held along its tangent (a plane of symmetry): its slip is "
             "coupled to nothing and stays zero"
-        )
+            for j in on_planes
+        ]
     if constrained.any():
         notes.append(f"{constrained.sum()} rows carry 1e36 on the diagonal and were taken as held")
     if empty.any():

@@ -218,34 +218,35 @@ def with_guides(
     return frame, np.any(along & first[:, None, :], axis=2).ravel()
 
 
-def check_out_of_plane(
-    frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_], axes: tuple[int, int]
-) -> None:
-    """Refuse contact nodes with a second tangential direction, one that ``held`` does not hold."""
+def out_of_plane_notes(
+    frame: ContactFrame,
+    table: NDArray[np.intp],
+    held: NDArray[np.bool_],
+    axes: tuple[int, int],
+    may_move: bool,
+) -> tuple[str, ...]:
+    """What becomes of the friction of contact nodes that have a direction across the plane.
+
+    Raises
+    ------
+    ProblemError
+        If one may not move there, and does.
+    """
     if frame.directions > 1:
-        return
-    third = np.isin(table[:, 0], frame.labels) & (table[:, 1] <= 3) & ~np.isin(table[:, 1], axes) & ~held
-    if third.any():
-        node, direction = table[np.argmax(third)]
+        return ()
+    across = np.isin(table[:, 0], frame.labels) & (table[:, 1] <= 3) & ~np.isin(table[:, 1], axes)
+    free = across & ~held
+    if free.any() and not may_move:
+        node, direction = table[np.argmax(free)]
         raise ProblemError(
             f"contact: expected one tangential direction per node, found node {node} free in direction "
             f"{direction} too; ask for friction in both directions (normals of three components; in an "
             "import directions = 2), hold it (fixed), or let it move without friction (free_out_of_plane)"
         )
-
-
-def out_of_plane_notes(
-    frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_], axes: tuple[int, int]
-) -> tuple[str, ...]:
-    """What becomes of the friction of contact nodes that have a direction across the plane."""
-    if frame.directions > 1:
-        return ()
-    across = np.isin(table[:, 0], frame.labels) & (table[:, 1] <= 3) & (table[:, 1] >= 1)
-    across &= ~np.isin(table[:, 1], axes)
-    free = across & ~held
+    across &= table[:, 1] >= 1
     if not across.any():
         return ()
-    what = "moves without friction" if free.any() else "is held"
+    what = "moves without friction" if (across & free).any() else "is held"
     return (friction_left_out(int(table[np.argmax(across), 1]), what),)
 
 
