@@ -19,9 +19,8 @@ from shakedown.campaign.stored_result import restored, stored
 from shakedown.ground.errors import ProblemError, ShakedownError
 from shakedown.joint.problem import Problem
 
-EVERY = 1.0  # seconds of work that a kill costs: what is found within them is recorded together
-HALT = 2.0  # the same within a step that says where it has got to, at least
-LEISURE = 20.0  # times as long as it takes to say so
+EVERY = 1.0  # seconds of work that a kill costs at least: what is found within them is recorded together
+LEISURE = 20.0  # times as long as it takes a step to say where it has got to
 SIZE = 1 << 22  # bytes per second, about, that are written for such snapshots; only the latest is used
 WASTE = 1 << 24  # bytes of others from which on they are left out, where they are most of the file
 
@@ -60,26 +59,18 @@ class RecordedSteps:
         self._waiting: dict[str, bytes] = {}  # results that are not recorded yet
         self._read = -1, b""  # the group that was read last
         self._begun = [0]  # how many steps have begun, within each that has not ended
-        self._since, self._wait = time.monotonic(), HALT
+        self._since, self._wait = time.monotonic(), EVERY
         for group in () if journal is None else sorted(journal.done()):
             self._note(group)
 
-    def done(self, step: Callable[[], T], fits: Callable[[T], bool] | None = None) -> T:
-        """What a step finds, now or before; there may be steps within it.
-
-        Parameters
-        ----------
-        step
-            What there is to do.
-        fits
-            Whether what was found before is what it would find now, where steps may be cut otherwise.
-        """
+    def done(self, step: Callable[[], T]) -> T:
+        """What a step finds, now or before; there may be steps within it."""
         if self._journal is None:
             return step()
-        found = self.found(fits)
+        name = self._enter()
+        found = self._recorded(name)
         if found is not None:
             return found.result
-        name = self._enter()
         self._begun.append(0)
         try:
             result = step()
@@ -93,51 +84,30 @@ class RecordedSteps:
             self.record()
         return result
 
-    def found(self, fits: Callable[[Any], bool] | None = None) -> "RecordedAnswer[Any] | None":
-        """What the next step has found before; None where it is to be done."""
-        found = self._recorded(self._name)
-        if found is None or not (fits is None or fits(found.result)):
-            return None
-        self._enter()
-        return found
+    def halt(self) -> "Halt":
+        """Where the present step was stopped, and where it says how far it has got."""
+        name = self._enter()
+        found = self._recorded(name)
+        return Halt(self, name, None if found is None else found.result)
 
     @property
-    def due(self) -> bool:
+    def _due(self) -> bool:
         """Whether it is time to say where a long step has got to."""
         return self._journal is not None and time.monotonic() - self._since >= self._wait
 
-    def keep(self, result: Any) -> None:
-        """Record what a step has found that has just been done."""
-        self._put(self._enter(), result)
-
-    def halt(self) -> "Halt":
-        """Where the present step was stopped, and where it says how far it has got."""
-        found = self._recorded(self._name)
-        return Halt(self, self._enter(), None if found is None else found.result)
-
-    def _put(self, name: str, result: Any) -> int:
-        """Record something at once: how many bytes it has."""
-        began = time.monotonic()
-        self._waiting[name] = stored(result, self.problem)
-        size = len(self._waiting[name])
-        self.record()
-        self._wait = max(HALT, LEISURE * (time.monotonic() - began))
-        return size
-
     def _record_progress(self, name: str, progress: Any) -> None:
         """Record how far a step has got, in place of what was said before."""
-        self._wait = max(self._wait, self._put(name, progress) / SIZE)
-
-    @property
-    def _name(self) -> str:
-        """Of the next step: its number, behind those of the steps that it is within."""
-        *around, number = self._begun
-        return "/".join([*(str(begun - 1) for begun in around), str(number)])
+        began = time.monotonic()
+        self._waiting[name] = stored(progress, self.problem)
+        size = len(self._waiting[name])
+        self.record()
+        self._wait = max(EVERY, LEISURE * (time.monotonic() - began), size / SIZE)
 
     def _enter(self) -> str:
-        name = self._name
+        """Begin the next step: its name is its number, behind those of the steps that it is within."""
+        *around, number = self._begun
         self._begun[-1] += 1
-        return name
+        return "/".join([*(str(begun - 1) for begun in around), str(number)])
 
     def record(self) -> None:
         """Record what waits for it."""
@@ -215,7 +185,7 @@ class Halt(NamedTuple):
 
     def note(self, progress: Callable[[], Any]) -> None:
         """Record how far it has got, if it is time to."""
-        if self.steps.due:
+        if self.steps._due:
             self.steps._record_progress(self.name, progress())
 
 

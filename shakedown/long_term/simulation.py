@@ -174,8 +174,8 @@ def simulate(
         A limit on the slip range of every node in the long run [length]; whether it holds is said
         beside the outcome (:class:`SlipCriterion`).
     partial
-        Where it is recorded every few seconds how far the simulation has got, with the path so far, until it
-        is over; valid after a kill at any instant. None: nowhere.
+        Where it is recorded every few seconds how far the simulation has got, with the path so far (less
+        often where that is long), until it is over; valid after a kill at any instant. None: nowhere.
     resume
         Whether to go on with what a killed run has recorded there, if one has.
     save

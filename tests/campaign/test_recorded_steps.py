@@ -146,16 +146,8 @@ def test_another_run_is_refused_in_one_line(tmp_path):
     assert path.read_bytes() == before
 
 
-def test_steps_that_were_cut_otherwise_are_done_again(tmp_path):
-    path = tmp_path / "walk.partial"
-    with recorded_steps(path, HEADER, JOINT) as steps:
-        assert steps.done(lambda: 3) == 3
-    with recorded_steps(path, HEADER, JOINT, resume=True) as steps:
-        assert steps.done(lambda: 4, fits=lambda found: found == 4) == 4
-
-
 def test_where_a_step_stands_takes_the_place_of_where_it_stood(tmp_path, monkeypatch):
-    for name, value in {"HALT": 0.0, "LEISURE": 0.0, "SIZE": np.inf, "WASTE": 3000}.items():
+    for name, value in {"EVERY": 0.0, "LEISURE": 0.0, "SIZE": np.inf, "WASTE": 3000}.items():
         monkeypatch.setattr(module, name, value)
     path, sizes = tmp_path / "walk.partial", []
 

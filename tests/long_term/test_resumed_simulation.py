@@ -27,7 +27,7 @@ CASES = {
 
 @pytest.fixture(autouse=True)
 def recorded_after_every_cycle(monkeypatch):
-    for name in ("EVERY", "HALT", "LEISURE"):
+    for name in ("EVERY", "LEISURE"):
         monkeypatch.setattr(recorded_steps, name, 0.0)
     monkeypatch.setattr(recorded_steps, "SIZE", np.inf)
     monkeypatch.setattr(recorded_steps.os, "fsync", lambda _: None)
