@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from shakedown.ground.errors import ProblemError
 from shakedown.joint.problem import Problem
 
-PROTOCOL = 5
 OTHERS = {(kind.__module__, kind.__name__): kind for kind in (Fraction, deque)}
 BROKEN = (
     pickle.UnpicklingError, ArithmeticError, AttributeError, EOFError, ImportError, LookupError, MemoryError,
@@ -107,7 +106,7 @@ def _cut(whole: NDArray[Any], sizes: list[int]) -> list[NDArray[Any]]:
 
 class _Writer(pickle.Pickler):
     def __init__(self, file: BytesIO, problem: Problem) -> None:
-        super().__init__(file, PROTOCOL)
+        super().__init__(file, protocol=5)
         self.problem = problem
 
     def persistent_id(self, thing: Any) -> str | None:

@@ -26,7 +26,6 @@ SVG = "{http://www.w3.org/2000/svg}"
 POINTS = 72  # of an inch: then a place on the figure is a place in the picture
 ROUNDED = {"d", "x", "y", "transform"}  # attributes in which nobody sees a third decimal
 MOST_MARKERS = 700  # of one picture; with more of them lines carry none
-MOST_TICKS = 5  # of an axis, less one
 REACH = "4"  # about a marker, in points, within which its values are told
 PANEL, SMALL = (4.6, 3.2), (3.7, 2.9)  # inches: two side by side fill a page, or three
 MARGINS = (0.72, 0.52, 0.22, 0.26)  # inches left, below, right and above the axes
@@ -127,7 +126,7 @@ def _drawn(figure: Figure, size: tuple[float, float], drawing: Drawing) -> Axes:
     axes.set_position(_place(size, beside=_beside(axes)))
     for axis in (axes.xaxis, axes.yaxis):  # each tick takes a millisecond to draw
         if isinstance(axis.get_major_locator(), AutoLocator):
-            axis.set_major_locator(MaxNLocator(MOST_TICKS, steps=[1, 2, 2.5, 5, 10]))
+            axis.set_major_locator(MaxNLocator(nbins=5, steps=[1, 2, 2.5, 5, 10]))
     return axes
 
 

@@ -31,7 +31,6 @@ from shakedown.plot.style import (
     positions,
 )
 
-SHAFT = 0.004  # of the width of the axes
 LONGEST_ARROW = 0.16  # of the size of the picture
 NORMAL = 0.06  # length of a normal, of the size of the picture
 LEAST = 0.02  # of the influence of the first: what would be no bar
@@ -78,7 +77,7 @@ def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = Non
     ends = np.stack([place, place + NORMAL * size * normal], axis=1)[shown]
     axes.add_collection(LineCollection(list(ends), colors=GREY, linewidths=0.8, label="normals"))
     foot, vector = place[shown] - scale * arrows[shown], scale * arrows[shown]
-    draw_arrows(axes, foot, vector, color=BLUE, label="mean load", width=SHAFT)
+    draw_arrows(axes, foot, vector, color=BLUE, label="mean load", width=0.004)
     loops = [foot[k] - scale * (tips[:, j] - arrows[j]) for k, j in enumerate(shown)]
     closed = [np.vstack([loop, loop[:1]]) for loop in loops]
     axes.add_collection(LineCollection(closed, colors=RED, linewidths=0.9, label="load over a period"))

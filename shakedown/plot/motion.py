@@ -37,8 +37,6 @@ from shakedown.programs.polygon import corners
 
 MOST_FRAMES = 10_000
 PER_SECOND = 12
-PALETTE = 64  # colours of an animation: few enough for a small file
-DOTS_PER_INCH = 80
 INSTANT = (5.6, 5.0)  # inches
 COLOURS = {0: BLACK, 1: RED, -1: BLUE, 2: PURPLE}  # of the contact states
 
@@ -242,7 +240,7 @@ def _animate(
         raise UsageError(f"longest: expected a number of cycles > 0, found {longest:g}")
     first = float(history.cycle[0])
     last = min(float(history.cycle[-1]), first + longest)
-    figure = Figure(figsize=INSTANT, dpi=DOTS_PER_INCH, layout="constrained")
+    figure = Figure(figsize=INSTANT, dpi=80, layout="constrained")
     axes = figure.subplots()
     pictures = []
     for cycle in _times(first, last, frames):
@@ -265,4 +263,4 @@ def _picture(figure: Figure) -> Image.Image:
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     whole = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-    return whole.quantize(PALETTE, dither=Image.Dither.NONE)
+    return whole.quantize(colors=64, dither=Image.Dither.NONE)  # few enough for a small file

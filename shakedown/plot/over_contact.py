@@ -45,10 +45,9 @@ from shakedown.plot.style import (
     style_of,
 )
 
-COLOURS, LEVELS = "viridis", 10
+COLOURS = "viridis"
 LONG = 24  # characters of a label: the unit of a longer one stands below it
 BAR = (1.04, 0.0, 0.045, 1.0)  # of the axes: the scale of colours beside them
-DOT, SPOT = 3.0, 60.0  # areas of markers [points²]: between colours, and coloured themselves
 
 Numbers = tuple[FloatArray, str]  # of the nodes, and what they are called with their unit
 
@@ -404,14 +403,14 @@ def _over(problem: Problem, values: FloatArray, label: str, ax: Axes | None) -> 
     known, mesh = np.isfinite(values), places.triangles
     whole = None if mesh is None else mesh.triangles[known[mesh.triangles].all(axis=1)]
     if whole is not None and len(whole):
-        levels = MaxNLocator(LEVELS).tick_values(*_ends(values))
+        levels = MaxNLocator(nbins=10).tick_values(*_ends(values))
         scale.set_norm(Normalize(levels[0], levels[-1]))
         patch = Triangulation(x, y, whole)
         inside = np.clip(np.where(known, values, 0.0), levels[0], levels[-1])  # −1e-17 of an open node
         axes.tricontourf(patch, inside, levels, cmap=COLOURS)
-        axes.scatter(x, y, s=DOT, color=GREY, lw=0, zorder=3)
+        axes.scatter(x, y, s=3.0, color=GREY, lw=0, zorder=3)
         known = known & ~np.isin(np.arange(len(values)), whole)
-    axes.scatter(x[known], y[known], s=SPOT, color=scale.to_rgba(values[known]), lw=0, zorder=3)
+    axes.scatter(x[known], y[known], s=60.0, color=scale.to_rgba(values[known]), lw=0, zorder=3)
     _colour_scale(axes, scale, label)
     return axes
 

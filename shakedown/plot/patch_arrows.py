@@ -25,7 +25,6 @@ MOST_LOOPS = 150  # nodes whose loads are drawn, evenly taken
 DISC, LONG = 0.47, 1.4  # of the usual distance of two nodes: radius of a disc, an arrow without discs
 ROOM = 0.6  # about the outer nodes, of that distance
 SHORT = 3  # digits of a number in a title
-SHAFT = 0.0035  # of the width of the axes
 KINDS = ((0, "stick", "s", BLUE), (1, "slip", "o", RED), (2, "open", "o", "none"))
 LARGEST, SMALLEST, SHARE = 8.0, 2.5, 75.0  # of a marker [points]: about SHARE of them in a row fill a panel
 
@@ -290,4 +289,4 @@ def _discs(axes: Axes, places: Places, radius: FloatArray) -> None:
 
 
 def _arrows(axes: Axes, feet: FloatArray, vectors: FloatArray, colour: str, name: str) -> None:
-    draw_arrows(axes, feet, vectors, width=SHAFT, minlength=0.5, color=colour, label=name, zorder=3)
+    draw_arrows(axes, feet, vectors, width=0.0035, minlength=0.5, color=colour, label=name, zorder=3)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.transient_limit import COARSE
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.motion.contact_law import admissible
@@ -42,13 +43,12 @@ class CycleSearch:
         if not lower or not (isfinite(lower.load_factor) and np.isfinite(lower.slip).all()):
             return
         load_factor = max((1.0 + self.accuracy) * lower.load_factor, self.nothing)
-        if self.simulator.separates(load_factor, lower.slip):
-            self.apart = FoundSeparation(load_factor, lower.slip)
+        self.apart = self.simulator.separation(load_factor, lower.slip) or self.apart
 
     def lower_separation(self) -> None:
         """Follow the smallest separation down from its own slip."""
         if self.apart is not None:
-            self.apart = lowered(self.simulator, self.apart, self.nothing)
+            self.apart = lowered(self.simulator.separation, self.apart, COARSE, self.nothing)
 
     def look_at(self, load_factor: float, count: int) -> None:
         """Simulate a round of states at a load factor, and follow down what cycles."""

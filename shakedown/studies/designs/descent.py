@@ -8,7 +8,6 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.assessment.transient_limit import COARSE
 from shakedown.campaign.recorded_steps import RecordedSteps
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
@@ -62,6 +61,9 @@ class FoundSeparation(NamedTuple):
 
     load_factor: float
     slip: FloatArray
+
+
+Found = TypeVar("Found", FoundCycle, FoundSeparation)
 
 
 class Ends(NamedTuple):
@@ -127,11 +129,12 @@ class Simulator:
         self.tries += len(np.asarray(outcomes))
         self.undecided += int(np.count_nonzero(np.asarray(outcomes) == Outcome.UNDECIDED))
 
-    def separates(self, load_factor: float, slip: FloatArray) -> bool:
-        """Whether an admissible slip leads to separation."""
+    def separation(self, load_factor: float, slip: FloatArray) -> FoundSeparation | None:
+        """The separation that an admissible slip leads to; None where it leads to none."""
         if not admissible(self.problem, load_factor, slip[None], self.tolerances)[0]:
-            return False
-        return self.state(load_factor, slip).outcome == Outcome.SEPARATION
+            return None
+        apart = self.state(load_factor, slip).outcome == Outcome.SEPARATION
+        return FoundSeparation(load_factor, slip) if apart else None
 
     def least_dissipation(self, load_factor: float) -> float:
         """What a cycle must take per cycle to stand out of the round-off of the data [force × length].
@@ -185,7 +188,7 @@ def descended(simulator: Simulator, cycle: FoundCycle, accuracy: float, nothing:
         A load factor that counts as zero: there the descent ends.
     """
     if simulator.problem.directions > 1:
-        return _halved(simulator, cycle, nothing)
+        return lowered(simulator.cycle, cycle, STEP_IN_SPACE, nothing)
     for _ in range(MOST_PATTERNS):
         lower = next(_lower_cycles(simulator, cycle, accuracy), None)
         if lower is None:
@@ -196,27 +199,17 @@ def descended(simulator: Simulator, cycle: FoundCycle, accuracy: float, nothing:
     return cycle
 
 
-def _halved(simulator: Simulator, cycle: FoundCycle, nothing: float) -> FoundCycle:
-    """The cycle at a smaller load factor from its own slip, half as far down each time it dies."""
+def lowered(
+    again: Callable[[float, FloatArray], Found | None], found: Found, finest: float, nothing: float
+) -> Found:
+    """What is found again at a smaller load factor from its own slip, half as far down each time it dies."""
     step = 0.5
-    while step > STEP_IN_SPACE and cycle.load_factor > nothing:
-        found = simulator.cycle((1.0 - step) * cycle.load_factor, cycle.slip)
-        if found is None:
+    while step > finest and found.load_factor > nothing:
+        below = again((1.0 - step) * found.load_factor, found.slip)
+        if below is None:
             step *= 0.5
         else:
-            cycle = found
-    return cycle
-
-
-def lowered(simulator: Simulator, found: FoundSeparation, nothing: float) -> FoundSeparation:
-    """Separation at a smaller load factor from the same slip, half as far down each time there is none."""
-    step = 0.5
-    while step > COARSE and found.load_factor > nothing:
-        below = (1.0 - step) * found.load_factor
-        if simulator.separates(below, found.slip):
-            found = FoundSeparation(below, found.slip)
-        else:
-            step *= 0.5
+            found = below
     return found
 
 

@@ -22,8 +22,6 @@ from shakedown.studies.maps.slip_plane import SlipPlane, slip_plane
 from shakedown.studies.maps.slip_scatter import Scatter, slip_scatter
 from shakedown.studies.maps.undecided import LOOKED_AT, UndecidedReason, undecided_reasons
 
-CONFIDENCE = 0.95
-
 
 class SlipShare(NamedTuple):
     """From how many states the slip range of every node stays below a length.
@@ -141,7 +139,7 @@ class InitialStateMap(Result):
 
         shaken, states = self.outcomes.get(Outcome.SHAKEDOWN, 0), len(self)
         low, high = (
-            binomtest(count, states).proportion_ci(CONFIDENCE, method="wilson")
+            binomtest(count, states).proportion_ci(confidence_level=0.95, method="wilson")
             for count in (shaken, shaken + self.undecided)
         )
         return float(low.low), float(high.high)
