@@ -6,7 +6,6 @@ from math import inf, nan
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds import compared_discs
 from shakedown.bounds.discs.disc_limits import largest_load_factor, relieving
 from shakedown.bounds.discs.disc_rows import DiscRows, disc_rows, zone_rows
 from shakedown.bounds.discs.safest_slip import safest
@@ -24,6 +23,7 @@ from shakedown.bounds.results import (
     ZoneLimit,
 )
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.arguments import NO_SIDES, NO_SIGNS, in_the_plane_only
@@ -44,6 +44,7 @@ HOLDING_BALL_SOONER = True
 MOST_ZONES = 100  # each takes a cone program
 ALL_COMPARED_UP_TO = 16  # nodes
 CHANGES_AT_ONCE = (8, 4, 2)  # changes at once
+INSIDE = 1.05  # σ over |y| from where on multipliers point well inside their cone
 
 
 def upper(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> UpperBound:
@@ -121,16 +122,64 @@ def slip_limits(rows: Constraints, v: FloatArray) -> tuple[FloatArray, tuple[int
 
 def zone_limit(zone: Zone, compared: bool, tolerances: Tolerances) -> ZoneLimit:
     """λ_max of a zone; ``compared``: with its margin where it has no safe slip."""
-    return compared_discs.zone_limit(zone_rows(zone), compared, tolerances)
+    rows, nothing = zone_rows(zone), np.zeros(0)
+    found = largest_load_factor(rows, None, True, tolerances)
+    if found.status == Status.UNBOUNDED:
+        return ZoneLimit(inf, nothing, nothing)
+    if found.status == Status.OPTIMAL:
+        return ZoneLimit(found.load_factor, found.x, found.multipliers)
+    margin = safest(rows, 0.0).margin if compared else 0.0
+    return ZoneLimit(-inf, nothing, found.multipliers, margin)
 
 
 def change_weights(zone: Zone, found: ZoneLimit, tolerances: Tolerances) -> dict[int, float]:
-    """How strongly discs and gaps ask for a node to be opened or closed."""
-    return compared_discs.change_weights(
-        zone_rows(zone), found.x, found.load_factor, found.multipliers, tolerances
-    )
+    """How strongly discs ask for a node to be opened (at its apex), and gaps to be closed (where they press).
+
+    Without a safe slip (an empty x) a node is at its apex where its multipliers point inside the cone.
+    """
+    rows, x, load_factor = zone_rows(zone), found.x, found.load_factor
+    y, z = np.split(found.multipliers, [3 * len(rows.c)])
+    y = y.reshape(-1, 3)
+    of_gaps = z * np.maximum(np.abs(rows.half_spaces.G).max(axis=1, initial=0.0), np.abs(rows.half_spaces.d))
+    of_disc, of_gap = _terms(rows, x, load_factor)
+    parts = z * of_gap  # in λ: next to the largest what carries nothing is round-off of interior points
+    largest = max(parts.max(initial=0.0), (np.abs(y).max(axis=1) * of_disc).max(initial=0.0))
+    pressing = np.flatnonzero((of_gaps > 0) & (parts > NEGLIGIBLE * largest))
+    weights = {int(rows.half_spaces.node[k]): float(of_gaps[k]) for k in pressing}
+    sizes = np.abs(rows.stiffness).max(axis=(1, 2))
+    shares = (rows.sums @ y[:, 0]) * np.maximum(sizes, _largest_load(rows))
+    if x.size:
+        s = rows.c + load_factor * rows.e + (rows.flat @ x).reshape(-1, 3)[rows.node]
+        terms = (np.abs(rows.flat) @ np.abs(x)).reshape(-1, 3)[rows.node] + np.abs(rows.c)
+        apex = (np.abs(s) <= tolerances.feasibility * terms.max(axis=1)[:, None]).all(axis=1)
+    else:
+        apex = y[:, 0] > INSIDE * np.hypot(y[:, 1], y[:, 2])
+        apex &= y[:, 0] > NEGLIGIBLE * y[:, 0].max(initial=0.0)
+    for node in np.unique(rows.node[apex]).tolist():
+        weights[int(rows.names[node])] = float(shares[node])
+    return weights
 
 
 def limits_left(zone: Zone, found: ZoneLimit) -> tuple[NDArray[np.intp], FloatArray]:
-    """How near nodes are to opening or closing."""
-    return compared_discs.limits_left(zone_rows(zone), found.x, found.load_factor)
+    """How near nodes are to opening or closing: nodes (k,), their f p and gaps over the largest terms."""
+    rows, x, load_factor = zone_rows(zone), found.x, found.load_factor
+    limits = rows.c[:, 0] + load_factor * rows.e[:, 0] + (rows.stiffness[:, 0] @ x)[rows.node]
+    sizes = np.concatenate(_terms(rows, x, load_factor))
+    left = np.append(limits, rows.slack(x, load_factor)[1]) / np.where(sizes > 0, sizes, 1.0)
+    return np.append(rows.names[rows.node], rows.half_spaces.node), left
+
+
+def _terms(rows: DiscRows, x: FloatArray, load_factor: float) -> tuple[FloatArray, FloatArray]:
+    """The terms of discs (j,) and half-spaces (o,) added up; without slips those of the mean load."""
+    H = rows.half_spaces
+    if not x.size:
+        return np.abs(rows.c).max(axis=1), np.abs(H.g)
+    of_slip = (np.abs(rows.flat) @ np.abs(x)).reshape(-1, 3)[rows.node]
+    discs = (of_slip + np.abs(rows.c) + load_factor * np.abs(rows.e)).max(axis=1)
+    return discs, np.abs(H.coefficients) @ np.abs(x) + np.abs(H.g) + load_factor * np.abs(H.d)
+
+
+def _largest_load(rows: DiscRows) -> FloatArray:
+    found = np.zeros(len(rows.stiffness))
+    np.maximum.at(found, rows.node, np.abs(rows.e).max(axis=1))
+    return found

@@ -7,15 +7,20 @@ from typing import Literal
 import numpy as np
 
 from shakedown.bounds.best_zone import chosen_zone
-from shakedown.bounds.least_slip import least_slip
 from shakedown.bounds.methods import methods_of
 from shakedown.bounds.results import UpperBound as UpperBound
+from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.problem import Problem
+from shakedown.programs.program import Program
+from shakedown.programs.solver import solve
 
+LARGEST = 300  # closed nodes: with more the program takes longer than all others
+WITHIN = 0.5  # of what counts as safe: so far it may be outside, as safe slips at λ_max may have no inside
 NOT_FOUND = (
     "no contact zone that was tried has a safe slip, and not all were: "
     "the nodes that stay open in the long run (simulate names them) may be given"
@@ -86,7 +91,7 @@ def _in_zone(zone: Zone, found: UpperBound, tolerances: Tolerances) -> UpperBoun
     """A bound on the closed nodes in terms of all nodes, with the least of its safe slips."""
     slip, residual, rows = found.slip, found.residual, zone.constraints
     if found.status == Status.OPTIMAL:
-        slip = least_slip(zone, found.load_factor, slip, tolerances)
+        slip = _least_slip(zone, found.load_factor, slip, tolerances)
         residual = float(rows.relative_excess(slip, found.load_factor).max())
     return replace(
         found,
@@ -97,3 +102,31 @@ def _in_zone(zone: Zone, found: UpperBound, tolerances: Tolerances) -> UpperBoun
         pinned=zone.pinned,
         in_floats=np.append(zone.slips(found.in_floats[:-1]), found.in_floats[-1]),
     )
+
+
+def _least_slip(zone: Zone, load_factor: float, known: FloatArray, tolerances: Tolerances) -> FloatArray:
+    """The safe slip whose largest slip of a node is least (k,); ``known``, a safe one, where none is found.
+
+    Where no more than its open nodes hold a body safe slips may be far away, and many: the program of λ_max
+    ends in any of them. This one minimises t, |v_i| ≤ t at every node, v in every row.
+    """
+    if len(zone.closed_nodes) > LARGEST:
+        return known
+    rows = zone.constraints
+    G, right, slips = rows.coefficients, rows.g - load_factor * rows.d, rows.n
+    terms = np.maximum(np.abs(right), np.abs(G) @ np.abs(known))
+    right[rows.heads] += WITHIN * tolerances.feasibility * np.maximum.reduceat(terms, rows.heads)
+    limited, v = np.column_stack([G, np.zeros(len(G))]), rows.slips(np.eye(slips)).T
+    own, cones = methods_of(zone.problem).slip_limits(rows, v)
+    program = Program(
+        np.vstack([limited, own]),
+        np.append(right, np.zeros(len(own))),
+        cost=np.append(np.zeros(slips), 1.0),
+        cones=cones,
+        tolerances=tolerances,
+    )
+    found = sought(solve, program)
+    if isinstance(found, Missing) or not found.optimal:
+        return known
+    slip = rows.slips(found.x[:-1])
+    return slip if rows.relative_excess(slip, load_factor).max() <= tolerances.feasibility else known

@@ -10,9 +10,9 @@ import shakedown
 from benchmarks.bodies.lap_joint import lap_joint
 from shakedown import UsageError, safe_slip, upper_bound
 from shakedown.bounds.best_zone import best_zone
-from shakedown.bounds.compared_discs import change_weights, zone_limit
 from shakedown.bounds.discs.disc_rows import zone_rows
 from shakedown.bounds.opened_by_mean_load import opened_by_mean_load
+from shakedown.bounds.space_methods import change_weights, zone_limit
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.contact_zone import contact_zone
@@ -111,12 +111,12 @@ def test_of_many_nodes_in_space_those_next_to_opening_or_closing_are_tried():
 def test_gaps_and_limits_that_carry_nothing_ask_for_no_node():
     """Multipliers of interior points are never quite zero: eight infeasible zones were solved for them."""
     joint = partly_open(1, 24, d=2)
-    rows = zone_rows(contact_zone(joint, opened_by_mean_load(joint, friction=False)))
-    found = zone_limit(rows, False, DEFAULT)
-    assert np.count_nonzero(found.multipliers[3 * len(rows.c) :] == 0) > 0
+    zone = contact_zone(joint, opened_by_mean_load(joint, friction=False))
+    found = zone_limit(zone, False, DEFAULT)
+    assert np.count_nonzero(found.multipliers[3 * len(zone_rows(zone).c) :] == 0) > 0
     noise = 1e-13 * np.abs(found.multipliers).max()
     asked, with_noise = (
-        set(change_weights(rows, found.x, found.load_factor, multipliers, DEFAULT))
+        set(change_weights(zone, replace(found, multipliers=multipliers), DEFAULT))
         for multipliers in (found.multipliers, found.multipliers + noise)
     )
     assert with_noise == asked
