@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked_damping, require_problem
 from shakedown.joint.derived import once_per_problem
@@ -32,7 +33,6 @@ from shakedown.motion.plane_events import PlaneEvents
 from shakedown.motion.space.space_events import SpaceEvents
 from shakedown.motion.viscous_jump import Jump, default_damping, jump_of
 
-NUDGE = 1e-9  # change of load, relative to the largest, that puts a state without rates out of balance
 MOST_RETRIES = 20  # of one instant, each with a larger change of load
 MOST_JUMPS = 20  # per node and load step of a cycle
 
@@ -191,7 +191,7 @@ class Evolution(Motion):
         retries, rate = self._retries(step, now.time), path[step + 1] - path[step]
         if retries == MOST_RETRIES or not rate.any():
             return False
-        nudge = NUDGE * self.scale.force * 4.0**retries / float(np.abs(rate).max())
+        nudge = NEGLIGIBLE * self.scale.force * 4.0**retries / float(np.abs(rate).max())
         time = min(now.time + nudge, 1.0)
         self._nudged = (step, time, retries)
         load, before = path[step] + time * rate, self.state

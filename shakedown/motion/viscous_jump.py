@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.round_off import ROUND_OFF, SIX_DIGITS
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
 from shakedown.joint.result import Result
@@ -44,7 +44,9 @@ from shakedown.motion.plane.rate_search import enumerate_states
 from shakedown.motion.plane.run import run_along
 
 MAX_STEPS = 2000
-FAR = 1e6  # motion, relative to the length scale and the slips before, from which on there is no end to it
+FAR = (
+    1 / SIX_DIGITS
+)  # motion, relative to the length scale and the slips before, from which on there is no end to it
 SETTLED = 10 * ROUND_OFF  # violation of the law at the end, relative
 ACCURACY = 0.05  # change of the rates over a step, relative to the motion so far, that is accepted
 

@@ -7,13 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import blas, lapack
 
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.programs.disc_program import DiscProgram, by_cholesky
 from shakedown.programs.self_dual import Solve
 from shakedown.programs.small_cones import TRIPLE, SmallCones, SmallScaling
 from shakedown.programs.symmetric_cone import FloatArray, Scaling
 
 MANY = 200  # unknowns from where on it is faster: measured with benchmarks/verify_times
-DISTORTED = 1e6  # condition of the reactions as unknowns, from where on they are not taken
+DISTORTED = 1 / SIX_DIGITS  # condition of the reactions as unknowns, from where on they are not taken
 
 Places = NDArray[np.intp]
 

@@ -8,8 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from shakedown.bounds.uniqueness.in_contact import EXACT_IN_CONTACT
-from shakedown.bounds.uniqueness.moving_sets import LostAt, every_set, first_to_lose, grown_set
+from shakedown.bounds.uniqueness.moving_sets import LARGEST_SET, LostAt, every_set, first_to_lose, grown_set
 from shakedown.bounds.uniqueness.scaled_stiffness import ScaledStiffness, held, scaled_stiffness
 from shakedown.bounds.uniqueness.weak_coupling import coupling_limit, energy_limit
 from shakedown.bounds.uniqueness.wedging import Wedging, wedging_threshold
@@ -149,7 +148,7 @@ def _single_node(stiffness: ScaledStiffness) -> FloatArray:
 
 def _uniqueness(stiffness: ScaledStiffness, *, separation: bool) -> Threshold:
     n, unit = stiffness.n, stiffness.friction_unit
-    if n <= (EXACT_WITH_SEPARATION if separation else EXACT_IN_CONTACT):
+    if n <= (EXACT_WITH_SEPARATION if separation else LARGEST_SET):
         lost = first_to_lose(stiffness, every_set(n, separation=separation))
         return _threshold(lost.factor, lost, unit)
     low = energy_limit(stiffness, separation=separation)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from shakedown.bounds.uniqueness.moving_sets import (
+    LARGEST_SET,
     MovingSet,
     every_set,
     few_nodes,
@@ -14,8 +15,6 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIGNS, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-
-EXACT_IN_CONTACT = 8  # nodes up to which all moving sets are tried
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,7 +79,7 @@ def unique_in_contact(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> 
     if weakly_coupled(stiffness, friction):
         return Uniqueness(True, "coupling ratio below 1")
     n = stiffness.n
-    if n <= EXACT_IN_CONTACT:
+    if n <= LARGEST_SET:
         return _judged(stiffness, every_set(n, separation=False), friction, every=True)
     few = _judged(stiffness, few_nodes(stiffness), friction)
     if few.unique is False:

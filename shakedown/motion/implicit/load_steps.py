@@ -3,11 +3,12 @@
 import numpy as np
 
 from shakedown.ground.named_state import borrowing, entered, inner
+from shakedown.ground.round_off import SWEEPS
 from shakedown.motion.implicit.newton_rounds import go, move, newton
 from shakedown.motion.implicit.sweeps import contact_position, sweep
 from shakedown.motion.implicit.swept_stiffness import MOST_UPDATES, exchange, product, shift
 
-FIRST_SWEEPS, MOST_SWEEPS = 3, 400  # before Newton's method; twice as many after every stall
+FIRST_SWEEPS = 3  # before Newton's method; twice as many after every stall
 
 
 @borrowing
@@ -148,7 +149,7 @@ def solve_step(body, tableau, start, contact, guess, found, settings, sweeps_onl
         done, used = newton(body, tableau, start, contact, close, factors)
         steps += used
         if not done:
-            ahead = ahead if turn < 0 else min(2 * ahead, MOST_SWEEPS)
+            ahead = ahead if turn < 0 else min(2 * ahead, SWEEPS)
             if turn < 0:
                 aim(tableau, start, guess, 0.0, work)
             continue

@@ -18,6 +18,7 @@ import numpy as np
 
 from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.named_state import entered, inner, summing
+from shakedown.ground.round_off import ROUND_OFF, SIX_DIGITS
 from shakedown.motion.plane.moving_state import (
     CLOSES,
     DONE,
@@ -58,7 +59,6 @@ from shakedown.motion.space.turning_step import turning, turning_step
 
 AT_EVENT = PAUSED + 1  # within a load step
 AHEAD = 1.05  # how far to go, relative to the time at which the next event is expected
-SHORTEST = 1e-13  # of a load step: steps that would have to be shorter have no rates before them
 BESIDE = 0.002  # of the error of a passage, that a step may use whatever its length
 SAFETY, LEAST, MOST = 0.9, 0.2, 5.0  # of the next step, relative to the last
 ORDER = 1 / 6  # power with which a step grows with the error that it may have
@@ -77,7 +77,6 @@ FINEST = (
 MOST_PATIENCE = 320  # explicit steps after one of Radau's that was refused, as often as it may be
 GAUSS = 0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)  # shares of a step …
 GAUSS_WEIGHTS = 5 / 18, 8 / 18, 5 / 18  # … at which speeds tell a length
-STOPPED = 1e-6  # speed, relative to the fastest, that is none at a stop
 
 
 @entered
@@ -160,11 +159,11 @@ def smooth_path(run: SpaceRun) -> int:
         used = max(better / allowed_error(course, ct, h), error / (ct.accuracy * ct.length_scale))
         if not 0.0 <= used <= 1.0:
             shorten(run, h, used)
-            if not ct.h > SHORTEST:
+            if not ct.h > ROUND_OFF:  # no step is short enough: there are no rates before it
                 return NO_RATES
             continue
         share = share_to_apex(course, mo, sp, st)
-        if share < (PAST if st.method == RADAU else 1.0) and h * share > SHORTEST:
+        if share < (PAST if st.method == RADAU else 1.0) and h * share > ROUND_OFF:
             if st.method == RADAU:
                 ct.long = h * share
             else:
@@ -338,7 +337,7 @@ def meet_event(run: SpaceRun, share: float, far: float, error: float) -> None:
     joint, course, mo, rates = run.joint, run.course, run.motion, run.rates
     sp, st, ct = run.slipping, run.step, run.control
     kind, i, h = mo.kind, mo.node, share * far
-    if h <= SHORTEST:
+    if h <= ROUND_OFF:
         stay(run)
     elif error <= allowed_error(course, ct, h):
         stop_within(course, mo, sp, st, far, share)
@@ -346,7 +345,7 @@ def meet_event(run: SpaceRun, share: float, far: float, error: float) -> None:
         commit_within(run, h, share, error)
     else:
         h, error, share = refined_length(run, h, far)
-        if h <= SHORTEST:
+        if h <= ROUND_OFF:
             stay(run)
         elif share == 1.0:
             commit(run, h, max(error, 0.0))
@@ -375,11 +374,11 @@ def refined_length(run: SpaceRun, guess: float, far: float) -> tuple[float, floa
     sp, st, ct = run.slipping, run.step, run.control
     kind = mo.kind
     near = course.settled * ct.length_scale / ct.force_scale if kind == CLOSES else course.settled
-    met = STOPPED if kind == STOPS else MET * near
+    met = SIX_DIGITS if kind == STOPS else MET * near  # of the fastest speed; of the distance at a limit
     low, at_low, high, at_high, h, error = 0.0, 0.0, far, 0.0, guess, 0.0
     known_low, known_high = False, False
     for _ in range(MOST_REFINED):
-        if h <= SHORTEST:
+        if h <= ROUND_OFF:
             break
         error = take_step(run, h)
         value = beyond(run)
@@ -402,7 +401,7 @@ def refined_length(run: SpaceRun, guess: float, far: float) -> tuple[float, floa
             h = h - value / rate if rate < 0.0 else 0.5 * (low + high)
         if not low < h < high:
             h = 0.5 * (low + high)
-    if h > SHORTEST:
+    if h > ROUND_OFF:
         find_curve(sp, st, h)
     return h, better_error(sp, st, error), 1.0
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.contact_status import OPEN, SLIP, STICK
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
 from shakedown.motion.implicit.implicit_step import ImplicitJoint, StepStatus
@@ -20,7 +21,6 @@ from shakedown.motion.space.moving_state import empty_curve_record
 from shakedown.motion.space.space_run import Measures, run_in_space
 from shakedown.motion.viscous_jump import Relaxation, StepEnd
 
-OF_THE_WAY = 1e-6  # error of an implicit step, relative to the length scale: the end state is exact
 NEWTON_STEPS = 20
 LABOUR = 10_000_000  # multiplications and additions after which the steps of integration are counted
 MOST_TAKEN = 5_000  # of them in an implicit step: beyond that it is solved at once
@@ -62,7 +62,7 @@ class DirectedJump(Relaxation):
         measures: Measures,
     ) -> None:
         super().__init__(kappa, Law(f, 2), u, contact, reaction, load, damping, measures.scale)
-        self.measures = measures._replace(accuracy=max(measures.accuracy, OF_THE_WAY))
+        self.measures = measures._replace(accuracy=max(measures.accuracy, SIX_DIGITS))  # its end is exact
         self.at_once = False  # whether a path was too long to follow
 
     def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:

@@ -6,7 +6,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Flags, Hash, Integers, Reals
 from shakedown.ground.pointed_state import PointedState
 
-REACHES_LIMIT, STOPS, CURVES = 6, 7, 8  # kinds of event, after those of motion.plane.moving_state
+REACHES_LIMIT, STOPS, CURVES = range(6, 9)  # kinds of event, after those of motion.plane.moving_state
 DEGREE = 4  # of the polynomial between the ends of a step
 
 

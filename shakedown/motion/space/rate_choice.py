@@ -16,6 +16,7 @@ import numpy as np
 
 from shakedown.ground.contact_status import OPEN, SLIP, STICK
 from shakedown.ground.named_state import inner, summing
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.motion.plane.moving_state import CLOSES, OPENS, Course
 from shakedown.motion.space.exchange import arrange, compute_base, compute_out, move
 from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
@@ -32,7 +33,6 @@ from shakedown.motion.space.speeds import (
 
 ENUMERABLE = 10  # nodes on their cones up to which every choice of those that slip is tried
 ANGLES = 64  # at which a direction at the apex is looked for
-INSIDE = 1e-9  # share of a sector by which the search keeps off the directions without a speed
 SAME_DIRECTION = 1e-10  # that a node at the apex slips in, and that the others' rates give it
 ATTEMPTS = 60  # at the choices of each node at the apex
 PATIENCE = 3
@@ -398,9 +398,9 @@ def find_apex_direction(joint: CompiledJoint, mo: SpaceMotion, i: int, x: float,
     for part in range(ANGLES):
         low, high = middle_way - reach + part * width, middle_way - reach + (part + 1) * width
         if part == 0:
-            low += INSIDE * width
+            low += NEGLIGIBLE * width
         if part == ANGLES - 1:
-            high -= INSIDE * width
+            high -= NEGLIGIBLE * width
         at_low, at_high = across(joint, i, low, x, y, p), across(joint, i, high, x, y, p)
         if at_low * at_high <= 0.0 and at_low != at_high:
             for _ in range(60):

@@ -10,13 +10,13 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Shorts, inner, summing
+from shakedown.ground.round_off import ROUND_OFF
 from shakedown.motion.implicit.dense_solver import address, call
 from shakedown.motion.plane.moving_state import Course
 from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
 from shakedown.motion.space.rates_state import Slipping, SpaceRates
 from shakedown.motion.space.step_state import STAGES, Step, StepControl
 
-SINGULAR = 1e-13  # pivot, relative to the largest entry of its row, that counts as zero
 FEW = 12  # slipping nodes up to which equations are always solved afresh, and without LAPACK
 MOST_CORRECTIONS = 9  # of speeds, with the factors of an earlier stage
 CONTRACTS = 0.25  # of a rate of slack that is left, by each
@@ -122,7 +122,7 @@ def factor_few(M: FloatArray, order: Shorts, s: int) -> int:
         for b in range(s):
             size = max(size, abs(M[best * s + b]))
         pivot = M[best * s + k]
-        if not abs(pivot) > SINGULAR * size:
+        if not abs(pivot) > ROUND_OFF * size:
             return 0
         order[k] = best
         if best != k:
@@ -152,7 +152,7 @@ def factor_many(sp: Slipping, s: int) -> int:
         pivot, size = M[k * s + k], 0.0
         for b in range(k, s):
             size = max(size, abs(M[b * s + k]))
-        if not abs(pivot) > SINGULAR * size:
+        if not abs(pivot) > ROUND_OFF * size:
             return 0
         if (sp.order[k] != k + 1) != (pivot < 0.0):
             sign = -sign

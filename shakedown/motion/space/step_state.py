@@ -4,7 +4,7 @@ from shakedown.ground.named_state import Integers, Reals, Shorts
 from shakedown.ground.pointed_state import PointedState
 from shakedown.motion.space.moving_state import DEGREE
 
-EXPLICIT, RADAU = 0, 1  # methods
+EXPLICIT, RADAU = range(2)  # methods
 STAGES = 7  # of a step
 PATIENCE = 20  # explicit steps after one of Radau's that was refused
 MOST_FAST = 8  # nodes whose angles are unknown in a step of Radau's

@@ -14,7 +14,6 @@ from shakedown.programs.simplex import Simplex
 
 CORNER = 0.3  # exponent of the mixture: below 1, so that most states lie near a face
 OUTSIDE = (0.3, 1.0, 5.0, 30.0)  # reaches of states drawn without regard to the limits
-FARTHEST = 30.0  # reach, relative to the loads on the stiffness, where no disc ends a direction
 DIRECTIONS = 2  # random directions beside the 2n of the nodes, for each node
 
 
@@ -94,4 +93,5 @@ class AttackingStates:
         law, discs = problem.law, slice(CONE * problem.n)
         G, right = law.stiffness(problem.A, problem.B)[discs], law.cone(q_w, p_w)[discs]
         way = way_to_limits(G, right, inside[0], directions)
-        return np.asarray(inside[0] + np.minimum(way, FARTHEST)[:, None] * directions)
+        within = np.minimum(way, OUTSIDE[-1])  # where no disc ends a direction
+        return np.asarray(inside[0] + within[:, None] * directions)
