@@ -71,7 +71,7 @@ BELOW = 1.0 - NEGLIGIBLE  # of a load factor up to which something is proved: ro
 
 
 @on_one_thread
-def energy_proof(problem: Problem, passage: Passage, approach: Approach) -> EnergyProof:
+def energy_proof(passage: Passage, approach: Approach) -> EnergyProof:
     """What an energy ball, or else the least box, proves of a motion that has been found to shake down.
 
     Within a ball the distance from its centre never grows. So a motion that comes to
@@ -83,14 +83,14 @@ def energy_proof(problem: Problem, passage: Passage, approach: Approach) -> Ener
 
     Parameters
     ----------
-    problem, passage
-        The joint; where the motion began, of the nodes that were followed.
+    passage
+        The joint, and where its motion began.
     approach
         Where it comes to rest, and what is known of how it gets there.
     """
-    methods = methods_of(problem)
+    methods = methods_of(passage.problem)
     for best in (False, True) if methods.HOLDING_BALL_SOONER else (True,):
-        ball = _ball(problem, passage, approach, best=best)
+        ball = _ball(passage, approach, best=best)
         if not isinstance(ball, EnergyBall):
             break
         if comes_into(ball, passage, approach):
@@ -103,13 +103,14 @@ def energy_proof(problem: Problem, passage: Passage, approach: Approach) -> Ener
     if approach.open_nodes or "box" in methods.ABSENT:
         return NO_PROOF
     states = chain([approach.final_slip], slips_in_zone(passage, approach))
-    proofs = (sought(box_proves, problem, slip, passage.load_factor, passage.tolerances) for slip in states)
+    about = passage.load_factor, passage.tolerances
+    proofs = (sought(box_proves, passage.problem, slip, *about) for slip in states)
     return WITHOUT_MARGIN if next(proofs) and any(proofs) else NO_PROOF
 
 
-def with_margins(problem: Problem, passage: Passage, approach: Approach) -> EnergyProof:
+def with_margins(passage: Passage, approach: Approach) -> EnergyProof:
     """The proof by an energy ball with the margins of the ball that holds the state at rest best."""
-    ball = on_one_thread(_ball)(problem, passage, approach, best=True)
+    ball = on_one_thread(_ball)(passage, approach, best=True)
     return _proof_of(ball, approach, best=True) if isinstance(ball, EnergyBall) else WITHOUT_MARGIN
 
 
@@ -171,40 +172,30 @@ def _cycles_left(away: float, margin: float, contraction: float) -> float:
 
 
 def slips_in_zone(passage: Passage, approach: Approach) -> Iterator[FloatArray]:
-    """Slips of all nodes after one cycle after the other, where exactly the open ones are open.
+    """Slips after one cycle after the other, where exactly the open nodes are open.
 
     Where the first cycles are kept, those after them.
     """
-    scene, first_cycles, done = passage.scene, approach.first_cycles, 0
-    motion = passage.motion()
+    first_cycles, done, motion = approach.first_cycles, 0, passage.motion()
     if first_cycles is not None:
         done = len(first_cycles.records)
         motion = passage.motion_from(first_cycles.state, done)
-    nodes = np.arange(passage.problem.n) if scene is None else np.flatnonzero(scene.moving)
     for record in cycles_of(motion, max(approach.most - done, 0)):
-        if tuple(nodes[motion.state.contact == OPEN].tolist()) == approach.open_nodes:
-            yield record.end_slip if scene is None else scene.spread(record.end_slip, scene.initial_slip)
+        if tuple(np.flatnonzero(motion.state.contact == OPEN).tolist()) == approach.open_nodes:
+            yield record.end_slip
 
 
-def _ball(
-    problem: Problem, passage: Passage, approach: Approach, *, best: bool
-) -> EnergyBall | Missing | None:
+def _ball(passage: Passage, approach: Approach, *, best: bool) -> EnergyBall | Missing | None:
     """A ball that holds the state at rest, or the best; None where none does, or there is no such zone."""
-    at, state, opened = passage.load_factor, approach.final_slip, approach.open_nodes
-    tolerances = passage.tolerances
+    about, state = (passage.problem, passage.load_factor), approach.final_slip
+    opened, tolerances = approach.open_nodes, passage.tolerances
     try:
         if best:
             found = sought(
-                energy_ball,
-                problem,
-                at,
-                around=state,
-                transient=False,
-                open_nodes=opened,
-                tolerances=tolerances,
+                energy_ball, *about, around=state, transient=False, open_nodes=opened, tolerances=tolerances
             )
         else:
-            found = sought(holding_ball, problem, at, state, opened, tolerances)
+            found = sought(holding_ball, *about, state, opened, tolerances)
     except UsageError:  # there is no such zone
         return None
     return found if isinstance(found, Missing) or found.contains(approach.final_slip) else None

@@ -1,7 +1,6 @@
 """The state that a joint settles into under periodic loading, exactly (long-term state)."""
 
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +11,7 @@ from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.size_limits import MANY
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import check_arguments, checked, checked_initial_slip, require_plane
+from shakedown.joint.arguments import check_arguments, checked, checked_initial_slip
 from shakedown.joint.derived import lent
 from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, empty_answers
@@ -23,9 +22,7 @@ from shakedown.long_term.returning.returned_state import returned_state
 from shakedown.long_term.settling.search import BLURRED, BROKEN, LEFT, SHAKEDOWN, UNDECIDED, SearchState
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.cycle_record import State
-from shakedown.motion.evolve import require_closed
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.reduced_scene import Scene, reduced_scene
 
 
 @checked
@@ -37,7 +34,6 @@ def long_term_state(
     open_nodes: Iterable[int] = (),
     max_cycles: int = 1000,
     longest_period: int = LONGEST_PERIOD,
-    reduce: bool = False,
     tolerances: Tolerances = DEFAULT,
 ) -> LongTermState:
     """What becomes of a joint under its loading loop, decided exactly and not by waiting.
@@ -64,8 +60,6 @@ def long_term_state(
         Give up after so many cycles, with the outcome "undecided".
     longest_period
         Longest period looked for, in cycles.
-    reduce
-        Follow only the nodes that can move (:func:`reduced_scene`).
     tolerances
         What counts as zero, as reached and as periodic (:class:`Tolerances`).
 
@@ -85,14 +79,6 @@ def long_term_state(
     check_arguments(load_factor, max_cycles, problem)
     check_count("longest_period", longest_period, MANY)
     opened, patience = tuple(open_nodes), Patience(max_cycles, longest_period)
-    if reduce:
-        require_plane("a reduced scene", problem)
-        require_closed(opened)
-        scene = reduced_scene(problem, load_factor, initial_slip)
-        moving = scene.initial_slip[scene.moving]
-        found = settled_state(scene.problem, load_factor, moving, (), patience, tolerances)
-        if found.period and not found.jumps_per_cycle:
-            return _expanded(problem, found, scene)
     return settled_state(problem, load_factor, initial_slip, opened, patience, tolerances)
 
 
@@ -205,18 +191,3 @@ def _events_in_words(at: SearchState, breathing: NDArray[np.bool_]) -> str:
     if at.jumps:
         text += f"; {at.jumps} jump{'s' if at.jumps > 1 else ''} in every {every}"
     return text
-
-
-def _expanded(problem: Problem, small: LongTermState, scene: Scene) -> LongTermState:
-    """The long-term state of a reduced problem in terms of all nodes."""
-    return replace(
-        small,
-        problem=problem,
-        initial_slip=scene.initial_slip,
-        final_slip=scene.spread(small.final_slip, scene.initial_slip),
-        drift=scene.spread(small.drift, 0.0),
-        slip_per_cycle=scene.spread(small.slip_per_cycle, 0.0),
-        open_nodes=tuple(int(j) for j in np.flatnonzero(scene.moving)[list(small.open_nodes)]),
-        opened=scene.spread(small.opened, False),
-        begun=replace(small.begun, scene=scene),
-    )

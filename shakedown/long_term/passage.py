@@ -13,7 +13,6 @@ from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.motion.cycle_record import CycleRecord, State
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.reduced_scene import Scene
 
 
 class FirstCycles(NamedTuple):
@@ -41,13 +40,11 @@ class Passage:
     Attributes
     ----------
     problem, load_factor, tolerances
-        What was followed; the problem is that of the scene where there is one.
+        What was followed.
     start : (n,)
         Slip at the very start [length].
     open_nodes
         The nodes that were open there.
-    scene
-        What was left out.
     """
 
     problem: Problem
@@ -55,7 +52,6 @@ class Passage:
     tolerances: Tolerances
     start: FloatArray
     open_nodes: tuple[int, ...]
-    scene: Scene | None = None
 
     def motion(self) -> Evolution:
         """The motion at its very start: exact in the plane, to the accuracy of the tolerances in space."""

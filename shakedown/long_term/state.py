@@ -16,10 +16,8 @@ from shakedown.long_term.energy_proof import NO_PROOF, Approach, EnergyProof, en
 from shakedown.long_term.passage import FirstCycles, Passage
 from shakedown.motion.cycle_record import State, Stop
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.evolve import expanded_history
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import Walk, walk
-from shakedown.motion.reduced_scene import Scene
 from shakedown.motion.violation import path_violation
 
 
@@ -169,11 +167,6 @@ class LongTermState(SettledState):
     first_cycles: FirstCycles | None = field(default=None, repr=False, compare=False)
     proof: EnergyProof | None = field(default=None, repr=False, compare=False)
 
-    @property
-    def scene(self) -> Scene | None:
-        """What was left out, where that was asked for and could be done."""
-        return self.begun.scene
-
     def motion(self) -> Evolution:
         """The motion at the start of a period of the long-term state."""
         return self.begun.motion_from(self.goal, self.cycles_simulated - self.period)
@@ -181,8 +174,8 @@ class LongTermState(SettledState):
     @cached_property
     def history(self) -> EventHistory:
         """The events of one period of the long-term state; none where it is undecided, or the body leaves."""
-        path, scene = self._path, self.scene
-        return path if scene is None else expanded_history(self.problem, self.load_factor, scene, path)
+        path = self._walk.history if self.period else None
+        return EventHistory.none(self.problem.n) if path is None else path
 
     @cached_property
     def work_per_cycle(self) -> FloatArray:
@@ -192,18 +185,12 @@ class LongTermState(SettledState):
         """
         if not self.period:
             return np.full(self.problem.n, np.nan)
-        work = np.sum([record.work for record in self._walk.records], axis=0) / self.period
-        return work if self.scene is None else self.scene.spread(work, 0.0)
+        return np.asarray(np.sum([record.work for record in self._walk.records], axis=0) / self.period)
 
     @cached_property
     def _walk(self) -> Walk:
-        """One period of the nodes that were followed, once more."""
+        """One period, once more."""
         return walk(self.motion(), self.period, record=True)
-
-    @property
-    def _path(self) -> EventHistory:
-        path = self._walk.history if self.period else None
-        return EventHistory.none(self.begun.problem.n) if path is None else path
 
     @cached_property
     def residual(self) -> float:
@@ -211,7 +198,7 @@ class LongTermState(SettledState):
         if not self.period or (self.first_cycles is not None and not np.isnan(self.met)):
             return self.met  # a search that keeps its way has looked at the period
         begun = self.begun
-        found = path_violation(begun.problem, begun.load_factor, begun.tolerances, self._path)
+        found = path_violation(begun.problem, begun.load_factor, begun.tolerances, self.history)
         return found if np.isnan(self.met) else max(self.met, found)
 
     @property
@@ -243,12 +230,12 @@ class LongTermState(SettledState):
         """Sought when it is asked for, by cone programs."""
         if self.outcome != Outcome.SHAKEDOWN:
             return NO_PROOF
-        return self.proof or energy_proof(self.problem, self.begun, self.approach)
+        return self.proof or energy_proof(self.begun, self.approach)
 
     @cached_property
     def _margins(self) -> EnergyProof:
         """The proof with the margins of the best ball."""
-        return self._proof if self._proof.best else with_margins(self.problem, self.begun, self.approach)
+        return self._proof if self._proof.best else with_margins(self.begun, self.approach)
 
     @property
     def approach(self) -> Approach:

@@ -5,7 +5,6 @@ Reading order: ``contact_law`` (Coulomb's law and its violation, the judge of ev
 ``initial_state`` (where a motion begins), ``viscous_jump`` (chapter VI), ``method`` (what every way to
 follow it has in common), ``fixed_steps`` (load steps, by Gauss–Seidel or each solved at once),
 ``integrator`` (from event to event, jumps included), ``plane_events`` (how it is followed in the plane),
-``reduced_scene`` (only the nodes that matter), ``evolve`` (the public function). Below them ``plane/``,
-the compiled loops of the plane, and ``implicit/``, load steps solved at once; beside them ``space/``,
-the loops that follow joints in space from event to event.
+``evolve`` (the public function). Below them ``plane/``, the compiled loops of the plane, and ``implicit/``,
+load steps solved at once; beside them ``space/``, the loops that follow joints in space from event to event.
 """

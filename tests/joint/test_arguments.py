@@ -20,7 +20,7 @@ MISUSE = {
     "cycles a fraction": lambda: shakedown.simulate(JOINT, 0.5, cycles=2.5),
     "cycles a word": lambda: evolve(JOINT, 0.5, cycles="a"),
     "longest period zero": lambda: shakedown.long_term_state(JOINT, 0.5, longest_period=0),
-    "damping negative": lambda: evolve(JOINT, 0.5, damping=[-1.0] * 4, reduce=True),
+    "damping negative": lambda: evolve(JOINT, 0.5, damping=[-1.0] * 4),
     "radii a word": lambda: shakedown.guarantee_curve(JOINT, "x"),
     "radii negative": lambda: shakedown.guarantee_curve(JOINT, [-1.0]),
     "seed negative": lambda: shakedown.verify(JOINT, seed=-1),

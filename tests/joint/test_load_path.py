@@ -9,7 +9,6 @@ import shakedown
 from shakedown import LoadCase, Problem, ProblemError, condense, load_problem, save_problem
 from shakedown.assessment.random_paths import random_paths
 from shakedown.joint.contact_zone import contact_zone
-from shakedown.motion.reduced_scene import reduced_scene
 
 JOINT = shakedown.example("two-node")
 DOMAIN = replace(JOINT, load_path="domain")
@@ -43,8 +42,6 @@ def test_other_words_are_refused_in_one_line(word):
 
 def test_parts_of_a_joint_keep_it_and_a_path_through_it_does_not():
     assert contact_zone(DOMAIN, [1]).joint.is_domain
-    block = replace(shakedown.example("block-9"), load_path="domain")
-    assert reduced_scene(block, 0.1, None).problem.is_domain
     assert not any(path.is_domain for path in random_paths(DOMAIN, 2))
 
 

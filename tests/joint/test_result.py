@@ -24,7 +24,6 @@ from shakedown.joint.constraints import constraints
 from shakedown.joint.loading import loading
 from shakedown.joint.result import LINES, WIDTH, Result
 from shakedown.motion.evolve import evolve
-from shakedown.motion.reduced_scene import reduced_scene
 
 OTHERS = {"Layout", "Missing", "Problem", "Tolerances"}  # dataclasses with rules of their own
 LARGEST = "block-33"
@@ -114,10 +113,9 @@ RESULTS = {  # one of every function that makes one
     "simulation": lambda: shakedown.simulate(many(), 0.5, cycles=2, record=True),
     "steps": lambda: shakedown.simulate(two(), 0.5, cycles=2, method="gauss-seidel", record=True),
     "jump": lambda: shakedown.simulate(jumping(), 1.0, jumping().initial_slip[0]),
-    "state": lambda: shakedown.long_term_state(many(), 0.9, reduce=True),
+    "state": lambda: shakedown.long_term_state(many(), 0.9),
     "evolution": lambda: evolve(two(), 0.9, cycles=2),
     "limit": lambda: shakedown.transient_limit(two()),
-    "scene": lambda: reduced_scene(two(), 0.9),
     "unique": lambda: unique_in_contact(two()),
     "verification": lambda: shakedown.verify(shakedown.example("one-node"), random_states=1),
     "run": lambda: made("verification").runs[0],

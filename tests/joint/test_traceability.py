@@ -10,7 +10,6 @@ import shakedown
 from shakedown import Problem, ProblemError, load_problem, save_problem
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import with_initial_gap
-from shakedown.motion.reduced_scene import reduced_scene
 from shakedown.studies.designs.parameters import with_parameter
 
 SOURCE = json.dumps(
@@ -130,16 +129,6 @@ def test_a_problem_of_some_of_the_nodes_knows_which():
     tight = with_initial_gap(problem, -1e-3)
     assert tight.label == problem.label
     assert np.array_equal(tight.normal, problem.normal)
-
-
-def test_a_reduced_scene_knows_which_nodes_move():
-    block = shakedown.example("block-9")
-    loads = {"load_names": ["top"], "load_mean": [0.5], "load_amplitude": [2.0], "load_units": ["kN"]}
-    named = dataclasses.replace(block, label=[f"P{i}" for i in range(9)], source=SOURCE, **loads)
-    scene = reduced_scene(named, 0.2)
-    assert scene.problem.n < 9
-    assert scene.problem.label == tuple(f"P{i}" for i in np.flatnonzero(scene.moving))
-    assert (scene.problem.source, scene.problem.loads) == (SOURCE, named.loads)
 
 
 def test_a_factor_on_the_loading_is_one_on_the_loads():

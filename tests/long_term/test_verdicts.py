@@ -159,17 +159,6 @@ def test_a_proof_is_sought_when_asked_for_and_survives_being_sent_elsewhere():
     assert (sent.proved, sent.energy_margin) == (True, state.energy_margin)
 
 
-def test_a_reduced_scene_is_proved_as_the_full_form_is():
-    problem = shakedown.example("block-9")
-    full, reduced = (shakedown.long_term_state(problem, 4.0, reduce=reduce) for reduce in (False, True))
-    assert reduced.scene is not None
-    assert reduced.proved
-    assert reduced.energy_margin == pytest.approx(full.energy_margin, rel=1e-6)
-    problem = shakedown.Problem(A=np.eye(2), B=np.zeros((2, 2)), C=np.eye(2), f=0.5,
-                                q_w=[[0.0, 0.0]], p_w=[[1.0, -1.0]])  # fmt: skip
-    assert shakedown.long_term_state(problem, 1.0, reduce=True).open_nodes == (1,)
-
-
 @pytest.mark.parametrize("method", ["event", "gauss-seidel"])
 @pytest.mark.parametrize("directions", [1, 2])
 def test_a_stiff_node_slips_little_and_is_seen(directions, method):

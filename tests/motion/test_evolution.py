@@ -275,10 +275,9 @@ def test_load_factor_and_cycles_are_checked():
     assert len(evolve(problem, 1.0, cycles=np.int64(2)).cycles) == 2
 
 
-@pytest.mark.parametrize("reduce", [False, True])
-def test_damping_is_checked_whether_or_not_it_is_needed(reduce):
+def test_damping_is_checked_whether_or_not_it_is_needed():
     with pytest.raises(shakedown.UsageError, match="damping: expected 2 positive numbers"):
-        evolve(shakedown.example("one-node"), 1.0, damping=[-1.0], reduce=reduce)
+        evolve(shakedown.example("one-node"), 1.0, damping=[-1.0])
 
 
 def test_a_thinned_history_keeps_load_steps_and_the_last_state():

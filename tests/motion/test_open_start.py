@@ -130,10 +130,6 @@ def test_load_steps_that_are_split_change_nothing():
 def test_what_cannot_be_a_start_is_refused_in_one_line():
     with pytest.raises(UsageError, match="node 16 would overlap by"):
         evolve(RECEDING, 0.5 * UPPER.load_factor, UPPER.slip, open_nodes=[16])
-    with pytest.raises(UsageError, match="expected all nodes closed at the start, found 0 open"):
-        evolve(RECEDING, 0.1, UPPER.slip, open_nodes=[0], reduce=True)
-    with pytest.raises(UsageError, match="expected all nodes closed at the start, found 0 open"):
-        long_term_state(RECEDING, 0.1, UPPER.slip, open_nodes=[0], reduce=True)
     with pytest.raises(UsageError, match="found 33"):
         simulate(RECEDING, 0.1, open_nodes=[33])
     with pytest.raises(ProblemError, match="key 'C'"):

@@ -239,8 +239,6 @@ def test_what_is_not_held_is_said():
     assert run.cycles[0].opened.all()
     without = evolve(node(p_w=[[1.0], [-3.0]]), 1.0)
     assert "node 0 lifts off, and the problem has no C" in without.stop.reason
-    with pytest.raises(shakedown.UsageError, match="a reduced scene: expected one tangential direction"):
-        evolve(node(), 1.0, reduce=True)
 
 
 @pytest.mark.parametrize("longest_path", [directed_jump.MOST_TAKEN, 0])
