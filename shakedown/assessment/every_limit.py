@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from math import inf
 from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
@@ -20,6 +20,7 @@ from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
 from shakedown.bounds.energy.reasons import NO_SAFE_SLIP
 from shakedown.bounds.enumeration.critical import subset_count
+from shakedown.bounds.every_state.core_bound import CoreBound, core_bound
 from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve, guarantee_curve
 from shakedown.bounds.every_state.universal_bound import UniversalBound, universal_bound
 from shakedown.bounds.methods import methods_of
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from shakedown.assessment.transient_limit import TransientLimit
 
 ONE_SIDED_UP_TO = 20  # nodes: at a degenerate optimum their derivatives take tenths of a second
+WORTH = 1.01  # by which factor λ_core must exceed λ_U to be told
 
 T = TypeVar("T")
 
@@ -150,6 +152,18 @@ class JointLimits(Result):
             certify=self.certify,
             tolerances=self.tolerances,
         )
+
+    @cached_property
+    def core(self) -> CoreBound | None:
+        """λ_core, off the edges, at most λ_max; None where they do not decide λ_U, or it is hardly larger."""
+        every, upper = self.universal, self.upper
+        if upper.status != Status.OPTIMAL or upper.open_nodes:
+            return None
+        found = core_bound(self.problem, every, tolerances=self.tolerances)
+        if isinstance(found, Missing):
+            return None
+        found = replace(found, load_factor=min(found.load_factor, upper.load_factor))
+        return found if found.load_factor > WORTH * every.load_factor else None
 
     @cached_property
     def energy(self) -> EnergyBound:

@@ -12,7 +12,7 @@ from shakedown.assessment.from_state import box_proves_more
 from shakedown.ground.evidence import present
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, few, up
 from shakedown.ground.status import Said, Status
-from shakedown.joint.units import varying_loads_in_words
+from shakedown.joint.units import units_of, varying_loads_in_words
 from shakedown.report.hint_words import LOAD_DOMAIN, last_digit_in_words
 from shakedown.report.node_words import open_in_words
 
@@ -47,11 +47,13 @@ def numbers_in_words(found: Assessment) -> list[tuple[str, str, str]]:
     """
     limits = found.details
     over = ", transient over" * limits.universal.after_transient
+    core = limits.core
+    inside = "" if core is None else f"; {down(core.load_factor, FEW_DIGITS)} off the edges"
     return [
         (
             "proved from every state",
             _number(found.proved_from_every_state, down),
-            f"all nodes closed{over}",
+            f"all nodes closed{over}{inside}",
         ),
         ("proved from this state", _number(found.proved_from_this_state, down), _this_state(limits)),
         ("impossible above", _number(found.impossible_above, up), _where_impossible(limits)),
@@ -183,7 +185,34 @@ def certain_in_words(limits: JointLimits) -> list[str]:
     up to λ_U = 0.6573734 (first collapse); with all nodes in contact it cannot above λ_max = 0.7391456.
     """
     here = _proved_from_here(limits.energy, present(limits.box), limits.problem)
-    return _certain([here, _proved_from_everywhere(limits.universal)], limits.upper, limits.problem)
+    certain, *more = _certain([here, _proved_from_everywhere(limits.universal)], limits.upper, limits.problem)
+    return [certain, *_decided_at_the_edge(limits), *more]
+
+
+def _decided_at_the_edge(limits: JointLimits) -> list[str]:
+    """Where a node at an edge decides λ_U: what that means, and what is proved besides."""
+    core, energy = limits.core, limits.energy
+    if core is None:
+        return []
+    where = open_in_words((limits.universal.node,), limits.problem)
+    sentences = [
+        f"λ_U is decided at an edge, by {where}: slip of the size of one element, locked in there, may keep "
+        "that edge slipping."
+    ]
+    since_assembly = not energy.initial_slip.any() and energy.distance == energy.least_load_factor == 0
+    if since_assembly and energy.load_factor > limits.universal.load_factor:
+        sentences.append(
+            "Loads in this envelope do not produce such a state: from every state that they have produced "
+            f"since assembly, the joint is proved to shake down up to λ_E = {down(energy.load_factor)}."
+        )
+    nodes, unit = len(core.near_edge), units_of(limits.problem).length
+    depth = f"{few(core.depth)} {unit}".rstrip()
+    sentences.append(
+        "From any state at all, with all nodes closed, no cycle goes on below "
+        f"λ = {down(core.load_factor)} in which the {nodes} nodes nearer than {depth} to an edge rest; "
+        "the others slip at most in proportion to these."
+    )
+    return [" ".join(sentences)]
 
 
 def quickly_in_words(energy: EnergyBound, upper: UpperBound, problem: Problem) -> list[str]:

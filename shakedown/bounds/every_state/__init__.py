@@ -11,6 +11,6 @@ tangential directions, by least pressures: ``scaled_joint`` (the joint in units 
 ``leaning_discs`` and ``sector_rows`` (what slip in any direction, or in a sector, asks of a reaction),
 ``disc_centres`` (the smallest disc that holds a loop), ``bound_from_every_state``; of a body that friction
 alone holds ``rigid_parts`` (multipliers up to rigid motions), ``rigid_rates`` (motions go on without a jump),
-``bound_of_floating``. The theorems and their
+``bound_of_floating``; ``core_bound`` (away from the edges, whatever goes on there). The theorems and their
 proofs stand in ``docs/universal.md`` and ``docs/guarantee.md``.
 """

@@ -57,6 +57,8 @@ class LeastPressureBound(Result):
         Whether friction alone holds the body: then only motions without their rigid part are unique.
     jumps
         Whether it ends because from there on motions are not proved to go on without a jump.
+    of_nodes : (n,)
+        Up to which load factor each node by itself would go; NaN where friction alone holds the body.
     mean_reactions : (dn,)
         Of a floating body z⁰, which does the same under the mean load alone [force]; else NaN.
     """
@@ -72,6 +74,7 @@ class LeastPressureBound(Result):
     floats: bool
     jumps: bool
     mean_reactions: FloatArray
+    of_nodes: FloatArray
 
     @property
     def limited_by(self) -> str:
@@ -105,6 +108,11 @@ class _Reach(NamedTuple):
     inverse: FloatArray
     centre: FloatArray
     sectors: NDArray[np.intp]
+
+    @property
+    def of_nodes(self) -> FloatArray:
+        """λ of every node."""
+        return np.divide(1.0, self.inverse, out=np.full(len(self.inverse), inf), where=self.inverse > 0)
 
 
 @checked
@@ -150,9 +158,10 @@ def least_pressure_bound(problem: Problem, *, sectors: int | None = None) -> Lea
     discs = least_pressures(joint, every_direction(np.arange(joint.n)))
     pressures = discs.at(joint, joint.q0[None], joint.p0[None])[0]
     lift_off = _lift_off(joint, discs, pressures)
+    reach = _of_discs(joint, discs, pressures, lean=sectors is None)
     if not (pressures > 0).all():
-        return _nothing(joint, int(pressures.argmin()), pressures)
-    reach = _divided(joint, _of_discs(joint, discs, pressures, lean=sectors is None), sectors)
+        return replace(_nothing(joint, int(pressures.argmin()), pressures), of_nodes=reach.of_nodes)
+    reach = _divided(joint, reach, sectors)
     return _result(joint, reach, pressures, lift_off)
 
 
@@ -178,6 +187,7 @@ def _floating(joint: ScaledJoint) -> LeastPressureBound:
         floats=True,
         jumps=reach.jumps,
         mean_reactions=joint.of_joint(reach.mean_reactions),
+        of_nodes=np.full(joint.n, nan),
     )
 
 
@@ -188,11 +198,15 @@ def _lift_off(joint: ScaledJoint, discs: LeastPressures, pressures: FloatArray) 
 
 
 def _of_discs(joint: ScaledJoint, discs: LeastPressures, pressures: FloatArray, *, lean: bool) -> _Reach:
-    """What every node needs with one disc, that leans or not; without friction it bears no change."""
+    """What every node needs with one disc, that leans or not; without friction it bears no change.
+
+    A node that locked-in slip may lift off under the mean load alone bears nothing.
+    """
     n, path = joint.n, joint.q1.reshape(len(joint.q1), -1, 2)
     varies = path.any(axis=(0, 2))
-    inverse, centre = np.where(varies, inf, 0.0), np.zeros((n, 2))
-    rough = np.flatnonzero(joint.f > 0)
+    pressed = pressures > 0
+    inverse, centre = np.where(varies | ~pressed, inf, 0.0), np.zeros((n, 2))
+    rough = np.flatnonzero((joint.f > 0) & pressed)
     if len(rough):
         growing, constant = joint.f * discs.at(joint, joint.q1, joint.p1), joint.f * pressures
         found = disc_centres(
@@ -206,7 +220,7 @@ def _of_discs(joint: ScaledJoint, discs: LeastPressures, pressures: FloatArray, 
         found = disc_centres(own)
         better = found.above < inverse[chosen]
         inverse[chosen[better]], centre[chosen[better]] = found.above[better], found.centre[better]
-    smooth = joint.f == 0
+    smooth = (joint.f == 0) & pressed
     inverse[smooth] = np.maximum(inverse, _lift_off(joint, discs, pressures))[smooth]
     return _Reach(inverse, centre, np.ones(n, dtype=np.intp))
 
@@ -283,6 +297,7 @@ def _result(
         floats=False,
         jumps=False,
         mean_reactions=np.full(2 * joint.n, nan),
+        of_nodes=reach.of_nodes,
     )
 
 
@@ -290,5 +305,5 @@ def _nothing(joint: ScaledJoint, node: int, pressures: FloatArray) -> LeastPress
     found = np.where(np.isfinite(pressures), pressures, nan) / joint.lengths
     nowhere = np.full(joint.directions * joint.n, nan)
     return LeastPressureBound(
-        Status.OPTIMAL, 0.0, node, node >= 0, 1, nowhere, found, 0.0, joint.floats, False, nowhere
+        Status.OPTIMAL, 0.0, node, node >= 0, 1, nowhere, found, 0.0, joint.floats, False, nowhere, 0 * found
     )

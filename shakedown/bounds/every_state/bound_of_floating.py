@@ -5,6 +5,7 @@ from math import inf
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.bounds.discs.disc_limits import largest_load_factor
 from shakedown.bounds.discs.disc_rows import DiscRows
@@ -145,6 +146,30 @@ def bound_of_floating(
         if (limits.left(reach.reactions, reach.load_factor)[0] >= 0).all():
             return least, _without_jumps(limits, reach)
     return least, None
+
+
+def core_of_floating(joint: ScaledJoint, core: NDArray[np.intp], tolerances: Tolerances) -> float:
+    """Up to which load factor slip of some nodes costs energy, whatever the others do (statement 6.9)."""
+    least = pressures_of_floating(joint)
+    if (joint.f == 0).any() or not least.proved.all():
+        return 0.0
+    limits = floating_limits(joint, least)
+    if not (limits.least.at(joint, joint.q0[None], joint.p0[None])[0, core] > 0).all():
+        return 0.0
+    rows = limits.rows()
+    part = np.isin(rows.node, core)
+    known = np.isin(np.arange(joint.n), core)[:, None, None] * rows.stiffness
+    rows = replace(
+        rows, stiffness=known, node=rows.node[part], step=rows.step[part], c=rows.c[part], e=rows.e[part]
+    )
+    found = largest_load_factor(rows, None, True, tolerances)
+    if found.status != Status.OPTIMAL:
+        return inf if found.status == Status.UNBOUNDED else 0.0
+    z = _reactions(joint, found.x)
+    for load_factor in (share * found.load_factor for share in SHARES):
+        if all((limits.left(z, at)[0][:, core] >= 0).all() for at in (0.0, load_factor)):
+            return load_factor
+    return 0.0
 
 
 def bounds_at(joint: ScaledJoint, pressures: LeastPressures, load_factor: float) -> FloatArray:

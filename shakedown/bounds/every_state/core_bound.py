@@ -1,0 +1,102 @@
+"""What is proved from every state away from the edges of a contact, where one element decides λ_U."""
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from shakedown.bounds.every_state.admissible_states import admissible_states
+from shakedown.bounds.every_state.bound_of_floating import core_of_floating
+from shakedown.bounds.every_state.limit_multipliers import limit_multipliers
+from shakedown.bounds.every_state.scaled_joint import scaled_joint
+from shakedown.bounds.every_state.swing_lines import known_lines
+from shakedown.bounds.every_state.universal_bound import UniversalBound
+from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+
+NEAR = 1 / 16  # of the width: nodes that are nearer to an edge are left to themselves
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CoreBound(Result):
+    """Below which load factor no cycle goes on without slip near the edges, whatever is locked in.
+
+    With all nodes closed and motions without jumps. What the other nodes slip in a cycle is at most in
+    proportion to the slip near the edges (docs/universal.md, statement 6.9).
+
+    Attributes
+    ----------
+    load_factor
+        λ_core; 0 where nothing is proved, inf where no load factor ends it.
+    node
+        The node that ends it; −1 where none does, or where friction alone holds the body.
+    depth
+        Nodes that are nearer than this to an edge are left out [length].
+    near_edge
+        These nodes.
+    """
+
+    load_factor: float
+    node: int
+    depth: float
+    near_edge: tuple[int, ...]
+
+
+def core_bound(
+    problem: Problem, every: UniversalBound, *, tolerances: Tolerances = DEFAULT
+) -> CoreBound | Missing:
+    """λ_core of a joint whose λ_U a node near an edge decides; Missing of others, and without places.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joint = shakedown.example("block-33")
+    >>> found = core_bound(joint, shakedown.universal_bound(joint))
+    >>> round(found.load_factor, 4), found.node, found.near_edge
+    (2.8169, 2, (0, 1, 31, 32))
+    """
+    places = problem.coordinates if problem.x is None else problem.x
+    if places is None:
+        return Missing("the nodes have no places (x)")
+    distances = edge_distances(places)
+    depth = 2.0 * NEAR * float(distances.max())
+    near = distances < depth * (1.0 - NEGLIGIBLE)
+    if every.node < 0 or not near[every.node]:
+        return Missing("λ_U is not decided near an edge")
+    core, near_edge = np.flatnonzero(~near), tuple(np.flatnonzero(near).tolist())
+    if scaled_joint(problem).floats:
+        found = sought(core_of_floating, scaled_joint(problem), core, tolerances)
+        return found if isinstance(found, Missing) else CoreBound(found, -1, depth, near_edge)
+    if every.pressures is not None:
+        of_nodes = every.pressures.of_nodes
+    else:
+        lines = known_lines(admissible_states(problem), limit_multipliers(problem, tolerances))
+        of_nodes = np.maximum(lines.meetings(), 0.0)
+    lowest = int(core[of_nodes[core].argmin()])
+    load_factor = float(of_nodes[lowest])
+    return CoreBound(load_factor, lowest if load_factor < inf else -1, depth, near_edge)
+
+
+def edge_distances(places: FloatArray) -> FloatArray:
+    """How far nodes are from the ends of a line, or from the convex edge of a patch, (n,) [length].
+
+    Examples
+    --------
+    >>> edge_distances(np.array([0.0, 1.0, 4.0])).tolist()
+    [0.0, 1.0, 0.0]
+    """
+    n = len(places)
+    offsets = places.reshape(n, -1) - places.reshape(n, -1).mean(axis=0)
+    _, sizes, axes = np.linalg.svd(offsets, full_matrices=False)
+    flat = offsets @ axes[sizes > NEGLIGIBLE * sizes.max(initial=0.0)][:2].T
+    if flat.shape[1] < 2:
+        line = flat.sum(axis=1)
+        return np.asarray(np.minimum(line - line.min(), line.max() - line))
+    from scipy.spatial import ConvexHull  # where a patch has an edge only
+
+    sides = ConvexHull(flat).equations
+    return np.asarray(np.maximum(-(flat @ sides[:, :2].T + sides[:, 2]).max(axis=1), 0.0))

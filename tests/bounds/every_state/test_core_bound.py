@@ -1,0 +1,77 @@
+"""What is proved away from the edges, against motions in which these rest or slip."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.bounds.every_state.admissible_states import StateProgram, admissible_states
+from shakedown.bounds.every_state.core_bound import core_bound, edge_distances
+from shakedown.bounds.every_state.universal_bound import universal_bound
+from shakedown.ground.evidence import Missing
+from shakedown.ground.shown_values import down
+from shakedown.report.assessment_words import certain_in_words, numbers_in_words
+
+
+def test_off_the_edges_forward_and_backward_slip_are_apart_below_it():
+    """Against linear programs in the states themselves."""
+    problem = shakedown.example("block-33")
+    found = core_bound(problem, universal_bound(problem))
+    program = StateProgram(admissible_states(problem))
+    program.set_load_factors(0.999 * found.load_factor, 0.999 * found.load_factor)
+    apart = np.array([program.swing(i, problem.A[i]).apart(1e-9) for i in range(problem.n)])
+    assert np.flatnonzero(~apart).tolist() == list(found.near_edge)
+
+
+def test_in_space_it_is_what_the_inner_nodes_would_go_by_themselves():
+    problem = replace(shakedown.example("block-3x3"), x=np.argwhere(np.ones((3, 3))).astype(float))
+    every = universal_bound(problem)
+    found = core_bound(problem, every)
+    assert len(found.near_edge) == 8
+    assert found.load_factor == every.pressures.of_nodes[4] > every.load_factor
+    assert every.pressures.of_nodes.min() == pytest.approx(every.load_factor)
+    heavy = replace(problem, p_w=problem.p_w * np.where(np.arange(9) == 0, 0.01, 1.0))
+    lifted = universal_bound(heavy)
+    assert lifted.load_factor == 0.0
+    assert core_bound(heavy, lifted).load_factor > 0.0
+
+
+def test_of_a_floating_body_it_exceeds_what_its_edge_allows():
+    problem = shakedown.example("bolted-flange")
+    every = universal_bound(problem)
+    found = core_bound(problem, every)
+    assert every.node in found.near_edge
+    assert found.load_factor > every.load_factor
+    assert shakedown.assess(problem).details.core is None  # more than λ_max counts as λ_max
+
+
+def test_nothing_is_said_without_places_or_edges():
+    problem = shakedown.example("block-33")
+    every = universal_bound(problem)
+    for other in (replace(problem, x=None, coordinates=None), problem):
+        inner = replace(every, node=16)
+        assert isinstance(core_bound(other, inner), Missing)
+
+
+def test_distances_from_the_edges():
+    grid = np.argwhere(np.ones((5, 3))).astype(float)
+    turned = (
+        np.column_stack([grid, np.zeros(15)]) @ np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    )
+    expected = np.minimum(np.minimum(grid[:, 0], 4 - grid[:, 0]), np.minimum(grid[:, 1], 2 - grid[:, 1]))
+    for places in (grid, turned):
+        np.testing.assert_allclose(edge_distances(places), expected, atol=1e-12)
+    np.testing.assert_allclose(
+        edge_distances(np.outer(np.arange(4.0), [1.0, 1.0])), np.sqrt(2) * np.array([0, 1, 1, 0])
+    )
+
+
+def test_what_an_engineer_is_told():
+    found = shakedown.assess(shakedown.example("block-33"))
+    assert numbers_in_words(found)[0][1:] == ("none", "all nodes closed; 2.816 off the edges")
+    told = certain_in_words(found.details)[1]
+    assert "λ_U is decided at an edge, by node 0" in told
+    energy = down(found.details.energy.load_factor)
+    assert f"since assembly, the joint is proved to shake down up to λ_E = {energy}" in told
+    assert "below λ = 2.81687 in which the 4 nodes nearer than 0.1875 mm to an edge rest" in told
