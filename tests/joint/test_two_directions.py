@@ -363,7 +363,8 @@ ANSWERS = {
     "conic_upper_bound",
     "safe_slip",
     "upper_bound",
-    # energy
+    # from a given state
+    "accumulated_bound",
     "energy_ball",
     "energy_bound",
     # from every state
