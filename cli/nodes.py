@@ -13,7 +13,13 @@ from shakedown.files.vtk_points import series_paths
 from shakedown.ground.shown_values import sized
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.units import units_of
-from shakedown.report.node_words import node_columns, resolution, without_round_off, worst_first
+from shakedown.report.node_words import (
+    node_columns,
+    resolution,
+    total_slip_in_words,
+    without_round_off,
+    worst_first,
+)
 from shakedown.report.text_table import table
 
 from .claims import NODE_FILES, SERIES_FILES, OutputFile, writes_whole
@@ -112,7 +118,8 @@ def _text(problem: Problem, found: NodeResults, initial: str) -> str:
     counts = ", ".join(f"{found.status.count(word)} {word}" for word in dict.fromkeys(found.status))
     works = without_round_off(found.work, resolution(problem, found.load_factor)[1])
     total = f"Friction dissipates {sized(sum(works), units_of(problem).work, DIGITS)} per cycle"
-    return "\n".join([*lines, paragraph(f"Nodes: {counts}. {total}."), "", _worst(problem, found)])
+    said = filter(None, [f"Nodes: {counts}. {total}.", total_slip_in_words(found, problem)])
+    return "\n".join([*lines, *map(paragraph, said), "", _worst(problem, found)])
 
 
 def _worst(problem: Problem, found: NodeResults) -> str:

@@ -103,6 +103,8 @@ def _facts(limits: JointLimits) -> list[Fact]:
     facts = [_from_here(limits.energy)]
     if box is not None:
         facts.append((named("λ_box"), bound(box.load_factor), box.limited_by or box.status))
+    slip = limits.accumulated
+    facts.append((named("λ_S"), bound(slip.load_factor), slip.limited_by or slip.status))
     facts.append((named("λ_U"), bound(limits.universal.load_factor), limits.universal.argument))
     facts += [] if lower is None else _of_first_collapse(lower)
     return [*facts, _least(limits.upper), _largest(limits.upper, "certified" if lower is None else "exact")]

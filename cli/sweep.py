@@ -31,8 +31,9 @@ from .options import (
 from .output import echo_json, headline, number, paragraph, progress, say
 
 BOUNDS = tuple(SYMBOLS)
-COLUMNS = {name: SYMBOLS[name] for name in ("universal", "energy", "box", "lower", "transient", "upper")}
-LARGER = "λ_E,box"  # the larger of both, where a table would be too wide
+FROM_HERE = ("energy", "box", "accumulated")
+LARGEST = "λ_here"  # the largest of those from this state, where a table would be too wide
+COLUMNS = {name: SYMBOLS[name] for name in ("universal", *FROM_HERE, "lower", "transient", "upper")}
 MOST_VALUES = 1_000_000
 LONGEST_HEADING = {1: 14, 2: 11}  # characters, by the number of parameters
 COLUMNS_OF_PAPER, FEWEST_DIGITS = 80, 4  # a wider table has fewer digits
@@ -142,7 +143,7 @@ class TableFile(OutputFile):
     metavar="STATE",
     default="zero",
     show_default=True,
-    help="State of λ_E, λ_box, λ_T and simulations: zero, given, given:K or PATH.npy.",
+    help="State of λ_E, λ_box, λ_S, λ_T and simulations: zero, given, given:K or PATH.npy.",
 )
 @click.option(
     "--open",
@@ -289,7 +290,8 @@ def _limits(found: shakedown.Sweep, load_factor: float) -> str:
     limits = {COLUMNS[name]: found.load_factors(name).ravel() for name in COLUMNS if name in found.bounds}
     digits = range(7 - len(found.parameters), FEWEST_DIGITS - 1, -1)
     text = ""
-    for columns, shown in [*((limits, k) for k in digits), (_narrower(found, limits), FEWEST_DIGITS)]:
+    narrower = _narrower(found, limits)
+    for columns, shown in [(limits, digits[0]), *((narrower, k) for k in digits)]:
         text = _table_of_limits(found, load_factor, columns, shown)
         if max(map(len, text.splitlines())) <= COLUMNS_OF_PAPER:
             break
@@ -297,13 +299,13 @@ def _limits(found: shakedown.Sweep, load_factor: float) -> str:
 
 
 def _narrower(found: shakedown.Sweep, limits: dict[str, FloatArray]) -> dict[str, FloatArray]:
-    """One column for both limits from this state: the larger."""
-    pair = (COLUMNS["energy"], COLUMNS["box"])
-    if not set(pair) <= set(limits):
+    """One column for all limits from this state: the largest."""
+    several = [COLUMNS[name] for name in FROM_HERE if COLUMNS[name] in limits]
+    if len(several) < 2:
         return limits
-    larger = {pair[0]: found.from_this_state.ravel()}
-    chosen = {symbol: column for symbol, column in (limits | larger).items() if symbol != pair[1]}
-    return {LARGER if symbol == pair[0] else symbol: column for symbol, column in chosen.items()}
+    largest = limits | {several[0]: found.from_this_state.ravel()}
+    chosen = {symbol: column for symbol, column in largest.items() if symbol not in several[1:]}
+    return {LARGEST if symbol == several[0] else symbol: column for symbol, column in chosen.items()}
 
 
 def _table_of_limits(

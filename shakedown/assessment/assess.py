@@ -56,10 +56,10 @@ class Assessment(Result):
     def proved_from_this_state(self) -> float:
         """Below it shakedown is proved from the state asked about: the largest of what is proved of it.
 
-        λ_E (a ball in the energy norm), in the plane λ_box (a box of slips) and, as far as the first load
-        step admits the state, λ_U. Where ``details.open_nodes`` are open it is λ_E, of the state with these
-        open. 0 where nothing is proved, or not from λ = 0 on (``details.from_state``); NaN where a program
-        came to no end.
+        λ_E (a ball in the energy norm), λ_S (how far nodes slip in all), in the plane λ_box (a box of slips)
+        and, as far as the first load step admits the state, λ_U. Where ``details.open_nodes`` are open it is
+        λ_E, of the state with these open. 0 where nothing is proved, or not from λ = 0 on
+        (``details.from_state``); NaN where a program came to no end.
         """
         known = [self._from_here, self._as_one_of_all]
         proved = [number for number in known if not isnan(number)]

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from shakedown.assessment.from_state import FromState, from_state
 from shakedown.assessment.sensitivities import Sensitivities, sensitivities
 from shakedown.assessment.shakedown_bounds import ShakedownBounds
+from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound, accumulated_bound
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.bounds.collapse.box_bound import BoxBound, box_bound
 from shakedown.bounds.collapse.lower import LowerBound, lower_bound
@@ -86,7 +87,7 @@ class JointLimits(Result):
         The tolerances that decide.
     """
 
-    DOCUMENT: ClassVar[str] = "lower upper energy box universal friction"
+    DOCUMENT: ClassVar[str] = "lower upper energy box accumulated universal friction"
 
     problem: Problem
     initial_slip: ArrayLike | None = None
@@ -183,6 +184,11 @@ class JointLimits(Result):
         closed = None if self.open_nodes else present(sought(lambda: self.upper))
         return box_bound(self.problem, self.initial_slip, upper=closed, tolerances=self.tolerances)
 
+    @cached_property
+    def accumulated(self) -> AccumulatedBound:
+        """λ_S, proved from this state, closed at all nodes, by how far these slip in all."""
+        return accumulated_bound(self.problem, self.initial_slip)
+
     def ball_at(self, load_factor: float) -> EnergyBall | Missing:
         """An energy ball of this load factor, sought once; Missing above λ_max, where there is none.
 
@@ -265,8 +271,17 @@ class JointLimits(Result):
 
     @property
     def from_state(self) -> FromState:
-        """What is proved from this state: the larger of λ_E and λ_box."""
-        return from_state(self.energy, present(self.box))
+        """What is proved from this state: the largest of λ_E, λ_box and λ_S.
+
+        λ_S is worked out where the others prove less than λ_max.
+        """
+        found = from_state(self.energy, present(self.box))
+        if self.open_nodes or self.distance > 0.0:
+            return found
+        least = (1.0 - self.tolerances.agreement) * self.upper.load_factor
+        if found.load_factor >= least and not found.least_load_factor > 0.0:
+            return found
+        return from_state(self.energy, present(self.box), self.accumulated)
 
     @property
     def is_open_from_state(self) -> bool:

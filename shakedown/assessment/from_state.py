@@ -1,21 +1,23 @@
-"""What is proved from one state: the larger of energy and box bound, and of every state where it is one."""
+"""What is proved from one state: the largest of its bounds, and of every state where it is one."""
 
-from typing import TYPE_CHECKING, NamedTuple, TypeGuard
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.limit_names import SYMBOLS
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import CONE, Side, constraints, step_loads
 from shakedown.joint.problem import Problem
 from shakedown.programs.cone_rays import leaves_cone
 
 if TYPE_CHECKING:
+    from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound
     from shakedown.bounds.collapse.box_bound import BoxBound
     from shakedown.bounds.energy.energy_bound import EnergyBound
 
 
-ENERGY, BOX = "λ_E", "λ_box"
+ENERGY, BOX, SLIP = (SYMBOLS[word] for word in ("energy", "box", "accumulated"))
 
 
 class FromState(NamedTuple):
@@ -24,7 +26,7 @@ class FromState(NamedTuple):
     Attributes
     ----------
     symbol
-        λ_E or λ_box, whichever is the larger.
+        λ_E, λ_box or λ_S, whichever is the largest.
     load_factor
         Where the proof ends; NaN where nothing is proved.
     least_load_factor
@@ -36,8 +38,12 @@ class FromState(NamedTuple):
     least_load_factor: float
 
 
-def from_state(energy: "EnergyBound", box: "BoxBound | None") -> FromState:
-    """The larger of both bounds of the same state; λ_E where there is no other.
+def from_state(
+    energy: "EnergyBound", box: "BoxBound | None" = None, slip: "AccumulatedBound | None" = None
+) -> FromState:
+    """The largest of the bounds of the same state; λ_E where no other proves more.
+
+    The others are of the state alone, with all nodes closed.
 
     Examples
     --------
@@ -47,16 +53,15 @@ def from_state(energy: "EnergyBound", box: "BoxBound | None") -> FromState:
     >>> found.symbol, round(found.load_factor, 5)
     ('λ_box', 0.73159)
     """
-    if box_proves_more(box, energy):
-        return FromState(BOX, box.load_factor, 0.0)
-    return FromState(ENERGY, energy.load_factor, energy.least_load_factor)
-
-
-def box_proves_more(box: "BoxBound | None", energy: "EnergyBound") -> "TypeGuard[BoxBound]":
-    """Whether the box proves more than the energy, of the same state alone and with all nodes closed."""
-    if box is None or energy.open_nodes or energy.distance > 0 or np.isnan(box.load_factor):
-        return False
-    return bool(energy.least_load_factor > 0 or not box.load_factor <= energy.load_factor)
+    best = FromState(ENERGY, energy.load_factor, energy.least_load_factor)
+    if energy.open_nodes or energy.distance > 0:
+        return best
+    for symbol, other in ((BOX, box), (SLIP, slip)):
+        if other is None or np.isnan(other.load_factor):
+            continue
+        if best.least_load_factor > 0 or not other.load_factor <= best.load_factor:
+            best = FromState(symbol, other.load_factor, 0.0)
+    return best
 
 
 def admitted_up_to(problem: Problem, slip: FloatArray, tolerances: Tolerances = DEFAULT) -> float:

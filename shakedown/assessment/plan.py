@@ -9,7 +9,7 @@ import numpy as np
 
 from shakedown.assessment.assess import AS_GIVEN
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.from_state import BOX
+from shakedown.assessment.from_state import ENERGY
 from shakedown.assessment.load_regions import (
     ABOVE,
     BELOW,
@@ -21,12 +21,13 @@ from shakedown.assessment.load_regions import (
     default_load_factors,
     region_of,
 )
+from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound
 from shakedown.bounds.collapse.box_bound import BoxBound
 from shakedown.bounds.energy.energy_ball import energy_ball
 from shakedown.bounds.methods import methods_of
 from shakedown.bounds.safe_slip import safe_slip
 from shakedown.campaign.recorded_steps import RecordedSteps
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.evidence import Missing, present, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.status import Status
@@ -59,8 +60,8 @@ class Case:
         Name of the initial state, and its slip (n,) [length].
     in_ball
         Whether it lies inside the energy ball of this load factor: shakedown is proved.
-    in_box
-        Whether the box bound of this state is larger than this load factor: so it is, too.
+    bounded
+        Whether λ_box or λ_S of this state is larger than this load factor: so it is, too.
     open_nodes
         The nodes that are open in it.
     after_transient
@@ -76,7 +77,7 @@ class Case:
     initial: str
     start: FloatArray
     in_ball: bool = False
-    in_box: bool = False
+    bounded: bool = False
     open_nodes: tuple[int, ...] = ()
     after_transient: bool = False
     arrives_closed: bool = True
@@ -84,7 +85,7 @@ class Case:
     @property
     def proved(self) -> bool:
         """Whether shakedown is proved from this very state."""
-        return self.in_ball or self.in_box
+        return self.in_ball or self.bounded
 
     @property
     def predicted(self) -> str:
@@ -129,10 +130,11 @@ def planned_cases(
     for each in sorted(chosen, key=lambda load_factor: load_factor != AS_GIVEN):
         cases += steps.done(partial(_cases_at, limits, each, random_states, seed))
     here = limits.from_state
-    if load_factors is None and here.symbol == BOX and here.load_factor < np.inf:
+    if load_factors is None and here.symbol != ENERGY and here.load_factor < np.inf:
         near = JUST_BELOW * here.load_factor
         cases.append(steps.done(partial(_case_at, limits, near, name, state)))
-    return [replace(case, in_box=_in_box(case, limits.box)) for case in cases]
+    bounds = (present(limits.box), limits.accumulated)
+    return [replace(case, bounded=any(_bounded(case, each) for each in bounds)) for case in cases]
 
 
 def _cases_at(limits: JointLimits, load_factor: float, random_states: int, seed: int) -> list[Case]:
@@ -239,12 +241,12 @@ class _At:
         return _SafeStart(safe.slip, opened, before)
 
 
-def _in_box(case: Case, box: BoxBound | Missing) -> bool:
-    """Whether a case begins at the state of the box, below what that proves."""
-    if isinstance(box, Missing):
+def _bounded(case: Case, bound: BoxBound | AccumulatedBound | None) -> bool:
+    """Whether a case begins at the state of a bound, below what that proves."""
+    if bound is None:
         return False
-    here = not case.after_transient and np.array_equal(case.start, box.initial_slip)
-    return here and not case.open_nodes and case.load_factor < box.load_factor
+    here = not case.after_transient and np.array_equal(case.start, bound.initial_slip)
+    return here and not case.open_nodes and case.load_factor < bound.load_factor
 
 
 def given_states(problem: Problem) -> dict[str, FloatArray]:

@@ -116,6 +116,7 @@ class Verification(Result):
             **limits.bounds.to_dict(),
             "energy": limits.energy,
             "box": present(limits.box),
+            "accumulated": limits.accumulated,
             **limits.universal.document(),
             "agrees": self.agrees,
             "disagreements": self.disagreements,
@@ -316,7 +317,7 @@ def _verified(
     found = assess(problem, start, open_nodes=asked.open_nodes, tolerances=tolerances)
     limits, random = found.details, (settings.random_states, settings.seed)
     simulate(problem, 0.0, cycles=1, method=settings.method)  # compiled code: no run's time should count it
-    for name in ("upper", "lower", "through_transient", "universal", "energy", "box"):
+    for name in ("upper", "lower", "through_transient", "universal", "energy", "box", "accumulated"):
         limits.keep(name, work.steps.done(functools.partial(getattr, limits, name)))
     cases = planned_cases(limits, asked.load_factors, *random, work.steps)
     work.pieces = len(cases) + len(OtherEvidence._fields)

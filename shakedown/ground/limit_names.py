@@ -5,6 +5,7 @@ SYMBOLS = {
     "universal": "λ_U",
     "energy": "λ_E",
     "box": "λ_box",
+    "accumulated": "λ_S",
     "transient": "λ_T",
     "upper": "λ_max",
 }
@@ -13,6 +14,7 @@ NAMES = {
     "λ_U": "from every state",
     "λ_E": "from this state",
     "λ_box": "from this state, by a box",
+    "λ_S": "from this state, by total slip",
     "λ_T": "simulated from this state",
     "λ_max": "impossible above",
 }

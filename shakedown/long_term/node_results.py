@@ -5,6 +5,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.bounds.accumulated.accumulated_bound import total_slip_bound
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
@@ -105,9 +106,20 @@ def node_results(
         q_max=problem.law.size(q).max(axis=0) if known else nothing,
         q_max_of_directions=problem.layout.by_node(np.abs(q).max(axis=0)) if parts else None,
         work=settled.work_per_cycle,
+        total_slip_bound=_total_slip_bound(settled),
         wear_coefficient=float(k),
         wear_volume=worn,
     )
+
+
+def _total_slip_bound(settled: Settled) -> FloatArray:
+    """How far nodes slip in all from where the motion began, all nodes closed (n,); NaN where not proved."""
+    if not isinstance(settled, LongTermState) or settled.outcome != Outcome.SHAKEDOWN:
+        return np.full(settled.problem.n, np.nan)
+    begun = settled.begun
+    if begun.open_nodes:
+        return np.full(settled.problem.n, np.nan)
+    return total_slip_bound(begun.problem, settled.load_factor, begun.start).total_slip
 
 
 def settled_of(given: object, who: str = "node_results") -> Settled:

@@ -24,7 +24,7 @@ STATUSES = STICKS, SLIPS, STAYS_OPEN, MIXED, NOT_KNOWN = "stick", "slip", "open"
 ENDINGS = (".csv", ".vtu", ".vtp")
 TABLE = (
     "label", "x", "y", "z", "area", "status", "slip_range", "accumulated_slip",
-    "p_min", "p_max", "q_max", "work", "tau_delta",
+    "p_min", "p_max", "q_max", "work", "tau_delta", "total_slip_bound",
 )  # fmt: skip
 TRACTIONS = ("pressure_min", "pressure_max", "shear_max", "work_per_area")
 LONGEST_NUMBER = len(str(LARGEST_LABEL)) - 1  # digits of a label that is written as a whole number
@@ -74,6 +74,9 @@ class NodeResults(Result):
         τ δ = shear_max × slip_range [force/length], the first parameter of Ruiz, Boddington and Chen
         (Experimental Mechanics 24, 1984, 208–217): the product of the largest shear traction and
         the slip range of the node, which need not occur at one instant.
+    total_slip_bound : (n,)
+        How far each node slips in all at most, from the initial state until it rests for ever, whatever the
+        order of the loads [length]: proved (docs/accumulated.md); NaN where that is not proved.
     wear_coefficient
         k of Archard's law [length²/force], NaN where it was not given.
     wear_volume : (n,)
@@ -86,7 +89,7 @@ class NodeResults(Result):
     DOCUMENT: ClassVar[str] = (
         "load_factor outcome reason period label coordinates area status slip_range accumulated_slip "
         "p_min p_max q_max pressure_min pressure_max shear_max work work_per_area tau_delta "
-        "wear_coefficient wear_depth"
+        "total_slip_bound wear_coefficient wear_depth"
     )
     TABLE: ClassVar[str] = " ".join((*TABLE, *TRACTIONS, "wear_depth"))
 
@@ -106,6 +109,7 @@ class NodeResults(Result):
     p_max: FloatArray
     q_max: FloatArray
     work: FloatArray
+    total_slip_bound: FloatArray
     wear_coefficient: float
     wear_volume: FloatArray
     slip_range_of_directions: FloatArray | None = None
@@ -174,7 +178,7 @@ class NodeResults(Result):
         """The unit of every column of a file, in letters that every program shows; empty where unknown."""
         force, length = known = Units(self.force_unit, self.length_unit)
         stress = known.stress.replace("²", "^2")
-        slips = ("slip_range", "slip_range_x", "slip_range_y", "accumulated_slip")
+        slips = ("slip_range", "slip_range_x", "slip_range_y", "accumulated_slip", "total_slip_bound")
         lengths = dict.fromkeys(("x", "y", "z", *slips, "wear_depth"), length)
         forces = dict.fromkeys(("p_min", "p_max", "q_max", "q_max_x", "q_max_y"), force)
         stresses = dict.fromkeys(("pressure_min", "pressure_max", "shear_max"), stress)

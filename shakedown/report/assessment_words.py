@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.assessment.from_state import box_proves_more
-from shakedown.ground.evidence import present
+from shakedown.assessment.from_state import BOX, ENERGY, SLIP, FromState, from_state
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, few, up
 from shakedown.ground.status import Said, Status
 from shakedown.joint.units import units_of, varying_loads_in_words
@@ -19,13 +18,15 @@ from shakedown.report.node_words import open_in_words
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
     from shakedown.assessment.every_limit import JointLimits
-    from shakedown.bounds.collapse.box_bound import BoxBound
     from shakedown.bounds.energy.energy_bound import EnergyBound
     from shakedown.bounds.every_state.universal_bound import UniversalBound
     from shakedown.bounds.results import UpperBound
     from shakedown.joint.problem import Problem
 
-BOX = "by the box of slips that it cannot leave"
+PROOFS = {
+    BOX: "by the box of slips that it cannot leave",
+    SLIP: "by how far its nodes can slip in all",
+}
 ARGUMENTS = {  # what the names of the arguments for λ_U stand for, where they do not speak for themselves
     "Melan": "slip changes no pressure",
     "differences": "no slip raises the differences between nodes",
@@ -184,7 +185,7 @@ def certain_in_words(limits: JointLimits) -> list[str]:
     cannot leave; by energy up to λ_E = 0.6619611); from every initial state, closed and admissible,
     up to λ_U = 0.6573734 (first collapse); with all nodes in contact it cannot above λ_max = 0.7391456.
     """
-    here = _proved_from_here(limits.energy, present(limits.box), limits.problem)
+    here = _proved_from_here(limits.energy, limits.from_state, limits.problem)
     certain, *more = _certain([here, _proved_from_everywhere(limits.universal)], limits.upper, limits.problem)
     return [certain, *_decided_at_the_edge(limits), *more]
 
@@ -217,7 +218,7 @@ def _decided_at_the_edge(limits: JointLimits) -> list[str]:
 
 def quickly_in_words(energy: EnergyBound, upper: UpperBound, problem: Problem) -> list[str]:
     """What is certain by λ_E and λ_max alone."""
-    return _certain([_proved_from_here(energy, None, problem)], upper, problem)
+    return _certain([_proved_from_here(energy, from_state(energy), problem)], upper, problem)
 
 
 def _certain(parts: list[str], upper: UpperBound, problem: Problem) -> list[str]:
@@ -227,18 +228,19 @@ def _certain(parts: list[str], upper: UpperBound, problem: Problem) -> list[str]
     return [sentence + ".", *last_digit_in_words(problem), *([LOAD_DOMAIN] if problem.is_domain else [])]
 
 
-def _proved_from_here(energy: EnergyBound, box: BoxBound | None, problem: Problem) -> str:
+def _proved_from_here(energy: EnergyBound, here: FromState, problem: Problem) -> str:
     closed = np.delete(energy.initial_slip, problem.layout.slips_of(energy.open_nodes))
     start = "the given slip" if np.any(closed) else "slip zero"
     if energy.distance > 0:
         start = f"every state within the energy distance {few(energy.distance)} of {start}"
     if energy.open_nodes:
         start += f", with {open_in_words(energy.open_nodes, problem)} open and in equilibrium,"
-    if box_proves_more(box, energy):
-        if box.status == Status.UNBOUNDED:
-            return f"From {start} the joint is proved to shake down at every load factor ({BOX})"
+    if here.symbol != ENERGY:
+        how = PROOFS[here.symbol]
+        if np.isinf(here.load_factor):
+            return f"From {start} the joint is proved to shake down at every load factor ({how})"
         also = "" if np.isnan(energy.load_factor) else f"; by energy up to λ_E = {down(energy.load_factor)}"
-        up_to = f"λ = {down(box.load_factor)} ({BOX}{also})"
+        up_to = f"λ = {down(here.load_factor)} ({how}{also})"
         return f"From {start} the joint is proved to shake down up to {up_to}"
     if energy.status == Status.UNDECIDED:
         return f"From {start} it is open what is proved ({energy.reason})"

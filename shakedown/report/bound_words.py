@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.assessment.from_state import box_proves_more
+from shakedown.assessment.from_state import ENERGY
 from shakedown.ground.evidence import Missing, present
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Guarantee, Status
@@ -199,11 +199,11 @@ def _nominal_load(limits: JointLimits, lower: LowerBound | None) -> str:
 
 def from_here_in_words(limits: JointLimits) -> str:
     """Whether the nominal load is proved from this state, where every state does not do the same."""
-    energy, box = limits.energy, present(limits.box)
+    energy, here = limits.energy, limits.from_state
     if energy.open_nodes:
         return ""
     start = "the given slip" if np.any(energy.initial_slip) else "slip zero"
-    if box_proves_more(box, energy) and box.load_factor > 1:
+    if here.symbol != ENERGY and here.load_factor > 1:
         return f"; from {start} the joint is proved to shake down there"
     if energy.least_load_factor < 1 < energy.load_factor:
         return f", and below λ_E: from {start} the joint is proved to shake down"

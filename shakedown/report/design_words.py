@@ -27,7 +27,7 @@ SAID = {
     "depends on the state": "open, or dependent on the state,",
     "never": "certain not to shake down with all nodes in contact",
 }
-FROM_HERE = {"energy": "λ_E", "box": "λ_box"}  # proved from this state: the larger of them
+FROM_HERE = {"energy": "λ_E", "box": "λ_box", "accumulated": "λ_S"}  # proved from this state: the largest
 SHOWN = 6  # digits of a parameter
 TIED = 10.0**-DIGITS  # of the largest limit: what is not shown
 LISTED = 3  # values in a row; more are counted
@@ -73,7 +73,8 @@ def sweep_in_words(sweep: "Sweep", load_factor: float = 1.0) -> list[str]:
 
 def _best(sweep: "Sweep") -> Iterator[str]:
     """Where each limit is largest."""
-    here = " or ".join(symbol for name, symbol in FROM_HERE.items() if name in sweep.bounds)
+    *most, last = [symbol for name, symbol in FROM_HERE.items() if name in sweep.bounds] or [""]
+    here = f"{', '.join(most)} or {last}" if most else last
     limits = [
         ("λ_U (from every state)", sweep.universal, down),
         (f"{here} (from this state)", sweep.from_this_state, down),

@@ -234,7 +234,7 @@ def _runs_note(plane: bool) -> str:
     """What the columns of the table of runs mean; what is in the plane only is said of joints there."""
     return RUNS_NOTE.format(
         predicted="up to λ_1 that is predicted, and proved only where the guarantee of λ_1 says so; " * plane,
-        box=", and the state asked about below its λ_box" * plane,
+        box=f", and the state asked about below its {'λ_box or ' * plane}λ_S",
         domain="Of a load domain λ_1 predicts nothing; its" if plane else "Of a load domain the",
     )
 

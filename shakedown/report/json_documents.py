@@ -40,6 +40,7 @@ def assessment_document(found: "Assessment", curve: "GuaranteeCurve | Missing | 
             **limits.bounds.to_dict(),
             "energy": limits.energy,
             "box": limits.box,
+            "accumulated": limits.accumulated,
             **limits.universal.document(),
             "friction": limits.friction,
             "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},

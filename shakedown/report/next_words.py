@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.assessment.from_state import BOX
+from shakedown.assessment.from_state import ENERGY
 from shakedown.ground.evidence import Missing
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Said, Status
@@ -73,7 +73,7 @@ def decides_in_words(found: Assessment) -> str:
     if found.said_as_given == Said.OPEN and limits.energy.status == Status.INFEASIBLE:
         return f"From this state no load factor is proved at once: {limits.energy.reason}."
     order = ["energy", "upper"]
-    if found.said_as_given == Said.IMPOSSIBLE or limits.from_state.symbol == BOX:
+    if found.said_as_given == Said.IMPOSSIBLE or limits.from_state.symbol != ENERGY:
         order.reverse()
     for sensitivities in (limits.sensitivities.get(name) for name in order):
         if not isinstance(sensitivities, Missing | None):

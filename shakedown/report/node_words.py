@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import down, few, sized
+from shakedown.ground.shown_values import FEW_DIGITS, down, few, sized, up
 from shakedown.ground.size_limits import NODES_SHOWN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.visible_text import shortened, with_unit
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 LONGEST_LABEL = 16  # characters of a label in a table
 COLUMNS = (  # of a table of what nodes go through, those first that stand where it is narrow
     "slip_range", "accumulated_slip", "work", "p_max", "q_max", "p_min",
-    "pressure_max", "shear_max", "tau_delta", "wear_depth",
+    "pressure_max", "shear_max", "tau_delta", "wear_depth", "total_slip_bound",
 )  # fmt: skip
 LONGEST_RANGES = 24  # characters of a column
 
@@ -134,6 +134,23 @@ def node_columns(nodes: NodeResults, problem: Problem) -> dict[str, FloatArray]:
         word: np.array(without_round_off(getattr(nodes, word), resolved.get(word, 0.0))) for word in COLUMNS
     }
     return {word: values for word, values in columns.items() if not np.isnan(values).all()}
+
+
+def total_slip_in_words(nodes: NodeResults, problem: Problem) -> str:
+    """How far any node slips in all, where that is proved; else empty.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joint = shakedown.example("two-node")
+    >>> total_slip_in_words(shakedown.node_results(shakedown.long_term_state(joint, 0.7)), joint)
+    'Proved: no node will ever slip more than 1.252 from here.'
+    """
+    most = float(nodes.total_slip_bound.max())
+    if np.isnan(most):
+        return ""
+    far = f"{up(most, FEW_DIGITS)} {units_of(problem).length}".rstrip()
+    return f"Proved: no node will ever slip more than {far} from here."
 
 
 def worst_first(nodes: NodeResults, problem: Problem) -> list[int]:

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shakedown.assessment.from_state import BOX, SLIP
 from shakedown.assessment.runs import Run
 from shakedown.assessment.verify import Verification
-from shakedown.bounds.collapse.box_bound import BoxBound
 from shakedown.bounds.collapse.lower import LowerBound
 from shakedown.ground.evidence import present
 from shakedown.ground.limit_names import named
@@ -54,7 +54,7 @@ def bounds_table(v: Verification) -> PageTable:
     proved = [
         (f"{named('λ_U')}, all nodes closed{_over(v)}", _bound(v.limits.universal.load_factor)),
         (f"{named('λ_E')}{least}", _bound(v.limits.energy.load_factor)),
-        *_box_row(v),
+        *_other_rows(v),
         (
             named("λ_T") + ", proved there" * transient_is_proved(v),
             "–" if transient is None else _bound(float(transient_limit_as_text(transient))),
@@ -67,10 +67,10 @@ def bounds_table(v: Verification) -> PageTable:
     return PageTable(["", "load factor", "independent solver (Clarabel)", "relative difference"], rows)
 
 
-def _box_row(v: Verification) -> list[tuple[str, str]]:
-    """λ_box, where there is one."""
-    box = v.limits.box
-    return [(named("λ_box"), _bound(box.load_factor))] if isinstance(box, BoxBound) else []
+def _other_rows(v: Verification) -> list[tuple[str, str]]:
+    """λ_box, where there is one, and λ_S."""
+    found = {BOX: present(v.limits.box), SLIP: v.limits.accumulated}
+    return [(named(symbol), _bound(each.load_factor)) for symbol, each in found.items() if each is not None]
 
 
 def _over(v: Verification) -> str:
@@ -107,7 +107,7 @@ def number(value: float, digits: int = 6) -> str:
 def limits_on_page(v: Verification) -> dict[str, float]:
     """Limits by name, rounded to where what is said of them stays true; NaN where there is none.
 
-    Of λ_E and λ_box the larger.
+    Of λ_E, λ_box and λ_S the largest.
     """
     largest = {"λ_max": v.limits.upper.load_factor}
     others = {

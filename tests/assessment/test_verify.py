@@ -155,8 +155,8 @@ def test_every_piece_of_work_is_told_to_the_end() -> None:
     assert told == [(k, total) for k in range(1, total + 1)]
 
 
-def runs_in_box(report):
-    return [run for run in report.runs if run.case.in_box]
+def bounded_runs(report):
+    return [run for run in report.runs if run.case.bounded]
 
 
 @pytest.mark.parametrize(
@@ -174,7 +174,7 @@ def test_a_box_bound_beyond_the_ball_is_simulated_just_below(joint: Problem) -> 
     here = report.limits.from_state
     assert (here.symbol, here.load_factor) == ("λ_box", report.limits.box.load_factor)
     assert here.load_factor > report.limits.energy.load_factor
-    last = max(runs_in_box(report), key=lambda run: run.case.load_factor)
+    last = max(bounded_runs(report), key=lambda run: run.case.load_factor)
     assert 0 < 1.0 - last.case.load_factor / here.load_factor < 1e-5
     assert np.array_equal(last.case.start, report.limits.box.initial_slip)
     assert (last.case.in_ball, last.predicted, last.simulation.outcome) == (False, "shakedown", "shakedown")
@@ -196,12 +196,18 @@ def test_the_box_predicts_from_its_own_state_and_below_its_own_load_factor_alone
     assert {run.case.load_factor for run in report.runs} == {0.7, 0.735, 1.0}  # no more than asked for
 
 
-def test_where_no_box_is_proved_none_is_planned() -> None:
+def test_where_no_box_is_proved_total_slip_takes_its_place() -> None:
     domain = replace(TWO, load_path="domain")
-    for joint in (domain, shakedown.example("three-node"), SAFE_LATER):
+    for joint in (domain, shakedown.example("three-node")):
         report = shakedown.verify(joint, random_states=0, budget=0)
-        assert not runs_in_box(report)
-        assert report.limits.from_state.symbol == "λ_E"
+        here = report.limits.from_state
+        assert (here.symbol, here.load_factor) == ("λ_S", report.limits.accumulated.load_factor)
+        last = max(bounded_runs(report), key=lambda run: run.case.load_factor)
+        assert 0 < 1.0 - last.case.load_factor / here.load_factor < 1e-5
+        assert last.simulation.outcome == "shakedown"
+    nothing = shakedown.verify(SAFE_LATER, random_states=0, budget=0)
+    assert not bounded_runs(nothing)
+    assert nothing.limits.from_state.symbol == "λ_E"
 
 
 def test_states_are_no_larger_than_what_loads_leave_behind() -> None:

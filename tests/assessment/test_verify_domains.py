@@ -31,7 +31,7 @@ def test_predictions_end_where_every_path_is_proved(report):
         if found.region == "below λ_U":
             assert found.simulation.load_factor < proved
             assert found.predicted == "shakedown"
-        elif found.region == "between" and not found.case.in_ball and found.initial != "safe":
+        elif found.region == "between" and not found.case.proved and found.initial != "safe":
             assert found.predicted == "either"
     assert {found.region for found in report.runs} == {"below λ_U", "between", "above λ_max"}
     assert report.curve is None
@@ -55,7 +55,9 @@ def test_the_words_say_for_which_paths_they_hold(report):
     assert "λ_1, λ_U, λ_box and what is simulated hold for this order" not in text
     loop = shakedown.verify(shakedown.example("two-node"), random_states=0, load_factors=[0.5])
     text = " ".join(limits_in_words(loop))
-    assert "λ_E and λ_max hold for every path through these load steps; λ_1, λ_U, λ_box and what is" in text
+    assert (
+        "λ_E, λ_S and λ_max hold for every path through these load steps; λ_1, λ_U, λ_box and what is" in text
+    )
 
 
 def test_the_data_and_the_documents_name_it(report):

@@ -16,11 +16,11 @@ import shakedown
 
 HEADER = [
     "label", "x", "y", "z", "area", "status", "slip_range", "accumulated_slip",
-    "p_min", "p_max", "q_max", "work", "tau_delta",
+    "p_min", "p_max", "q_max", "work", "tau_delta", "total_slip_bound",
 ]  # fmt: skip
 MILLIMETRES = [
     "label", "x [mm]", "y [mm]", "z [mm]", "area [mm^2]", "status", "slip_range [mm]", "accumulated_slip [mm]",
-    "p_min [N]", "p_max [N]", "q_max [N]", "work [N mm]", "tau_delta [N/mm]",
+    "p_min [N]", "p_max [N]", "q_max [N]", "work [N mm]", "tau_delta [N/mm]", "total_slip_bound [mm]",
 ]  # fmt: skip
 TRACTIONS = ["pressure_min [MPa]", "pressure_max [MPa]", "shear_max [MPa]", "work_per_area [N/mm]"]
 AT_TWO = ("press-fit", "--load-factor", "2")
@@ -51,7 +51,12 @@ def test_the_table_agrees_with_the_json(tmp_path):
             expected = [place["xyz".index(word)] for place in found["coordinates"]]
         else:
             expected = found[word]
-        assert table[heading].tolist() == expected, word
+        assert known(table[heading]) == expected, word
+
+
+def known(values):
+    """Numbers and texts as JSON has them: None where a number is undefined."""
+    return [None if value != value else value for value in np.asarray(values).tolist()]
 
 
 def test_without_units_there_are_none_in_the_header(tmp_path):
@@ -94,7 +99,7 @@ def test_meshio_reads_the_grid(tmp_path):
     for heading in [*(h for h in MILLIMETRES if h not in ("label", "status")), *TRACTIONS]:
         word = heading.partition(" [")[0]
         if word not in ("x", "y", "z"):
-            assert mesh.point_data[heading].tolist() == found[word], word
+            assert known(mesh.point_data[heading]) == found[word], word
     words = ["stick", "slip", "open", "mixed"]
     assert [words[code] for code in mesh.point_data["status"]] == found["status"]
     assert mesh.point_data["node"].tolist() == list(range(9))
@@ -117,7 +122,9 @@ def test_poly_data_hold_the_same_arrays(tmp_path):
     assert [child.tag for child in piece] == ["Points", "Verts", "PointData"]
     assert poly["connectivity"] == tuple(range(9))
     assert poly["offsets"] == tuple(range(1, 10))
-    assert {name: values for name, values in grid.items() if name != "types"} == poly
+    assert {name: known(values) for name, values in grid.items() if name != "types"} == {
+        name: known(values) for name, values in poly.items()
+    }
 
 
 def arrays(path):
@@ -150,7 +157,7 @@ def test_the_text_shows_the_worst_nodes_within_80_columns(named):
         assert (code, err) == (0, "")
         lines = out.splitlines()
         assert max(map(len, lines)) <= 80
-        assert len(lines) <= 20
+        assert len(lines) <= 21
     _, out, _ = run("nodes", *AT_TWO)
     first = next(line for line in out.splitlines() if "40/4" in line).split()
     assert first[:5] == ["4", "40/4", "mixed", "0.00181", "0.00356"]

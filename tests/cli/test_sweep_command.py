@@ -38,10 +38,10 @@ def test_too_wide_a_table_has_the_larger_of_what_is_proved_from_the_state():
     words = ("--vary", "stiffness=2.333333", "--vary", "amplitude=0.333333,2.333333", "--quick")
     head, *rows = run("sweep", "two-node", *words)[1].splitlines()[-3:]
     points = document("sweep", "two-node", *words)["points"]
-    place = head.split().index("λ_E,box") - 2  # × stands apart from both names
-    assert "λ_box" not in head.split()
+    place = head.split().index("λ_here") - 2  # × stands apart from both names
+    assert not {"λ_E", "λ_box", "λ_S"} & set(head.split())
     for row, point in zip(rows, points, strict=True):
-        larger = max(point[name]["load_factor"] for name in ("energy", "box"))
+        larger = max(point[name]["load_factor"] for name in ("energy", "box", "accumulated"))
         assert 0 <= larger - float(row.split()[place]) < 1e-3 * larger
 
 
@@ -50,15 +50,17 @@ def test_what_is_proved_is_rounded_down_and_the_upper_bound_up():
     found = document("sweep", "two-node", *words)["points"]
     out = run("sweep", "two-node", *words)[1]
     rows = [line.split() for line in out.splitlines()[-5:]]
-    for point, (_, universal, energy, box, lower, transient, upper, *_) in zip(found, rows, strict=True):
-        below = (universal, energy, box, lower, transient)
-        for shown, name in zip(below, ("universal", "energy", "box", "lower", "transient"), strict=True):
-            value = point[name]["load_factor"]
+    here = ("energy", "box", "accumulated")
+    for point, (_, universal, this, lower, transient, upper, *_) in zip(found, rows, strict=True):
+        below = {"universal": universal, "lower": lower, "transient": transient}
+        values = [(point[name]["load_factor"], shown) for name, shown in below.items()]
+        values.append((max(point[name]["load_factor"] for name in here), this))
+        for value, shown in values:
             assert 0 <= value - float(shown) <= 1e-4 * value  # five digits have room
         value = point["upper"]["load_factor"]
         assert 0 <= float(upper) - value <= 1e-4 * value
-    best = max(point["box"]["load_factor"] for point in found)
-    said = float(" ".join(out.split()).split("λ_E or λ_box (from this state) is ")[1].split(",")[0])
+    best = max(point[name]["load_factor"] for point in found for name in here)
+    said = float(" ".join(out.split()).split("λ_E, λ_box or λ_S (from this state) is ")[1].split(",")[0])
     assert 0 <= best - said < 1e-6
 
 

@@ -164,7 +164,7 @@ def accumulated_bound(
 
 
 @checked
-def accumulated_slip(
+def total_slip_bound(
     problem: Problem,
     load_factor: float,
     initial_slip: ArrayLike | None = None,
@@ -188,7 +188,7 @@ def accumulated_slip(
     Examples
     --------
     >>> import shakedown
-    >>> accumulated_slip(shakedown.example("two-node"), 0.7).total_slip.round(3)
+    >>> total_slip_bound(shakedown.example("two-node"), 0.7).total_slip.round(3)
     array([0.   , 1.251])
     """
     check_load_factor(load_factor, problem)

@@ -64,10 +64,12 @@ class ArcLimits:
         return found
 
     def _slacks_of(self, i: int, e: FloatArray) -> Slacks:
-        rows = self._fB[i] + np.einsum("cke,ejx->ckjx", e, self._A[i])
-        locked = np.einsum("ckjx,jx->ck", rows, self._start)
-        locked -= np.linalg.norm(rows, axis=3) @ self._error
-        locked -= NEGLIGIBLE * np.einsum("ckjx,jx->ck", np.abs(rows), np.abs(self._start))
+        fB, A, start = self._fB[i], self._A[i], self._start
+        locked = np.sum(fB * start) + e @ np.sum(A * start, axis=(1, 2))
+        terms = np.sum(np.abs(fB * start)) + np.abs(e) @ np.sum(np.abs(A * start), axis=(1, 2))
+        off = np.flatnonzero(self._error)
+        rows = fB[off] + np.einsum("cke,ejx->ckjx", e, A[:, off])
+        locked -= np.linalg.norm(rows, axis=3) @ self._error[off] + NEGLIGIBLE * terms
         loop, before = loading(self.problem), self.problem.layout.split(transient_path(self.problem))
         mean = self._least(i, e, loop.q0[None], loop.p0[None])
         fall = np.maximum(-self._least(i, e, loop.q1, loop.p1), 0.0)

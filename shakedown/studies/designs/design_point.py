@@ -23,7 +23,7 @@ from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
 
 LIMITS = tuple(SYMBOLS)
-FROM_HERE = ("energy", "box")  # shakedown is proved from the state asked about, below the larger of them
+FROM_HERE = ("energy", "box", "accumulated")  # shakedown is proved from the state asked about, below any
 RESTS_ON = {"lower": {"universal"}, "upper": {"energy", "transient"}}  # what cannot be found without it
 ALL = 9  # digits, so that what contradicts is seen to
 
@@ -77,8 +77,8 @@ class DesignPoint(Result):
     values
         The values of the parameters.
     limits
-        By name (``lower``, ``universal``, ``energy``, ``box``, ``transient``, ``upper``); empty where
-        there is no such joint.
+        By name (``lower``, ``universal``, ``energy``, ``box``, ``accumulated``, ``transient``,
+        ``upper``); empty where there is no such joint.
     guarantee
         How far λ_1 is a guarantee (``LowerBound.guarantee``); empty where it was not asked for.
     open_nodes
@@ -155,7 +155,7 @@ class Question(NamedTuple):
     load_factors
         Where to simulate.
     initial_slip : (n,) or None
-        The state that λ_E, λ_box, λ_T and simulations are about [length]; zero by default.
+        The state that λ_E, λ_box, λ_S, λ_T and simulations are about [length]; zero by default.
     open_nodes
         ``"auto"``: the zone with the largest λ_max; ``()``: all nodes in contact.
     quick
@@ -184,7 +184,7 @@ def design_point(
     >>> import shakedown
     >>> point = design_point(shakedown.example("two-node"), (0.35,), Question())
     >>> {name: round(limit.load_factor, 3) for name, limit in point.limits.items()}
-    {'lower': 0.657, 'universal': 0.657, 'energy': 0.662, 'box': 0.732, 'transient': 0.732, 'upper': 0.739}
+    {'lower': 0.657, 'universal': 0.657, 'energy': 0.662, 'box': 0.732, 'accumulated': 0.732, ...}
     """
     asked = set(question.bounds)
     joint = JointLimits(
@@ -277,7 +277,7 @@ class _Known(NamedTuple):
 
 
 def _contradictions(known: _Known, tolerances: Tolerances) -> Iterator[str]:
-    """What cannot all be right: λ_U ≤ λ_1 ≤ λ_max, λ_E, λ_box ≤ λ_max, no cycle below what is proved."""
+    """What cannot all be right: λ_U ≤ λ_1 ≤ λ_max, λ_E, λ_box, λ_S ≤ λ_max, no cycle below what is proved."""
     pairs = [("universal", "lower")]
     if not known.open_nodes:  # λ_1 and λ_U are about all nodes in contact
         pairs += [(name, "upper") for name in ("lower", "universal", *FROM_HERE)]

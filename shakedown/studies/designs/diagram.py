@@ -32,7 +32,7 @@ class Region(StrEnum):
     EVERY_STATE
         Shakedown is proved from every initial state: λ < λ_U.
     THIS_STATE
-        Shakedown is proved from the state asked about: λ < λ_E or λ < λ_box.
+        Shakedown is proved from the state asked about: λ < λ_E, λ < λ_box or λ < λ_S.
     DEPENDS
         It depends on the state, or is open.
     NEVER
@@ -141,9 +141,14 @@ class Sweep(Result):
         return self.load_factors("box")
 
     @cached_property
+    def accumulated(self) -> FloatArray:
+        """λ_S, below which bounds of all slips prove shakedown from this state."""
+        return self.load_factors("accumulated")
+
+    @cached_property
     def from_this_state(self) -> FloatArray:
-        """The larger of λ_E and λ_box, of those asked for; NaN where there is neither."""
-        return np.fmax(self.energy, self.box)
+        """The largest of λ_E, λ_box and λ_S, of those asked for; NaN where there is none."""
+        return np.fmax.reduce([self.load_factors(name) for name in FROM_HERE])
 
     @cached_property
     def transient(self) -> FloatArray:

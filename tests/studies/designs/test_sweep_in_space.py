@@ -16,7 +16,7 @@ JOINT = shakedown.example("one-node-3d")
 
 def test_every_point_is_the_joint_by_itself():
     found = sweep(JOINT, {"friction": [0.5, 1.0]}, quick=True)
-    assert found.bounds == ("universal", "energy", "transient", "upper")
+    assert found.bounds == ("universal", "energy", "accumulated", "transient", "upper")
     assert (found.energy <= found.transient).all()
     assert (found.transient <= found.upper).all()
     one = shakedown.assess(with_parameter(JOINT, "friction", 0.5), certify=False)
@@ -49,7 +49,7 @@ def test_of_a_function_that_makes_joints_what_there_is_not_is_undecided_with_the
     [
         (
             {"bounds": ["lower"]},
-            "bounds with two directions: expected some of universal, energy, transient, upper, each",
+            "bounds with two directions: expected some of universal, energy, accumulated, transient, upper, each",
         ),
     ],
 )
