@@ -118,7 +118,7 @@ def _cycles(found: InitialStateMap, cycles: list[LimitCycle]) -> str:
             ]
         )
     heads = ["states", "period", "dissipation", "multiplier", "spread", "slip at"]
-    idle = {"multiplier"} if found.problem.directions > 1 else set()
+    idle = set() if found.tells_stability else {"multiplier"}
     idle |= set() if any(cycle.slipping_nodes for cycle in cycles) else {"slip at"}
     text = _without(heads, rows, idle)
     more = len(cycles) - len(rows)

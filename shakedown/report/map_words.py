@@ -118,7 +118,7 @@ def cycles_in_words(found: InitialStateMap) -> str:
         f"{spread}: how far apart the slips lie that these states end on; 0: one and the same motion, more: "
         "several of a continuum."
     )
-    if found.problem.directions > 1:
+    if not found.tells_stability:
         return f"{apart} With two tangential directions it is not worked out whether they are stable."
     jumps = any(cycle.stability == "unknown" for cycle in found.limit_cycles)
     return (

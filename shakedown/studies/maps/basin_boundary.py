@@ -88,7 +88,7 @@ def _basins(
     )
     near = same_slip(found.problem, found.load_factor, found.search.tolerances)
     for number, cycle in enumerate(found.limit_cycles, 1):
-        gathers = found.problem.directions > 1 and cycle.coincide and cycle.count > 1
+        gathers = not found.tells_stability and cycle.coincide and cycle.count > 1
         if cycle.stability != STABLE and not gathers:
             continue
         for place in cycle.final_slip:

@@ -14,7 +14,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.contact_law import admissible
 from shakedown.studies.maps.final_states import FinalStates, final_states
-from shakedown.studies.maps.limit_cycles import LimitCycle, limit_cycles
+from shakedown.studies.maps.limit_cycles import LimitCycle, limit_cycles, tells_stability
 from shakedown.studies.maps.map_file import Columns
 from shakedown.studies.maps.map_pieces import MapSearch
 from shakedown.studies.maps.samplers import Sampler, Sampling
@@ -183,6 +183,11 @@ class InitialStateMap(Result):
         """
         undecided = np.flatnonzero(self.outcome == Outcome.UNDECIDED)
         return undecided_reasons(self.problem, self.load_factor, self.initial_slip, undecided, self.search)
+
+    @property
+    def tells_stability(self) -> bool:
+        """Whether it is worked out which limit cycles are stable: in the plane."""
+        return tells_stability(self.problem)
 
     @property
     def admissible(self) -> NDArray[np.bool_]:

@@ -126,11 +126,6 @@ class _Seen:
         scale = scales(self.problem, self.load_factor)
         return path_resolution(self.problem, self.search.tolerances) * scale.length * scale.force
 
-    @property
-    def mapped(self) -> bool:
-        """Whether the map over a period is worked out: in the plane."""
-        return self.problem.directions == 1
-
     def parts(self) -> Iterator[slice]:
         """All states, some at a time."""
         count = len(self.columns["outcome"])
@@ -211,7 +206,7 @@ def _gathers(seen: _Seen, kind: _Kind, here: NDArray[np.bool_], known: int) -> b
 
     Every node slips, so that no slip is locked in, and other states end on it, too.
     """
-    if seen.mapped or len(kind.slipping_nodes) < seen.problem.n:
+    if tells_stability(seen.problem) or len(kind.slipping_nodes) < seen.problem.n:
         return False
     return bool(np.count_nonzero(here) > 1) and known < MOST_ALONE
 
@@ -222,7 +217,7 @@ def _like(seen: _Seen, rows: Rows, kind: _Kind) -> NDArray[np.bool_]:
     Those that pass through the same contact states; all of the kind where a node keeps its
     slip, which is locked in and selects the limit cycle.
     """
-    if len(kind.slipping_nodes) < seen.problem.n or not seen.mapped:
+    if len(kind.slipping_nodes) < seen.problem.n or not tells_stability(seen.problem):
         return np.ones(len(rows), dtype=bool)
     signature = seen.columns["signature"][rows]
     return np.asarray(signature == signature[0])
@@ -252,7 +247,7 @@ def _examined(seen: _Seen, kind: _Kind, example: int) -> _Examined:
     )
     if not state.period:
         return _Examined(cycle, state.drift)
-    if not seen.mapped:
+    if not tells_stability(seen.problem):
         ends = np.array([record.end_slip for record in cycles_of(state.motion(), state.period)])
         return _Examined(replace(cycle, final_slip=ends), state.drift)
     over = _one_more_period(state)
@@ -299,6 +294,11 @@ def _counted(seen: _Seen, one: _Examined, rows: Rows) -> LimitCycle:
 
 def _known(drift: FloatArray) -> FloatArray | None:
     return None if np.isnan(drift).any() else drift
+
+
+def tells_stability(problem: Problem) -> bool:
+    """Whether the map over a period is worked out, and with it multipliers: in the plane."""
+    return problem.directions == 1
 
 
 def same_slip(problem: Problem, load_factor: float, tolerances: Tolerances) -> float:
