@@ -1,10 +1,12 @@
 """The conditions of the energy ball in space without round-off, for the numbers as they are stored."""
 
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
 from shakedown.bounds.energy.exact_check import exact_vector, root_above
+from shakedown.bounds.exact_rows import exact_numbers
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
@@ -13,7 +15,6 @@ from shakedown.programs.scaling import power_of_two
 
 UNIT = Fraction(1, 2**53)  # round-off of one operation
 CLEAR = 1e-3  # slack, relative to the terms, that no round-off of fewer than a million products reaches
-Exact = list[list[Fraction]]
 
 
 class ExactDiscs:
@@ -45,7 +46,7 @@ class ExactDiscs:
             1 + f * f * (c[0] ** 2 + c[1] ** 2) for f, c in zip(self._f, self._share, strict=True)
         ]
         self._means = _means(problem)
-        found = _gamma_squares(problem, self._A, self._B, self._share)
+        found = _gamma_squares(problem, share)
         inside = all(f > 0 and a < 2 for f, a in zip(self._f, self._stretch, strict=True))
         self.regular = found is not None and inside
         self._gamma = [] if found is None else found
@@ -132,7 +133,7 @@ def _product(a: list[Fraction], b: list[Fraction]) -> Fraction:
     return sum((x * y for x, y in zip(a, b, strict=True) if x and y), Fraction(0))
 
 
-def _gamma_squares(problem: Problem, A: Exact, B: Exact, share: Exact) -> list[Fraction] | None:
+def _gamma_squares(problem: Problem, share: FloatArray) -> list[Fraction] | None:
     """Bounds of γ(c)² from above, next to it; None where A is not clearly positive definite.
 
     For any x, with b = B_i − cᵀA_i and r = b − A x: bᵀA⁻¹b = b·x + x·r + rᵀA⁻¹r, and the last is at most
@@ -145,21 +146,21 @@ def _gamma_squares(problem: Problem, A: Exact, B: Exact, share: Exact) -> list[F
     least = _least_eigenvalue(inner * lengths * lengths[:, None]) if kept else Fraction(1)
     if rigid.doubt or least is None:
         return None
-    rests = [
-        [b - c[0] * x - c[1] * y for b, x, y in zip(B[i], A[2 * i], A[2 * i + 1], strict=True)]
-        for i, c in enumerate(share)
-    ]
-    rounded = np.array([[float(rest[k]) for k in kept] for rest in rests])
-    solutions = np.linalg.solve(inner, rounded.T).T if kept else rounded
-    found = []
-    for rest, solution in zip(rests, solutions, strict=True):
-        b, x = [rest[k] for k in kept], exact_vector(solution)
-        left = [beta - _product([A[k][j] for j in kept], x) for beta, k in zip(b, kept, strict=True)]
-        scaled = sum(
-            ((Fraction(d) * r) ** 2 for d, r in zip(lengths.tolist(), left, strict=True)), Fraction(0)
-        )
-        found.append(_product(b, x) + _product(x, left) + scaled / least)
-    return found
+    if not kept:
+        return [Fraction(0)] * problem.n
+    A, B, c = (exact_numbers(part) for part in (problem.A, problem.B, share))
+    b = (B - c[:, :1] * A[::2] - c[:, 1:] * A[1::2])[:, kept]
+    rounded = np.array([[_fraction(each) for each in row] for row in b], dtype=np.float64)
+    solutions: FloatArray = np.linalg.solve(inner, rounded.T).T
+    x = exact_numbers(solutions)
+    r = b - x @ exact_numbers(inner).T
+    beyond = ((exact_numbers(lengths) * r) ** 2).sum(axis=1) * least.denominator / least.numerator
+    return [_fraction(each) for each in (x * (b + r)).sum(axis=1) + beyond]
+
+
+def _fraction(exact: Any) -> Fraction:
+    """A fraction of FLINT's as one of Python's."""
+    return Fraction(int(exact.p), int(exact.q))
 
 
 def _least_eigenvalue(matrix: FloatArray) -> Fraction | None:
