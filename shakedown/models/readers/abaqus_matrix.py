@@ -1,6 +1,7 @@
 """Abaqus ``*MATRIX OUTPUT, FORMAT=MATRIX INPUT``: labelled entries, and nodal loads."""
 
 import os
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -24,12 +25,7 @@ def read_abaqus_matrix(path: str | os.PathLike[str]) -> Stiffness:
         If a line is malformed or an entry occurs twice.
     """
     keys, values = [], []
-    for k, line in enumerate(read_lines(path), start=1):
-        text = line.strip()
-        if not text or text.startswith("*"):
-            continue
-        where = f"{os.fspath(path)}: line {k}"
-        fields = text.rstrip(",").split(",")
+    for where, text, fields in _data_lines(path):
         if len(fields) != 5:
             raise ProblemError(
                 f"{where}: expected 'node,dof, node,dof, value' (*MATRIX OUTPUT, FORMAT=MATRIX INPUT), "
@@ -60,12 +56,7 @@ def read_nodal_loads(path: str | os.PathLike[str]) -> NodalLoads:
     {(12, 2): -50.0}
     """
     loads: NodalLoads = {}
-    for k, line in enumerate(read_lines(path), start=1):
-        text = line.strip()
-        if not text or text.startswith("*"):
-            continue
-        where = f"{os.fspath(path)}: line {k}"
-        fields = text.rstrip(",").split(",")
+    for where, text, fields in _data_lines(path):
         if len(fields) != 3:
             raise ProblemError(f"{where}: expected 'node, dof, value', found {quoted(text)}")
         if fields[0].strip()[:1].isalpha():
@@ -78,3 +69,11 @@ def read_nodal_loads(path: str | os.PathLike[str]) -> NodalLoads:
             raise ProblemError(f"{where}: expected every (node, dof) once, found ({node}, {direction}) twice")
         loads[node, direction] = number(fields[2], where)
     return loads
+
+
+def _data_lines(path: str | os.PathLike[str]) -> Iterator[tuple[str, str, list[str]]]:
+    """Where it stands, text and fields of every line but keywords and remarks."""
+    for k, line in enumerate(read_lines(path), start=1):
+        text = line.strip()
+        if text and not text.startswith("*"):
+            yield f"{os.fspath(path)}: line {k}", text, text.rstrip(",").split(",")

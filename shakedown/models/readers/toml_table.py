@@ -173,12 +173,12 @@ class TomlTable:
             raise self._wrong(key, "a table", value)
         return TomlTable(value or {}, f"{self.where}: {key}")
 
-    def tables(self, key: str, *, required: bool = True) -> list["TomlTable"]:
+    def tables(self, key: str) -> list["TomlTable"]:
         """A list of tables."""
-        value = self.take(key, "one table or more", required=required)
-        if value is not None and not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
+        value = self.take(key, "one table or more", required=True)
+        if not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
             raise self._wrong(key, "a list of tables", value)
-        return [TomlTable(v, f"{self.where}: {key} {k}") for k, v in enumerate(value or [], start=1)]
+        return [TomlTable(v, f"{self.where}: {key} {k}") for k, v in enumerate(value, start=1)]
 
     def has(self, key: str) -> bool:
         """Whether a key is there and has not been taken."""
