@@ -124,6 +124,6 @@ def coupling_ratio(joint: ScaledJoint) -> float:
 
 
 def held(joint: ScaledJoint) -> bool:
-    """Whether A is positive definite in all slips that are not pinned, clear of round-off."""
+    """Whether A is positive definite in the slips that are not pinned, if any, clear of round-off."""
     values = np.linalg.eigvalsh(joint.A[np.ix_(joint.kept, joint.kept)])
-    return bool(values[0] > 4 * len(values) * EPS * values[-1])
+    return bool(len(values)) and bool(values[0] > 4 * len(values) * EPS * values[-1])

@@ -164,6 +164,12 @@ def test_nothing_is_said_of_a_floating_body_with_a_frictionless_node():
     assert found.load_factor == 0.0 or np.isnan(found.load_factor)
 
 
+def test_a_single_node_without_stiffness_has_no_elastic_slip():
+    loop = {"q_w": [[0.1, 0.0], [-0.1, 0.0]], "p_w": [[1.0], [1.0]]}
+    found = universal_bound(Problem(A=np.zeros((2, 2)), B=np.zeros((1, 2)), f=0.5, **loop))
+    assert (found.load_factor, found.argument) == (0.0, "none")
+
+
 def test_loads_that_do_not_vary():
     problem = proved("translations")
     still = replace(problem, q_w=problem.q_w[:1] * 0, p_w=problem.p_w[:1])
