@@ -151,8 +151,7 @@ def _gamma_squares(problem: Problem, share: FloatArray) -> list[Fraction] | None
     A, B, c = (exact_numbers(part) for part in (problem.A, problem.B, share))
     b = (B - c[:, :1] * A[::2] - c[:, 1:] * A[1::2])[:, kept]
     rounded = np.array([[_fraction(each) for each in row] for row in b], dtype=np.float64)
-    solutions: FloatArray = np.linalg.solve(inner, rounded.T).T
-    x = exact_numbers(solutions)
+    x = exact_numbers(np.asarray(np.linalg.solve(inner, rounded.T).T, dtype=np.float64))
     r = b - x @ exact_numbers(inner).T
     beyond = ((exact_numbers(lengths) * r) ** 2).sum(axis=1) * least.denominator / least.numerator
     return [_fraction(each) for each in (x * (b + r)).sum(axis=1) + beyond]
