@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shakedown.assessment.from_state import ENERGY
-from shakedown.bounds.methods import methods_of
 from shakedown.ground.evidence import Missing, present
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Guarantee, Status
@@ -110,6 +109,8 @@ def _transient_over(lower: LowerBound) -> str:
 
 def _from_least(upper: UpperBound, problem: Problem) -> list[str]:
     """The bounds where the mean load alone has no safe slip, but load factors from λ_lo on have."""
+    from shakedown.bounds.methods import methods_of  # loaded with the bounds, not with the words of commands
+
     elsewhere = "lower" not in methods_of(problem).ABSENT
     none = " So λ_1, which is counted from there, does not exist." * elsewhere
     sentences = [
