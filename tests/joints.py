@@ -28,6 +28,13 @@ def member(a, fB, impulses):
     )  # fmt: skip
 
 
+def safe_later():
+    """One node that the mean load alone pulls open: what changes presses it shut from λ = 5/12 on."""
+    return shakedown.Problem(
+        A=[[1.0]], B=[[0.0]], C=[[1.0]], f=0.5, q_w=[[0.3], [-0.3]], p_w=[[2.0], [2.0]], q_mean=[0.0], p_mean=[-1.0]
+    )  # fmt: skip
+
+
 def slow_problem(ratio):
     """Two nodes that drag each other towards shakedown, the slip of each cycle ``ratio`` times the last."""
     c = np.sqrt(ratio)

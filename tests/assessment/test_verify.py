@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from joints import safe_later
 
 import shakedown
 from shakedown import Problem
@@ -18,16 +19,7 @@ from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.friction_words import critical_in_words
 
 TWO = shakedown.example("two-node")
-SAFE_LATER = Problem(
-    A=[[1.0]],
-    B=[[0.0]],
-    C=[[1.0]],
-    f=0.5,
-    q_w=[[0.3], [-0.3]],
-    p_w=[[2.0], [2.0]],
-    q_mean=[0.0],
-    p_mean=[-1.0],
-)
+SAFE_LATER = safe_later()
 SAFE_BETWEEN = Problem(
     A=np.eye(2),
     B=np.zeros((2, 2)),

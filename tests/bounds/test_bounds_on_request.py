@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from joints import safe_later
 
 import shakedown
 from benchmarks.problems import chain, joint
@@ -82,16 +83,7 @@ def test_no_certificate_comes_with_its_reason() -> None:
 
 def test_loads_safe_from_some_load_factor_on() -> None:
     """One node that the mean load opens: safe exactly from λ = 1/2.4 on."""
-    problem = Problem(
-        A=[[1.0]],
-        B=[[0.0]],
-        C=[[1.0]],
-        f=0.5,
-        q_w=[[0.3], [-0.3]],
-        p_w=[[2.0], [2.0]],
-        q_mean=[0.0],
-        p_mean=[-1.0],
-    )
+    problem = safe_later()
     upper, lower = shakedown.upper_bound(problem), shakedown.lower_bound(problem)
     assert upper.least_load_factor == pytest.approx(1 / 2.4, rel=1e-12)
     assert shakedown.safe_slip(problem, 0.4167).status == "optimal"

@@ -6,6 +6,7 @@ from inspect import isfunction, signature
 import numpy as np
 import pytest
 from command import run
+from joints_in_space import embedded
 from public_names import public
 
 import shakedown
@@ -273,18 +274,12 @@ def test_the_tangents_of_a_node_may_be_turned(angle):
 
 def test_load_in_one_direction_is_the_plane():
     plane = shakedown.example("block-9")
-    place = plane.layout.n
-    A, B = np.zeros((2 * place, 2 * place)), np.zeros((place, 2 * place))
-    A[::2, ::2], A[1::2, 1::2], B[:, ::2] = plane.A, plane.A, plane.B
-    q_w = np.zeros((plane.m, 2 * place))
-    q_w[:, ::2] = plane.q_w
-    space = Problem(A=A, B=B, f=plane.f, q_w=q_w, p_w=plane.p_w)
-    slip = np.zeros(2 * place)
-    slip[::2] = 1e-3 * np.random.default_rng(3).normal(size=place)
+    space, slip = embedded(plane), np.zeros(2 * plane.n)
+    slip[::2] = 1e-3 * np.random.default_rng(3).normal(size=plane.n)
     rows, cones = constraints(plane), constraints(space)
     both = rows.excess(slip[::2], 0.8).reshape(-1, 2).max(axis=1)
     found = cones.excess(slip, 0.8)
-    largest = [found[cones.node[cones.heads] == i].max() for i in range(place)]
+    largest = [found[cones.node[cones.heads] == i].max() for i in range(plane.n)]
     np.testing.assert_allclose(largest, both, rtol=1e-12, atol=1e-12 * np.abs(both).max())
 
 

@@ -27,33 +27,6 @@ def space_joint(seed: int, n: int, *, m: int = 12, friction: float = 0.5, floati
     return Problem(A=0.5 * (A + A.T), B=B, C=0.5 * (C + C.T), f=f, q_w=q0 + q, p_w=p0 - B @ locked + p)
 
 
-def in_other_units(problem: Problem, force: float, length: float) -> Problem:
-    """The same joint in other units: forces and lengths times these numbers."""
-    matrices = {
-        key: getattr(problem, key) * force / length for key in "ABC" if getattr(problem, key) is not None
-    }
-    loads = {key: getattr(problem, key) * force for key in ("q_w", "p_w")}
-    data = {key: getattr(problem, key) for key in ("f",)}
-    return Problem(**matrices, **loads, **data)
-
-
-def turned(problem: Problem, angles: np.ndarray) -> tuple[Problem, np.ndarray]:
-    """The joint with the tangents of every node turned, and the matrix that turns its slips."""
-    T = np.zeros_like(problem.A)
-    for i, angle in enumerate(angles):
-        c, s = np.cos(angle), np.sin(angle)
-        T[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = [[c, s], [-s, c]]
-    other = Problem(
-        A=T @ problem.A @ T.T,
-        B=problem.B @ T.T,
-        C=problem.C,
-        f=problem.f,
-        q_w=problem.q_w @ T.T,
-        p_w=problem.p_w,
-    )
-    return other, T
-
-
 def gammas(problem: Problem, share: np.ndarray) -> np.ndarray:
     """γ_i(c) from the inverse of A, (n,)."""
     rest = problem.B - np.einsum("ij,ijk->ik", share, problem.A.reshape(problem.n, 2, -1))

@@ -6,6 +6,7 @@ import cvxpy as cp
 import numpy as np
 import pytest
 from bounds.energy.joints import one_node, strong_joint
+from joints import safe_later
 
 import shakedown
 from benchmarks.problems import chain, in_units, random_problem
@@ -115,16 +116,7 @@ def test_many_nodes(make):
 
 def test_the_interval_of_a_loop_with_its_own_mean():
     """The mean alone pulls the joint apart; the loop presses it together from 5/12 on."""
-    problem = Problem(
-        A=[[1.0]],
-        B=[[0.0]],
-        C=[[1.0]],
-        f=0.5,
-        q_w=[[0.3], [-0.3]],
-        p_w=[[2.0], [2.0]],
-        q_mean=[0.0],
-        p_mean=[-1.0],
-    )
+    problem = safe_later()
     bound = energy_bound(problem)
     assert (bound.status, bound.load_factor) == ("unbounded", np.inf)
     assert bound.least_load_factor == pytest.approx(5 / 12, rel=1e-12)

@@ -5,7 +5,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from bounds.energy.space import gammas, in_other_units, plainly, space_joint, turned
+from bounds.energy.space import gammas, plainly, space_joint
+from joints_in_space import embedded, in_units, turned
 
 import shakedown
 from shakedown import Problem, energy_ball, energy_bound
@@ -116,7 +117,7 @@ def test_the_conditions_hold_at_what_is_reported(seed):
 @pytest.mark.parametrize(("force", "length", "accuracy"), [(2.0**20, 2.0**-9, 0.0), (1e3, 1e-3, 1e-12)])
 def test_units_do_not_matter(force, length, accuracy):
     problem = shakedown.example("four-node-3d")
-    other = in_other_units(problem, force, length)
+    other = in_units(problem, force, length)
     one, same = bound_of("four-node-3d"), energy_bound(other, certify=False)
     assert same.load_factor == pytest.approx(one.load_factor, rel=accuracy, abs=0)
     energy = np.sqrt(force * length)
@@ -151,10 +152,7 @@ def test_uncoupled_is_melan():
 def test_load_in_one_direction():
     """The split of the plane takes no toll from the tangential reaction: c = 0 is below it, and here is a bound."""
     plane = shakedown.example("block-9")
-    n = plane.n
-    A, B, q_w = np.zeros((2 * n, 2 * n)), np.zeros((n, 2 * n)), np.zeros((plane.m, 2 * n))
-    A[::2, ::2], A[1::2, 1::2], B[:, ::2], q_w[:, ::2] = plane.A, plane.A, plane.B, plane.q_w
-    space = Problem(A=A, B=B, f=plane.f, q_w=q_w, p_w=plane.p_w)
+    space = embedded(plane)
     zero, split = energy_bound(space, split=False, certify=False), energy_bound(space, certify=False)
     np.testing.assert_allclose(split.slip[1::2], 0.0, atol=1e-9 * np.abs(split.slip).max())
     assert zero.load_factor < split.load_factor < energy_bound(plane).load_factor
