@@ -1,10 +1,10 @@
 """From the files of a finite-element code to a problem, steered by a TOML configuration."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,24 +13,27 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
-from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.models.condensation.condense import Condensation, condensed_stiffness
-from shakedown.models.condensation.contact_frame import SPACE, friction_left_out
+from shakedown.models.condensation.contact_frame import friction_left_out
+from shakedown.models.importing.configuration import (
+    Configuration,
+    keeps_stiffness,
+    read_model,
+    taken_configuration,
+)
 from shakedown.models.importing.contact_directions import in_space
 from shakedown.models.importing.contact_section import (
     ContactSection,
-    contact_section,
     friction_of,
-    taken_friction,
 )
 from shakedown.models.importing.doubtful_data import doubtful_data
 from shakedown.models.importing.load_doubts import load_doubts, pulled_open, sampling_doubts
 from shakedown.models.importing.load_evidence import LoadEvidence, Resultants, few_digits
 from shakedown.models.importing.load_section import (
+    LoadSection,
     absent_before,
-    held_keys,
     held_rows,
     load_section,
     uneven,
@@ -44,15 +47,13 @@ from shakedown.models.importing.model_evidence import (
     positive_areas,
     source_text,
 )
-from shakedown.models.importing.model_section import Model, model_section
 from shakedown.models.importing.static_runs import static_run
-from shakedown.models.importing.stiffness_section import ImportContext, stiffness_section
-from shakedown.models.readers.calculix_storage import NUMBERED
+from shakedown.models.importing.stiffness_section import ImportContext
 from shakedown.models.readers.circumference import circumference_notes
 from shakedown.models.readers.input_files import InputFiles, sha256
-from shakedown.models.readers.mesh import CALCULIX, SOLIDS, Mesh
+from shakedown.models.readers.mesh import SOLIDS, Mesh
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.toml_table import TomlTable, change_number, read_toml
+from shakedown.models.readers.toml_table import change_number, read_toml
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -313,101 +314,112 @@ def import_model(
     numbers = vary_loads(root, changes or {})
     for key, value in numbers.items():
         change_number(root, key, value)
-    kept = before if before is not None and all(map(_keeps_stiffness, numbers)) else None
-    name, units, steps = root.text("name", ""), root.text("units", ""), root.integer("steps")
-    friction = taken_friction(root)
-    sections = {key: root.table(key) for key in ("stiffness", "contact")}
-    sections |= {key: root.table(key, required=False) for key in ("model", "supports", "check")}
-    tables = root.tables("load")
-    root.done()
-    stiffness_file = sections["stiffness"].content.get("file")
-    if kept is None:
-        model = model_section(sections["model"], files, _superelement(sections["stiffness"]))
-    else:
-        model = Model(kept.mesh)
-    contact = contact_section(sections["contact"].copy(), model, files)
-    if kept is None:
-        stiffness = stiffness_section(sections["stiffness"], contact, model, files)
-    else:
-        stiffness = kept.stiffness
-    _check_directions(contact, stiffness, model.mesh, sections["contact"].where)
-    if contact.assumed and _moves_across(contact, stiffness, held_keys(sections["supports"], tables, model)):
-        contact = contact_section(sections["contact"], model, files, assume_plane=False)
-    f = friction_of(friction, contact, model, root.where)
-    doubts = check_contact(contact, model.mesh, sections["contact"].where)
-    checked = bool(sections["check"].content)
-    context = ImportContext(stiffness, contact, model, files, steps, checked)
-    loads = [load_section(table, context) for table in tables]
-    if kept is None:
-        held = held_rows(sections["supports"], context, loads)
-        with found_in(root.where):
-            reduced = _condensed(stiffness, contact, held, model.mesh, announce)
-        difference = static_run(sections["check"], reduced, context, str(stiffness_file))
-        evidence = model_evidence(stiffness, contact, held, model.mesh, doubts)
-    else:
-        reduced, difference, evidence = kept.condensation, kept.static_run, kept.evidence
+    kept = before if before is not None and all(map(keeps_stiffness, numbers)) else None
+    asked = taken_configuration(root)
+    context = read_model(asked, files, None if kept is None else (kept.mesh, kept.stiffness))
+    contact, mesh = context.contact, context.model.mesh
+    f = friction_of(asked.friction, contact, context.model, root.where)
+    doubts = check_contact(contact, mesh, asked.contact.where)
+    loads = [load_section(table, context) for table in asked.loads]
+    reduced = _reduced(asked, context, loads, doubts, announce) if kept is None else _Reduced.of(kept)
     cases = [load.case for load in loads]
-    bare = reduced.problem(cases, f, x=contact.x, gap=contact.gap, name=name or "", units=units or "")
+    bare = reduced.condensation.problem(
+        cases, f, x=contact.x, gap=contact.gap, name=asked.name, units=asked.units
+    )
     sources = {**({} if kept is None else kept.sources), **files.sources}
     sources = {Path(config_path).name: sha256(config_path), **sources}
-    resultants = Resultants(stiffness.dofs, contact, reduced, evidence, model.mesh)
-    area, without = positive_areas(contact)
     names = load_names(cases, root.where)
+    area, without = positive_areas(contact)
     warnings = (
-        *evidence.warnings,
+        *reduced.evidence.warnings,
         *without,
         *sampling_doubts(names, [load.doubts for load in loads]),
-        *load_doubts(cases, names, reduced, evidence.held),
+        *load_doubts(cases, names, reduced.condensation, reduced.evidence.held),
         *pulled_open(bare),
     )
     problem = replace(
+        _placed(bare, reduced.condensation, contact),
+        node_area=area,
+        stiffness_accuracy=context.stiffness.accuracy,
+        load_names=names,
+        source=source_text(config_path, sources, _with_changes(command, changes), warnings),
+    )
+    resultants = Resultants(context.stiffness.dofs, contact, reduced.condensation, reduced.evidence, mesh)
+    return Import(
+        problem=problem,
+        stiffness=context.stiffness,
+        contact=contact,
+        mesh=mesh,
+        **reduced._asdict(),
+        loads=tuple(map(resultants.of, cases)),
+        sources=sources,
+        warnings=warnings,
+        notes=_notes(reduced, context, loads, names),
+        path=os.fspath(config_path),
+    )
+
+
+class _Reduced(NamedTuple):
+    """The condensed model, how far it is from a static run, and what speaks for it."""
+
+    condensation: Condensation
+    static_run: float
+    evidence: ModelEvidence
+
+    @classmethod
+    def of(cls, kept: Import) -> "_Reduced":
+        """That of another import."""
+        return cls(kept.condensation, kept.static_run, kept.evidence)
+
+
+def _reduced(
+    asked: Configuration,
+    context: ImportContext,
+    loads: list[LoadSection],
+    doubts: tuple[str, ...],
+    announce: Callable[[str], None] | None,
+) -> _Reduced:
+    stiffness, contact, mesh = context.stiffness, context.contact, context.model.mesh
+    held = held_rows(asked.supports, context, loads)
+    with found_in(asked.where):
+        condensed = _condensed(stiffness, contact, held, mesh, announce)
+    difference = static_run(asked.check, condensed, context, asked.stiffness_file)
+    return _Reduced(condensed, difference, model_evidence(stiffness, contact, held, mesh, doubts))
+
+
+def _placed(bare: Problem, reduced: Condensation, contact: ContactSection) -> Problem:
+    """The problem with what its nodes are called and where they are."""
+    return replace(
         bare,
         label=contact.names,
         coordinates=contact.coordinates,
         normal=in_space(reduced.frame.normals, contact.axes),
         tangent=None if contact.directions > 1 else in_space(reduced.frame.tangents, contact.axes),
-        node_area=area,
-        stiffness_accuracy=stiffness.accuracy,
-        load_names=names,
-        source=source_text(config_path, sources, _with_changes(command, changes), warnings),
     )
-    return Import(
-        problem=problem,
-        condensation=reduced,
-        stiffness=stiffness,
-        contact=contact,
-        mesh=model.mesh,
-        static_run=difference,
-        evidence=evidence,
-        loads=tuple(map(resultants.of, cases)),
-        sources=sources,
-        warnings=warnings,
-        notes=(
-            *reduced.notes,
-            *evidence.notes,
-            *_unplaced(contact),
-            *_relative(contact, model.mesh),
-            *circumference_notes(stiffness, model.mesh),
-            *_solid(stiffness, contact, model.mesh),
-            *absent_before(cases, names),
-            *uneven(cases),
-            *(note for load in loads for note in few_digits(load.case, load.rounding, reduced)),
-        ),
-        path=os.fspath(config_path),
+
+
+def _notes(
+    reduced: _Reduced, context: ImportContext, loads: list[LoadSection], names: Sequence[str]
+) -> tuple[str, ...]:
+    """What else a user should know."""
+    stiffness, contact, mesh = context.stiffness, context.contact, context.model.mesh
+    cases = [load.case for load in loads]
+    return (
+        *reduced.condensation.notes,
+        *reduced.evidence.notes,
+        *_unplaced(contact),
+        *_relative(contact, mesh),
+        *circumference_notes(stiffness, mesh),
+        *_solid(stiffness, contact, mesh),
+        *absent_before(cases, names),
+        *uneven(cases),
+        *(note for load in loads for note in few_digits(load.case, load.rounding, reduced.condensation)),
     )
 
 
 def _with_changes(command: str, changes: Mapping[str, float] | None) -> str:
     """What was typed, and what was changed."""
     return " ".join([*([command] if command else []), *(f"{k}={v!r}" for k, v in (changes or {}).items())])
-
-
-def _keeps_stiffness(key: str) -> bool:
-    """Whether a change at a key leaves the matrix, the held rows and the contact nodes as they are."""
-    table, *more = key.split(".")
-    if table == "load":
-        return len(more) > 1 and more[1] != "displacements"
-    return key in ("friction", "steps") or key.startswith(("friction.", "contact.gap"))
 
 
 def _condensed(
@@ -432,41 +444,6 @@ def _condensed(
         else dict(zip(mesh.labels.tolist(), mesh.coordinates.tolist(), strict=True)),
         announce=announce,
     )
-
-
-def _check_directions(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | None, where: str) -> None:
-    """That the rows of contact nodes are x, y, z: CalculiX stores them so, in a ``*TRANSFORM`` or not.
-
-    But a ``*BOUNDARY`` there takes a row away that is none of these.
-    """
-    turned = [label for label in contact.moved.tolist() if mesh is not None and label in mesh.rotated]
-    if not turned or mesh is None:
-        return
-    if mesh.matrix_by != CALCULIX or stiffness.format != NUMBERED:
-        raise ProblemError(
-            f"{where}: expected contact nodes with directions x, y, z (or MATRIXSTORAGE of CalculiX, which "
-            f"has them), found node {turned[0]} in a *TRANSFORM"
-        )
-    labels, count = np.unique(stiffness.dofs[:, 0], return_counts=True)
-    rows = dict(zip(labels.tolist(), count.tolist(), strict=True))
-    partly = [label for label in turned if rows.get(label, 0) != len(SPACE)]
-    if partly:
-        raise ProblemError(
-            f"{where}: expected three rows of a contact node in a *TRANSFORM, found {rows.get(partly[0], 0)} "
-            f"of node {partly[0]} (a *BOUNDARY takes one away that is none of x, y, z)"
-        )
-
-
-def _moves_across(contact: ContactSection, stiffness: Stiffness, held: set[tuple[int, int]]) -> bool:
-    """Whether a contact node moves across the plane of x and y that nobody has asked for."""
-    rows = np.isin(stiffness.dofs[:, 0], contact.labels) & (stiffness.dofs[:, 1] == 3)
-    rows &= stiffness.K.diagonal() < DEFAULT.constrained_diagonal
-    return not set(map(tuple, stiffness.dofs[rows].tolist())) <= held
-
-
-def _superelement(stiffness: TomlTable) -> int | None:
-    """The key of ``[stiffness]`` that picks one superelement in every Nastran file of the configuration."""
-    return TomlTable(dict(stiffness.content), stiffness.where).integer("superelement")
 
 
 def _unplaced(contact: ContactSection) -> tuple[str, ...]:

@@ -1,0 +1,111 @@
+"""A configuration taken apart, and the model that it names, with its contact and its stiffness."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.tolerances import DEFAULT
+from shakedown.models.condensation.contact_frame import SPACE
+from shakedown.models.importing.contact_section import (
+    ContactSection,
+    Friction,
+    contact_section,
+    taken_friction,
+)
+from shakedown.models.importing.load_section import held_keys
+from shakedown.models.importing.model_section import Model, model_section
+from shakedown.models.importing.stiffness_section import ImportContext, stiffness_section
+from shakedown.models.readers.calculix_storage import NUMBERED
+from shakedown.models.readers.input_files import InputFiles
+from shakedown.models.readers.mesh import CALCULIX, Mesh
+from shakedown.models.readers.stiffness import Stiffness
+from shakedown.models.readers.toml_table import TomlTable
+
+
+class Configuration(NamedTuple):
+    """What a configuration says, section by section; the files that it names are not read yet."""
+
+    name: str
+    units: str
+    steps: int | None
+    friction: Friction
+    loads: list[TomlTable]
+    where: str
+    stiffness_file: str
+    stiffness: TomlTable
+    contact: TomlTable
+    model: TomlTable
+    supports: TomlTable
+    check: TomlTable
+
+
+def taken_configuration(root: TomlTable) -> Configuration:
+    """The sections of a configuration; ``ProblemError`` where it has other keys."""
+    name, units, steps = root.text("name", ""), root.text("units", ""), root.integer("steps")
+    friction = taken_friction(root)
+    sections = {key: root.table(key) for key in ("stiffness", "contact")}
+    sections |= {key: root.table(key, required=False) for key in ("model", "supports", "check")}
+    loads = root.tables("load")
+    root.done()
+    file = str(sections["stiffness"].content.get("file"))
+    return Configuration(name or "", units or "", steps, friction, loads, root.where, file, **sections)
+
+
+def read_model(
+    asked: Configuration, files: InputFiles, kept: tuple[Mesh | None, Stiffness] | None
+) -> ImportContext:
+    """The model, its contact and its stiffness; mesh and stiffness are not read where they were kept."""
+    if kept is None:
+        model = model_section(asked.model, files, _superelement(asked.stiffness))
+    else:
+        model = Model(kept[0])
+    contact = contact_section(asked.contact.copy(), model, files)
+    stiffness = stiffness_section(asked.stiffness, contact, model, files) if kept is None else kept[1]
+    _check_directions(contact, stiffness, model.mesh, asked.contact.where)
+    if contact.assumed and _moves_across(contact, stiffness, held_keys(asked.supports, asked.loads, model)):
+        contact = contact_section(asked.contact, model, files, assume_plane=False)
+    return ImportContext(stiffness, contact, model, files, asked.steps, bool(asked.check.content))
+
+
+def keeps_stiffness(key: str) -> bool:
+    """Whether a change at a key leaves the matrix, the held rows and the contact nodes as they are."""
+    table, *more = key.split(".")
+    if table == "load":
+        return len(more) > 1 and more[1] != "displacements"
+    return key in ("friction", "steps") or key.startswith(("friction.", "contact.gap"))
+
+
+def _check_directions(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | None, where: str) -> None:
+    """That the rows of contact nodes are x, y, z: CalculiX stores them so, in a ``*TRANSFORM`` or not.
+
+    But a ``*BOUNDARY`` there takes a row away that is none of these.
+    """
+    turned = [label for label in contact.moved.tolist() if mesh is not None and label in mesh.rotated]
+    if not turned or mesh is None:
+        return
+    if mesh.matrix_by != CALCULIX or stiffness.format != NUMBERED:
+        raise ProblemError(
+            f"{where}: expected contact nodes with directions x, y, z (or MATRIXSTORAGE of CalculiX, which "
+            f"has them), found node {turned[0]} in a *TRANSFORM"
+        )
+    labels, count = np.unique(stiffness.dofs[:, 0], return_counts=True)
+    rows = dict(zip(labels.tolist(), count.tolist(), strict=True))
+    partly = [label for label in turned if rows.get(label, 0) != len(SPACE)]
+    if partly:
+        raise ProblemError(
+            f"{where}: expected three rows of a contact node in a *TRANSFORM, found {rows.get(partly[0], 0)} "
+            f"of node {partly[0]} (a *BOUNDARY takes one away that is none of x, y, z)"
+        )
+
+
+def _moves_across(contact: ContactSection, stiffness: Stiffness, held: set[tuple[int, int]]) -> bool:
+    """Whether a contact node moves across the plane of x and y that nobody has asked for."""
+    rows = np.isin(stiffness.dofs[:, 0], contact.labels) & (stiffness.dofs[:, 1] == 3)
+    rows &= stiffness.K.diagonal() < DEFAULT.constrained_diagonal
+    return not set(map(tuple, stiffness.dofs[rows].tolist())) <= held
+
+
+def _superelement(stiffness: TomlTable) -> int | None:
+    """The key of ``[stiffness]`` that picks one superelement in every Nastran file of the configuration."""
+    return TomlTable(dict(stiffness.content), stiffness.where).integer("superelement")
