@@ -102,6 +102,7 @@ def attacked(
     q_w, p_w = loading(problem).at(fraction * bound.load_factor)
     size = float(np.abs(p_w).max() * problem.f.max() / np.diag(problem.A).min())
     slips = size * rng.choice(REACHES, starts)[:, None] * rng.normal(size=(starts, len(problem.A)))
+    slips = slips @ np.linalg.pinv(problem.A) @ problem.A  # a rigid part would be round-off of the potential
     A, B, q_w, slips = in_space(problem, q_w, slips)
     centre, known = np.zeros(len(A)), bound.pressures
     if known is not None:

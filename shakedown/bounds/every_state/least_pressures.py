@@ -98,16 +98,12 @@ def least_pressures(
     method. ``joint.A`` must be regular in the slips that are not pinned. Of a floating body Y is known up
     to rigid slips: it is zero at the pinned slips, to which ``shift`` (c, 2n), rigid slips, is added.
     """
-    kept = joint.kept
-    A = joint.A[np.ix_(kept, kept)]
-    inverse, B = np.linalg.inv(A), sign * np.take(joint.B, kept, axis=1)
-    fB = np.take(joint.fB, kept, axis=1)
-    shift = np.zeros((len(sectors), 2 * joint.n)) if shift is None else shift
-    given = _Equations(A, inverse, fB, B[sectors.node], kept, shift, sectors)
-    own, others = (B @ inverse)[sectors.node], fB @ inverse
+    given, own = _equations(joint, sectors, shift, sign)
+    others = given.fB @ given.inverse
     size = np.abs(own).max(axis=1, initial=0.0)
     # the weights of the friction limits exceed the multipliers
-    excess, y = ROUND_OFF * max(1.0, joint.n / 4) * (size + np.abs(shift).max(axis=1, initial=0.0)), own
+    shifted = np.abs(given.shift).max(axis=1, initial=0.0)
+    excess, y = ROUND_OFF * max(1.0, joint.n / 4) * (size + shifted), own
     for _ in range(TRIES):
         y, settled = _iterated(given, own, others, excess, y)
         for c in np.flatnonzero(~settled):
@@ -117,6 +113,23 @@ def least_pressures(
             break
         excess = np.where(found.proved, excess, np.maximum(4.0 * excess, MORE * found.error))
     return found
+
+
+def nearly_least(joint: ScaledJoint, sectors: Sectors, shift: FloatArray, sign: float) -> FloatArray:
+    """Multipliers Y (c, 2n) as of :func:`least_pressures`, as sweeps find them: nothing is proved of them."""
+    given, own = _equations(joint, sectors, shift, sign)
+    return given.multipliers(_iterated(given, own, given.fB @ given.inverse, np.zeros(len(own)), own)[0])
+
+
+def _equations(
+    joint: ScaledJoint, sectors: Sectors, shift: FloatArray | None, sign: float
+) -> tuple[_Equations, FloatArray]:
+    """The equations, and their solution y without friction."""
+    kept, inverse = joint.kept, joint.inverse
+    A, B, fB = joint.A[np.ix_(kept, kept)], sign * joint.B.take(kept, axis=1), joint.fB.take(kept, axis=1)
+    shift = np.zeros((len(sectors), 2 * joint.n)) if shift is None else shift
+    given = _Equations(A, inverse, fB, B[sectors.node], kept, shift, sectors)
+    return given, np.asarray((B @ inverse)[sectors.node])
 
 
 def _solved(given: _Equations, h: FloatArray, sign: float) -> LeastPressures:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from shakedown.bounds.every_state.least_pressures import LeastPressures, least_pressures
+from shakedown.bounds.every_state.least_pressures import LeastPressures, least_pressures, nearly_least
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint
 from shakedown.bounds.every_state.sectors import every_direction
 from shakedown.ground.float_array import FloatArray
@@ -19,12 +19,10 @@ def pressures_of_floating(joint: ScaledJoint, *, sign: float = 1.0) -> LeastPres
     (docs/universal.md, statement 6.7). The c of every node is chosen for the mean load; any is valid.
     """
     directions = every_direction(np.arange(joint.n))
-    found = least_pressures(joint, directions, sign=sign)
     c = np.zeros((joint.n, joint.motions.shape[1]))
     for _ in range(ROUNDS):
-        c = c + _best_parts(joint, found.multipliers)
-        found = least_pressures(joint, directions, shift=c @ joint.motions.T, sign=sign)
-    return found
+        c = c + _best_parts(joint, nearly_least(joint, directions, c @ joint.motions.T, sign))
+    return least_pressures(joint, directions, shift=c @ joint.motions.T, sign=sign)
 
 
 def _best_parts(joint: ScaledJoint, Y: FloatArray) -> FloatArray:

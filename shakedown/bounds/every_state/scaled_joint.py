@@ -1,6 +1,7 @@
 """The joint in units of its own: every node in lengths in which its stiffness is near 1."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,6 +89,11 @@ class ScaledJoint:
         """The slips that there are and that are not pinned, by number."""
         every = np.arange(2 * self.n).reshape(self.n, 2)[:, : self.directions]
         return np.setdiff1d(every, self.pinned)
+
+    @cached_property
+    def inverse(self) -> NDArray[np.floating]:
+        """That of A in the slips that are kept, (k, k)."""
+        return np.linalg.inv(self.A[np.ix_(self.kept, self.kept)])
 
     def of_joint(self, reactions: FloatArray) -> FloatArray:
         """Reactions (2n,) in the units and directions of the joint itself, (dn,) [force]."""
