@@ -30,6 +30,7 @@ from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, 
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.evidence import Missing, present, sought
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from shakedown.assessment.transient_limit import TransientLimit
 
 ONE_SIDED_UP_TO = 20  # nodes: at a degenerate optimum their derivatives take tenths of a second
+FOUR_DIGITS = 1e-4  # of λ_T where it takes seconds to follow a joint, the longer the nearer to λ_T
 WORTH = 1.01  # by which factor λ_core must exceed λ_U to be told
 
 T = TypeVar("T")
@@ -82,7 +84,7 @@ class JointLimits(Result):
     certify
         Whether to check in exact arithmetic; None: each limit where that is quick.
     accuracy
-        Of λ_T, relative to where its scan ends.
+        Of λ_T, relative to where its scan ends; None: six digits, four of a joint whose runs take long.
     tolerances
         The tolerances that decide.
     """
@@ -94,7 +96,7 @@ class JointLimits(Result):
     distance: float = 0.0
     zone: Iterable[int] | Literal["auto"] = "auto"
     certify: bool | None = None
-    accuracy: float = 1e-6
+    accuracy: float | None = None
     tolerances: Tolerances = DEFAULT
 
     def keep(self, name: str, found: object) -> None:
@@ -226,24 +228,31 @@ class JointLimits(Result):
         end = scan_end(self.upper)
         if end is None:
             return None
-        if not self.open_nodes:
-            self._note_what_is_known()
+        self.note_what_is_known()
         return sought(
             transient_limit,
             self.problem,
             self.initial_slip,
             largest=end,
-            accuracy=self.accuracy,
+            accuracy=self._usual_accuracy if self.accuracy is None else self.accuracy,
             tolerances=self.tolerances,
         )
 
-    def _note_what_is_known(self) -> None:
-        """Keep λ_max, λ_E and λ_box for the states that are followed."""
-        from shakedown.long_term.energy_proof import note_bound, note_box, note_largest  # loads compiled code
+    @property
+    def _usual_accuracy(self) -> float:
+        return FOUR_DIGITS if self.problem.n > methods_of(self.problem).FEW_NODES else SIX_DIGITS
+
+    def note_what_is_known(self) -> None:
+        """Keep λ_max, λ_U, λ_E and λ_box for the states that are followed; nothing where nodes stay open."""
+        from shakedown.long_term.energy_proof import note_bound, note_box, note_every_state, note_largest
         from shakedown.long_term.passage import Passage
 
+        if self.open_nodes:
+            return
         bound, box = self.energy, present(self.box)
         note_largest(self.problem, self.upper.load_factor)
+        if "universal" in vars(self):
+            note_every_state(self.problem, self.universal.load_factor)
         begun = partial(Passage, self.problem, 0.0, self.tolerances, open_nodes=())
         if self.distance == 0.0 and bound.status != Status.UNDECIDED:
             note_bound(begun(start=bound.initial_slip), bound)

@@ -319,6 +319,7 @@ def _verified(
     simulate(problem, 0.0, cycles=1, method=settings.method)  # compiled code: no run's time should count it
     for name in ("upper", "lower", "through_transient", "universal", "energy", "box", "accumulated"):
         limits.keep(name, work.steps.done(functools.partial(getattr, limits, name)))
+    limits.note_what_is_known()
     cases = planned_cases(limits, asked.load_factors, *random, work.steps)
     work.pieces = len(cases) + len(OtherEvidence._fields)
     how, runs = (settings.cycles, settings.method), list[Run]()

@@ -255,6 +255,17 @@ def _known_bounds(problem: Problem) -> dict[object, EnergyBound | Missing]:
     return {}
 
 
+def note_every_state(problem: Problem, load_factor: float) -> None:
+    """Keep λ_U."""
+    known_universal(problem)[:] = [load_factor]
+
+
+@once_per_problem
+def known_universal(problem: Problem) -> list[float]:
+    """λ_U of a problem, where that is known already."""
+    return []
+
+
 def note_largest(problem: Problem, load_factor: float) -> None:
     """Keep λ_max with all nodes closed: nothing is sought above it that cannot be there."""
     _known_largest(problem)[:] = [load_factor]

@@ -6,16 +6,21 @@ from typing import TypeVar
 import numpy as np
 
 from shakedown.bounds.energy.ball_watch import BallWatch
-from shakedown.bounds.every_state.universal_bound import UniversalBound, universal_bound
+from shakedown.bounds.every_state.universal_bound import universal_bound
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.evidence import Missing, allowed
 from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import Outcome
-from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
-from shakedown.long_term.energy_proof import BELOW, beyond_all, bound_of_start, bound_proves
+from shakedown.long_term.energy_proof import (
+    BELOW,
+    beyond_all,
+    bound_of_start,
+    bound_proves,
+    known_universal,
+)
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import scales
@@ -60,9 +65,9 @@ def proof_of_bounds(begun: Passage, reached: State) -> str:
     if bound_proves(bound, load_factor):
         return f"below λ_E = {short(bound.load_factor)} of its start"
     if not (reached.contact == OPEN).any():
-        every = _from_every_state(begun.problem)
-        if not isinstance(every, Missing) and load_factor < BELOW * every.load_factor:
-            return f"below λ_U = {short(every.load_factor)}, from every state"
+        every = _bound_of_every_state(begun.problem)
+        if load_factor < BELOW * every:
+            return f"below λ_U = {short(every)}, from every state"
     return ""
 
 
@@ -75,9 +80,13 @@ def proof_by_ball(begun: Passage, reached: State) -> str:
     return "an energy ball holds the state that it has come to" if inside else ""
 
 
-@once_per_problem
-def _from_every_state(problem: Problem) -> UniversalBound | Missing:
-    return allowed(universal_bound, problem, certify=False)
+def _bound_of_every_state(problem: Problem) -> float:
+    """λ_U, worked out once; 0 where it comes to no end."""
+    known = known_universal(problem)
+    if not known:
+        found = allowed(universal_bound, problem, certify=False)
+        known.append(0.0 if isinstance(found, Missing) else found.load_factor)
+    return known[0]
 
 
 def _closes(state: LongTermState, errors: float) -> bool:
