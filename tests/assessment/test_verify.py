@@ -9,6 +9,7 @@ from joints import safe_later
 import shakedown
 from shakedown import Problem
 from shakedown.assessment import independent_bounds
+from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.load_regions import ABOVE, UNSAFE, default_load_factors, region_of
 from shakedown.assessment.plan import planned_cases
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
@@ -202,23 +203,25 @@ def test_where_no_box_is_proved_total_slip_takes_its_place() -> None:
     assert nothing.limits.from_state.symbol == "λ_E"
 
 
-def test_states_are_no_larger_than_what_loads_leave_behind() -> None:
+@pytest.fixture(scope="module")
+def flange() -> JointLimits:
+    return shakedown.assess(shakedown.example("bolted-flange")).details
+
+
+def test_states_are_no_larger_than_what_loads_leave_behind(flange: JointLimits) -> None:
     """A floating flange of 52 mm: in its ball are states that slip 300 mm, in no simulation."""
-    flange = shakedown.example("bolted-flange")
-    limits = shakedown.assess(flange).details
-    cases = planned_cases(limits, None, 2, 0, RecordedSteps(flange))
+    cases = planned_cases(flange, None, 2, 0, RecordedSteps(flange.problem))
     assert cases[0].load_factor == 1.0
     assert {"zero", "safe", "random 0", "random 1", "ball 0", "ball 1"} <= {case.initial for case in cases}
     largest = {case.initial: np.abs(case.start).max() for case in cases}
-    assert max(largest.values()) < 5 * np.abs(limits.upper.slip).max() < 0.1
+    assert max(largest.values()) < 5 * np.abs(flange.upper.slip).max() < 0.1
     assert largest["random 0"] > 0
 
 
-def test_between_limits_that_agree_nothing_is_simulated() -> None:
+def test_between_limits_that_agree_nothing_is_simulated(flange: JointLimits) -> None:
     """λ_E = 1.679993 and λ_max = 1.679995 of the flange: motions between them take for ever and say nothing."""
-    limits = shakedown.assess(shakedown.example("bolted-flange")).details
-    first, last = limits.energy.load_factor, limits.upper.load_factor
+    first, last = flange.energy.load_factor, flange.upper.load_factor
     assert 0 < last / first - 1 < 1e-5
-    assert [factor / first for factor in default_load_factors(limits)] == pytest.approx(
+    assert [factor / first for factor in default_load_factors(flange)] == pytest.approx(
         [0.95, 1.05], rel=1e-4
     )
