@@ -200,11 +200,13 @@ def _decided_at_the_edge(limits: JointLimits) -> list[str]:
         f"λ_U is decided at an edge, by {where}: slip of the size of one element, locked in there, may keep "
         "that edge slipping."
     ]
-    since_assembly = not energy.initial_slip.any() and energy.distance == energy.least_load_factor == 0
-    if since_assembly and energy.load_factor > limits.universal.load_factor:
+    since = from_state(energy, slip=limits.accumulated)  # of every order of the loads, too
+    since_assembly = not energy.initial_slip.any() and energy.distance == since.least_load_factor == 0
+    if since_assembly and since.load_factor > limits.universal.load_factor:
+        up_to = f"{since.symbol} = {down(since.load_factor)}"
         sentences.append(
             "Loads in this envelope do not produce such a state: from every state that they have produced "
-            f"since assembly, the joint is proved to shake down up to λ_E = {down(energy.load_factor)}."
+            f"since assembly, the joint is proved to shake down up to {up_to}."
         )
     nodes, unit = len(core.near_edge), units_of(limits.problem).length
     depth = f"{few(core.depth)} {unit}".rstrip()
