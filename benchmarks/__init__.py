@@ -17,6 +17,7 @@ checkout against those of another one, to the last bit; ``before_and_after`` hol
 """
 
 STUDIES: tuple[str, ...] = (
+    "accumulated",
     "accumulated_adversary",
     "adversary",
     "blade_root",

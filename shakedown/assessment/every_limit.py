@@ -13,7 +13,11 @@ from numpy.typing import ArrayLike
 from shakedown.assessment.from_state import FromState, from_state
 from shakedown.assessment.sensitivities import Sensitivities, sensitivities
 from shakedown.assessment.shakedown_bounds import ShakedownBounds
-from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound, accumulated_bound
+from shakedown.bounds.accumulated.accumulated_bound import (
+    AccumulatedBound,
+    accumulated_bound,
+    total_slip_bound,
+)
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.bounds.collapse.box_bound import BoxBound, box_bound
 from shakedown.bounds.collapse.lower import LowerBound, lower_bound
@@ -282,15 +286,22 @@ class JointLimits(Result):
     def from_state(self) -> FromState:
         """What is proved from this state: the largest of λ_E, λ_box and λ_S.
 
-        λ_S is worked out where the others prove less than λ_max.
+        λ_S is worked out where it is larger than the others.
         """
         found = from_state(self.energy, present(self.box))
-        if self.open_nodes or self.distance > 0.0:
-            return found
-        least = (1.0 - self.tolerances.agreement) * self.upper.load_factor
-        if found.load_factor >= least and not found.least_load_factor > 0.0:
+        if self.open_nodes or self.distance > 0.0 or not self._slip_proves_more:
             return found
         return from_state(self.energy, present(self.box), self.accumulated)
+
+    @cached_property
+    def _slip_proves_more(self) -> bool:
+        """Whether λ_S may be larger than λ_E and λ_box: its conditions there are looked at first."""
+        others = from_state(self.energy, present(self.box))
+        if "accumulated" in vars(self) or others.least_load_factor > 0.0 or not others.load_factor > 0.0:
+            return True
+        if others.load_factor >= (1.0 - self.tolerances.agreement) * self.upper.load_factor:
+            return False
+        return total_slip_bound(self.problem, others.load_factor, self.initial_slip).status == Status.OPTIMAL
 
     @property
     def is_open_from_state(self) -> bool:

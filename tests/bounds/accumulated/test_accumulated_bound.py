@@ -9,6 +9,7 @@ from joints_in_space import random_joint
 
 import shakedown
 from benchmarks import accumulated_adversary as adversary
+from benchmarks.accumulated import floating_block
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from benchmarks.problems import in_units, random_problem
 from shakedown import Problem
@@ -16,17 +17,6 @@ from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound, tot
 from shakedown.bounds.accumulated.lid_check import Start, confirmed
 from shakedown.bounds.accumulated.lids import Lids
 from shakedown.bounds.accumulated.slip_arcs import Arcs
-from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
-
-
-def block(f: float) -> Problem:
-    """A floating block with nine contact nodes, drawn to and fro."""
-    loads = [
-        Pressure("top", 10.0, history=np.ones(24)),
-        Traction("top", (1.0, 0.0), history=lambda t: np.cos(2 * np.pi * t)),
-    ]
-    body = ElasticBody(block_mesh(2.0, 1.0, 8, 4), Material(young=200e3, poisson=0.3), loads=loads)
-    return contact_problem(body, "bottom", f=f, steps=24)
 
 
 def example(name: str, **changes: object) -> Problem:
@@ -39,9 +29,9 @@ def example(name: str, **changes: object) -> Problem:
         (example("three-node"), 0.540, 5e-4),
         (example("pair-cycle"), 0.540, 5e-4),
         (example("two-node", load_path="domain"), 0.7316 / 0.7391456, 1e-4),
-        (block(0.3), 0.987, 1e-3),
-        (block(0.5), 0.857, 1e-3),
-        (block(0.8), 0.733, 1e-3),
+        (floating_block(9, 0.3), 0.987, 1e-3),
+        (floating_block(9, 0.5), 0.857, 1e-3),
+        (floating_block(9, 0.8), 0.733, 1e-3),
         (example("one-node-3d"), 0.95 * 0.998, 6e-3),
         (example("four-node-3d"), 0.94 * 0.878, 6e-3),
     ],
