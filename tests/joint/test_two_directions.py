@@ -362,6 +362,7 @@ ANSWERS = {
     "accumulated_bound",
     "energy_ball",
     "energy_bound",
+    "total_slip_bound",
     # from every state
     "least_pressure_bound",
     "universal_bound",
