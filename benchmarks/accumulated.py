@@ -100,7 +100,7 @@ def measured(problem: Problem) -> dict | None:
         "energy": share(energy.load_factor, reached),
         "box": share(box, reached),
         "accumulated": share(slip.load_factor, reached) or 0.0,
-        "ratio": float(coupling(problem).bound) if plane else None,
+        "ratio": share(coupling(problem).bound, 1.0) if plane else None,
         "seconds": between - begun,
         "seconds_energy": ended - between,
     }
@@ -108,7 +108,7 @@ def measured(problem: Problem) -> dict | None:
 
 def share(bound: float, reached: float) -> float | None:
     """A bound by λ_T; None where there is none."""
-    return None if np.isnan(bound) or np.isinf(bound) else float(bound / reached)
+    return float(bound / reached) if np.isfinite(bound) else None
 
 
 def tables(rows: list[dict]) -> str:
