@@ -23,7 +23,7 @@ from shakedown.joint.law import Law
 from shakedown.joint.rigid_slips import RigidSlips
 
 SHARES = (1.0, 1.0 - ROUND_OFF, 1.0 - NEGLIGIBLE, 1.0 - SIX_DIGITS)  # of a program's end that may be inside
-HALVINGS = 20  # of the load factors between those where motions go on for sure and where that is not proved
+HALVINGS = 12  # of the load factors between those where motions go on for sure and where that is not proved
 
 
 class FloatingReach(NamedTuple):
@@ -195,19 +195,26 @@ def _without_jumps(limits: FloatingLimits, reach: FloatingReach) -> FloatingReac
     joint = limits.joint
     rates, most = rigid_rates(joint), pressures_of_floating(joint, sign=-1.0)
 
-    def goes_on(at: FloatingReach) -> bool:
-        left, long = limits.left(at.reactions, at.load_factor)
-        pulls = long - joint.f * bounds_at(joint, most, at.load_factor)
-        return bool((left >= 0).all()) and rates.proved(left / limits.steepest, pulls)
-
+    low = reach._replace(load_factor=0.0, reactions=reach.mean_reactions, node=-1, jumps=True)
     if not most.proved.all():
-        return reach._replace(load_factor=0.0, node=-1, jumps=True)
-    low, high = reach._replace(load_factor=0.0, reactions=reach.mean_reactions, node=-1, jumps=True), 1.0
+        return low
+
+    def about(at: FloatingReach) -> tuple[FloatArray, ...]:
+        left, long = limits.left(at.reactions, at.load_factor)
+        low, high = (joint.f * bounds_at(joint, each, at.load_factor) for each in (limits.least, most))
+        return left / limits.steepest, long, low, -high
+
+    of_mean = [each[:1] for each in about(low)]  # all load steps are alike
+
+    def goes_on(at: FloatingReach) -> bool:
+        both = [np.concatenate(parts) for parts in zip(of_mean, about(at), strict=True)]
+        return bool((both[0] >= 0).all()) and rates.proved(*both)
+
     if not goes_on(low):
         return low
     if reach.load_factor == inf or goes_on(reach):
         return reach
-    share = 0.0
+    share, high = 0.0, 1.0
     for _ in range(HALVINGS):
         middle = 0.5 * (share + high)
         if goes_on(reach.part(middle)):

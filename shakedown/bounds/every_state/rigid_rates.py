@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint
 from shakedown.bounds.every_state.unique_rates import energy_margin, unit_slips
@@ -12,7 +14,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 
 PARTS = 4  # of every edge of the cube of rigid motions at first
-DEEPEST = 9  # halvings of a box of them
+DEEPEST = 6  # halvings of a box of them
 MOST = 2_000_000  # boxes times nodes at once: what needs more is not proved
 
 
@@ -22,7 +24,7 @@ class RigidRates:
 
     With w = v − z for a rigid z, base = max Σ f_i |w_i| |(B w)_i| / ‖w‖² and
 
-        rest = max Σ a_i |w_i| / ‖w‖ · max over rigid z of ‖Σ f_i |z_i| B_i‖ / Σ m_i |z_i|,
+        rest = max Σ a_i |w_i| / ‖w‖ · max over rigid z of ‖Σ f_i |z_i| B_i‖ / Σ r_i |z_i|,
 
     motions go on without a jump where base + rest < 1. Every factor is bounded from above.
 
@@ -47,40 +49,45 @@ class RigidRates:
     feeds: FloatArray
     motions: FloatArray
 
-    def proved(self, firm: FloatArray, pulls: FloatArray) -> bool:
+    def proved(self, firm: FloatArray, long: FloatArray, low: FloatArray, high: FloatArray) -> bool:
         """Whether base + rest < 1 under each of some loads, and so under all loads of their hull.
+
+        Of a node whose least friction is more than |s_i| both r_i and a_i go with its pressure, whatever it
+        is between the least and the largest; of others the worst of each is taken.
 
         Parameters
         ----------
         firm : (m, n)
             m_i, what f_i p_i + u · s_i is at least in slip; of every load.
-        pulls : (m, n)
-            At least f_i P_i + |s_i|, with P_i the largest pressure.
+        long : (m, n)
+            |s_i| at most.
+        low, high : (m, n)
+            f_i times the least and the largest pressure.
         """
         if not self.margin > 0.0:
             return False
-        reach = np.sqrt(np.sum((pulls + firm) ** 2 / self.weights, axis=1) * self.stretch)
-        least = (
-            firm / reach[:, None] * (self.margin * (1.0 - SIX_DIGITS))
-        )  # Σ least_i |z_i| is to exceed feeds
+        sure, share = (low >= long).all(axis=0), self.margin * (1.0 - SIX_DIGITS)
+        held = np.stack([np.where(sure, limit - long, firm) for limit in (low, high)], axis=1)
+        pull = np.stack([np.where(sure, 2.0 * limit, high + long + firm) for limit in (low, high)], axis=1)
+        reach = np.sqrt(np.sum(pull.mean(axis=1) ** 2 / self.weights, axis=1) * self.stretch)
+        squares = 0.5 * pull**2 / self.weights * self.stretch / reach[:, None, None]
+        loads = [_Load(*each) for each in zip(squares, 0.5 * reach, share * held, strict=True)]
         rank = self.motions.shape[2]
         if rank == 1:
-            boxes = np.ones((1, 1))
-            return self._judged(boxes, least, np.zeros(len(least)), 0.0)[0] > 0
-        return all(self._on_face(axis, least) for axis in range(rank))
+            return bool(self._judged(np.ones((1, 1)), loads, 0.0, 0.0)[0] > 0)
+        return all(self._on_face(axis, loads) for axis in range(rank))
 
-    def _on_face(self, axis: int, least: FloatArray) -> bool:
+    def _on_face(self, axis: int, loads: "list[_Load]") -> bool:
         """All motions c with c[axis] = 1 ≥ |c_k|, box by box: halved until each passes, or one fails."""
         rank = self.motions.shape[2]
         corners = np.insert(np.array(list(product((-1.0, 1.0), repeat=rank - 1))), axis, 0.0, axis=1)
         spread = self._sizes(corners)
-        least_off = (spread @ least.T).max(axis=0)
         feed_off = float(np.linalg.norm(spread * self._sizes_of_feeds, axis=1).max()) * self._largest_feed
         half = 1.0 / PARTS
         line = half * (2.0 * np.arange(PARTS) + 1.0) - 1.0
         boxes = np.insert(np.array(list(product(line, repeat=rank - 1))), axis, 1.0, axis=1)
         for _ in range(DEEPEST):
-            passed = self._judged(boxes, least, half * least_off, half * feed_off)
+            passed = self._judged(boxes, loads, half * spread.max(axis=0), half * feed_off)
             if (passed < 0).any():
                 return False
             boxes = boxes[passed == 0]
@@ -93,14 +100,19 @@ class RigidRates:
         return False
 
     def _judged(
-        self, centres: FloatArray, least: FloatArray, least_off: FloatArray, feed_off: float
+        self, centres: FloatArray, loads: "list[_Load]", off: FloatArray | float, feed_off: float
     ) -> FloatArray:
         """Of every box: 1 where all of its motions pass, −1 where its centre does not, else 0."""
         sizes = self._sizes(centres)
         fed = np.linalg.norm(sizes @ self.feeds, axis=1) * (1.0 + NEGLIGIBLE) + self._round_off
-        held = sizes @ least.T
-        passed = (fed[:, None] + feed_off < held - least_off).all(axis=1)
-        return np.where(passed, 1.0, np.where((fed[:, None] < held).all(axis=1), 0.0, -1.0))
+        least = np.maximum(sizes - off, 0.0)
+        passed = np.ones(len(sizes), dtype=bool)
+        for load in loads:
+            left = np.flatnonzero(passed)
+            passed[left] = load.holds(fed[left] + feed_off, least[left])
+        rest = ~passed
+        failed = rest.any() and not all(load.holds(fed[rest], sizes[rest]).all() for load in loads)
+        return np.where(passed, 1.0, -1.0 if failed else 0.0)
 
     def _sizes(self, c: FloatArray) -> FloatArray:
         """|z_i| of some motions (b, r): (b, n)."""
@@ -120,6 +132,26 @@ class RigidRates:
     def _round_off(self) -> float:
         """What round-off hides of a sum of feeds that cancel."""
         return float(len(self.feeds) * np.finfo(float).eps * np.abs(self.feeds).max() * 8)
+
+
+class _Load(NamedTuple):
+    """Under one load (S + κ) ‖Σ |z_i| feeds_i‖ < Σ held_i |z_i|, S a sum of squares, at whatever pressures.
+
+    ``squares`` and ``held`` (2, n) at the least and the largest pressure of every node; squares are convex in
+    it and ``held`` is linear, so that these are the worst. √x ≤ (x/κ + κ)/2 for any κ.
+    """
+
+    squares: FloatArray
+    kappa: float
+    held: FloatArray
+
+    def holds(self, fed: FloatArray, sizes: FloatArray) -> NDArray[np.bool_]:
+        """For motions that feed so much (b,), with |z_i| (b, n)."""
+        least, largest = (
+            fed[:, None] * squares - sizes * held
+            for squares, held in zip(self.squares, self.held, strict=True)
+        )
+        return np.asarray(np.maximum(least, largest).sum(axis=1) + fed * self.kappa < 0.0)
 
 
 def rigid_rates(joint: ScaledJoint) -> RigidRates:
