@@ -58,7 +58,7 @@ SUMMED = "slip per period of the node that slips most, to and fro added up."
     "random_states",
     type=click.IntRange(min=0),
     default=None,
-    show_default="3; above 200 node pairs in space 1",
+    show_default="3; above 50 node pairs in space 1",
     help="Number of initial states: what random loads leave behind.",
 )
 @click.option(

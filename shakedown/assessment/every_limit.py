@@ -217,7 +217,7 @@ class JointLimits(Result):
             proved, upper = self.energy, self.upper
             split = False
             if proved.least_load_factor <= load_factor < proved.load_factor:
-                around, split = proved.initial_slip, problem.n <= methods.MANY_NODES
+                around, split = proved.initial_slip, problem.n <= methods.FEW_NODES
             elif proved.load_factor <= load_factor < upper.load_factor < inf:
                 # from a slip that is safe at λ_E to one that is at λ_max: between them all are
                 share = (load_factor - proved.load_factor) / (upper.load_factor - proved.load_factor)

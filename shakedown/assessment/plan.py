@@ -105,13 +105,8 @@ class _SafeStart(NamedTuple):
     after_transient: bool
 
 
-def is_large(problem: Problem) -> bool:
-    """Whether runs of a joint take so long that few initial states are simulated."""
-    return problem.n > methods_of(problem).MANY_NODES
-
-
 def takes_long(problem: Problem) -> bool:
-    """Whether runs of a joint take so long that several threads are worth it."""
+    """Whether runs of a joint take so long that fewer are made, and several threads are worth it."""
     return problem.n > methods_of(problem).FEW_NODES
 
 
@@ -184,7 +179,7 @@ class _At:
         ball = self.ball
         if isinstance(ball, Missing) or not 0 < ball.radius < np.inf:
             return {}
-        count = 1 if is_large(self.limits.problem) else IN_BALL
+        count = 1 if takes_long(self.limits.problem) else IN_BALL
         away = np.random.default_rng(seed).normal(size=(count, ball.metric.inverse.shape[1]))
         offsets = ball.at(away, JUST_INSIDE) - ball.slip
         reach = max(np.nan_to_num(abs(other - ball.slip)).max() for other in others)

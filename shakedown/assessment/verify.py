@@ -15,7 +15,7 @@ from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.independent_bounds import SecondBounds, independent_findings
 from shakedown.assessment.open_ends import open_ends
-from shakedown.assessment.plan import is_large, planned_cases, takes_long
+from shakedown.assessment.plan import planned_cases, takes_long
 from shakedown.assessment.recorded_work import OtherEvidence, RecordedWork, ThreadedSteps, other_evidence
 from shakedown.assessment.runs import Run, disagreements, open_questions, run_of
 from shakedown.assessment.slip_limit import SlipLimit
@@ -234,7 +234,7 @@ def verify(
     random_states, seed
         Number of initial states that random loads, up to twice those of the loop about its mean, leave behind
         (``slip_after_transient``), and the seed these are drawn with. None: 3, and 1 of joints in
-        space of more than 200 node pairs.
+        space of more than 50 node pairs.
     cycles, method
         As for :func:`shakedown.simulate`.
     budget
@@ -272,7 +272,7 @@ def verify(
     """
     require_problem(problem)
     if random_states is None:
-        random_states = 1 if is_large(problem) else RANDOM_STATES
+        random_states = 1 if takes_long(problem) else RANDOM_STATES
     _check(random_states, seed)
     for load_factor in load_factors or ():
         check_load_factor(load_factor, problem)

@@ -26,8 +26,8 @@ class Methods(Protocol):
     ----------
     ABSENT
         Why a limit does not exist for joints of this kind, by its word in documents.
-    FEW_NODES, MANY_NODES
-        From so many nodes on a run takes more than hundredths of a second, and a run or a program seconds.
+    FEW_NODES
+        Of more, a run takes more than hundredths of a second: fewer are made, less sharply, in threads.
     HOLDING_BALL_SOONER
         Whether an energy ball that holds a slip is found sooner than the largest one.
     MOST_ZONES
@@ -42,8 +42,6 @@ class Methods(Protocol):
     def ABSENT(self) -> Mapping[str, str]: ...
     @property
     def FEW_NODES(self) -> float: ...
-    @property
-    def MANY_NODES(self) -> float: ...
     @property
     def HOLDING_BALL_SOONER(self) -> bool: ...
     @property

@@ -23,7 +23,7 @@ from shakedown.programs.margin import widest
 from shakedown.programs.solver import solve
 
 ABSENT: Mapping[str, str] = {}
-FEW_NODES = MANY_NODES = MOST_ZONES = ALL_COMPARED_UP_TO = inf
+FEW_NODES = MOST_ZONES = ALL_COMPARED_UP_TO = inf
 HOLDING_BALL_SOONER = False
 CHANGES_AT_ONCE: tuple[int, ...] = ()
 

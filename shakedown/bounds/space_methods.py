@@ -39,7 +39,6 @@ ABSENT: Mapping[str, str] = {
 }
 CERTIFIED_UP_TO = 1000  # nodes: as long as the bound itself
 FEW_NODES = 50  # of which runs take hundredths of a second
-MANY_NODES = 200  # from where on a program or a run takes seconds
 HOLDING_BALL_SOONER = True
 MOST_ZONES = 100  # each takes a cone program
 ALL_COMPARED_UP_TO = 16  # nodes
