@@ -42,6 +42,7 @@ def _best_parts(joint: ScaledJoint, Y: FloatArray) -> FloatArray:
         largest = sizes.max(axis=1, keepdims=True)
         weights = limits / np.maximum(sizes, np.where(largest > 0, NEGLIGIBLE * largest, 1.0))
         right = (np.repeat(weights, 2, axis=1) * Y + joint.q0) @ Z
-        c = -np.linalg.solve((weights @ squares).reshape(-1, r, r), right[..., None])[..., 0]
+        inverse = np.linalg.pinv((weights @ squares).reshape(-1, r, r), hermitian=True)
+        c = -np.einsum("irs,is->ir", inverse, right)  # of motions that no weight tells of: none
     c[np.abs(Y).max(axis=1) == 0.0] = 0.0
     return c
