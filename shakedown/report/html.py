@@ -38,7 +38,7 @@ from shakedown.report.hint_words import hints_in_words
 from shakedown.report.json_documents import as_text
 from shakedown.report.limit_words import sensitivities_in_words, transient_in_words
 from shakedown.report.load_figures import problem_pictures
-from shakedown.report.node_words import slip_limit_in_words
+from shakedown.report.node_words import slip_limit_in_words, total_slip_in_words
 from shakedown.report.page_tables import (
     PageTable,
     bounds_table,
@@ -164,6 +164,7 @@ def _context(v: Verification) -> dict[str, Any]:
         f"friction {friction(problem)}" + (f", units {shortened(problem.units)}" if problem.units else ""),
         "answer": answer_in_words(v),
         "margin_of_answer": margin_of_answer(v),
+        "total_slip": total_slip_in_words(v.nodes, problem),
         "headline": as_given_in_words(v.as_given, units_of(problem).length, problem, v.limits.universal),
         "reservations": [
             *filter(None, [v.unfinished]),

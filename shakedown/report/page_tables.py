@@ -187,6 +187,9 @@ def nodes_table(v: Verification) -> PageTable:
     ]
     work = with_unit("friction work per period at λ = 1", units.work)
     columns[work] = [number(each, FEW_DIGITS) for each in works]
+    if not np.isnan(v.nodes.total_slip_bound).all():
+        slip_bound = with_unit("slip in all at most at λ = 1", units.length)
+        columns[slip_bound] = [up(each, FEW_DIGITS) for each in v.nodes.total_slip_bound]
     words = [k for k, name in enumerate(columns) if name in ("FE label", "reached at λ_max")]
     return PageTable(list(columns), list(zip(*columns.values(), strict=True)), tuple(words), printed_nodes(v))
 

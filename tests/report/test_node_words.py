@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.bounds.accumulated.accumulated_bound import total_slip_bound
 from shakedown.joint.loading import loading
 from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.node_words import (
@@ -14,6 +15,7 @@ from shakedown.report.node_words import (
     node_in_words,
     open_in_words,
     slipping_nodes,
+    total_slip_in_words,
 )
 
 NAMED = dataclasses.replace(shakedown.example("two-node"), label=["4711/12", "4712/13"], units="N, mm")
@@ -90,3 +92,14 @@ def test_an_unlimited_upper_bound_is_no_end_of_an_interval():
     text = said(shakedown.example("one-node-separation"))
     assert "Above λ_1 the slip that is locked in when the transient is over decides: from a safe slip" in text
     assert "Between λ_1 and λ_max" not in text
+
+
+def test_how_far_no_node_will_ever_slip_is_said_where_it_is_proved():
+    joint = shakedown.example("two-node")
+    below, above = (shakedown.node_results(shakedown.long_term_state(joint, x)) for x in (0.7, 0.9))
+    bound = total_slip_bound(joint, 0.7).total_slip
+    assert np.array_equal(below.total_slip_bound, bound)
+    said = total_slip_in_words(below, joint)
+    assert float(said.removeprefix("Proved: no node will ever slip more than ").split()[0]) >= bound.max()
+    assert np.isnan(above.total_slip_bound).all()
+    assert total_slip_in_words(above, joint) == ""

@@ -229,7 +229,7 @@ def _confirmed(problem: Problem, start: Start, found: Found, why: NoLids | None)
     """What the conditions confirm, at a load factor that is as little smaller as can be."""
     exact = problem.directions == 1 and problem.n <= LOWER_CERTIFIED_UP_TO
     arcs, lids, total = found.arcs, found.lids, found.lids.total
-    for back in BACK if 0.0 < found.load_factor < inf else BACK[:1]:
+    for back in BACK if why is not None else BACK[:1]:
         load_factor = (1.0 - back) * found.load_factor
         at = min(load_factor, AT_ANY)
         if confirmed(problem, start, at, arcs, lids, exact=exact):

@@ -10,7 +10,7 @@ from shakedown.ground.round_off import ITERATIONS, NEGLIGIBLE
 
 OWN, TOGETHER = "own limit", "coupling"
 UP = 1.0 + 1e-12  # rounds up
-SETTLED = 1e-3  # of what is missing, by which a bound must still fall for another product
+LARGEST = 10**6  # numbers in the systems that are solved at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,18 +39,32 @@ class Lids:
     def multipliers(self, slack: FloatArray, slopes: FloatArray) -> FloatArray:
         """y ≥ 0 with y ≥ −c + Nᵀ y for slopes c (p, K), (p, K): so c · s ≥ −y · a for all s.
 
-        They fall from product to product, as long as that may leave something of slacks (p,).
+        The least such y where a quick one leaves nothing of slacks (p,), and the least may.
         """
         y = np.maximum(np.maximum(-slopes, 0.0) @ self.inverse - np.maximum(slopes, 0.0), 0.0)
         short = np.flatnonzero((slack <= y @ self.a) & (slack > 0.0))
-        for _ in range(ITERATIONS):
-            if not short.size:
-                break
-            missing = y[short] @ self.a - slack[short]
-            y[short] = np.maximum(y[short] @ self.N - slopes[short], 0.0)
-            left = y[short] @ self.a - slack[short]
-            short = short[(left >= 0.0) & (missing - left > SETTLED * missing)]
+        for some in np.array_split(short, len(short) * len(self.a) ** 2 // LARGEST + 1):
+            y[some] = self._least(y[some], slack[some], slopes[some])
         return y
+
+    def _least(self, y: FloatArray, slack: FloatArray, slopes: FloatArray) -> FloatArray:
+        """The least multipliers; those that are known where it would leave nothing either.
+
+        From those that are positive anyway on, one solution after the other from below.
+        """
+        found, rows, taken = y.copy(), np.arange(len(y)), slopes < 0.0
+        for _ in range(ITERATIONS):
+            both = taken[:, :, None] & taken[:, None, :]
+            system = np.eye(len(self.a)) - np.where(both, self.N.T, 0.0)
+            least = np.linalg.solve(system, np.where(taken, -slopes[rows], 0.0)[..., None])[..., 0]
+            more = (least @ self.N > slopes[rows]) & ~taken
+            ended = ~more.any(axis=1)
+            found[rows[ended]] = np.maximum(least[ended], 0.0)
+            left = ~ended & (slack[rows] > least @ self.a)
+            rows, taken = rows[left], (taken | more)[left]
+            if not rows.size:
+                break
+        return found
 
 
 class NoLids(Exception):
