@@ -46,10 +46,10 @@ def tables(rows: list[dict]) -> str:
         "joint",
         "n",
         "λ_1, s",
-        "λ_S, s",
-        "λ_S : λ_1",
+        "λ_swing, s",
+        "λ_swing : λ_1",
         "pairs",
-        "λ_S / λ_1",
+        "λ_swing / λ_1",
     ]
     return table(headers, [_line(row) for row in rows])
 

@@ -11,7 +11,7 @@ import numpy as np
 import shakedown
 from shakedown import Problem
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.limit_names import SYMBOLS
+from shakedown.ground.limit_names import FROM_HERE, SYMBOLS
 from shakedown.ground.shown_values import down, sized, up
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.units import units_of
@@ -31,7 +31,6 @@ from .options import (
 from .output import echo_json, headline, number, paragraph, progress, say
 
 BOUNDS = tuple(SYMBOLS)
-FROM_HERE = ("energy", "box", "accumulated")
 LARGEST = "λ_here"  # the largest of those from this state, where a table would be too wide
 COLUMNS = {name: SYMBOLS[name] for name in ("universal", *FROM_HERE, "lower", "transient", "upper")}
 MOST_VALUES = 1_000_000

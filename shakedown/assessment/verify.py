@@ -28,6 +28,7 @@ from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.blas_threads import all_cores, on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import present
+from shakedown.ground.limit_names import FROM_HERE
 from shakedown.ground.shown_values import plain
 from shakedown.ground.size_limits import MANY
 from shakedown.ground.status import Status
@@ -317,7 +318,7 @@ def _verified(
     found = assess(problem, start, open_nodes=asked.open_nodes, tolerances=tolerances)
     limits, random = found.details, (settings.random_states, settings.seed)
     simulate(problem, 0.0, cycles=1, method=settings.method)  # compiled code: no run's time should count it
-    for name in ("upper", "lower", "through_transient", "universal", "energy", "box", "accumulated"):
+    for name in ("upper", "lower", "through_transient", "universal", *FROM_HERE):
         limits.keep(name, work.steps.done(functools.partial(getattr, limits, name)))
     limits.note_what_is_known()
     cases = planned_cases(limits, asked.load_factors, *random, work.steps)

@@ -9,6 +9,7 @@ SYMBOLS = {
     "transient": "λ_T",
     "upper": "λ_max",
 }
+FROM_HERE = ("energy", "box", "accumulated")  # proved from one state, below any of them
 NAMES = {
     "λ_1": "first collapse",
     "λ_U": "from every state",

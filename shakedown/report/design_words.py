@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.limit_names import FROM_HERE, SYMBOLS
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, at_lambda, cycles_in_words, down, few, up
 
 if TYPE_CHECKING:
@@ -27,7 +28,6 @@ SAID = {
     "depends on the state": "open, or dependent on the state,",
     "never": "certain not to shake down with all nodes in contact",
 }
-FROM_HERE = {"energy": "λ_E", "box": "λ_box", "accumulated": "λ_S"}  # proved from this state: the largest
 SHOWN = 6  # digits of a parameter
 TIED = 10.0**-DIGITS  # of the largest limit: what is not shown
 LISTED = 3  # values in a row; more are counted
@@ -73,7 +73,7 @@ def sweep_in_words(sweep: "Sweep", load_factor: float = 1.0) -> list[str]:
 
 def _best(sweep: "Sweep") -> Iterator[str]:
     """Where each limit is largest."""
-    *most, last = [symbol for name, symbol in FROM_HERE.items() if name in sweep.bounds] or [""]
+    *most, last = [SYMBOLS[name] for name in FROM_HERE if name in sweep.bounds] or [""]
     here = f"{', '.join(most)} or {last}" if most else last
     limits = [
         ("λ_U (from every state)", sweep.universal, down),

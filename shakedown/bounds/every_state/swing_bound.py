@@ -38,7 +38,7 @@ class SwingBound(Result):
     status
         ``"optimal"``, or ``"unbounded"`` where no load factor ends it.
     load_factor
-        λ_S; inf where unbounded. Where it is certified, a float that is no larger than what is proved;
+        λ_swing; inf where unbounded. Where it is certified, a float that is no larger than what is proved;
         else exact to the accuracy of the linear programs.
     node
         The node that ends it; −1 where none does, or where the rigid motion of a floating body does.
@@ -82,7 +82,7 @@ class SwingBound(Result):
 def swing_bound(
     problem: Problem, *, certify: bool | None = None, tolerances: Tolerances = DEFAULT
 ) -> SwingBound:
-    """The swing bound λ_S of a joint whose nodes stay closed.
+    """The swing bound λ_swing of a joint whose nodes stay closed.
 
     Of all states that are admissible somewhere in the loop, take those in which node i is at its
     forward limit, and those in which it is at its backward limit. If every (A v)_i of the first

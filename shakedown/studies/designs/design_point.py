@@ -13,7 +13,7 @@ from shakedown.bounds.results import UpperBound
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.evidence import Missing, allowed
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.limit_names import SYMBOLS
+from shakedown.ground.limit_names import FROM_HERE, SYMBOLS
 from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import down, few, nodes_in_words, up
 from shakedown.ground.status import Guarantee, Outcome, Status
@@ -23,7 +23,6 @@ from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
 
 LIMITS = tuple(SYMBOLS)
-FROM_HERE = ("energy", "box", "accumulated")  # shakedown is proved from the state asked about, below any
 RESTS_ON = {"lower": {"universal"}, "upper": {"energy", "transient"}}  # what cannot be found without it
 ALL = 9  # digits, so that what contradicts is seen to
 
