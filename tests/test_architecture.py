@@ -27,7 +27,7 @@ LAYERS = (
         "models.condensation",
         "motion",
         "motion.implicit",
-        "long_term.settling",
+        "long_term.plane",
     },
     {
         "bounds.energy",
@@ -39,7 +39,7 @@ LAYERS = (
         "campaign",
     },
     {"long_term", "bounds.every_state", "models", "models.importing"},
-    {"assessment", "long_term.returning"},
+    {"assessment", "long_term.space"},
     {"studies", "studies.maps", "studies.designs", "plot"},
     {"report"},
     {"cli", "benchmarks", "__main__"},

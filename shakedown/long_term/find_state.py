@@ -16,10 +16,10 @@ from shakedown.joint.derived import lent
 from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, empty_answers
 from shakedown.long_term.passage import Passage
-from shakedown.long_term.returning.proved_rest import heeding_proofs
-from shakedown.long_term.returning.return_search import VARIES_LITTLE
-from shakedown.long_term.returning.returned_state import returned_state
-from shakedown.long_term.settling.search import BLURRED, BROKEN, LEFT, SHAKEDOWN, UNDECIDED, SearchState
+from shakedown.long_term.plane.search import BLURRED, BROKEN, LEFT, SHAKEDOWN, UNDECIDED, SearchState
+from shakedown.long_term.space.proved_rest import heeding_proofs
+from shakedown.long_term.space.return_search import VARIES_LITTLE
+from shakedown.long_term.space.returned_state import returned_state
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.cycle_record import State
 from shakedown.motion.integrator import Evolution

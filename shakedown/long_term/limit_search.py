@@ -12,9 +12,9 @@ from shakedown.ground.status import Outcome
 from shakedown.joint.layout import Layout
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.cycle_map import limit
-from shakedown.long_term.settling.path_check import Scale, path_check
-from shakedown.long_term.settling.period_map import period_map
-from shakedown.long_term.settling.search import (
+from shakedown.long_term.plane.path_check import Scale, path_check
+from shakedown.long_term.plane.period_map import period_map
+from shakedown.long_term.plane.search import (
     LIMIT_WANTED,
     REPEATS,
     SINGULAR,
@@ -24,7 +24,7 @@ from shakedown.long_term.settling.search import (
     SettlingRules,
     search,
 )
-from shakedown.long_term.settling.settle import (
+from shakedown.long_term.plane.settle import (
     ANEW,
     FROM_HERE,
     JUMP,

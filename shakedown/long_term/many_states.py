@@ -24,9 +24,9 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import Patience, settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, empty_answers
-from shakedown.long_term.returning.proved_rest import CLEAR
-from shakedown.long_term.returning.returned_state import ReturnedStates, enter
-from shakedown.long_term.settling.search import BLURRED, CYCLIC_SLIP, SHAKEDOWN, UNDECIDED, Answers
+from shakedown.long_term.plane.search import BLURRED, CYCLIC_SLIP, SHAKEDOWN, UNDECIDED, Answers
+from shakedown.long_term.space.proved_rest import CLEAR
+from shakedown.long_term.space.returned_state import ReturnedStates, enter
 from shakedown.motion.contact_law import scales
 from shakedown.motion.integrator import Evolution
 

@@ -24,8 +24,8 @@ from shakedown.long_term.find_state import Patience, settled_state
 from shakedown.long_term.fixed_step_verdict import Verdict, judge
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.recorded_walk import recorded_cycles, recorded_walk
-from shakedown.long_term.returning.returned_state import ReturnedState
 from shakedown.long_term.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
+from shakedown.long_term.space.returned_state import ReturnedState
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState
 from shakedown.motion.contact_law import alone, law_resolution, swing
 from shakedown.motion.cycle_record import CycleRecord

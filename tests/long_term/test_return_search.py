@@ -5,8 +5,8 @@ import pytest
 
 import shakedown
 from shakedown.ground.status import Outcome
-from shakedown.long_term.returning.extrapolation import recurrence_of
-from shakedown.long_term.returning.return_search import ReturnRules, ReturnSearch, Settled
+from shakedown.long_term.space.extrapolation import recurrence_of
+from shakedown.long_term.space.return_search import ReturnRules, ReturnSearch, Settled
 from shakedown.motion.contact_law import scales
 from shakedown.motion.cycle_record import CycleRecord, State
 from shakedown.motion.integrator import Evolution

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from shakedown.joint.law import Law
-from shakedown.long_term.settling import path_check
+from shakedown.long_term.plane import path_check
 from shakedown.motion import contact_law
 from shakedown.motion.contact_law import Scales, law_violation
 

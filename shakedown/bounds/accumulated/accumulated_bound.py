@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.bounds.accumulated.arc_limits import START, ArcLimits
-from shakedown.bounds.accumulated.arc_search import ALL_AROUND, Found, Search, farthest, search_about
+from shakedown.bounds.accumulated.arc_search import ALL_AROUND, ArcSearch, FoundArcs, farthest, search_about
 from shakedown.bounds.accumulated.lid_check import Start, confirmed
 from shakedown.bounds.accumulated.lids import OWN, TOGETHER, NoLids
 from shakedown.bounds.accumulated.slip_arcs import Numbers
@@ -210,13 +210,13 @@ def _checked_start(problem: Problem, initial_slip: ArrayLike | None, start_error
     return Start(slip, error)
 
 
-def _search(problem: Problem, start: Start, parts: int) -> Search:
+def _search(problem: Problem, start: Start, parts: int) -> ArcSearch:
     if problem.law.smooth.size:
         raise NoLids(FRICTIONLESS, int(problem.law.smooth[0]))
     return search_about(ArcLimits(problem, *start), parts)
 
 
-def _farthest(search: Search, known: Found | None) -> tuple[Found, NoLids | None]:
+def _farthest(search: ArcSearch, known: FoundArcs | None) -> tuple[FoundArcs, NoLids | None]:
     """The largest load factor, from one that wider sectors prove on."""
     low = search.closed(0.0 if known is None else known.load_factor)
     accuracy, elastic = ACCURACY[search.cells.d], search.slacks.elastic
@@ -225,7 +225,7 @@ def _farthest(search: Search, known: Found | None) -> tuple[Found, NoLids | None
     return farthest(low, max(elastic, (1.0 + FIRST_STEP * accuracy) * low.load_factor), accuracy)
 
 
-def _confirmed(problem: Problem, start: Start, found: Found, why: NoLids | None) -> AccumulatedBound:
+def _confirmed(problem: Problem, start: Start, found: FoundArcs, why: NoLids | None) -> AccumulatedBound:
     """What the conditions confirm, at a load factor that is as little smaller as can be."""
     exact = problem.directions == 1 and problem.n <= LOWER_CERTIFIED_UP_TO
     arcs, lids, total = found.arcs, found.lids, found.lids.total

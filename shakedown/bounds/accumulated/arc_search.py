@@ -16,14 +16,14 @@ STRETCH = 1.001  # of directions at corners of cells, at most
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class ArcSearch:
     """Cells of directions, some of them chosen, with the slacks of their corners."""
 
     limits: ArcLimits
     cells: Cells
     slacks: Slacks
 
-    def closed(self, load_factor: float) -> "Found":
+    def closed(self, load_factor: float) -> "FoundArcs":
         """With as many more cells chosen as it takes that nodes slip in chosen ones only.
 
         Cells in which a node may slip are divided before they are chosen.
@@ -39,7 +39,7 @@ class Search:
             arcs, lids = search._lids(load_factor)
             entered = search._entered(load_factor, arcs, lids)
             if not entered.any():
-                return Found(search, load_factor, arcs, lids)
+                return FoundArcs(search, load_factor, arcs, lids)
             search = search._with(entered)
 
     def _lids(self, load_factor: float) -> tuple[Arcs, Lids]:
@@ -65,7 +65,7 @@ class Search:
         entered[near] = ~safe.reshape(slack[near].shape).all(axis=1)
         return entered
 
-    def _with(self, entered: Flags) -> "Search":
+    def _with(self, entered: Flags) -> "ArcSearch":
         """With cells divided, and with those chosen that are as narrow as can be."""
         cells, parts = self.cells, entered & self.cells.divisible
         chosen = replace(cells, chosen=cells.chosen | (entered & ~parts))
@@ -83,22 +83,22 @@ class Search:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class FoundArcs:
     """Arcs and lids that prove shakedown at every load factor up to one."""
 
-    search: Search
+    search: ArcSearch
     load_factor: float
     arcs: Arcs
     lids: Lids
 
 
-def search_about(limits: ArcLimits, parts: int) -> Search:
+def search_about(limits: ArcLimits, parts: int) -> ArcSearch:
     """Nothing chosen; the cells may be divided into so many parts."""
     cells = all_cells(limits.problem.n, limits.problem.directions, parts)
-    return Search(limits, cells, limits.slacks(cells.node, cells.corners))
+    return ArcSearch(limits, cells, limits.slacks(cells.node, cells.corners))
 
 
-def farthest(low: Found, at: float, accuracy: float) -> tuple[Found, NoLids | None]:
+def farthest(low: FoundArcs, at: float, accuracy: float) -> tuple[FoundArcs, NoLids | None]:
     """The largest load factor, to some relative accuracy, and why it is no larger.
 
     From one that is proved and one to be tried next. Conditions at a load factor cover all smaller ones.

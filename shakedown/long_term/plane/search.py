@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Hash, Integers, NamedState, Reals, entered, fields, keeping
-from shakedown.long_term.settling.path_check import PATH_CHECK, PathCheck
-from shakedown.long_term.settling.period_map import PERIOD_MAP, PeriodMap
+from shakedown.long_term.plane.path_check import PATH_CHECK, PathCheck
+from shakedown.long_term.plane.period_map import PERIOD_MAP, PeriodMap
 from shakedown.motion.plane.run import RUN, PlaneRun
 
 START, WALK, MAP, LEAP, CONFIRM, REPEATS, LIMIT, NEXT_LEAP, LEAVE = range(9)  # phases

@@ -1,17 +1,17 @@
 """State after state: the loop that carries searches from phase to phase and enters their answers."""
 
 from shakedown.ground.named_state import call_at, entered, inner
-from shakedown.long_term.settling.leaps import (
+from shakedown.long_term.plane.leaps import (
     after_confirmation,
     after_leap,
     begin_confirmation,
     begin_leaps,
     leave_leaps,
 )
-from shakedown.long_term.settling.leaps import next_leap as take_next_leap
-from shakedown.long_term.settling.limit_of_powers import find_limit
-from shakedown.long_term.settling.path_check import check_rows
-from shakedown.long_term.settling.repeats import (
+from shakedown.long_term.plane.leaps import next_leap as take_next_leap
+from shakedown.long_term.plane.limit_of_powers import find_limit
+from shakedown.long_term.plane.path_check import check_rows
+from shakedown.long_term.plane.repeats import (
     after_map,
     after_walk,
     begin_search,
@@ -19,7 +19,7 @@ from shakedown.long_term.settling.repeats import (
     look_for_repeats,
     place_state,
 )
-from shakedown.long_term.settling.search import (
+from shakedown.long_term.plane.search import (
     CONFIRM,
     LEAP,
     LEAVE,

@@ -15,7 +15,7 @@ from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.long_term.returning.extrapolation import recurrence_of
+from shakedown.long_term.space.extrapolation import recurrence_of
 from shakedown.motion.integrator import closed_stiffness
 
 WORTH = 8.0  # periods that a leap goes ahead, at least: it costs some, and so does what is seen before it

@@ -3,11 +3,11 @@
 import numpy as np
 
 from shakedown.ground.named_state import inner
-from shakedown.long_term.settling.limit_of_powers import double_leap
-from shakedown.long_term.settling.path_check import begin_check, end_check
-from shakedown.long_term.settling.period_map import along_basis, displace, distance_to_limit
-from shakedown.long_term.settling.repeats import admissible, remember
-from shakedown.long_term.settling.search import (
+from shakedown.long_term.plane.limit_of_powers import double_leap
+from shakedown.long_term.plane.path_check import begin_check, end_check
+from shakedown.long_term.plane.period_map import along_basis, displace, distance_to_limit
+from shakedown.long_term.plane.repeats import admissible, remember
+from shakedown.long_term.plane.search import (
     BLURRED,
     BROKEN,
     CONFIRM,

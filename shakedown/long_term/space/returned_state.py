@@ -10,9 +10,9 @@ from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.float_array import FloatArray
 from shakedown.long_term.limit_search import BLURRED, LOST, OUTCOMES
 from shakedown.long_term.passage import FirstCycles, Passage
-from shakedown.long_term.returning.proved_rest import heeding_proofs
-from shakedown.long_term.returning.return_search import ReturnRules, ReturnSearch, Settled, opened_and_closed
-from shakedown.long_term.settling.search import Answers
+from shakedown.long_term.plane.search import Answers
+from shakedown.long_term.space.proved_rest import heeding_proofs
+from shakedown.long_term.space.return_search import ReturnRules, ReturnSearch, Settled, opened_and_closed
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import Scales, law_resolution, scales, swing
 from shakedown.motion.integrator import Evolution

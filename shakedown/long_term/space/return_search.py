@@ -16,7 +16,7 @@ from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import FirstCycles
-from shakedown.long_term.returning.leap_methods import Ahead, Crawl, Leap, measure_of
+from shakedown.long_term.space.leap_methods import Ahead, Crawl, Leap, measure_of
 from shakedown.motion.cycle_record import Checkpoint, CycleRecord, State, Stop
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.viscous_jump import Jump

@@ -9,7 +9,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import inner, summing
-from shakedown.long_term.settling.period_map import PeriodMap
+from shakedown.long_term.plane.period_map import PeriodMap
 
 LARGEST_INVERSE = 1e5  # norm of (I − J)⁻¹ up to which no eigenvalue of J is near 1, and its round-off small
 DIED_OUT, GROWN = np.log(1e-13), np.log(1e6)  # of ‖Jᵏ d‖ / ‖d‖, logarithms
