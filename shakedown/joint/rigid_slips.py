@@ -118,6 +118,27 @@ def rigid_slips(problem: Problem) -> RigidSlips:
 
 
 @once_per_problem
+def with_free_rigid_slips(problem: Problem) -> Problem:
+    """The joint, all nodes closed, in which rigid slips change no reaction at all; all else is as stored.
+
+    Examples
+    --------
+    >>> loop = {"f": 0.5, "q_w": [[1.0, 0.0]], "p_w": [[3.0, 3.0]]}
+    >>> A, B = [[1.0001, -1.0], [-1.0, 1.0001]], [[0.2, -0.2], [0.1, -0.1]]
+    >>> with_free_rigid_slips(Problem(A=A, B=B, **loop, stiffness_accuracy=1e-4)).A.round(6)
+    array([[ 1.0001, -1.0001],
+           [-1.0001,  1.0001]])
+    """
+    rigid, n = rigid_slips(problem), problem.layout.slip_size
+    if not rigid.pinned:
+        return problem
+    kept = np.setdiff1d(np.arange(n), rigid.pinned)
+    relative = rigid.relative(np.eye(n)).T[kept]
+    A = relative.T @ problem.A[np.ix_(kept, kept)] @ relative
+    return replace(problem, A=0.5 * (A + A.T), B=problem.B[:, kept] @ relative, C=None)
+
+
+@once_per_problem
 def can_drift(problem: Problem) -> bool:
     """Whether some motion of the nodes changes no reaction: only then may slips grow for ever.
 

@@ -20,6 +20,7 @@ from shakedown.ground.status import Status
 from shakedown.joint.arguments import check_load_factor, checked, checked_initial_slip, real_array
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.joint.rigid_slips import rigid_slips, with_free_rigid_slips
 
 ACCURACY = {1: 1e-7, 2: 1e-4}  # of the load factor, relative, with so many directions
 PARTS = {1: (1,), 2: (1, 15)}  # into which a 96th of the circle may be divided: none at first
@@ -91,7 +92,8 @@ class AccumulatedBound(Result):
     arcs
         The directions in which nodes may slip, and how far; None where infeasible.
     certified
-        Whether the conditions are confirmed without any round-off (in the plane, up to 40 nodes).
+        Whether the conditions are confirmed without any round-off (in the plane, up to 40 nodes, where no
+        slip is so soft that it may be a rigid one).
     initial_slip : (dn,)
         v₀ [length].
     start_error : (n,)
@@ -213,7 +215,7 @@ def _checked_start(problem: Problem, initial_slip: ArrayLike | None, start_error
 def _search(problem: Problem, start: Start, parts: int) -> ArcSearch:
     if problem.law.smooth.size:
         raise NoLids(FRICTIONLESS, int(problem.law.smooth[0]))
-    return search_about(ArcLimits(problem, *start), parts)
+    return search_about(ArcLimits(with_free_rigid_slips(problem), *start), parts)
 
 
 def _farthest(search: ArcSearch, known: FoundArcs | None) -> tuple[FoundArcs, NoLids | None]:
@@ -227,12 +229,13 @@ def _farthest(search: ArcSearch, known: FoundArcs | None) -> tuple[FoundArcs, No
 
 def _confirmed(problem: Problem, start: Start, found: FoundArcs, why: NoLids | None) -> AccumulatedBound:
     """What the conditions confirm, at a load factor that is as little smaller as can be."""
-    exact = problem.directions == 1 and problem.n <= LOWER_CERTIFIED_UP_TO
+    joint, doubt = with_free_rigid_slips(problem), rigid_slips(problem).doubt
+    exact = problem.directions == 1 and problem.n <= LOWER_CERTIFIED_UP_TO and not doubt
     arcs, lids, total = found.arcs, found.lids, found.lids.total
     for back in BACK if why is not None else BACK[:1]:
         load_factor = (1.0 - back) * found.load_factor
         at = min(load_factor, AT_ANY)
-        if confirmed(problem, start, at, arcs, lids, exact=exact):
+        if confirmed(joint, start, at, arcs, lids, exact=exact):
             return AccumulatedBound(
                 status=Status.OPTIMAL if load_factor < inf else Status.UNBOUNDED,
                 load_factor=load_factor,

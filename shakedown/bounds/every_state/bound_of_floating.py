@@ -96,7 +96,8 @@ class FloatingLimits:
     def left(self, z: FloatArray, load_factor: float) -> tuple[FloatArray, FloatArray]:
         """What is left at every load step, at least, and |w| at most, (m, n) each [force].
 
-        With reactions z (2n,), those at pinned slips exactly in balance with the others.
+        With reactions z (2n,), those at pinned slips exactly in balance with the others. Nothing (−inf) where
+        the node may lift off: a disc that leans in the plane does not ask for π ≥ 0 by itself.
         """
         joint, shapes = self.joint, self.shapes
         z, loose = joint.in_balance(z)
@@ -107,7 +108,8 @@ class FloatingLimits:
         long = np.hypot(w[..., 0], w[..., 1]) + off
         lean = np.sum(shapes.lean * w, axis=2) - off * np.abs(shapes.lean).sum(axis=1)
         limit = joint.f * bounds_at(joint, self.least, load_factor)
-        return limit + lean - shapes.size * long * (1.0 + 4 * EPS), long
+        left = limit + lean - shapes.size * long * (1.0 + 4 * EPS)
+        return np.where(limit >= 0.0, left, -inf), long
 
 
 def bound_of_floating(

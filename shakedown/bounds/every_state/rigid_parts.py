@@ -36,6 +36,8 @@ def _best_parts(joint: ScaledJoint, Y: FloatArray) -> FloatArray:
     squares = np.einsum("jar,jas->jrs", by_node, by_node).reshape(n, r * r)
     limits = np.maximum(joint.f * joint.p0, NEGLIGIBLE * np.abs(joint.f * joint.p0).max())
     c = np.zeros((len(Y), r))
+    if not limits.any():  # then no c costs less than another
+        return c
     for _ in range(WEIGHTINGS):
         parts = (Y + c @ Z.T).reshape(len(Y), n, 2)
         sizes = np.hypot(parts[..., 0], parts[..., 1])

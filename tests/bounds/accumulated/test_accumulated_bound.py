@@ -44,6 +44,28 @@ def test_cited_values(problem: Problem, share: float, accuracy: float) -> None:
     assert bound.certified == (problem.directions == 1)
 
 
+def pulled_chain(resistance: float, accuracy: float | None) -> Problem:
+    """Three nodes in a row on friction alone, pulled one way: as stored a rigid slip meets a resistance."""
+    A = np.array([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]]) + resistance / 3.0
+    q_w = 1.0 + np.outer([1.0, 0.0, -1.0, 0.0], np.ones(3))
+    return Problem(
+        A=A, B=np.zeros((3, 3)), f=0.3, q_w=q_w, p_w=np.full((4, 3), 10.0), stiffness_accuracy=accuracy
+    )
+
+
+def test_gross_slip_is_not_held_by_round_off_of_the_data() -> None:
+    problem = pulled_chain(1e-4, 2e-4)
+    bound = shakedown.accumulated_bound(problem)
+    assert 2.0 * (1.0 - 1e-6) < bound.load_factor <= shakedown.upper_bound(problem).load_factor
+    assert bound.certified
+    assert total_slip_bound(problem, 2.00005).status == "infeasible"
+
+
+def test_what_may_be_rigid_is_not_certified() -> None:
+    assert not shakedown.accumulated_bound(pulled_chain(1e-8, None)).certified
+    assert shakedown.accumulated_bound(pulled_chain(1e-8, 1e-12)).certified
+
+
 def joints(d: int) -> list[Problem]:
     return [(drawn_joint, drawn_joint_in_space)[d - 1](5, number) for number in range(8)]
 

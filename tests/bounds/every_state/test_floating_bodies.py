@@ -9,6 +9,8 @@ import shakedown
 from benchmarks.floating_adversary import floating_joint
 from shakedown import Problem, universal_bound
 from shakedown.bounds.every_state.bound_from_every_state import least_pressure_bound
+from shakedown.bounds.every_state.bound_of_floating import bounds_at, floating_limits
+from shakedown.bounds.every_state.leaning_discs import LeaningDiscs
 from shakedown.bounds.every_state.rigid_parts import pressures_of_floating
 from shakedown.bounds.every_state.rigid_rates import rigid_rates
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint, scaled_joint
@@ -34,6 +36,27 @@ def test_two_like_halves_are_proved_to_their_end():
     assert found.load_factor / shakedown.upper_bound(flange).load_factor == pytest.approx(1.0, abs=1e-5)
     assert (found.argument, found.limited_by) == ("least pressures, rigid motions apart", "swing")
     assert shakedown.assess(flange).proved_from_every_state == found.load_factor
+
+
+def test_a_body_without_pressures_is_proved_nothing_of():
+    for kind in ("plane", "translations"):
+        problem = drawn(0, kind)
+        found = universal_bound(replace(problem, p_w=0.0 * problem.p_w))
+        assert not found.load_factor > 0.0
+
+
+def test_nothing_is_left_of_a_node_that_may_lift_off():
+    joint = scaled_joint(proved("plane"))
+    least = pressures_of_floating(joint)
+    load_factor = 1.0
+    while (pi := bounds_at(joint, least, load_factor)).min() >= 0.0:
+        load_factor *= 2.0
+    step, node = np.unravel_index(pi.argmin(), pi.shape)
+    w = joint.q0 + load_factor * joint.q1[step]
+    limits = floating_limits(joint, least)
+    steep = LeaningDiscs(1e6 * np.sign(w.reshape(-1, 2)), 0.5 * np.ones(joint.n))
+    left, _ = replace(limits, shapes=steep).left(np.zeros(2 * joint.n), load_factor)
+    assert left[step, node] == -np.inf
 
 
 def admissible(joint: ScaledJoint, q_w: np.ndarray, p_w: np.ndarray, rng: np.random.Generator) -> np.ndarray:
