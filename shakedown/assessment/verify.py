@@ -119,6 +119,7 @@ class Verification(Result):
             "box": present(limits.box),
             "accumulated": limits.accumulated,
             **limits.universal.document(),
+            "core": limits.core,
             "agrees": self.agrees,
             "disagreements": self.disagreements,
             "open_questions": self.open_questions,

@@ -42,6 +42,7 @@ def assessment_document(found: "Assessment", curve: "GuaranteeCurve | Missing | 
             "box": limits.box,
             "accumulated": limits.accumulated,
             **limits.universal.document(),
+            "core": limits.core,
             "friction": limits.friction,
             "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
             "guarantee_curve": present(curve),

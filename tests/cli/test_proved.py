@@ -26,6 +26,13 @@ def test_solve_says_first_what_is_certain():
     assert "with all nodes in contact it cannot above λ_max = 4.715033" in first
 
 
+def test_json_has_what_is_proved_off_the_edges():
+    core = document("solve", "block-9")["core"]
+    assert core["load_factor"] == pytest.approx(4.100243, abs=1e-6)
+    assert core["near_edge"] == [0, 8]
+    assert document("solve", "two-node")["core"] is None
+
+
 def test_solve_json_has_energy_and_universal():
     result = document("solve", "two-node")
     energy, universal = result["energy"], result["universal"]
