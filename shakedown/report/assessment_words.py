@@ -49,7 +49,7 @@ def numbers_in_words(found: Assessment) -> list[tuple[str, str, str]]:
     limits = found.details
     over = ", transient over" * limits.universal.after_transient
     core = limits.core
-    inside = "" if core is None else f"; {down(core.load_factor, FEW_DIGITS)} off the edges"
+    inside = "" if core is None else f"; {down(core.load_factor, FEW_DIGITS)} if edges rest"
     return [
         (
             "proved from every state",

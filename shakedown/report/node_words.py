@@ -149,6 +149,8 @@ def total_slip_in_words(nodes: NodeResults, problem: Problem) -> str:
     most = float(nodes.total_slip_bound.max())
     if np.isnan(most):
         return ""
+    if most == 0.0:
+        return "Proved: no node will ever slip from here."
     far = f"{up(most, FEW_DIGITS)} {units_of(problem).length}".rstrip()
     return f"Proved: no node will ever slip more than {far} from here."
 

@@ -13,7 +13,7 @@ def test_solve_says_first_what_is_certain():
     out = run("solve", "block-9", "--details")[1]
     lines = out.splitlines()
     assert [" ".join(line.split()) for line in lines[2:6]] == [
-        "proved from every state none all nodes closed; 4.1 off the edges",
+        "proved from every state none all nodes closed; 4.1 if edges rest",
         "proved from this state λ = 4.699826 slip zero",
         "impossible above λ = 4.715033 with all nodes in contact",
         "",

@@ -70,7 +70,7 @@ def test_distances_from_the_edges():
 
 def test_what_an_engineer_is_told():
     found = shakedown.assess(shakedown.example("block-33"))
-    assert numbers_in_words(found)[0][1:] == ("none", "all nodes closed; 2.816 off the edges")
+    assert numbers_in_words(found)[0][1:] == ("none", "all nodes closed; 2.816 if edges rest")
     told = certain_in_words(found.details)[1]
     assert "λ_U is decided at an edge, by node 0" in told
     proved = down(max(found.details.energy.load_factor, found.details.accumulated.load_factor))
