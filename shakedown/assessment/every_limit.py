@@ -28,7 +28,7 @@ from shakedown.bounds.enumeration.critical import subset_count
 from shakedown.bounds.every_state.core_bound import CoreBound, core_bound
 from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve, guarantee_curve
 from shakedown.bounds.every_state.universal_bound import UniversalBound, universal_bound
-from shakedown.bounds.methods import methods_of
+from shakedown.bounds.methods import methods_of, takes_long
 from shakedown.bounds.results import UpperBound
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, friction_thresholds
 from shakedown.bounds.upper import upper_bound
@@ -212,12 +212,11 @@ class JointLimits(Result):
 
     def _ball_at(self, load_factor: float) -> EnergyBall:
         problem, around, split = self.problem, None, True
-        methods = methods_of(problem)
-        if methods.HOLDING_BALL_SOONER and not self.open_nodes:
+        if methods_of(problem).HOLDING_BALL_SOONER and not self.open_nodes:
             proved, upper = self.energy, self.upper
             split = False
             if proved.least_load_factor <= load_factor < proved.load_factor:
-                around, split = proved.initial_slip, problem.n <= methods.FEW_NODES
+                around, split = proved.initial_slip, not takes_long(problem)
             elif proved.load_factor <= load_factor < upper.load_factor < inf:
                 # from a slip that is safe at λ_E to one that is at λ_max: between them all are
                 share = (load_factor - proved.load_factor) / (upper.load_factor - proved.load_factor)
@@ -244,19 +243,20 @@ class JointLimits(Result):
 
     @property
     def _usual_accuracy(self) -> float:
-        return FOUR_DIGITS if self.problem.n > methods_of(self.problem).FEW_NODES else SIX_DIGITS
+        return FOUR_DIGITS if takes_long(self.problem) else SIX_DIGITS
 
     def note_what_is_known(self) -> None:
         """Keep λ_max, λ_U, λ_E and λ_box for the states that are followed; nothing where nodes stay open."""
-        from shakedown.long_term.energy_proof import note_bound, note_box, note_every_state, note_largest
+        from shakedown.long_term.energy_proof import known_limits, note_bound, note_box
         from shakedown.long_term.passage import Passage
 
         if self.open_nodes:
             return
         bound, box = self.energy, present(self.box)
-        note_largest(self.problem, self.upper.load_factor)
+        known = known_limits(self.problem)
+        known["upper"] = self.upper.load_factor
         if "universal" in vars(self):
-            note_every_state(self.problem, self.universal.load_factor)
+            known["universal"] = self.universal.load_factor
         begun = partial(Passage, self.problem, 0.0, self.tolerances, open_nodes=())
         if self.distance == 0.0 and bound.status != Status.UNDECIDED:
             note_bound(begun(start=bound.initial_slip), bound)
@@ -288,14 +288,14 @@ class JointLimits(Result):
 
         λ_S is worked out where it is larger than the others.
         """
-        found = from_state(self.energy, present(self.box))
-        if self.open_nodes or self.distance > 0.0 or not self._slip_proves_more:
-            return found
-        return from_state(self.energy, present(self.box), self.accumulated)
+        slip = self.accumulated if self._slip_may_prove_more else None
+        return from_state(self.energy, present(self.box), slip)
 
     @cached_property
-    def _slip_proves_more(self) -> bool:
+    def _slip_may_prove_more(self) -> bool:
         """Whether λ_S may be larger than λ_E and λ_box: its conditions there are looked at first."""
+        if self.open_nodes or self.distance > 0.0:
+            return False
         others = from_state(self.energy, present(self.box))
         if "accumulated" in vars(self) or others.least_load_factor > 0.0 or not others.load_factor > 0.0:
             return True

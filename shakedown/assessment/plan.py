@@ -24,7 +24,7 @@ from shakedown.assessment.load_regions import (
 from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound
 from shakedown.bounds.collapse.box_bound import BoxBound
 from shakedown.bounds.energy.energy_ball import energy_ball
-from shakedown.bounds.methods import methods_of
+from shakedown.bounds.methods import takes_long
 from shakedown.bounds.safe_slip import safe_slip
 from shakedown.campaign.recorded_steps import RecordedSteps
 from shakedown.ground.evidence import Missing, present, sought
@@ -103,11 +103,6 @@ class _SafeStart(NamedTuple):
     slip: FloatArray
     open_nodes: tuple[int, ...]
     after_transient: bool
-
-
-def takes_long(problem: Problem) -> bool:
-    """Whether runs of a joint take so long that fewer are made, and several threads are worth it."""
-    return problem.n > methods_of(problem).FEW_NODES
 
 
 def planned_cases(

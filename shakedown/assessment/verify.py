@@ -15,7 +15,7 @@ from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.independent_bounds import SecondBounds, independent_findings
 from shakedown.assessment.open_ends import open_ends
-from shakedown.assessment.plan import planned_cases, takes_long
+from shakedown.assessment.plan import planned_cases
 from shakedown.assessment.recorded_work import OtherEvidence, RecordedWork, ThreadedSteps, other_evidence
 from shakedown.assessment.runs import Run, disagreements, open_questions, run_of
 from shakedown.assessment.slip_limit import SlipLimit
@@ -23,6 +23,7 @@ from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors
 from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
 from shakedown.bounds.independent_solver import ConicBound
+from shakedown.bounds.methods import takes_long
 from shakedown.campaign.recorded_steps import recorded_steps
 from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.blas_threads import all_cores, on_one_thread

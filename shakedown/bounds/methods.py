@@ -91,6 +91,11 @@ class Methods(Protocol):
         """The largest ball of the closed nodes, or the one that holds a state (dk,) of these best."""
 
 
+def takes_long(problem: Problem) -> bool:
+    """Whether runs of a joint take so long that fewer are made, less sharply, in several threads."""
+    return problem.n > methods_of(problem).FEW_NODES
+
+
 def methods_of(problem: Problem) -> Methods:
     """The methods of a joint; those of the other kind are not loaded.
 

@@ -255,28 +255,12 @@ def _known_bounds(problem: Problem) -> dict[object, EnergyBound | Missing]:
     return {}
 
 
-def note_every_state(problem: Problem, load_factor: float) -> None:
-    """Keep λ_U."""
-    known_universal(problem)[:] = [load_factor]
-
-
 @once_per_problem
-def known_universal(problem: Problem) -> list[float]:
-    """λ_U of a problem, where that is known already."""
-    return []
-
-
-def note_largest(problem: Problem, load_factor: float) -> None:
-    """Keep λ_max with all nodes closed: nothing is sought above it that cannot be there."""
-    _known_largest(problem)[:] = [load_factor]
-
-
-@once_per_problem
-def _known_largest(problem: Problem) -> list[float]:
-    """λ_max of a problem, where that is known already."""
-    return []
+def known_limits(problem: Problem) -> dict[str, float]:
+    """λ_max and λ_U of a problem with all nodes closed, by their words, where they are known already."""
+    return {}
 
 
 def beyond_all(begun: Passage) -> bool:
     """Whether a load factor is known to be above λ_max, by more than its round-off."""
-    return any(begun.load_factor > ABOVE * largest for largest in _known_largest(begun.problem))
+    return begun.load_factor > ABOVE * known_limits(begun.problem).get("upper", inf)

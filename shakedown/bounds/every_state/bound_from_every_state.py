@@ -154,7 +154,7 @@ def least_pressure_bound(problem: Problem, *, sectors: int | None = None) -> Lea
     if not held(joint) or (joint.floats and (joint.f == 0).any()):
         return _nothing(joint, -1, np.full(joint.n, nan))
     if joint.floats:
-        return _floating(joint)
+        return _floating(problem, joint)
     discs = least_pressures(joint, every_direction(np.arange(joint.n)))
     pressures = discs.at(joint, joint.q0[None], joint.p0[None])[0]
     lift_off = _lift_off(joint, discs, pressures)
@@ -165,9 +165,9 @@ def least_pressure_bound(problem: Problem, *, sectors: int | None = None) -> Lea
     return _result(joint, reach, pressures, lift_off)
 
 
-def _floating(joint: ScaledJoint) -> LeastPressureBound:
+def _floating(problem: Problem, joint: ScaledJoint) -> LeastPressureBound:
     """The same for a body that friction alone holds."""
-    discs, reach = bound_of_floating(joint, DEFAULT)
+    discs, reach = bound_of_floating(problem, DEFAULT)
     pressures = discs.at(joint, joint.q0[None], joint.p0[None])[0]
     if reach is None:
         lowest = int(pressures.argmin())

@@ -13,13 +13,15 @@ from shakedown.bounds.every_state.leaning_discs import LeaningDiscs, leaning_dis
 from shakedown.bounds.every_state.least_pressures import LeastPressures
 from shakedown.bounds.every_state.rigid_parts import pressures_of_floating
 from shakedown.bounds.every_state.rigid_rates import rigid_rates
-from shakedown.bounds.every_state.scaled_joint import ScaledJoint
+from shakedown.bounds.every_state.scaled_joint import ScaledJoint, scaled_joint
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import Constraints
+from shakedown.joint.derived import once_per_problem
 from shakedown.joint.law import Law
+from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips
 
 SHARES = (1.0, 1.0 - ROUND_OFF, 1.0 - NEGLIGIBLE, 1.0 - SIX_DIGITS)  # of a program's end that may be inside
@@ -112,8 +114,14 @@ class FloatingLimits:
         return np.where(limit >= 0.0, left, -inf), long
 
 
+@once_per_problem
+def _least_of_floating(problem: Problem) -> LeastPressures:
+    """The least pressures of a body that friction alone holds; λ_U and λ_core ask for them."""
+    return pressures_of_floating(scaled_joint(problem))
+
+
 def bound_of_floating(
-    joint: ScaledJoint, tolerances: Tolerances
+    problem: Problem, tolerances: Tolerances
 ) -> tuple[LeastPressures, FloatingReach | None]:
     """The least pressures of a body that friction alone holds, and how far the load may grow.
 
@@ -127,7 +135,7 @@ def bound_of_floating(
     SolverError
         If a program ends without an answer.
     """
-    least = pressures_of_floating(joint)
+    joint, least = scaled_joint(problem), _least_of_floating(problem)
     if not least.proved.all() or not (bounds_at(joint, least, 0.0) > 0).all():
         return least, None
     limits = floating_limits(joint, least)
@@ -150,9 +158,9 @@ def bound_of_floating(
     return least, None
 
 
-def core_of_floating(joint: ScaledJoint, core: NDArray[np.intp], tolerances: Tolerances) -> float:
+def core_of_floating(problem: Problem, core: NDArray[np.intp], tolerances: Tolerances) -> float:
     """Up to which load factor slip of some nodes costs energy, whatever the others do (statement 6.9)."""
-    least = pressures_of_floating(joint)
+    joint, least = scaled_joint(problem), _least_of_floating(problem)
     if (joint.f == 0).any() or not least.proved.all():
         return 0.0
     limits = floating_limits(joint, least)

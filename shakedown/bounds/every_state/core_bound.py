@@ -69,7 +69,7 @@ def core_bound(
         return Missing("λ_U is not decided near an edge")
     core, near_edge = np.flatnonzero(~near), tuple(np.flatnonzero(near).tolist())
     if scaled_joint(problem).floats:
-        found = sought(core_of_floating, scaled_joint(problem), core, tolerances)
+        found = sought(core_of_floating, problem, core, tolerances)
         return found if isinstance(found, Missing) else CoreBound(found, -1, depth, near_edge)
     if every.pressures is not None:
         of_nodes = every.pressures.of_nodes

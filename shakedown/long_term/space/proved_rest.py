@@ -19,7 +19,7 @@ from shakedown.long_term.energy_proof import (
     beyond_all,
     bound_of_start,
     bound_proves,
-    known_universal,
+    known_limits,
 )
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.state import LongTermState
@@ -82,11 +82,11 @@ def proof_by_ball(begun: Passage, reached: State) -> str:
 
 def _bound_of_every_state(problem: Problem) -> float:
     """λ_U, worked out once; 0 where it comes to no end."""
-    known = known_universal(problem)
-    if not known:
+    known = known_limits(problem)
+    if "universal" not in known:
         found = allowed(universal_bound, problem, certify=False)
-        known.append(0.0 if isinstance(found, Missing) else found.load_factor)
-    return known[0]
+        known["universal"] = 0.0 if isinstance(found, Missing) else found.load_factor
+    return known["universal"]
 
 
 def _closes(state: LongTermState, errors: float) -> bool:
