@@ -117,6 +117,9 @@ class _Claim:
         self._A, self._B = A.reshape(n, d, n, d), B.reshape(n, n, d)
         self._fB = law.limit_rows(B).reshape(n, n, d)
         self._slip, self._error = self._numbers(start.slip).reshape(n, d), self._numbers(start.error)
+        self._off = np.flatnonzero(start.error)
+        self._locked = _of_slip(self._fB, self._A, self._slip)
+        self._locked_terms = _of_slip(np.abs(self._fB), np.abs(self._A), np.abs(self._slip))
         before, loads = transient_path(problem), self._loads(problem, load_factor)
         self._first = problem.layout.split(loads[: 1 if len(before) else 2])[1]
         q, p = problem.layout.split(loads)
@@ -172,21 +175,32 @@ class _Claim:
 
     def _slack(self, node: Numbers, e: Any) -> Any:
         """The smallest slack (p,) of nodes (p,) in directions (p, d) at the start, less a margin."""
-        rows, terms = self._fB[node] + _along(e, self._A[node]), np.abs(self._fB[node])
-        terms = terms + _along(np.abs(e), np.abs(self._A[node]))
+        (fBv, Av), (of_fB, of_A) = self._locked, self._locked_terms
         q = np.moveaxis(self._q[:, node], 0, 2)
         loads, load_terms = self._limit[:, node].T, np.abs(self._limit[:, node].T)
         loads, load_terms = loads + _along(e, q), load_terms + _along(np.abs(e), np.abs(q))
-        terms = load_terms.max(axis=1) + np.sum(terms * np.abs(self._slip), axis=(1, 2))
-        locked = np.sum(rows * self._slip, axis=(1, 2)) - _size(rows) @ self._error
+        locked = fBv[node] + _along(e, Av[node])
+        terms = load_terms.max(axis=1) + of_fB[node] + _along(np.abs(e), of_A[node])
+        if self._off.size:
+            fB, A = self._between(node, self._off)
+            locked = locked - _size(fB + _along(e, A)) @ self._error[self._off]
         return loads.min(axis=1) + locked - self._margin * terms
 
     def _slopes(self, node: Numbers, e: Any) -> tuple[Any, Any]:
         """What slip in the arcs at least adds to limits, (p, K), and the size of its terms."""
-        i, j = node[:, None], self._arcs.node
-        fB, A = self._fB[i, j], np.moveaxis(self._A[i, :, j], 2, 1)
+        fB, A = self._between(node, self._arcs.node)
         terms = np.abs(fB) + _along(np.abs(e), np.abs(A))
         return self._arcs.least(fB + _along(e, A)), terms.sum(axis=2)
+
+    def _between(self, node: Numbers, others: Numbers) -> tuple[Any, Any]:
+        """f B and A of nodes (p,) by slips of others (k,): (p, k, d) and (p, d, k, d)."""
+        i = node[:, None]
+        return self._fB[i, others], np.moveaxis(self._A[i, :, others], 2, 1)
+
+
+def _of_slip(fB: Any, A: Any, slip: Any) -> tuple[Any, Any]:
+    """What slip (n, d) changes: limits by pressures (n,), and reactions (n, d)."""
+    return np.sum(fB * slip, axis=(1, 2)), np.sum(A * slip, axis=(2, 3))
 
 
 def _along(e: Any, values: Any) -> Any:
