@@ -5,7 +5,7 @@ import statistics
 import sys
 from pathlib import Path
 
-from benchmarks import blade_root, bolted_flange, lap_joint, rolled_sphere, space_classical
+from benchmarks import blade_root, bolted_flange, headline, lap_joint, rolled_sphere, space_classical
 from benchmarks.calculix_contact import is_compared, verdict
 from benchmarks.friction_work import exponent
 from benchmarks.runner import RESULTS
@@ -14,6 +14,7 @@ from shakedown.files.atomic_write import atomic_write
 
 PAGE = Path(__file__).parents[1] / "docs" / "results.md"
 BEGIN, END = "<!-- figures: python -m benchmarks.claims -->\n", "<!-- end of figures -->"
+HEADING = "\n## Every figure\n"
 
 
 def lines() -> list[str]:
@@ -454,7 +455,8 @@ def _stability() -> list[str]:
 
 def section() -> str:
     """The section between the markers of the page."""
-    return "\n".join(f"- {line}" for line in lines()) + "\n"
+    figures = "".join(f"- {line}\n" for line in lines())
+    return f"{headline.seconds(rows)}\n{headline.errors(rows)}\n{HEADING}\n{figures}"
 
 
 def current() -> str:

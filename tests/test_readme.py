@@ -116,7 +116,7 @@ def test_all_scripts_of_ci_take_the_command_from_there():
 
 
 def test_it_is_read_in_five_minutes():
-    assert len(README.split()) <= 1200
+    assert len(README.split()) <= 1000
 
 
 def test_the_answer_is_the_one_on_the_front_page():
