@@ -40,8 +40,10 @@ html_math_renderer = "mathml"
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 
-# Docstrings give shapes and units; annotations would say the same once more, and less of it.
-autodoc_typehints = "none"
+# Docstrings give shapes and units; annotations add the types, and what comes back.
+autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented_params"
+autodoc_typehints_format = "short"
 autodoc_class_signature = "separated"
 autodoc_preserve_defaults = True
 napoleon_use_ivar = True
