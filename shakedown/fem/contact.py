@@ -11,6 +11,7 @@ from scipy.spatial import KDTree
 
 from shakedown.fem.body import ElasticBody, IntArray
 from shakedown.fem.bolt import Bolt
+from shakedown.fem.contact_surface import contact_faces
 from shakedown.fem.loads import sampled
 from shakedown.fem.origin import Contact, origin_text
 from shakedown.fem.rigid import tied
@@ -97,8 +98,8 @@ def contact_problem(
     plane = frame.directions == 1
     x = _along(joint.place) if plane else patch_positions(joint.place, frame.normals, tangent)
     bare = joint.reduced.problem(cases, f, x=x, name=name, units=units)
-    area, label = body.areas_on(boundary, joint.numbers.reshape(frame.n, -1)[:, 0]), node_names(joint.numbers)
-    area = without_cancelled(area)
+    own, label = joint.numbers.reshape(frame.n, -1)[:, 0], node_names(joint.numbers)
+    area = without_cancelled(body.areas_on(boundary, own))
     made = replace(
         bare,
         label=label,
@@ -106,6 +107,7 @@ def contact_problem(
         normal=_in_space(frame.normals),
         tangent=_in_space(frame.tangents) if plane else None,
         node_area=area,
+        faces=contact_faces(body, boundary, own),
         load_names=tuple(case.name for case in cases),
         source=origin_text(
             [(body, boundary), *([] if against is None else [against])],

@@ -2,7 +2,8 @@
 
 Reading order: ``problem`` (the data, validated once), ``field_table`` (every field
 once: its part, its shape), ``numbers`` (how large and small they may be; stiffness), ``texts`` (text, names,
-JSON), ``places`` (where nodes are, and their directions there), ``read_only`` (none is written to),
+JSON), ``places`` (where nodes are, and their directions there), ``faces`` (what lies between
+them), ``read_only`` (none is written to),
 ``layout`` (where the slip and the gap of a node stand), ``law`` (Coulomb's law: an interval or a
 disc), ``loading`` (constant and periodic part, load factor, initial gaps), ``rigid_slips``
 (motions of a body that only friction holds, and where they are pinned), ``constraints`` (the

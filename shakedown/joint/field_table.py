@@ -12,7 +12,7 @@ class Field(NamedTuple):
     """One field: a text where it has no axes and no numbers, names where ``of_text``, numbers else.
 
     Axes are named: n contact nodes, dn their tangential directions, m load steps, k transient steps,
-    s states, c load cases; numbers are components x, y, z.
+    s states, c load cases, e faces; numbers are components x, y, z.
     """
 
     part: str
@@ -47,6 +47,7 @@ FIELDS = {
     "tangent": Field("origin", ("n", 3), directions=1),
     "tangents": Field("origin", ("n", 2, 3), directions=2),
     "node_area": Field("origin", ("n",)),
+    "faces": Field("origin", ("e", 4), directions=2),
     "label": Field("origin", ("n",), of_text=True),
     "name": Field("origin", (), of_text=True),
     "units": Field("origin", (), of_text=True),

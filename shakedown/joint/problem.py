@@ -8,13 +8,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import same
 from shakedown.ground.tolerances import FIRST_DIGIT
 from shakedown.ground.visible_text import one_line, shortened, visible
+from shakedown.joint.faces import checked_faces, faces_among
 from shakedown.joint.field_table import ARRAYS, NAMES, OF_NODES, STIFFNESS, TEXTS, check_shapes
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout, layout_of
@@ -83,6 +84,9 @@ class Problem(ReadOnly):
     node_area : (n,), optional
         Area of the contact that a node stands for, ≥ 0 [length²]: reactions over it are
         tractions. Of a plane model it is that of unit thickness, or of the one it has.
+    faces : (k, 4) of int, optional
+        With two directions: corners of the contact's faces, numbers of nodes in order around each,
+        −1 as the last of a triangle. For pictures only.
     stiffness_accuracy : float, optional
         How accurate the stored A and B are, relative to their entries, at most 1e-3: 1e-7 where
         they come from seven printed digits. What meets less resistance than that is a rigid slip
@@ -110,8 +114,8 @@ class Problem(ReadOnly):
         (1e-100 to 1e100 in whatever units), if f < 0, if A
         or C is not symmetric, if κ = [[A, Bᵀ], [B, C]] is not positive
         semi-definite, or if an area or amplitude is negative, directions no perpendicular unit
-        vectors, a label cannot be shown in one line, ``source`` is no JSON object or ``load_path``
-        neither word. The message names the key, what was expected and found.
+        vectors, a corner of a face no node, a label cannot be shown in one line, ``source`` is no
+        JSON object or ``load_path`` neither word. The message names the key, what was expected and found.
 
     Examples
     --------
@@ -137,6 +141,7 @@ class Problem(ReadOnly):
     tangent: FloatArray | None = None
     tangents: FloatArray | None = None
     node_area: FloatArray | None = None
+    faces: NDArray[np.intp] | None = None
     stiffness_accuracy: float | None = None
     label: tuple[str, ...] | None = None
     load_names: tuple[str, ...] | None = None
@@ -170,6 +175,7 @@ class Problem(ReadOnly):
             tangent: ArrayLike | None = None,
             tangents: ArrayLike | None = None,
             node_area: ArrayLike | None = None,
+            faces: ArrayLike | None = None,
             stiffness_accuracy: float | None = None,
             label: ArrayLike | None = None,
             load_names: ArrayLike | None = None,
@@ -194,6 +200,8 @@ class Problem(ReadOnly):
             arrays["f"] = np.full(len(arrays["B"]), float(arrays["f"]))
         if "initial_slip" in arrays:
             arrays["initial_slip"] = np.atleast_2d(arrays["initial_slip"])
+        if "faces" in arrays:
+            object.__setattr__(self, "faces", checked_faces(arrays.pop("faces"), len(arrays["B"])))
         _check_values(arrays)
         if "stiffness_accuracy" in arrays:
             object.__setattr__(self, "stiffness_accuracy", float(arrays.pop("stiffness_accuracy")))
@@ -283,7 +291,7 @@ class Problem(ReadOnly):
     def node_data(self, nodes: Iterable[int]) -> dict[str, Any]:
         """What belongs to each of some nodes alone, by field: friction, position, label, area, …
 
-        With it a problem of some of the nodes is made.
+        With it, faces between them included, a problem of some of the nodes is made.
 
         Examples
         --------
@@ -298,6 +306,8 @@ class Problem(ReadOnly):
                 found[key] = tuple(value[i] for i in chosen)
             elif value is not None:
                 found[key] = value[chosen]
+        if self.faces is not None:
+            found["faces"] = faces_among(self.faces, chosen)
         return found
 
     def to_dict(self) -> dict[str, Any]:

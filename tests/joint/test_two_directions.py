@@ -67,6 +67,16 @@ def test_the_shapes_tell_the_directions(tmp_path):
     assert problem.node_data([2])["tangents"].shape == (1, 2, 3)
 
 
+def test_faces_are_kept_in_files_and_go_with_their_nodes(tmp_path):
+    faces = [[0, 1, 2, -1]]
+    problem = joint(faces=faces)
+    save_problem(tmp_path / "joint.npz", problem)
+    assert load_problem(tmp_path / "joint.npz").faces.tolist() == faces
+    assert problem.node_data([2, 0, 1])["faces"].tolist() == [[1, 2, 0, -1]]
+    assert problem.node_data([0, 1])["faces"] is None
+    assert joint(faces=np.zeros((0, 4))).faces is None
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -98,6 +108,23 @@ def test_the_shapes_tell_the_directions(tmp_path):
         ({"f": -np.ones(3)}, "key 'f': expected friction coefficients >= 0, found -1.0 at node 0"),
         ({"C": np.eye(6)}, "key 'C': expected shape (3, 3), found (6, 6)"),
         ({"stiffness_accuracy": [1e-7]}, "key 'stiffness_accuracy': expected shape (), found (1,)"),
+        *(
+            (
+                {"faces": [[0, 1, 2, -1], face]},
+                "key 'faces': expected numbers of nodes from 0 to 2 (−1 as the last of a triangle), found "
+                f"{found} at faces[1][{corner}]",
+            )
+            for face, found, corner in (
+                ([0, 1, 3, -1], 3, 2),
+                ([0, 1, -1, -1], -1, 2),
+                ([0.5, 1, 2, -1], 0.5, 0),
+            )
+        ),
+        (
+            {"faces": [[0, 1, 1, 2]]},
+            "key 'faces': expected corners that differ, found [0, 1, 1, 2] as face 0",
+        ),
+        ({"faces": [[0, 1, 2]]}, "key 'faces': expected shape (e, 4), found (1, 3)"),
         ({"f": np.ones(6)}, "key 'f': expected shape (3,), found (6,)"),
         ({"q_w": np.ones((24, 3))}, "key 'q_w': expected shape (m, 6), found (24, 3)"),
         ({"p_w": np.ones((24, 6))}, "key 'p_w': expected shape (24, 3), found (24, 6)"),

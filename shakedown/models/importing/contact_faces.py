@@ -1,4 +1,4 @@
-"""The contact against the faces of the model: normals the wrong way, nodes left out, sharp edges."""
+"""The contact and the faces of the model: normals the wrong way, nodes left out, sharp edges."""
 
 from collections.abc import Iterable, Sequence
 
@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.faces import faces_among, split_face
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.readers.mesh import CORNERS, Mesh
 
@@ -41,6 +42,21 @@ def contact_doubts(contact: ContactSection, mesh: Mesh | None, where: str) -> tu
         _check_opposite(names, normals, opposite, where)
         warnings += left_out(mesh, contact.labels[:, 1])
     return warnings
+
+
+def faces_between(contact: ContactSection, mesh: Mesh | None) -> NDArray[np.intp] | None:
+    """Corners of the faces of a contact in space by the numbers of its nodes, (k, 4); None of a plane one."""
+    if mesh is None or contact.directions == 1:
+        return None
+    found: list[tuple[int, ...]] = []
+    for element, face in mesh.boundary(set(contact.first.tolist()), contact.surface):
+        shape, nodes = mesh.elements[element]
+        own = set(nodes[: CORNERS[shape]])
+        corners = [node for node in face if node in own]
+        others = [node for node in face if node not in own]
+        if len(corners) > 2:  # no edge of a plate
+            found += split_face(corners, others, mesh.at([*corners, *others]))
+    return faces_among(np.array(found), contact.first.tolist()) if found else None
 
 
 def _check_opposite(names: Sequence[str], normals: FloatArray, opposite: FloatArray, where: str) -> None:

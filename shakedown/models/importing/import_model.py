@@ -24,6 +24,7 @@ from shakedown.models.importing.configuration import (
     taken_configuration,
 )
 from shakedown.models.importing.contact_directions import in_space
+from shakedown.models.importing.contact_faces import faces_between
 from shakedown.models.importing.contact_section import (
     ContactSection,
     friction_of,
@@ -340,6 +341,7 @@ def import_model(
     problem = replace(
         _placed(bare, reduced.condensation, contact),
         node_area=area,
+        faces=faces_between(contact, mesh),
         stiffness_accuracy=context.stiffness.accuracy,
         load_names=names,
         source=source_text(config_path, sources, _with_changes(command, changes), warnings),

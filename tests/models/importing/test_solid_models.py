@@ -48,6 +48,9 @@ def test_two_blocks_come_without_hand_work(made):
     np.testing.assert_allclose(problem.tangents, np.tile(np.eye(3)[:2], (n, 1, 1)), atol=1e-15)
     np.testing.assert_allclose(problem.x, problem.coordinates[:, :2])
     assert problem.node_area.sum() == pytest.approx(3.0)
+    corners = problem.coordinates[problem.faces]  # four around each rectangle
+    np.testing.assert_allclose(corners[:, 0] + corners[:, 2], corners[:, 1] + corners[:, 3])
+    np.testing.assert_array_equal(np.bincount(problem.faces.ravel()).sum(), 4 * 6)
     assert made.notes[0].startswith("floating: 6 rigid motion(s)")
     assert len(made.notes) == 1
     assert made.rigid_residual > 0.1  # the lower block is held
