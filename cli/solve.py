@@ -136,7 +136,7 @@ def solve(
         asked = {"required": [_asked(found, *each) for each in required]} if required else {}
         echo_json(assessment_document(found, curve) | asked)
     else:
-        say(solve_text(found))
+        say(solve_text(found, details))
         if details:
             say(f"\n{details_text(found, curve)}")
     unmet = [text for claim, least in required if (text := _unmet(found, claim, least))]

@@ -60,7 +60,7 @@ def quick_text(
     return "\n".join([*lines, *table])
 
 
-def solve_text(found: shakedown.Assessment) -> str:
+def solve_text(found: shakedown.Assessment, details: bool) -> str:
     """The three numbers, the margin, what decides, and the one thing to do next."""
     numbers = [
         (name, value, f"{loads}; {remark}" if loads else remark)
@@ -68,7 +68,7 @@ def solve_text(found: shakedown.Assessment) -> str:
     ]
     warned = [paragraph(text) for text in doubts_in_words(found.problem)]
     said = " ".join(filter(None, [said_as_given_in_words(found), margin_of_bounds(found)]))
-    sentences = filter(None, [said, decides_in_words(found), next_in_words(found), MORE])
+    sentences = filter(None, [said, decides_in_words(found), next_in_words(found), None if details else MORE])
     return "\n".join([headline(found.problem), "", listing(numbers), "", *warned, *map(paragraph, sentences)])
 
 
