@@ -46,6 +46,7 @@ from .ground.status import Outcome as Outcome
 from .ground.status import Status as Status
 from .ground.tolerances import Tolerances as Tolerances
 from .joint.problem import Problem as Problem
+from .long_term.conjugate_displacement import conjugate_displacement as conjugate_displacement
 from .long_term.find_state import long_term_state as long_term_state
 from .long_term.many_states import LongTermStates as LongTermStates
 from .long_term.many_states import long_term_states as long_term_states

@@ -2,10 +2,11 @@
 
 Reading order: ``problem`` (the data, validated once), ``field_table`` (every field
 once: its part, its shape), ``numbers`` (how large and small they may be; stiffness), ``texts`` (text, names,
-JSON), ``places`` (where nodes are, and their directions there), ``faces`` (what lies between
-them), ``read_only`` (none is written to),
+JSON), ``unit_loads`` (reactions to a unit of each load), ``places`` (where nodes are, and their
+directions there), ``faces`` (what lies between them), ``read_only`` (none is written to),
 ``layout`` (where the slip and the gap of a node stand), ``law`` (Coulomb's law: an interval or a
-disc), ``loading`` (constant and periodic part, load factor, initial gaps), ``rigid_slips``
+disc), ``loading`` (constant and periodic part, load factor, initial gaps), ``conjugate_loads``
+(how many units of each load act), ``rigid_slips``
 (motions of a body that only friction holds, and where they are pinned), ``constraints`` (the
 rows G v + λ d ≤ g of the thesis, (5.3)–(5.7), or cones), ``contact_zone`` (a joint with some nodes
 open), ``derived`` (what a problem determines is built once), ``units``, ``arguments`` (checks of

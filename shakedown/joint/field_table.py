@@ -12,7 +12,7 @@ class Field(NamedTuple):
     """One field: a text where it has no axes and no numbers, names where ``of_text``, numbers else.
 
     Axes are named: n contact nodes, dn their tangential directions, m load steps, k transient steps,
-    s states, c load cases, e faces; numbers are components x, y, z.
+    s states, c load cases, L loads with unit reactions, e faces; numbers are components x, y, z.
     """
 
     part: str
@@ -36,6 +36,10 @@ FIELDS = {
     "q_transient": Field("loading", ("k", "dn")),
     "p_transient": Field("loading", ("k", "n")),
     "load_path": Field("loading", (), of_text=True),
+    "load_reactions": Field("loading", ("L", "(d+1)n")),
+    "load_history": Field("loading", ("m", "L")),
+    "load_compliance": Field("loading", ("L", "L")),
+    "load_frequency": Field("loading", ("L",)),
     "load_names": Field("loading", ("c",), of_text=True),
     "load_mean": Field("loading", ("c",)),
     "load_amplitude": Field("loading", ("c",)),
@@ -65,10 +69,15 @@ TOGETHER = (  # where the one is given, the other is needed
     ("p_transient", "q_transient"),
     ("load_mean", "load_amplitude"),
     ("load_amplitude", "load_mean"),
+    ("load_reactions", "load_history"),
+    ("load_history", "load_reactions"),
+    ("load_compliance", "load_reactions"),
+    ("load_frequency", "load_reactions"),
     ("load_units", "load_mean"),
     ("load_mean", "load_names"),
 )
 STIFFNESS = ("A", "B", "C")
+MAY_BE_NAN = ("load_frequency",)  # of a load that is no mode
 FORCES = ("q_w", "p_w", "q_mean", "p_mean", "q_transient", "p_transient")
 
 
@@ -97,7 +106,7 @@ def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
             f"{shapes['B']} (it looks transposed: one row per node, p = p_w + B v)"
         )
     directions = directions_of(A, shapes["B"])
-    sizes = {"dn": A[0], "n": A[0] // directions}
+    sizes = {"dn": A[0], "n": A[0] // directions, "(d+1)n": A[0] + A[0] // directions}
     for key, shape in shapes.items():
         _check_shape(key, shape, sizes, directions)
     if sizes["m"] == 0:

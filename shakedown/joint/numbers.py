@@ -11,7 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.given_numbers import real_values
 from shakedown.ground.round_off import EPS
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.joint.field_table import FORCES, STIFFNESS
+from shakedown.joint.field_table import FORCES, MAY_BE_NAN, STIFFNESS
 
 # Beyond these, products of three numbers are no numbers any more.
 LARGEST = 1e100  # of a stiffness, force or length, in whatever units: its square is still a number
@@ -34,7 +34,7 @@ def real_numbers(key: str, value: ArrayLike) -> NDArray[np.float64]:
         raise ProblemError(f"key '{key}': expected real numbers, found {kind(array)}")
     with np.errstate(over="ignore", invalid="ignore"):  # what overflows is reported as not finite below
         array = np.array(array, dtype=np.float64)
-    bad = np.argwhere(~np.isfinite(array))
+    bad = np.argwhere(~(np.isfinite(array) | (np.isnan(array) & (key in MAY_BE_NAN))))
     if bad.size:
         place = "".join(f"[{i}]" for i in bad[0])
         raise ProblemError(
@@ -64,7 +64,7 @@ def in_range(key: str, array: NDArray[np.float64]) -> NDArray[np.float64]:
     array([2., 0.])
     """
     sizes = np.abs(array)
-    largest = float(sizes.max(initial=0.0))
+    largest = float(np.nanmax(sizes, initial=0.0))
     if largest and not SMALLEST <= largest <= LARGEST:
         raise ProblemError(
             f"key '{key}': expected the largest magnitude to be 0 or between {SMALLEST:g} and {LARGEST:g}, "

@@ -23,6 +23,7 @@ from shakedown.joint.numbers import check_definiteness, check_ratios, in_range, 
 from shakedown.joint.places import check_places, without_cancelled
 from shakedown.joint.read_only import ReadOnly
 from shakedown.joint.texts import DOMAIN, LOOP, load_path, names, origin, plain_text
+from shakedown.joint.unit_loads import check_unit_loads
 
 COARSEST = np.float64(1e-3)  # accuracy of a stiffness: with fewer digits no resistance is told from none
 
@@ -94,6 +95,15 @@ class Problem(ReadOnly):
         numbers which went through the condensation of a large model.
     label : (n,), optional
         What each node, or pair of nodes, is called in that model.
+    load_reactions : (L, (d + 1) n), optional
+        Welded reactions of a unit of each load, q of all slips and then p [force per unit]. What is left of
+        ``q_w``, ``p_w`` without ``load_history @ load_reactions`` is the same at every load step.
+    load_history : (m, L), optional
+        How many units of each load act at the load steps, at load factor 1.
+    load_compliance : (L, L), optional
+        The displacement conjugate to load i under a unit of load j while all nodes are welded, symmetric.
+    load_frequency : (L,), optional
+        Circular frequency of the mode that a load has the shape of [1/time]; NaN of a load that is none.
     load_names : (c,), optional
         Names of the load cases that the loading is made of.
     load_mean, load_amplitude : (c,), optional
@@ -113,9 +123,10 @@ class Problem(ReadOnly):
         If an entry is missing, mis-shaped, not real and finite or out of range
         (1e-100 to 1e100 in whatever units), if f < 0, if A
         or C is not symmetric, if κ = [[A, Bᵀ], [B, C]] is not positive
-        semi-definite, or if an area or amplitude is negative, directions no perpendicular unit
-        vectors, a corner of a face no node, a label cannot be shown in one line, ``source`` is no
-        JSON object or ``load_path`` neither word. The message names the key, what was expected and found.
+        semi-definite, if q_w and p_w are not what the loads say, or if an area or amplitude is
+        negative, directions no perpendicular unit vectors, a corner of a face no node, a label cannot
+        be shown in one line, ``source`` is no JSON object or ``load_path`` neither word. The message
+        names the key, what was expected and found.
 
     Examples
     --------
@@ -144,6 +155,10 @@ class Problem(ReadOnly):
     faces: NDArray[np.intp] | None = None
     stiffness_accuracy: float | None = None
     label: tuple[str, ...] | None = None
+    load_reactions: FloatArray | None = None
+    load_history: FloatArray | None = None
+    load_compliance: FloatArray | None = None
+    load_frequency: FloatArray | None = None
     load_names: tuple[str, ...] | None = None
     load_mean: FloatArray | None = None
     load_amplitude: FloatArray | None = None
@@ -178,6 +193,10 @@ class Problem(ReadOnly):
             faces: ArrayLike | None = None,
             stiffness_accuracy: float | None = None,
             label: ArrayLike | None = None,
+            load_reactions: ArrayLike | None = None,
+            load_history: ArrayLike | None = None,
+            load_compliance: ArrayLike | None = None,
+            load_frequency: ArrayLike | None = None,
             load_names: ArrayLike | None = None,
             load_mean: ArrayLike | None = None,
             load_amplitude: ArrayLike | None = None,
@@ -385,3 +404,4 @@ def _check_values(arrays: dict[str, FloatArray]) -> None:
         if key in arrays:
             arrays[key] = symmetrised(key, arrays[key], rounding, largest)
     check_definiteness(arrays, rounding)
+    check_unit_loads(arrays)

@@ -11,5 +11,5 @@ can be resumed), ``simulation`` (from event to event or at fixed load steps, and
 
 What a period does to each node: ``node_table`` (the answer, and its files), ``node_results`` (how it follows
 from the path), ``diameters`` (of paths in a plane), ``node_instants`` (the state at instants, as files),
-``slip_criterion`` (whether it slips little enough).
+``slip_criterion`` (whether it slips little enough). What it does to each load: ``conjugate_displacement``.
 """

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.conjugate_loads import without_loads
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.motion.cycle_record import CycleRecord, State
@@ -85,5 +86,5 @@ def arrives_closed(
         return True
     q_w, p_w = loading(problem).at(load_factor)
     first = {"q_w": q_w[:1], "p_w": p_w[:1], "q_mean": q_w[0], "p_mean": p_w[0]}
-    motion = Passage(replace(problem, **first), 1.0, tolerances, start, ()).motion()
+    motion = Passage(replace(without_loads(problem), **first), 1.0, tolerances, start, ()).motion()
     return motion.cycle() is not None and not (motion.state.contact == OPEN).any()

@@ -408,6 +408,12 @@ ANSWERS = {
     "shakedown_bounds",
     "sweep",
     "random_paths",
+    "conjugate_displacement",
+    "damping",
+    "load_loops",
+    "loop",
+    "units_at",
+    "without_loads",
     "with_parameter",
     # maps
     "initial_state_map",

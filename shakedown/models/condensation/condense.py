@@ -26,7 +26,7 @@ from shakedown.models.condensation.contact_frame import (
     out_of_plane_notes,
     with_guides,
 )
-from shakedown.models.condensation.factorised_interior import Interior, interior_of
+from shakedown.models.condensation.factorised_interior import Interior, WeldedLoad, interior_of
 from shakedown.models.condensation.load_case import LoadCase, histories, stated_loads
 from shakedown.models.condensation.stiffness_checks import (
     asymmetry,
@@ -106,6 +106,10 @@ class Condensation(Result):
             If an array of the case does not fit the model, or a displacement is
             prescribed at a row that is not held.
         """
+        return self._welded(case)[0]
+
+    def _welded(self, case: LoadCase) -> tuple[FloatArray, WeldedLoad | None]:
+        """The same, and the load on the model; None where that is not known, as it was run elsewhere."""
         total, expected = self.layout.zeros(), (self.n, self.layout.d + 1)
         for key in ("reactions", "opened"):
             given = getattr(case, key)
@@ -115,9 +119,26 @@ class Condensation(Result):
             total += self.frame.to_local(case.reactions)
         if case.opened is not None:  # what closes the contact again: 0 = κ u + r_w where nothing acts
             total -= self.stiffness @ self.frame.to_local(case.opened)
-        if case.force is not None or case.displacement is not None:
-            total += self._model.reactions(case)
-        return total
+        if case.force is None and case.displacement is None:
+            return total, None
+        welded = self._model.welded(case)
+        elsewhere = case.reactions is not None or case.opened is not None
+        return total + welded.reactions, None if elsewhere else welded
+
+    def _unit_loads(self, loads: Sequence[LoadCase]) -> tuple[FloatArray, dict[str, Any]]:
+        """Welded reactions of a unit of each load, (L, (d + 1) n); compliance and frequency as fields.
+
+        There is no compliance where a load was run elsewhere.
+        """
+        reactions, welded = zip(*map(self._welded, loads), strict=True)
+        known = [load for load in welded if load is not None]
+        fields: dict[str, Any] = {}
+        if len(known) == len(loads):
+            S = np.array([[one.conjugate(other) for other in known] for one in known])
+            fields["load_compliance"] = 0.5 * (S + S.T)
+        if any(case.frequency is not None for case in loads):
+            fields["load_frequency"] = [np.nan if c.frequency is None else c.frequency for c in loads]
+        return np.array(reactions), fields
 
     def check_against_run(
         self, displacement: ArrayLike, reactions: ArrayLike, *, what: str = "static run"
@@ -170,7 +191,7 @@ class Condensation(Result):
         are the corners of a load domain (``load_path``).
         """
         factors = histories(loads)
-        unit = np.array([self.welded_reactions(case) for case in loads])
+        unit, found = self._unit_loads(loads)
         q_w, p_w = self.layout.split(factors.period @ unit)
         (q_mean, p_mean), (q_transient, p_transient) = (
             (None, None) if factor is None else self.layout.split(factor @ unit)
@@ -191,6 +212,9 @@ class Condensation(Result):
             label=self.frame.names,
             name=name,
             units=units,
+            load_reactions=unit,
+            load_history=factors.period,
+            **found,
             load_path=DOMAIN if any(case.range is not None for case in loads) else LOOP,
             **self._directions(),
             **stated_loads(loads, factors),

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,20 @@ _COLUMNS = 64  # right-hand sides solved at a time: bounds the dense workspace t
 # Rows of a solid interior from which on it is cut up by where its nodes are: SuperLU, which does not know
 # that, has larger factors there, and a right side for every contact displacement.
 _LARGE = 4000
+
+
+class WeldedLoad(NamedTuple):
+    """A load on the welded model: contact reactions T_cᵀ (K u − F), F and what is prescribed, u, K u − F."""
+
+    reactions: FloatArray
+    force: FloatArray
+    prescribed: FloatArray
+    u: FloatArray
+    left: FloatArray
+
+    def conjugate(self, other: "WeldedLoad") -> float:
+        """The displacement conjugate to this load under the other: way of its forces less holding forces."""
+        return float(self.force @ other.u - self.prescribed @ other.left)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +101,8 @@ class Interior:
         K_ii = (self.T_i.T @ self.K @ self.T_i).tocsc()
         return loose_motion(K_ii, dofs[self.free], places)
 
-    def reactions(self, case: LoadCase) -> FloatArray:
-        """Contact reactions T_cᵀ (K u − F) with slip and gap zero and the interior in equilibrium."""
+    def welded(self, case: LoadCase) -> "WeldedLoad":
+        """What a load case at factor 1 does with slip and gap zero and the interior in equilibrium."""
         size = self.K.shape[0]
         force, displacement = np.zeros(size), np.zeros(size)
         for key, target in (("force", force), ("displacement", displacement)):
@@ -105,7 +120,8 @@ class Interior:
         u = self.T_h @ displacement[self.held]
         if self.lu is not None:
             u = u + self.T_i @ self.lu.solve(self.T_i.T @ (force - self.K @ u))
-        return np.asarray(self.T_c.T @ (self.K @ u - force))
+        left = self.K @ u - force
+        return WeldedLoad(np.asarray(self.T_c.T @ left), force, displacement, np.asarray(u), np.asarray(left))
 
 
 def interior_of(

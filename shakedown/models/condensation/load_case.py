@@ -55,6 +55,8 @@ class LoadCase(Result):
         of 20 kN. The problem then has its ``load_mean`` and ``load_amplitude``.
     unit : str, optional
         That unit; alone it says that the factors are the load in this unit, a value of 1.
+    frequency : float, optional
+        Circular frequency of the mode whose inertia forces the case is [1/time].
     name : str, optional
         Shown in messages.
 
@@ -82,6 +84,7 @@ class LoadCase(Result):
     range: FloatArray | None = None
     value: float | None = None
     unit: str = ""
+    frequency: float | None = None
     name: str = "load case"
 
     if TYPE_CHECKING:  # whatever NumPy can turn into an array is accepted
@@ -99,16 +102,19 @@ class LoadCase(Result):
             range: ArrayLike | None = None,
             value: float | None = None,
             unit: str = "",
+            frequency: float | None = None,
             name: str = "load case",
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        check_fields(self, ProblemError, only=("mean", "value", "unit", "name"))
-        for key in ("mean", "value"):
+        check_fields(self, ProblemError, only=("mean", "value", "unit", "frequency", "name"))
+        for key in ("mean", "value", "frequency"):
             if (given := getattr(self, key)) is not None and not isfinite(given):
                 raise ProblemError(f"{self.name}: {key}: expected a finite number, found {given}")
         if self.value == 0:
             raise ProblemError(f"{self.name}: value: expected what factor 1 stands for, not 0, found 0")
+        if self.frequency is not None and self.frequency <= 0:
+            raise ProblemError(f"{self.name}: frequency: expected a number > 0, found {self.frequency}")
         if all(acting is None for acting in (self.force, self.displacement, self.reactions, self.opened)):
             raise ProblemError(
                 f"{self.name}: expected a force, a displacement, clamped reactions or displacements with the "

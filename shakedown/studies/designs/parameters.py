@@ -1,6 +1,7 @@
 """Named parameters of a design: a joint with one of its quantities changed."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.arguments import is_finite, require_problem
+from shakedown.joint.conjugate_loads import NO_LOADS, scaled_units
 from shakedown.joint.loading import Loading, loading
 from shakedown.joint.problem import Problem
 
@@ -54,7 +56,10 @@ def with_parameter(problem: Problem, name: str, value: float) -> Problem:
 
     Between load steps the loading is piecewise linear in time, so a phase that is no whole
     number of load steps keeps the corners of both parts and doubles the number of load
-    steps. The constant part stays what it was. An initial slip of the problem is not changed.
+    steps; the loads of a joint move both parts at once, so that after it no units of them are known
+    (``load_reactions``). With ``stiffness`` the whole structure is as much stiffer (``load_compliance``,
+    ``load_frequency``); ``coupling`` leaves no frequency. The constant part stays what it was. An
+    initial slip of the problem is not changed.
 
     Parameters
     ----------
@@ -104,16 +109,26 @@ def _changed(problem: Problem, name: str, value: float) -> Problem:
             return replace(problem, f=value * problem.f)
         case "amplitude":
             known = _scaled(problem, value, "load_amplitude")
-            return _loaded(known, Loading(loop.q0, loop.p0, value * loop.q1, value * loop.p1))
+            loads = scaled_units(problem, amplitude=value)
+            return _loaded(known, Loading(loop.q0, loop.p0, value * loop.q1, value * loop.p1), loads)
         case "mean":
             known = _scaled(problem, value, "load_mean", "q_transient", "p_transient")
-            return _loaded(known, Loading(value * loop.q0, value * loop.p0, loop.q1, loop.p1))
+            loads = scaled_units(problem, mean=value)
+            return _loaded(known, Loading(value * loop.q0, value * loop.p0, loop.q1, loop.p1), loads)
         case "phase":
             return _shifted(problem, value)
         case "coupling":
-            return replace(problem, B=value * problem.B)
+            return replace(problem, B=value * problem.B, load_frequency=None)
     C = None if problem.C is None else value * problem.C
-    return replace(problem, A=value * problem.A, B=value * problem.B, C=C)
+    loads = _of_stiffer(problem, value) if value > 0 else NO_LOADS
+    return replace(problem, A=value * problem.A, B=value * problem.B, C=C, **loads)
+
+
+def _of_stiffer(problem: Problem, value: float) -> dict[str, Any]:
+    """What the loads find where the whole structure is so many times as stiff."""
+    factors = {"load_compliance": 1.0 / value, "load_frequency": np.sqrt(value)}
+    known = {key: (factor, getattr(problem, key)) for key, factor in factors.items()}
+    return {key: factor * given for key, (factor, given) in known.items() if given is not None}
 
 
 def _with_friction(problem: Problem, value: float) -> Problem:
@@ -126,9 +141,10 @@ def _with_friction(problem: Problem, value: float) -> Problem:
     return replace(problem, f=np.full(problem.n, value))
 
 
-def _loaded(problem: Problem, loop: Loading) -> Problem:
+def _loaded(problem: Problem, loop: Loading, loads: dict[str, Any]) -> Problem:
     """The joint under another loop, its constant part given apart so that no sample mean replaces it."""
-    return replace(problem, q_w=loop.q0 + loop.q1, p_w=loop.p0 + loop.p1, q_mean=loop.q0, p_mean=loop.p0)
+    q_w, p_w = loop.q0 + loop.q1, loop.p0 + loop.p1
+    return replace(problem, q_w=q_w, p_w=p_w, q_mean=loop.q0, p_mean=loop.p0, **loads)
 
 
 def _scaled(problem: Problem, value: float, *keys: str) -> Problem:
@@ -145,11 +161,11 @@ def _shifted(problem: Problem, phase: float) -> Problem:
     share = phase % 1.0
     steps = round(share * m)
     if abs(share * m - steps) <= _NEAR * m:
-        return _loaded(problem, Loading(loop.q0, loop.p0, np.roll(loop.q1, steps, axis=0), loop.p1))
+        return _loaded(problem, Loading(loop.q0, loop.p0, np.roll(loop.q1, steps, axis=0), loop.p1), NO_LOADS)
     corners = np.arange(m) / m
     times = np.sort(np.concatenate([corners, (corners + share) % 1.0]))
     q1, p1 = _at(loop.q1, times - share), _at(loop.p1, times)
-    return _loaded(problem, Loading(loop.q0, loop.p0, q1, p1))
+    return _loaded(problem, Loading(loop.q0, loop.p0, q1, p1), NO_LOADS)
 
 
 def _at(periodic: FloatArray, times: FloatArray) -> FloatArray:

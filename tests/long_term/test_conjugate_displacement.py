@@ -1,0 +1,162 @@
+"""What loads move, from the welded joint's data alone: held against the whole model, and against friction's work."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import LoadCase, condense
+from shakedown.long_term.conjugate_displacement import conjugate_displacement, load_loops
+from shakedown.models.condensation.condense import condensed_stiffness
+from shakedown.studies.designs.parameters import with_parameter
+
+STEPS = 12
+
+
+def model(rng, n, d, loads=2, press=3.0):
+    """A random elastic body on n contact nodes, loads out of phase on inner and contact rows, one a displacement."""
+    inner = 4
+    size = (d + 1) * n + inner + 1
+    root = rng.normal(size=(size, size))
+    K = root @ root.T / size + np.eye(size)
+    dofs = [(i + 1, k + 1) for i in range(n) for k in range(d + 1)] + [(100 + i, 1) for i in range(inner + 1)]
+    normals = np.eye(d + 1)[d]
+    t = np.arange(STEPS) / STEPS
+    forces = rng.normal(size=(loads, size))
+    forces[:, -1] = 0.0
+    held = np.zeros(size)
+    held[-1] = 1.0
+    waves = [np.sin(2 * np.pi * (t - rng.random())) * rng.uniform(1, 3) for _ in range(loads + 1)]
+    cases = [LoadCase(history=w, force=F) for w, F in zip(waves, forces, strict=False)]
+    cases.append(LoadCase(history=0.5 * waves[-1], displacement=held))
+    down = np.zeros(size)
+    down[d : (d + 1) * n : d + 1] = -press
+    cases.append(LoadCase(history=1.0, force=down))
+    joint = condense(K, dofs, list(range(1, n + 1)), normals, cases, 0.3, fixed=[size - 1], allow_sparse=True)
+    return joint, K, [case.force for case in cases], held
+
+
+def settled(rng, n, d, press):
+    """A joint that cycles, and its long-term state."""
+    while True:
+        joint, *rest = model(rng, n, d, press=press)
+        state = shakedown.long_term_state(joint, 1.0)
+        if state.outcome == "cyclic-slip" or (
+            press < 1.5 and state.period and state.dissipation_per_cycle > 0
+        ):
+            return joint, state, rest
+
+
+@pytest.mark.parametrize(("n", "d", "press"), [(3, 1, 3.0), (4, 1, 0.7), (2, 2, 3.0), (3, 2, 0.7)])
+def test_the_loops_have_the_area_that_friction_dissipates(n, d, press):
+    """With loads out of phase, a prescribed displacement among them, in the plane and in space, where nodes open too."""
+    joint, state, _ = settled(np.random.default_rng(5), n, d, press)
+    assert state.opened.any() or press > 1
+    area = load_loops(joint, state).areas.sum() / state.period
+    assert area == pytest.approx(state.dissipation_per_cycle, rel=1e-8)
+
+
+@pytest.mark.parametrize("d", [1, 2])
+def test_a_load_moves_as_in_the_whole_model(d):
+    """Contact displacements prescribed in the model that was condensed: forces on all rows do the work of x."""
+    joint, state, (K, forces, held) = settled(np.random.default_rng(2), 2, d, 3.0)
+    size, contact = len(K), (d + 1) * 2
+    t = np.array([state.history.cycle[-1] - 0.21])
+    at = state.history.at(t)
+    c = np.array(
+        [
+            np.interp(t % 1.0, np.arange(STEPS + 1) / STEPS, np.append(h, h[0]))[0]
+            for h in joint.load_history.T
+        ]
+    )
+    dofs = [(i, k) for i in (1, 2) for k in range(1, d + 2)]
+    frame = condensed_stiffness(
+        K[:contact, :contact], dofs, [1, 2], np.eye(d + 1)[d], allow_sparse=True
+    ).frame
+    tangents = np.asarray(frame.tangents).reshape(2, d, d + 1)
+    slips = np.einsum("id,idk->ik", at.v.reshape(2, d), tangents)
+    u = np.zeros(size)
+    u[:contact] = (slips + np.outer(at.w[0], np.eye(d + 1)[d])).ravel()
+    u[-1] = c[2]
+    total = c[0] * forces[0] + c[1] * forces[1] + c[3] * forces[3]
+    free = np.arange(contact, size - 1)
+    given = np.setdiff1d(np.arange(size), free)
+    u[free] = np.linalg.solve(K[np.ix_(free, free)], total[free] - K[np.ix_(free, given)] @ u[given])
+    expected = [forces[0] @ u, forces[1] @ u, -held @ (K @ u - total), forces[3] @ u]
+    np.testing.assert_allclose(conjugate_displacement(joint, at)[0], expected, rtol=1e-9, atol=1e-12)
+
+
+def test_below_load_factor_one_and_under_a_mean_load_only_a_constant_is_added():
+    """λ multiplies what varies of every load: areas are those of the joint whose loads are smaller by as much."""
+    joint, *_ = settled(np.random.default_rng(5), 3, 1, 3.0)
+    lower = shakedown.long_term_state(joint, 0.9)
+    smaller = with_parameter(joint, "amplitude", 0.9)
+    own = shakedown.long_term_state(smaller, 1.0)
+    np.testing.assert_allclose(load_loops(joint, lower).areas, load_loops(smaller, own).areas, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("mean", 2.0), ("stiffness", 4.0), ("amplitude", 0.5), ("friction", 1.5)]
+)
+def test_parameters_keep_the_loads_in_step_with_the_welded_reactions(name, value):
+    """A problem checks itself; and of a structure as a whole stiffer, everything moves as much less."""
+    joint, _, _ = settled(np.random.default_rng(5), 3, 1, 3.0)
+    varied = with_parameter(joint, name, value)
+    assert varied.load_reactions is not None
+    state = shakedown.long_term_state(varied, 1.0)
+    total = load_loops(varied, state).areas.sum() / max(state.period, 1)
+    size = np.abs(varied.q_w).max() ** 2 / joint.A[0, 0]
+    assert total == pytest.approx(state.dissipation_per_cycle, rel=1e-8, abs=1e-12 * size)
+    if name == "stiffness":
+        assert np.array_equal(varied.load_compliance, joint.load_compliance / value)
+
+
+def test_units_do_not_matter():
+    """Forces, lengths and units of the loads in other powers of two: the same loops in those units."""
+    joint, state, _ = settled(np.random.default_rng(5), 3, 1, 3.0)
+    force, length, unit = 2.0**10, 2.0**-7, np.array([2.0**3, 1.0, 2.0**-9, 2.0])
+    other = replace(
+        joint, A=joint.A * force / length, B=joint.B * force / length, C=joint.C * force / length,
+        q_w=force * joint.q_w, p_w=force * joint.p_w, load_history=joint.load_history / unit,
+        load_reactions=force * unit[:, None] * joint.load_reactions,
+        load_compliance=force * length * np.outer(unit, unit) * joint.load_compliance,
+    )  # fmt: skip
+    there = shakedown.long_term_state(other, 1.0)
+    expected = conjugate_displacement(joint, state) * force * length * unit
+    np.testing.assert_allclose(
+        conjugate_displacement(other, there), expected, rtol=1e-10, atol=1e-12 * np.abs(expected).max()
+    )
+
+
+LIES = {
+    "other reactions": ({"q_w": 1}, "keys 'q_w', 'p_w': expected a constant and load_history @ load_reactions"),
+    "no history": ({"load_history": None}, "key 'load_history': required because 'load_reactions' is given"),
+    "one load too many": ({"load_compliance": np.eye(5)}, r"key 'load_compliance': expected shape \(4, 4\), found \(5, 5\)"),
+    "a compliance that is none": ({"load_compliance": np.tri(4)}, "key 'load_compliance': expected a symmetric matrix"),
+    "a frequency of zero": ({"load_frequency": [0.0, np.nan, 1.0, np.nan]}, "key 'load_frequency': expected frequencies > 0"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "line"), LIES.values(), ids=LIES)
+def test_loads_that_do_not_fit_are_named(change, line):
+    joint, *_ = model(np.random.default_rng(5), 3, 1)
+    if isinstance(change.get("q_w"), int):
+        change = {"q_w": joint.q_w + np.eye(STEPS, 3)}
+    with pytest.raises(shakedown.ProblemError, match=line):
+        replace(joint, **change)
+
+
+def test_a_file_keeps_the_loads(tmp_path):
+    joint, *_ = model(np.random.default_rng(5), 3, 1)
+    joint = replace(joint, load_frequency=[np.nan, 3.0, np.nan, np.nan])
+    shakedown.save_problem(tmp_path / "joint.npz", joint)
+    assert shakedown.load_problem(tmp_path / "joint.npz") == joint
+
+
+def test_without_compliance_there_is_no_displacement():
+    joint, state, _ = settled(np.random.default_rng(5), 3, 1, 3.0)
+    with pytest.raises(shakedown.ProblemError, match="key 'load_compliance': needed"):
+        conjugate_displacement(replace(joint, load_compliance=None), state)
+    with pytest.raises(shakedown.ProblemError, match="key 'load_reactions': needed"):
+        conjugate_displacement(shakedown.example("two-node"), state)
