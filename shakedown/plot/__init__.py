@@ -9,7 +9,8 @@ a module below works out what is seen, ``style`` has what all of them look like 
 
 - the joint as given: ``joint`` (nodes, loads, what limits it), ``loops`` (the loading of a node)
 - a number per node, lines along a contact, colours over a patch: ``over_contact``
-- an arrow or a mark per node of a patch, at an instant: ``patch_arrows`` (on the places of ``patch_places``)
+- an arrow or a mark per node of a patch, at an instant: ``patch_arrows`` (on the places of
+  ``patch_places``, where ``patches`` finds them and ``flat_patch`` unrolls them)
 - loops of a node (hysteresis, orbits), reactions in time: ``loops``
 - where and when a contact sticks, slips, opens: ``zone_map``
 - slip space, reaction space: ``planes``; the same at an instant, and animations: ``motion``
@@ -55,6 +56,7 @@ from shakedown.plot.patch_arrows import (
     tractions_at,
     zones_at,
 )
+from shakedown.plot.patch_places import patch_count
 from shakedown.plot.planes import reaction_space, slip_space
 from shakedown.plot.regions import regions
 from shakedown.plot.style import save
@@ -77,6 +79,7 @@ __all__ = [
     "loads_along",
     "loads_in_time",
     "loads_over_patch",
+    "patch_count",
     "pressure",
     "pressure_over_patch",
     "reaction_orbits",

@@ -16,6 +16,8 @@ from shakedown.joint.problem import Problem
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.event_history import EventHistory
 
+HARDLY = 0.01  # of the largest total pressure
+
 
 class Recorded(Protocol):
     """A result that holds the events of a path."""
@@ -54,17 +56,36 @@ def time_in_words(cycle: float) -> str:
     return f"t = {few(cycle)} cycles"
 
 
-def at_instant(path: EventHistory, cycle: float | None) -> tuple[EventHistory, str]:
-    """The state at a time, by default when the total pressure is largest, and what a picture calls it."""
-    time = float(path.cycle[extreme_rows(path)[0]]) if cycle is None else cycle
+def at_instant(path: EventHistory, cycle: float | None, *, sheared: bool = False) -> tuple[EventHistory, str]:
+    """The state at a time, by default when the total pressure is largest, and what a picture calls it.
+
+    Or, by default, when the tangential reactions are largest in all.
+    """
+    usual = most_sheared_row(path) if sheared else extreme_rows(path)[0]
+    time = float(path.cycle[usual]) if cycle is None else cycle
     return path.at(np.array([time])), time_in_words(time)
 
 
-def extreme_rows(path: EventHistory) -> tuple[int, int]:
-    """The rows with the largest and the smallest total pressure, once the first period has begun."""
+def most_sheared_row(path: EventHistory) -> int:
+    """The row with the largest sum of tangential reactions, once the first period has begun."""
     begun = path.cycle >= 0
-    total = np.where(begun if begun.any() else True, path.p.sum(axis=1), np.nan)
-    return int(np.nanargmax(total)), int(np.nanargmin(total))
+    sheared = np.where(begun if begun.any() else True, np.abs(path.q).sum(axis=1), -np.inf)
+    return int(sheared.argmax())
+
+
+def extreme_rows(path: EventHistory) -> tuple[int, int]:
+    """The rows with the largest and the smallest total pressure, once the first period has begun.
+
+    Of rows that differ from these by less than a hundredth the one with the largest tangential reactions:
+    where the pressure stays, no row with hardly any load. The two may be the same.
+    """
+    begun = path.cycle >= 0
+    rows = np.flatnonzero(begun) if begun.any() else np.arange(len(path.cycle))
+    total, sheared = path.p[rows].sum(axis=1), np.abs(path.q[rows]).sum(axis=1)
+    near = HARDLY * np.abs(total).max()
+    most = np.where(total >= total.max() - near, sheared, -1.0).argmax()
+    least = np.where(total <= total.min() + near, sheared, -1.0).argmax()
+    return int(rows[most]), int(rows[least])
 
 
 def work_of_nodes(result: Recorded | EventHistory) -> FloatArray:

@@ -103,6 +103,7 @@ def pressure_over_patch(
     cycle: float | None = None,
     *,
     node_area: FloatArray | None = None,
+    patch: int = 0,
     ax: Axes | None = None,
 ) -> Axes:
     """Normal reactions over a patch at one instant; pressures where node areas are known.
@@ -120,13 +121,16 @@ def pressure_over_patch(
         The time in cycles; by default when the total is largest.
     node_area : (n,), optional
         Area of each node [length²]: reactions are divided by it. By default the problem's own.
+    patch
+        Which part of the contact is drawn, of the ``plot.patch_count(problem)`` that there are.
     ax
         Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Raises
     ------
     UsageError
-        If no events were recorded, the time lies outside them, or the joint has one direction.
+        If no events were recorded, there is no such patch, the time lies outside them, or the joint has
+        one direction.
 
     Examples
     --------
@@ -138,14 +142,13 @@ def pressure_over_patch(
     """
     require_space("picture of a patch", problem)
     now, title = at_instant(path_of(result), cycle)
-    axes = _over(problem, *_normal("normal reaction p", now.p[0], problem, node_area), ax)
-    axes.set_title(title, fontsize="medium")
-    return axes
+    values = _normal("normal reaction p", now.p[0], problem, node_area)
+    return _over(problem, *values, patch, ax, title)
 
 
 @checked
 def welded_pressure_over_patch(
-    problem: Problem, *, node_area: FloatArray | None = None, ax: Axes | None = None
+    problem: Problem, *, node_area: FloatArray | None = None, patch: int = 0, ax: Axes | None = None
 ) -> Axes:
     """Mean normal welded reactions p_w over a patch; pressures where node areas are known.
 
@@ -153,7 +156,7 @@ def welded_pressure_over_patch(
     ----------
     problem
         A joint with two directions, and its loading.
-    node_area, ax
+    node_area, patch, ax
         As for :func:`pressure_over_patch`.
 
     Examples
@@ -165,7 +168,7 @@ def welded_pressure_over_patch(
     """
     require_space("picture of a patch", problem)
     mean = loading(problem).p0
-    return _over(problem, *_normal("mean welded reaction p_w", mean, problem, node_area), ax)
+    return _over(problem, *_normal("mean welded reaction p_w", mean, problem, node_area), patch, ax)
 
 
 @checked
@@ -260,7 +263,9 @@ def slip_range(result: Recorded | EventHistory, problem: Problem, *, ax: Axes | 
 
 
 @checked
-def slip_over_patch(result: Recorded | EventHistory, problem: Problem, *, ax: Axes | None = None) -> Axes:
+def slip_over_patch(
+    result: Recorded | EventHistory, problem: Problem, *, patch: int = 0, ax: Axes | None = None
+) -> Axes:
     """How far each node slips in all along a path, Σ|Δv| in contact, over a patch.
 
     Parameters as for :func:`pressure_over_patch`; of a long-term state the path is one period.
@@ -275,7 +280,7 @@ def slip_over_patch(result: Recorded | EventHistory, problem: Problem, *, ax: Ax
     """
     require_space("picture of a patch", problem)
     label = with_unit("accumulated slip", units_of(problem).length)
-    return _over(problem, slip_of_nodes(result, problem), label, ax)
+    return _over(problem, slip_of_nodes(result, problem), label, patch, ax)
 
 
 @checked
@@ -309,6 +314,7 @@ def work_over_patch(
     problem: Problem,
     *,
     node_area: FloatArray | None = None,
+    patch: int = 0,
     ax: Axes | None = None,
 ) -> Axes:
     """What friction takes at each node along a path, over a patch; per area where areas are known.
@@ -324,7 +330,7 @@ def work_over_patch(
     'friction work'
     """
     require_space("picture of a patch", problem)
-    return _over(problem, *_work(result, problem, node_area), ax)
+    return _over(problem, *_work(result, problem, node_area), patch, ax)
 
 
 def _normal(what: str, p: FloatArray, problem: Problem, node_area: FloatArray | None) -> Numbers:
@@ -393,25 +399,28 @@ def _along(
     return finished(axes, where, label)
 
 
-def _over(problem: Problem, values: FloatArray, label: str, ax: Axes | None) -> Axes:
-    """Values over the patch in colours; over the numbers of the nodes where there is no patch."""
-    places = places_of(problem)
+def _over(
+    problem: Problem, of_nodes: FloatArray, label: str, patch: int, ax: Axes | None, title: str = ""
+) -> Axes:
+    """Values over a patch in colours; over the numbers of the nodes where there is no patch."""
+    places = places_of(problem, patch)
+    values, title = of_nodes[places.nodes], places.titled(title)
     if places.in_a_row:
-        return _over_row(places, values, label, ax)
+        return _over_row(places, values, label, ax, title)
     axes, (x, y) = patch_axes(places, ax, 0.0), places.points.T
-    scale = ScalarMappable(Normalize(*_ends(values)), COLOURS)
+    scale = ScalarMappable(Normalize(*_ends(of_nodes)), COLOURS)
     known, mesh = np.isfinite(values), places.triangles
     whole = None if mesh is None else mesh.triangles[known[mesh.triangles].all(axis=1)]
     if whole is not None and len(whole):
-        levels = MaxNLocator(nbins=10).tick_values(*_ends(values))
+        levels = MaxNLocator(nbins=10).tick_values(*_ends(of_nodes))
         scale.set_norm(Normalize(levels[0], levels[-1]))
-        patch = Triangulation(x, y, whole)
         inside = np.clip(np.where(known, values, 0.0), levels[0], levels[-1])  # −1e-17 of an open node
-        axes.tricontourf(patch, inside, levels, cmap=COLOURS)
+        axes.tricontourf(Triangulation(x, y, whole), inside, levels, cmap=COLOURS)
         axes.scatter(x, y, s=3.0, color=GREY, lw=0, zorder=3)
         known = known & ~np.isin(np.arange(len(values)), whole)
     axes.scatter(x[known], y[known], s=60.0, color=scale.to_rgba(values[known]), lw=0, zorder=3)
     _colour_scale(axes, scale, label)
+    axes.set_title(title, fontsize="medium")
     return axes
 
 
@@ -431,7 +440,7 @@ def _colour_scale(axes: Axes, scale: ScalarMappable, label: str) -> None:
     beside.ticklabel_format(axis="y", scilimits=(-2, 3))
 
 
-def _over_row(places: Places, values: FloatArray, label: str, ax: Axes | None) -> Axes:
+def _over_row(places: Places, values: FloatArray, label: str, ax: Axes | None, title: str) -> Axes:
     """Values over a row of nodes."""
     axes = axes_for(ax)
     axes.plot(places.points[:, 0], values, "o", ms=5, color=BLUE)
@@ -439,4 +448,4 @@ def _over_row(places: Places, values: FloatArray, label: str, ax: Axes | None) -
     axes.ticklabel_format(axis="y", scilimits=(-2, 3))
     if places.axes[0] == "node":
         axes.xaxis.set_major_locator(MaxNLocator(9, integer=True, min_n_ticks=1))
-    return finished(axes, with_unit(places.axes[0], places.unit), label)
+    return finished(axes, with_unit(places.axes[0], places.unit), label, title=title)

@@ -21,9 +21,11 @@ from shakedown.plot.patch_places import Places, numbered, patch_axes, places_of,
 from shakedown.plot.style import BLUE, GREY, RED, Style, draw_arrows, finished, style_of
 
 MOST_DISCS = 120  # nodes; of more of them arrows alone are drawn, and these a little longer
-MOST_LOOPS = 150  # nodes whose loads are drawn, evenly taken
-DISC, LONG = 0.47, 1.4  # of the usual distance of two nodes: radius of a disc, an arrow without discs
+MOST_LOOPS = 80  # nodes whose loads are drawn, evenly taken
+DISC, LONG = 0.47, 0.9  # of the distance of two nodes: radius of a disc, or of a loop, and an arrow
+SEEN = 0.08  # of the size of the patch: the longest arrow
 ROOM = 0.6  # about the outer nodes, of that distance
+BESIDE = (1.01, 1.0)  # of the axes: where the legend begins
 SHORT = 3  # digits of a number in a title
 KINDS = ((0, "stick", "s", BLUE), (1, "slip", "o", RED), (2, "open", "o", "none"))
 LARGEST, SMALLEST, SHARE = 8.0, 2.5, 75.0  # of a marker [points]: about SHARE of them in a row fill a panel
@@ -31,7 +33,12 @@ LARGEST, SMALLEST, SHARE = 8.0, 2.5, 75.0  # of a marker [points]: about SHARE o
 
 @checked
 def tractions_at(
-    result: Recorded | EventHistory, problem: Problem, cycle: float | None = None, *, ax: Axes | None = None
+    result: Recorded | EventHistory,
+    problem: Problem,
+    cycle: float | None = None,
+    *,
+    patch: int = 0,
+    ax: Axes | None = None,
 ) -> Axes:
     """Tangential reactions of the nodes at one instant as arrows, told apart by whether the node slips.
 
@@ -42,14 +49,17 @@ def tractions_at(
     problem
         The joint: places, friction, units.
     cycle
-        The time in cycles; by default when the total pressure is largest.
+        The time in cycles; by default when the tangential reactions are largest in all.
+    patch
+        Which part of the contact is drawn, of the ``plot.patch_count(problem)`` that there are.
     ax
         Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Raises
     ------
     UsageError
-        If no events were recorded, the time lies outside them, or the joint has one direction.
+        If no events were recorded, there is no such patch, the time lies outside them, or the joint has
+        one direction.
 
     Examples
     --------
@@ -61,17 +71,23 @@ def tractions_at(
     'sticks'
     """
     require_space("picture of a patch", problem)
-    now, title = at_instant(path_of(result), cycle)
-    places, q = places_of(problem), problem.layout.by_node(now.q)[0]
+    now, title = at_instant(path_of(result), cycle, sheared=True)
+    places = places_of(problem, patch)
+    q = problem.layout.by_node(now.q)[0][places.nodes]
     sizes = np.linalg.norm(q, axis=1)
     axes = _axes(places, ax)
-    _by_state(axes, places, _scale(places, sizes) * places.seen(q), now.state[0])
-    return finished(axes, title=f"{title}, {_largest('|q|', sizes, units_of(problem).force)}")
+    _by_state(axes, places, _scale(places, sizes) * places.seen(q), now.state[0][places.nodes])
+    return _finished(axes, places, f"{title}, {_largest('|q|', sizes, units_of(problem).force)}")
 
 
 @checked
 def friction_use_at(
-    result: Recorded | EventHistory, problem: Problem, cycle: float | None = None, *, ax: Axes | None = None
+    result: Recorded | EventHistory,
+    problem: Problem,
+    cycle: float | None = None,
+    *,
+    patch: int = 0,
+    ax: Axes | None = None,
 ) -> Axes:
     """How much of its friction each node uses at one instant: q/(f p) as an arrow within a disc.
 
@@ -88,21 +104,29 @@ def friction_use_at(
     'limit |q| = f p'
     """
     require_space("picture of a patch", problem)
-    now, title = at_instant(path_of(result), cycle)
-    places, discs = places_of(problem), problem.n <= MOST_DISCS
-    limit, held, state = problem.law.limit(now.p)[0], pressed(problem, now)[0], now.state[0]
-    use = problem.layout.by_node(now.q)[0] / np.where(held, limit, np.inf)[:, None]
-    reach = _reach(places)
+    now, title = at_instant(path_of(result), cycle, sheared=True)
+    places = places_of(problem, patch)
+    limit, held, state, q = (
+        of_nodes[0][places.nodes]
+        for of_nodes in (
+            problem.law.limit(now.p), pressed(problem, now), now.state, problem.layout.by_node(now.q)
+        )
+    )  # fmt: skip
+    use = q / np.where(held, limit, np.inf)[:, None]
+    discs = len(places.points) <= MOST_DISCS
+    reach = DISC * places.spacing if discs else _reach(places)
     axes = _axes(places, ax)
     if discs:
         _discs(axes, places, np.where(held, reach, 0.0))
     _by_state(axes, places, reach * places.seen(use), state)
     most = float(np.linalg.norm(use, axis=1).max())
-    return finished(axes, title=f"{title}, largest |q| / f p = {few(min(most, 1.0), SHORT)}")
+    return _finished(axes, places, f"{title}, largest |q| / f p = {few(min(most, 1.0), SHORT)}")
 
 
 @checked
-def loads_over_patch(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
+def loads_over_patch(
+    problem: Problem, *, load_factor: float = 1.0, patch: int = 0, ax: Axes | None = None
+) -> Axes:
     """Tangential welded reactions over a patch: the mean as an arrow, the way of its tip over a period.
 
     Of very many nodes some are drawn.
@@ -113,6 +137,8 @@ def loads_over_patch(problem: Problem, *, load_factor: float = 1.0, ax: Axes | N
         A joint with two directions, and its loading.
     load_factor
         λ, the factor on the periodic part.
+    patch
+        Which part of the contact is drawn, of the ``plot.patch_count(problem)`` that there are.
     ax
         Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
@@ -130,21 +156,26 @@ def loads_over_patch(problem: Problem, *, load_factor: float = 1.0, ax: Axes | N
     ['mean q_w', 'q_w over a period']
     """
     require_space("picture of a patch", problem)
-    places, mean = places_of(problem), loading(problem)
-    by_node = problem.layout.by_node
-    loop = by_node(mean.at(load_factor)[0])
+    places, given = places_of(problem, patch), loading(problem)
+    loop, mean = (
+        problem.layout.by_node(q)[..., places.nodes, :] for q in (given.at(load_factor)[0], given.q0)
+    )
     sizes = np.linalg.norm(loop, axis=2).max(axis=0)
-    scale, axes = _scale(places, sizes), _axes(places, ax)
-    chosen = np.unique(np.linspace(0, problem.n - 1, min(problem.n, MOST_LOOPS)).round().astype(int))
+    n = len(places.points)
+    fewer = max(n / MOST_LOOPS, 1.0)  # so many times as much room has each
+    scale, axes = DISC / LONG * np.sqrt(fewer) * _scale(places, sizes), _axes(places, ax)
+    chosen = np.unique(np.linspace(0, n - 1, min(n, MOST_LOOPS)).round().astype(int))
     axes.scatter(places.points[:, 0], places.points[:, 1], s=3.0, color=GREY, lw=0)
-    _arrows(axes, places.points[chosen], scale * places.seen(by_node(mean.q0))[chosen], BLUE, "mean q_w")
+    _arrows(axes, places.points[chosen], scale * places.seen(mean)[chosen], BLUE, "mean q_w")
     ways = places.points + scale * places.seen(loop)
     ways = np.concatenate([ways, ways[:1]])[:, chosen]
     axes.add_collection(
         LineCollection(list(ways.swapaxes(0, 1)), colors=RED, linewidths=0.9, label="q_w over a period")
     )
     numbered(axes, places)
-    return finished(axes, title=f"λ = {load_factor:g}, {_largest('|q_w|', sizes, units_of(problem).force)}")
+    return _finished(
+        axes, places, f"λ = {load_factor:g}, {_largest('|q_w|', sizes, units_of(problem).force)}"
+    )
 
 
 @checked
@@ -154,6 +185,7 @@ def slips_over_patch(
     *,
     what: str = "slip",
     styles: Mapping[str, Style] | None = None,
+    patch: int = 0,
     ax: Axes | None = None,
 ) -> Axes:
     """Slips of all nodes as arrows, those of one name in one colour.
@@ -185,12 +217,12 @@ def slips_over_patch(
     'node'
     """
     require_space("picture of a patch", problem)
-    places, size = places_of(problem), problem.layout.slip_size
+    places, size = places_of(problem, patch), problem.layout.slip_size
     known = {name: real_array(f"slips, {name}", slip) for name, slip in slips.items()}
     for name, slip in known.items():
         if slip.shape != (size,):
             raise UsageError(f"slips, {name}: expected shape ({size},), found {slip.shape}")
-    vectors = {name: problem.layout.by_node(slip) for name, slip in known.items()}
+    vectors = {name: problem.layout.by_node(slip)[places.nodes] for name, slip in known.items()}
     sizes = np.concatenate([np.zeros(1), *(np.linalg.norm(each, axis=1) for each in vectors.values())])
     scale, axes = _scale(places, sizes), _axes(places, ax)
     axes.scatter(places.points[:, 0], places.points[:, 1], s=3.0, color=GREY, lw=0)
@@ -198,12 +230,17 @@ def slips_over_patch(
         look = style_of(name, k, styles)
         _arrows(axes, places.points, scale * places.seen(each), look["color"], look["label"])
     numbered(axes, places)
-    return finished(axes, title=_largest(what, sizes, units_of(problem).length))
+    return _finished(axes, places, _largest(what, sizes, units_of(problem).length))
 
 
 @checked
 def zones_at(
-    result: Recorded | EventHistory, problem: Problem, cycle: float | None = None, *, ax: Axes | None = None
+    result: Recorded | EventHistory,
+    problem: Problem,
+    cycle: float | None = None,
+    *,
+    patch: int = 0,
+    ax: Axes | None = None,
 ) -> Axes:
     """Stick, slip and open nodes of a patch at one instant, told apart by colour and shape.
 
@@ -214,14 +251,17 @@ def zones_at(
     problem
         The joint: places of its nodes.
     cycle
-        The time in cycles; by default when the total pressure is largest.
+        The time in cycles; by default when the tangential reactions are largest in all.
+    patch
+        Which part of the contact is drawn, of the ``plot.patch_count(problem)`` that there are.
     ax
         Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Raises
     ------
     UsageError
-        If no events were recorded, the time lies outside them, or the joint has one direction.
+        If no events were recorded, there is no such patch, the time lies outside them, or the joint has
+        one direction.
 
     Examples
     --------
@@ -232,8 +272,9 @@ def zones_at(
     't = 0 cycles: 4 stick, 0 slip, 0 open'
     """
     require_space("picture of a patch", problem)
-    now, title = at_instant(path_of(result), cycle)
-    places, state = places_of(problem), np.abs(now.state[0])
+    now, title = at_instant(path_of(result), cycle, sheared=True)
+    places = places_of(problem, patch)
+    state = np.abs(now.state[0])[places.nodes]
     axes = _axes(places, ax, 0.5 * places.spacing)
     size = float(np.clip(SHARE / np.sqrt(problem.n), SMALLEST, LARGEST))
     for number, name, shape, colour in KINDS:
@@ -241,8 +282,17 @@ def zones_at(
         edge = GREY if colour == "none" else colour
         axes.scatter(here[:, 0], here[:, 1], s=size**2, marker=shape, fc=colour, ec=edge, lw=0.8, label=name)
     numbered(axes, places)
-    counts = ", ".join(f"{int((state == number).sum())} {name}" for number, name, *_ in KINDS)
-    return finished(axes, title=f"{title}: {counts}")
+    once = state[np.unique(places.nodes, return_index=True)[1]]
+    counts = ", ".join(f"{int((once == number).sum())} {name}" for number, name, *_ in KINDS)
+    return _finished(axes, places, f"{title}: {counts}")
+
+
+def _finished(axes: Axes, places: Places, title: str) -> Axes:
+    finished(axes, title=places.titled(title))
+    if (legend := axes.get_legend()) is not None:  # beside arrows that are everywhere
+        legend.set_loc("upper left")
+        legend.set_bbox_to_anchor(BESIDE, axes.transAxes)
+    return axes
 
 
 def _axes(places: Places, ax: Axes | None, room: float | None = None) -> Axes:
@@ -253,8 +303,8 @@ def _axes(places: Places, ax: Axes | None, room: float | None = None) -> Axes:
 
 
 def _reach(places: Places) -> float:
-    """How long the longest arrow is: it keeps clear of the neighbours, or of many nodes nearly does."""
-    return DISC * places.spacing if len(places.points) <= MOST_DISCS else LONG * places.room
+    """How long the longest arrow is: it keeps clear of the neighbours or nearly does, and can be seen."""
+    return max(LONG * places.room, SEEN * float(np.ptp(places.points, axis=0).max()))
 
 
 def _scale(places: Places, sizes: FloatArray) -> float:

@@ -1,6 +1,6 @@
 """Where the nodes of a patch are drawn, which way their tangents lead there, what lies between them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,16 +14,17 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import require_problem
+from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
+from shakedown.plot.flat_patch import Patch
+from shakedown.plot.patches import laid_flat
 from shakedown.plot.style import GREY, MARGIN, axes_for
 
-FLAT = 0.99  # of a normal along an axis of the model: then the other two axes are those of the picture
 # Of the usual longest side and circle about a triangle: larger ones lie across a hole (whose rim may be one
-# circle) or between two patches.
+# circle).
 LARGEST_TRIANGLE = 2.0
 COVERED = 0.999  # of the area of a contact, by the triangles that are drawn
-FACING = 0.5  # cosine of the angle between two normals below which their nodes are of two patches
 FEWEST = 4  # nodes that span an area
 MOST_NUMBERED = 16  # nodes whose numbers stand beside them
 ALONE = 1.0  # the room about a node that has no neighbour
@@ -31,30 +32,40 @@ ALONE = 1.0  # the room about a node that has no neighbour
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """The nodes of a joint in the plane of a picture.
+    """The nodes of one patch of a joint in the plane of a picture.
 
     Attributes
     ----------
-    points : (n, 2)
+    nodes : (k,)
+        Which nodes they are; one at the seam of an unrolled cylinder twice.
+    points : (k, 2)
         Where they are [length]; in a row where the joint does not know that.
-    tangents : (n, 2, 2)
+    tangents : (k, 2, 2)
         Where the x and the y of each node lead.
     axes
         What the axes of the picture are called.
+    name
+        Of the patch, where the joint has several or it is curved.
     unit
         Of the places.
-    normals : (n, 3), optional
-        Where they are known: nodes that face each other are of two patches.
+    faces : (m, 4), optional
+        Between which of them there are faces; −1 as the last of a triangle.
     area
-        Of the whole contact, where it is known [length²].
+        Of the whole patch, where it is known [length²].
     """
 
+    nodes: NDArray[np.intp]
     points: FloatArray
     tangents: FloatArray
     axes: tuple[str, str]
+    name: str = ""
     unit: str = ""
-    normals: FloatArray | None = None
+    faces: NDArray[np.intp] | None = None
     area: float | None = None
+
+    def titled(self, title: str) -> str:
+        """A title with the name of the patch above it."""
+        return "\n".join(filter(None, [self.name, title]))
 
     def seen(self, vectors: FloatArray) -> FloatArray:
         """Vectors of the nodes (…, n, 2), in their tangents, as they are drawn (…, n, 2)."""
@@ -68,7 +79,11 @@ class Places:
     @cached_property
     def triangles(self) -> Triangulation | None:
         """What lies between the nodes, holes and gaps left out; None where they span no area."""
-        if len(self.points) < FEWEST or self.in_a_row:
+        if self.in_a_row:
+            return None
+        if self.faces is not None:
+            return Triangulation(self.points[:, 0], self.points[:, 1], triangles_of(self.faces))
+        if len(self.points) < FEWEST:
             return None
         middle = self.points - self.points.mean(axis=0)
         long, wide = np.linalg.svd(middle, compute_uv=False)
@@ -77,18 +92,10 @@ class Places:
         mesh = Triangulation(
             middle[:, 0] / long, middle[:, 1] / long
         )  # of a size of its own: coordinates may be large numbers
-        within = mesh.triangles[self._of_one_patch(mesh.triangles)]
-        kept = within[_usual(self.points[within] - self.points[0])] if len(within) else within
+        kept = mesh.triangles[_usual(self.points[mesh.triangles] - self.points[0])]
         if self.area is not None:
             kept = kept[_as_large_as(self.area, self.points[kept] - self.points[0])]
         return Triangulation(self.points[:, 0], self.points[:, 1], kept) if len(kept) else None
-
-    def _of_one_patch(self, triangles: NDArray[np.intp]) -> NDArray[np.bool_]:
-        """Whether the nodes of each triangle look the same way, rather than at each other."""
-        if self.normals is None:
-            return np.ones(len(triangles), dtype=np.bool_)
-        of_corner = self.normals[triangles]
-        return np.asarray((of_corner * np.roll(of_corner, 1, axis=1)).sum(axis=2).min(axis=1) > FACING)
 
     @cached_property
     def spacing(self) -> float:
@@ -108,6 +115,12 @@ class Places:
             return self.spacing
         area = float(_areas(self.points[self.triangles.triangles]).sum())
         return max(self.spacing, float(np.sqrt(area / len(self.points))))
+
+
+def triangles_of(faces: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Faces, (m, 4), as triangles, (t, 3)."""
+    quadrilaterals = faces[faces[:, 3] >= 0]
+    return np.concatenate([faces[:, :3], quadrilaterals[:, [0, 2, 3]]])
 
 
 def _usual(corners: FloatArray) -> NDArray[np.bool_]:
@@ -141,46 +154,82 @@ def _circles(corners: FloatArray) -> FloatArray:
     return np.asarray(sides.prod(axis=1) / (4.0 * area))
 
 
-def places_of(problem: Problem) -> Places:
-    """Where the nodes of a joint with two tangential directions are drawn."""
-    axes, place = np.tile(np.eye(2), (problem.n, 1, 1)), problem.x
+def places_of(problem: Problem, patch: int = 0) -> Places:
+    """Where the nodes of a patch of a joint with two tangential directions are drawn.
+
+    Raises
+    ------
+    UsageError
+        If the joint has no patch of this number.
+    """
+    every = _all_places(problem)
+    if not 0 <= patch < len(every):
+        raise UsageError(f"patch: expected a number from 0 to {len(every) - 1}, found {patch}")
+    return every[patch]
+
+
+def patch_count(problem: Problem) -> int:
+    """How many patches the contact of a joint in space has, as ``patch`` of a picture numbers them.
+
+    From the one with the most nodes on: parts along which the normal turns by no more than 40° from one face,
+    or node, to the next.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> patch_count(shakedown.example("blade-root"))
+    2
+    """
+    return len(_all_places(require_space("patches", problem)))
+
+
+@once_per_problem
+def _all_places(problem: Problem) -> tuple[Places, ...]:
+    known = problem.x if problem.coordinates is None else problem.coordinates
+    if known is None or known.ndim == 1:
+        return (_in_a_row(problem, known),)
+    if known.shape[1] == 2:
+        known = np.column_stack([known, np.zeros(problem.n)])
+    patches, tangents = laid_flat(known, problem.normal, problem.faces), problem.tangents
+    if problem.x is not None and problem.x.ndim == 2 and problem.x.shape[1] == 2 and _alike(problem):
+        axes = np.tile(np.eye(3)[:2], (problem.n, 1, 1))  # the tangents are those of x
+        patches = [
+            replace(each, points=problem.x[each.nodes], frame=axes[each.nodes], axes=("x", "y"))
+            for each in patches
+        ]
+        tangents = None
+    names = [", ".join(filter(None, [_number(k, len(patches)), each.kind])) for k, each in enumerate(patches)]
+    return tuple(_placed(problem, tangents, *pair) for pair in zip(patches, names, strict=True))
+
+
+def _alike(problem: Problem) -> bool:
+    """Whether all nodes look the same way, and so do their tangents."""
+    known = [each for each in (problem.normal, problem.tangents) if each is not None]
+    return all(bool(np.abs(each - each[0]).max() < NEGLIGIBLE) for each in known)
+
+
+def _number(patch: int, count: int) -> str:
+    return f"patch {patch + 1} of {count}" if count > 1 else ""
+
+
+def _placed(problem: Problem, tangents: FloatArray | None, patch: Patch, name: str) -> Places:
+    """A patch with the tangents of its nodes, where they are not those of the picture, and its area."""
+    nodes, seen = patch.nodes, np.tile(np.eye(2), (len(patch.nodes), 1, 1))
+    if tangents is not None:
+        seen = tangents[nodes] @ patch.frame.swapaxes(1, 2)
+    area = None if problem.node_area is None else float(problem.node_area[np.unique(nodes)].sum())
     unit = units_of(problem).length
-    area = None if problem.node_area is None else float(problem.node_area.sum())
-    tangents = problem.tangents
-    same = tangents is None or bool(np.abs(tangents - tangents[0]).max() < NEGLIGIBLE)
-    if place is not None and place.ndim == 2 and place.shape[1] == 2 and same:
-        return Places(place, axes, ("x", "y"), unit, problem.normal, area)
-    if problem.coordinates is not None:
-        place = problem.coordinates
-    if place is None:
-        return Places(_row(np.arange(problem.n, dtype=float)), axes, ("node", ""))
-    if place.ndim == 1:
-        return Places(_row(place), axes, ("position along the contact", ""), unit)
-    if place.shape[1] == 2:
-        return Places(place, axes, ("x", "y"), unit, problem.normal, area)
-    frame, names = _plane(problem, place)
-    shown = axes if tangents is None else tangents @ frame.T
-    return Places(place @ frame.T, shown, names, unit, problem.normal, area)
+    return Places(nodes, patch.points, seen, patch.axes, name, unit, patch.faces, area)
 
 
-def _row(along: FloatArray) -> FloatArray:
-    return np.column_stack([along, np.zeros(len(along))])
-
-
-def _plane(problem: Problem, place: FloatArray) -> tuple[FloatArray, tuple[str, str]]:
-    """The axes of the picture in the model, (2, 3), and their names: along the patch as a whole."""
-    normal = np.zeros(3) if problem.normal is None else problem.normal.mean(axis=0)
-    if np.linalg.norm(normal) < 0.5:  # unknown, or of faces that look at each other
-        normal = np.linalg.svd(place - place.mean(axis=0), full_matrices=True)[2][-1]
-    normal = normal / np.linalg.norm(normal)
-    most = int(np.abs(normal).argmax())
-    if abs(normal[most]) > FLAT:
-        kept = [k for k in range(3) if k != most]
-        return np.eye(3)[kept], ("xyz"[kept[0]], "xyz"[kept[1]])
-    first = np.eye(3)[int(np.abs(normal).argmin())]
-    first = first - (first @ normal) * normal
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(normal, first)]), ("along the patch", "across the patch")
+def _in_a_row(problem: Problem, along: FloatArray | None) -> Places:
+    """Nodes of a joint that does not know its patch."""
+    nodes = np.arange(problem.n)
+    row = np.column_stack([nodes.astype(float) if along is None else along, np.zeros(problem.n)])
+    tangents = np.tile(np.eye(2), (problem.n, 1, 1))
+    if along is None:
+        return Places(nodes, row, tangents, ("node", ""))
+    return Places(nodes, row, tangents, ("position along the contact", ""), unit=units_of(problem).length)
 
 
 def require_space(what: str, problem: object) -> Problem:
@@ -216,7 +265,7 @@ def numbered(axes: Axes, places: Places) -> None:
     """The numbers of the nodes beside them, where there are few and no axis says them."""
     if len(places.points) > MOST_NUMBERED or places.axes[0] == "node":
         return
-    for node, point in enumerate(places.points):
+    for node, point in zip(places.nodes.tolist(), places.points.tolist(), strict=True):
         axes.annotate(
             str(node), (point[0], point[1]), xytext=(3, 3), textcoords="offset points", color=GREY,
             fontsize="x-small",

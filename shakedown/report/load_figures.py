@@ -8,24 +8,38 @@ from shakedown import plot
 from shakedown.joint.problem import Problem
 from shakedown.plot.inline_svg import PANEL, SMALL, Drawing, Picture, picture
 from shakedown.plot.patch_arrows import MOST_LOOPS
-from shakedown.plot.patch_places import places_of
+from shakedown.plot.patch_places import patch_count, places_of
 
 OF_THEIR_OWN = 3  # nodes up to which each one has its own picture
 HALF, THIRD = PANEL[0], SMALL[0]  # inches: widths of two or three pictures that fill a page
 LEAST, MOST = 2.0, 3.6  # inches: heights of a long patch and a high one
 AROUND, BESIDE = 0.85, 1.8  # inches: what stands above and below a patch, and beside it
+MOST_PATCHES = 4  # of one joint, with pictures of their own
+SIDES = (  # of a patch: what is to be seen, what draws it, whether it is numbers in colours
+    (
+        "Tangential welded reactions over the patch: the mean as an arrow, the way of its tip over a period",
+        plot.loads_over_patch,
+        False,
+    ),
+    ("Mean normal welded reactions over the patch", plot.welded_pressure_over_patch, True),
+)
 WELDED = "Welded reactions are those with every contact displacement held."
 
 
 def problem_pictures(problem: Problem) -> list[Picture]:
     """Nodes, normals and loads; the loads in the limits of a few nodes or of all; their sums."""
-    draw = _loads_along if problem.directions == 1 else _loads_over_patch
+    draw = _loads_along if problem.directions == 1 else _loads_over_patches
     time = Drawing("Sums of the welded reactions over one period", partial(plot.loads_in_time, problem))
-    caption, nodes, loads = draw(problem, problem.n <= OF_THEIR_OWN)
-    return [picture(f"{caption} {WELDED}", nodes, loads, time)]
+    caption, drawings = draw(problem, problem.n <= OF_THEIR_OWN)
+    if len(drawings) == len(SIDES):
+        return [picture(f"{caption}; the sums of all nodes over the period. {WELDED}", *drawings, time)]
+    return [
+        picture(f"{caption}.{left_out(problem)} {WELDED}", *drawings),
+        picture("The sums of the welded reactions of all nodes over the period.", time),
+    ]
 
 
-def _loads_along(problem: Problem, few: bool) -> tuple[str, Drawing, Drawing]:
+def _loads_along(problem: Problem, few: bool) -> tuple[str, list[Drawing]]:
     """Caption, nodes with arrows, and loads in the plane of their reactions or along the contact."""
     where = "as they are in the model" if problem.coordinates is not None else "side by side"
     nodes = Drawing(
@@ -41,29 +55,28 @@ def _loads_along(problem: Problem, few: bool) -> tuple[str, Drawing, Drawing]:
         f"Contact nodes {where}, the normals into the (first) body, and the welded reactions on it at λ = 1 "
         "(an arrow for the mean, a line for the way of its tail over a period)"
         + ("; the way of each node's reactions in the friction cone" if few else "; mean and range along")
-        + "; their sums over the period."
     )
-    return caption, nodes, loads
+    return caption, [nodes, loads]
 
 
-def _loads_over_patch(problem: Problem, few: bool) -> tuple[str, Drawing, Drawing]:
-    """Caption, loads over the patch, and these within the limits of nodes or the mean pressure."""
-    alt = "Tangential welded reactions over the patch: the mean as an arrow, the way of its tip over a period"
-    nodes = Drawing(alt, partial(plot.loads_over_patch, problem), size=patch_size(problem, three=True))
-    size = patch_size(problem, numbers=True, three=True)
-    draw = partial(plot.welded_pressure_over_patch, problem)
-    loads = Drawing("Mean normal welded reactions over the patch", draw, size=size)
+def _loads_over_patches(problem: Problem, few: bool) -> tuple[str, list[Drawing]]:
+    """Caption, loads over each patch, and these within the limits of nodes or the mean pressure."""
+    found, patches = list[Drawing](), drawn_patches(problem)
+    three = len(patches) % 2 == 1  # with the sums beside them, or two of each of three patches
+    for patch in patches:
+        for alt, draw, numbers in SIDES:
+            size = patch_size(problem, patch, numbers=numbers, three=three)
+            found.append(Drawing(alt, partial(draw, problem, patch=patch), size=size))
     if few:
         alt = "Loading of each node within its limit, q_w over f p_w in x and y"
-        loads = Drawing(alt, partial(plot.load_orbits, problem, range(problem.n)))
+        found[1:2] = [Drawing(alt, partial(plot.load_orbits, problem, range(problem.n)))]
     some = f" (of {MOST_LOOPS} nodes)" if problem.n > MOST_LOOPS else ""
     caption = (
         f"{_where(problem)} The tangential welded reactions at λ = 1: an arrow for the mean, a line for the "
         f"way of its tip over a period{some}; "
         + ("the way of q_w within its limit f p_w" if few else "the mean normal welded reactions")
-        + "; the sums of all nodes over the period."
     )
-    return caption, nodes, loads
+    return caption, found
 
 
 def _where(problem: Problem) -> str:
@@ -76,9 +89,22 @@ def _where(problem: Problem) -> str:
     return f"{problem.n} contact nodes, {where}."
 
 
-def patch_size(problem: Problem, *, numbers: bool = False, three: bool = False) -> tuple[float, float] | None:
-    """Of a picture of the patch, so high as the patch asks for; None where numbers stand over a row."""
-    places, width = places_of(problem), THIRD if three else HALF
+def drawn_patches(problem: Problem) -> range:
+    """The patches of a joint in space that have pictures, by their numbers."""
+    return range(min(patch_count(problem), MOST_PATCHES))
+
+
+def left_out(problem: Problem) -> str:
+    """What is said of patches without pictures."""
+    count = patch_count(problem)
+    return f" The {MOST_PATCHES} patches with the most nodes, of {count}." * (count > MOST_PATCHES)
+
+
+def patch_size(
+    problem: Problem, patch: int = 0, *, numbers: bool = False, three: bool = False
+) -> tuple[float, float] | None:
+    """Of a picture of a patch, so high as that asks for; None where numbers stand over a row."""
+    places, width = places_of(problem, patch), THIRD if three else HALF
     if places.in_a_row:
         return None if numbers else (width, LEAST)
     wide, high = np.ptp(places.points, axis=0) + places.spacing

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import NamedTuple
 
 import numpy as np
@@ -20,11 +20,11 @@ from shakedown.joint.units import units_of
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import evolve
-from shakedown.plot.drawn_path import extreme_rows, time_in_words, work_of_nodes
+from shakedown.plot.drawn_path import extreme_rows, most_sheared_row, time_in_words, work_of_nodes
 from shakedown.plot.inline_svg import Drawing, Picture, picture
 from shakedown.plot.patch_arrows import MOST_DISCS
 from shakedown.plot.style import node_name
-from shakedown.report.load_figures import OF_THEIR_OWN, patch_size
+from shakedown.report.load_figures import OF_THEIR_OWN, drawn_patches, left_out, patch_size
 
 LINES = 4  # in one picture, of as many instants of a period
 INSTANTS = 3  # of a period, in pictures side by side
@@ -214,25 +214,30 @@ def _along(pictured: Pictured, problem: Problem) -> Picture:
 
 
 def _tractions(pictured: Pictured, problem: Problem) -> Picture:
-    """Normal and tangential reactions when the total pressure is largest, and when it is smallest."""
-    path, rows = pictured.state.history, dict.fromkeys(extreme_rows(pictured.state.history))
+    """Reactions when the tangential ones are largest, and when the total pressure is smallest."""
+    path = pictured.state.history
+    times = path.cycle[list(dict.fromkeys([most_sheared_row(path), extreme_rows(path)[1]]))].tolist()
     drawn = (
-        ("Pressure", plot.pressure_over_patch, patch_size(problem, numbers=True, three=True)),
-        ("Tangential reactions", plot.tractions_at, patch_size(problem, three=True)),
-        ("Use of friction", plot.friction_use_at, patch_size(problem, three=True)),
+        ("Pressure", plot.pressure_over_patch, True),
+        ("Tangential reactions", plot.tractions_at, False),
+        ("Use of friction", plot.friction_use_at, False),
     )
     drawings = [
         Drawing(
-            f"{what} over the patch, {time_in_words(time)}", partial(draw, path, problem, time), size=size
+            f"{what} over the patch, {time_in_words(time)}",
+            partial(draw, path, problem, time, patch=patch),
+            size=patch_size(problem, patch, numbers=numbers, three=True),
         )
-        for time in path.cycle[list(rows)].tolist()
-        for what, draw, size in drawn
+        for patch in drawn_patches(problem)
+        for time in times
+        for what, draw, numbers in drawn
     ]
     discs = " within a disc" * (problem.n <= MOST_DISCS)
-    smallest = ", and when it is smallest" * (len(rows) > 1)
+    smallest = ", and when the total pressure is smallest" * (len(times) > 1)
     caption = (
         f"Normal reactions; tangential reactions as arrows; the same over their limits, q / f p{discs}: "
-        f"a node at 1 slips or is about to; {pictured.which}; when the total pressure is largest{smallest}."
+        f"a node at 1 slips or is about to; {pictured.which}; when the tangential reactions are largest in "
+        f"all{smallest}.{left_out(problem)}"
     )
     return picture(caption, *drawings)
 
@@ -272,12 +277,12 @@ def _cycle(path: EventHistory, number: int) -> EventHistory | None:
 def _zones_at_instants(_: Verification, shown: Sequence[Pictured], problem: Problem) -> Picture:
     """What sticks, slips and is open at instants of the period."""
     drawings = []
-    for one in shown:
+    for one, patch in product(shown, drawn_patches(problem)):
         path, name = one.state.history, at_lambda(one.state.load_factor)
         for time in instants(path):
             alt = f"Nodes that stick, slip and are open, {name}, {time_in_words(time)}"
-            draw = partial(plot.zones_at, path, problem, time)
-            drawings.append(Drawing(alt, draw, name, patch_size(problem, three=True)))
+            draw = partial(plot.zones_at, path, problem, time, patch=patch)
+            drawings.append(Drawing(alt, draw, name, patch_size(problem, patch, three=True)))
     caption = (
         "What sticks, slips and is open, when the fewest nodes stick in each third of the period: "
         f"{'; '.join(one.which for one in shown)}."
@@ -312,13 +317,25 @@ def _slips_along(pictured: Pictured, problem: Problem) -> Picture:
 
 def _slips_over_patch(pictured: Pictured, problem: Problem) -> Picture:
     """How far each node slips in all, and what friction dissipates there."""
-    state, size = pictured.state, patch_size(problem, numbers=True)
-    return picture(
+    patches, drawn = drawn_patches(problem), (
+        ("Accumulated slip", plot.slip_over_patch),
+        ("Friction work", plot.work_over_patch),
+    )  # fmt: skip
+    three = len(patches) == 3  # two of each
+    drawings = [
+        Drawing(
+            f"{what} over the patch",
+            partial(draw, pictured.state, problem, patch=patch),
+            size=patch_size(problem, patch, numbers=True, three=three),
+        )
+        for patch in patches
+        for what, draw in drawn
+    ]
+    caption = (
         "How far each node slips in all in one period, in contact, and what friction dissipates there: "
-        f"{pictured.which}.",
-        Drawing("Accumulated slip over the patch", partial(plot.slip_over_patch, state, problem), size=size),
-        Drawing("Friction work over the patch", partial(plot.work_over_patch, state, problem), size=size),
+        f"{pictured.which}.{left_out(problem)}"
     )
+    return picture(caption, *drawings)
 
 
 IN_THE_PLANE = Family("hysteresis loops", _hysteresis, _reactions, _along, _slips_along, _zones, True)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from itertools import groupby
+from itertools import groupby, product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ from shakedown.joint.units import units_of
 from shakedown.motion.contact_law import scales
 from shakedown.plot.inline_svg import Drawing, Picture, picture
 from shakedown.plot.style import BLACK, BLUE, GREEN, MANY, ORANGE, PURPLE, RED
-from shakedown.report.load_figures import patch_size
+from shakedown.report.load_figures import drawn_patches, left_out, patch_size
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.page_tables import limits_on_page, transient_is_proved
 
@@ -221,15 +221,22 @@ def _final_slips_over_patch(v: Verification, groups: Sequence[Group]) -> list[Pi
             found.append((group, {farthest: slips[farthest]} if v.problem.n > MANY else slips))
     if not found:
         return []
-    size = patch_size(v.problem, three=len(found) % 3 == 0)
+    patches = drawn_patches(v.problem)
+    three = len(found) * len(patches) % 3 == 0
     drawn = partial(plot.slips_over_patch, problem=v.problem, what="final slip")
     alt = "Final slip of every run over the patch"
     arrows = [
-        Drawing(f"{alt}, {group.title}", partial(drawn, slips, styles=group.styles), group.title, size)
-        for group, slips in found
+        Drawing(
+            f"{alt}, {group.title}",
+            partial(drawn, slips, styles=group.styles, patch=patch),
+            group.title,
+            patch_size(v.problem, patch, three=three),
+        )
+        for (group, slips), patch in product(found, patches)
     ]
     of = ALONE * (v.problem.n > MANY)
     caption = f"Slip at the end of each run{of}, at the load factors at which something has slipped."
+    caption += left_out(v.problem)
     return [picture(caption, *arrows)]
 
 

@@ -131,10 +131,11 @@ def test_no_triangle_lies_across_a_hole_or_between_two_patches():
     whole = grid(12, 12)
     hole = whole[np.linalg.norm(whole - 5.5, axis=1) > 3.2]
     apart = np.concatenate([grid(5, 5), grid(5, 5) + np.array([20.0, 0.0])])
-    for x in (hole, apart):
-        mesh = places_of(placed(x)).triangles
-        middle = x[mesh.triangles].mean(axis=1)
-        assert len(mesh.triangles) > 20
+    for x, count in ((hole, 1), (apart, 2)):
+        assert plot.patch_count(placed(x)) == count
+        places = [places_of(placed(x), k) for k in range(count)]
+        middle = np.concatenate([each.points[each.triangles.triangles].mean(axis=1) for each in places])
+        assert len(middle) > 20
         assert np.linalg.norm(middle[:, None] - x, axis=2).min(axis=1).max() < 1.0
     angle = 2 * np.pi * np.arange(24) / 24
     ring = np.concatenate([r * np.stack([np.cos(angle), np.sin(angle)], axis=1) for r in (8.0, 10.0, 12.0)])
@@ -147,8 +148,9 @@ def test_no_triangle_lies_across_a_hole_or_between_two_patches():
         placed(grid(6, 6)), coordinates=np.column_stack([grid(6, 6), np.zeros(36)]), tangents=None,
         normal=np.where(grid(6, 6)[:, :1] < 2.5, 1.0, -1.0) * np.array([0.8, 0.0, 0.6]) + [0.0, 0.0, 0.0],
     )  # fmt: skip
-    of_each = places_of(facing).triangles
-    assert len(of_each.triangles) == 2 * (2 * 5 + 2 * 5)
+    assert [len(places_of(facing, k).triangles.triangles) for k in range(plot.patch_count(facing))] == [
+        2 * 2 * 5
+    ] * 2
     assert places_of(placed(grid(5, 1))).triangles is None
     assert len(places_of(placed(grid(2, 2) + 1e9)).triangles.triangles) == 2
 

@@ -1,0 +1,198 @@
+"""One patch of a contact laid flat: a plane as it is, a cylinder or a cone unrolled, others projected."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.shown_values import few
+
+IntArray = NDArray[np.intp]
+TURN = float(np.cos(np.radians(40.0)))  # of two normals beside each other, of one patch
+SAG = 0.03  # of the size of a plane patch: how far its nodes are off the plane
+NEARLY_FLAT = float(np.cos(np.radians(12.0)))  # of every normal to the mean: seen along that
+SAME = 0.05  # n · a of a cylinder, and by how much that of a cone varies
+ROUND = 0.02  # of the radius: how far nodes are off the circle, facets being chords
+ALONG_AN_AXIS = 0.99  # of a direction along an axis of the model, which then names it
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """One patch of a contact, laid flat.
+
+    Attributes
+    ----------
+    nodes : (k,)
+        Which nodes it has; one at the seam of a closed cylinder twice.
+    points : (k, 2)
+        Where they are drawn [length].
+    frame : (k, 2, 3)
+        The directions in the model that lead to the right and upwards there.
+    axes
+        What the axes of the picture are called.
+    kind
+        What it is, in words, where it is curved.
+    faces : (m, 4), optional
+        Between which of these nodes there are faces; −1 as the last of a triangle.
+    """
+
+    nodes: IntArray
+    points: FloatArray
+    frame: FloatArray
+    axes: tuple[str, str]
+    kind: str = ""
+    faces: IntArray | None = None
+
+
+def flat(places: FloatArray, normals: FloatArray | None, nodes: IntArray, faces: IntArray | None) -> Patch:
+    """One patch laid flat, in the way that fits it."""
+    at = places[nodes]
+    beside = None if normals is None else normals[nodes]
+    where, known = at, beside
+    if faces is not None:
+        corners = np.where(faces < 0, faces[:, :1], faces)
+        where, known = at[corners].mean(axis=1), normals_of(at, beside, faces)
+    mean = _mean_normal(at, known)
+    plane = _mean_normal(at, None)
+    if abs(plane @ mean) > TURN:  # at its edges normals may be those of an edge
+        mean = plane * np.sign(plane @ mean)
+    sag = np.ptp(at @ mean - at.mean(axis=0) @ mean)
+    size = float(np.linalg.norm(np.ptp(at, axis=0)))
+    if known is None or sag <= SAG * size or (known @ mean > NEARLY_FLAT).all():
+        return _projected(nodes, at, mean, faces)
+    found = _cylinder(nodes, at, known, faces) or _cone(nodes, at, (where, known), faces)
+    return found or replace(_projected(nodes, at, mean, faces), kind="curved, projected")
+
+
+def normals_of(places: FloatArray, normals: FloatArray | None, faces: IntArray) -> FloatArray:
+    """Unit normals of faces, on the side of those of their nodes where these are known."""
+    corners = np.where(faces < 0, faces[:, :1], faces)  # of a triangle the first one twice
+    at = places[corners]
+    across = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
+    across /= np.linalg.norm(across, axis=1).clip(np.finfo(float).tiny)[:, None]
+    if normals is not None:
+        side = (across * normals[corners].sum(axis=1)).sum(axis=1)
+        across[side < 0] *= -1.0
+    return np.asarray(across)
+
+
+def _mean_normal(at: FloatArray, known: FloatArray | None) -> FloatArray:
+    mean = np.zeros(3) if known is None else known.mean(axis=0)
+    if np.linalg.norm(mean) < 0.5:  # unknown, or all around
+        _, sizes, rows = np.linalg.svd(at - at.mean(axis=0), full_matrices=True)
+        flat = len(sizes) > 1 and sizes[1] > SIX_DIGITS * sizes[0]
+        mean = rows[-1] if flat else np.eye(3)[int((np.ptp(at, axis=0)).argmin())]
+    return np.asarray(mean / np.linalg.norm(mean))
+
+
+def _projected(nodes: IntArray, at: FloatArray, normal: FloatArray, faces: IntArray | None) -> Patch:
+    """Seen along a normal."""
+    most = int(np.abs(normal).argmax())
+    names = "along the patch", "across the patch"
+    if abs(normal[most]) > ALONG_AN_AXIS:
+        kept = [k for k in range(3) if k != most]
+        frame, names = np.eye(3)[kept], ("xyz"[kept[0]], "xyz"[kept[1]])
+    else:
+        first = np.eye(3)[int(np.abs(normal).argmin())]
+        first = first - (first @ normal) * normal
+        first /= np.linalg.norm(first)
+        frame = np.stack([first, np.cross(normal, first)])
+    return Patch(nodes, at @ frame.T, np.tile(frame, (len(nodes), 1, 1)), names, "", faces)
+
+
+def _cylinder(nodes: IntArray, at: FloatArray, known: FloatArray, faces: IntArray | None) -> Patch | None:
+    """Unrolled, where the normals are across one axis and the nodes on a circle about it."""
+    axis = _upwards(np.linalg.eigh(known.T @ known)[1][:, 0])
+    if np.abs(known @ axis).max() > SAME:
+        return None
+    plane = _across(axis)
+    flat = at @ plane.T
+    middle = flat.mean(axis=0)
+    rows = np.column_stack([2.0 * (flat - middle), np.ones(len(flat))])
+    found = np.linalg.lstsq(rows, ((flat - middle) ** 2).sum(axis=1), rcond=None)[0]
+    arms = flat - middle - found[:2]
+    radii = np.linalg.norm(arms, axis=1)
+    radius = float(radii.mean())
+    if np.abs(radii - radius).max() > ROUND * radius:
+        return None
+    angle, nodes, faces, copies = _unrolled(np.arctan2(arms[:, 1], arms[:, 0]), nodes, faces)
+    out = np.column_stack([np.cos(angle), np.sin(angle)]) @ plane
+    frame = np.stack([np.cross(axis, out), np.tile(axis, (len(out), 1))], axis=1)
+    points = np.column_stack([radius * (angle - angle.mean()), (at @ axis)[copies]])
+    most = int(np.abs(axis).argmax())
+    name = "xyz"[most] if axis[most] > ALONG_AN_AXIS else "along the axis"
+    return Patch(nodes, points, frame, (f"around, R = {few(radius, 3)}", name), "cylinder", faces)
+
+
+def _cone(
+    nodes: IntArray, at: FloatArray, known: tuple[FloatArray, FloatArray], faces: IntArray | None
+) -> Patch | None:
+    """Unrolled, where the normals make one angle with an axis that they meet."""
+    where, normals = known
+    axis = _upwards(np.linalg.eigh(np.cov(normals.T))[1][:, 0])
+    lean = normals @ axis
+    if np.ptp(lean) > 2 * SAME or abs(lean.mean()) < SAME:
+        return None
+    plane = _across(axis)
+    flat = normals @ plane.T
+    rows = np.column_stack([flat[:, 1], -flat[:, 0]])  # the normal through each place meets the axis
+    centre = np.linalg.lstsq(rows, (rows * (where @ plane.T)).sum(axis=1), rcond=None)[0]
+    arms, height = at @ plane.T - centre, at @ axis
+    radii = np.linalg.norm(arms, axis=1)
+    if np.ptp(height) < SAG * np.ptp(radii):
+        return None
+    slope, start = np.polyfit(height - height.mean(), radii, 1)
+    off = np.abs(start + slope * (height - height.mean()) - radii).max()
+    if off > ROUND * radii.max() or not abs(slope) > SAME:
+        return None
+    sine, away = abs(slope) / float(np.hypot(1.0, slope)), float(np.sign(slope))
+    axis, plane, arms = away * axis, plane * [[1.0], [away]], arms * [1.0, away]  # from the apex on
+    angle, nodes, faces, copies = _unrolled(np.arctan2(arms[:, 1], arms[:, 0]), nodes, faces)
+    out = np.column_stack([np.cos(angle), np.sin(angle)]) @ plane
+    generator = sine * out + np.sqrt(1.0 - sine**2) * axis
+    turned = sine * (angle - angle.mean())
+    right, up = np.cos(turned)[:, None], np.sin(turned)[:, None]
+    around = np.cross(axis, out)
+    frame = np.stack([right * around + up * generator, right * generator - up * around], axis=1)
+    points = (radii[copies] / sine)[:, None] * np.column_stack([np.sin(turned), np.cos(turned)])
+    kind = f"cone, {few(float(np.degrees(np.arcsin(sine))), 3)}° to its axis"
+    return Patch(nodes, points - points.mean(axis=0), frame, ("around the cone", "along it"), kind, faces)
+
+
+def _unrolled(
+    angle: FloatArray, nodes: IntArray, faces: IntArray | None
+) -> tuple[FloatArray, IntArray, IntArray | None, IntArray]:
+    """Angles from the largest gap on; nodes whose faces lie across the seam stand at both ends.
+
+    With the nodes and faces, and which of the nodes given each one is.
+    """
+    order = np.sort(angle)
+    gaps = np.diff(np.append(order, order[0] + 2 * np.pi))
+    start = order[(int(gaps.argmax()) + 1) % len(order)]
+    angle = np.mod(angle - start + SIX_DIGITS, 2 * np.pi) - SIX_DIGITS
+    copies = np.arange(len(nodes))
+    if faces is not None:
+        corners = np.where(faces < 0, faces[:, :1], faces)
+        across = np.ptp(angle[corners], axis=1) > np.pi
+        early = across[:, None] & (faces >= 0) & (angle[corners] < np.pi)
+        again = np.unique(faces[early])
+        number = np.zeros(len(nodes), dtype=np.intp)
+        number[again] = len(nodes) + np.arange(len(again))
+        faces = np.where(early, number[faces], faces)
+        copies = np.concatenate([copies, again])
+    later = np.arange(len(copies)) >= len(nodes)
+    return angle[copies] + 2 * np.pi * later + start, nodes[copies], faces, copies
+
+
+def _upwards(axis: FloatArray) -> FloatArray:
+    return axis if axis[int(np.abs(axis).argmax())] > 0 else -axis
+
+
+def _across(axis: FloatArray) -> FloatArray:
+    """Two directions across an axis, (2, 3): with it a right-handed frame."""
+    first = np.eye(3)[int(np.abs(axis).argmin())]
+    first = first - (first @ axis) * axis
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(axis, first)])

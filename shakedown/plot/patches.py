@@ -1,0 +1,133 @@
+"""The patches of a contact in space, each laid flat.
+
+A patch is a part of the contact along which the normal nowhere turns by more than 40° from one face to the
+next; where no faces are known, from one node to its neighbours.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.plot.flat_patch import TURN, IntArray, Patch, flat, normals_of
+
+NEIGHBOURS = 8  # of a node, nearest first
+FAR = 2.5  # times the third nearest: no neighbour
+REACH = 1.6  # times the nearest: what a row of nodes, no area of its own, belongs to
+ROW = 0.2  # width by length of the neighbourhood of a node that is one of a row
+
+
+def laid_flat(
+    places: FloatArray, normals: FloatArray | None, faces: NDArray[np.integer] | None
+) -> list[Patch]:
+    """The patches of a contact, the one with the most nodes first.
+
+    Parameters
+    ----------
+    places, normals : (n, 3)
+        Of the nodes; the normals where they are known.
+    faces : (m, 4), optional
+        Corners of the faces, numbers of nodes.
+    """
+    parts: list[tuple[IntArray, IntArray | None]]
+    if faces is None:
+        parts = [(nodes, None) for nodes in _without_faces(places, normals)]
+    else:
+        parts = list(_with_faces(places, normals, faces.astype(np.intp)))
+    parts.sort(key=lambda part: (-len(part[0]), part[0][0]))
+    return [flat(places, normals, nodes, between) for nodes, between in parts]
+
+
+def _with_faces(
+    places: FloatArray, normals: FloatArray | None, faces: IntArray
+) -> Iterator[tuple[IntArray, IntArray | None]]:
+    """Nodes and faces of each patch; a node without faces belongs to the patch of the nearest one."""
+    from scipy.spatial import KDTree
+
+    across = normals_of(places, normals, faces)
+    owner = _components(len(faces), *_beside(faces, across, either_side=normals is None))
+    corners = np.where(faces < 0, faces[:, :1], faces)
+    covered = np.unique(corners)
+    bare = np.setdiff1d(np.arange(len(places)), covered)
+    nearest = covered[KDTree(places[covered]).query(places[bare])[1]] if len(bare) else bare
+    for number in range(owner.max() + 1):
+        own = faces[owner == number]
+        nodes = np.unique(corners[owner == number])
+        place = np.full(len(places) + 1, -1)
+        nodes = np.concatenate([nodes, bare[np.isin(nearest, nodes)]])
+        place[nodes] = np.arange(len(nodes))
+        yield nodes, place[own]
+
+
+def _beside(faces: IntArray, across: FloatArray, *, either_side: bool) -> tuple[IntArray, IntArray]:
+    """Pairs of faces with a common side about which the normal turns little."""
+    sides: dict[frozenset[int], list[int]] = {}
+    for k, face in enumerate(faces.tolist()):
+        ring = [node for node in face if node >= 0]
+        for pair in zip(ring, [*ring[1:], ring[0]], strict=True):
+            sides.setdefault(frozenset(pair), []).append(k)
+    pairs = np.array([(of[0], other) for of in sides.values() for other in of[1:]], dtype=np.intp)
+    first, second = pairs.reshape(-1, 2).T
+    cosine = (across[first] * across[second]).sum(axis=1)
+    gentle = (np.abs(cosine) if either_side else cosine) > TURN
+    return first[gentle], second[gentle]
+
+
+def _without_faces(places: FloatArray, normals: FloatArray | None) -> list[IntArray]:
+    """Nodes of each patch: neighbours whose normals are near; rows of nodes join what is beside them."""
+    from scipy.spatial import KDTree
+
+    n = len(places)
+    if n == 1:
+        return [np.zeros(1, dtype=np.intp)]
+    count = min(NEIGHBOURS, n - 1)
+    apart, near = KDTree(places).query(places, k=count + 1)
+    usual = apart[:, min(3, count)]
+    first, second = np.repeat(np.arange(n), count), near[:, 1:].ravel()
+    linked = apart[:, 1:].ravel() <= FAR * np.minimum(usual[first], usual[second])
+    if normals is not None:
+        linked &= (normals[first] * normals[second]).sum(axis=1) > TURN
+    owner = _components(n, first[linked], second[linked])
+    owner = owner[_joined(places, normals, owner, _widths(places, near[:, 1:], linked.reshape(n, -1)))]
+    return [np.flatnonzero(owner == number) for number in np.unique(owner)]
+
+
+def _joined(places: FloatArray, normals: FloatArray | None, owner: IntArray, widths: FloatArray) -> IntArray:
+    """For every node one of the component that it ends up in, rows of nodes joined to others."""
+    from scipy.spatial import KDTree
+
+    parts = [np.flatnonzero(owner == number) for number in range(owner.max() + 1)]
+    rows = [np.median(widths[part]) < ROW for part in parts]
+    looks = None if normals is None else np.array([normals[part].mean(axis=0) for part in parts])
+    links: list[tuple[int, int]] = []
+    for k, part in enumerate(parts):
+        if len(parts) == 1 or not rows[k]:
+            continue
+        gaps = np.array([KDTree(places[other]).query(places[part])[0].min() for other in parts])
+        gaps[k] = np.inf
+        nearest = int(gaps.argmin())
+        for other in np.flatnonzero(gaps <= REACH * gaps[nearest]).tolist():
+            if looks is None or looks[other] @ looks[nearest] > TURN * np.prod(
+                np.linalg.norm(looks[[other, nearest]], axis=1)
+            ):
+                links.append((k, other))
+    first, second = np.array(links, dtype=np.intp).reshape(-1, 2).T
+    whole = _components(len(parts), first, second)
+    one_of = np.array([parts[int(np.argmax(whole == number))][0] for number in range(whole.max() + 1)])
+    return np.asarray(one_of[whole[owner]])
+
+
+def _widths(places: FloatArray, near: IntArray, linked: NDArray[np.bool_]) -> FloatArray:
+    """How wide the neighbourhood of each node is, by how long: next to nothing of one in a row."""
+    arms = (places[near] - places[:, None]) * linked[:, :, None]
+    sizes = np.linalg.svd(arms, compute_uv=False)
+    return np.asarray(sizes[:, 1] / sizes[:, 0].clip(np.finfo(float).tiny))
+
+
+def _components(count: int, first: IntArray, second: IntArray) -> IntArray:
+    from scipy import sparse
+    from scipy.sparse.csgraph import connected_components
+
+    graph = sparse.coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.intp)
