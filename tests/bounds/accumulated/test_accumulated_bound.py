@@ -86,9 +86,9 @@ def test_never_above_what_is_impossible(problem: Problem) -> None:
 
 @pytest.mark.parametrize("d", [1, 2])
 def test_nothing_that_may_move_a_node_moves_it_farther(d: int) -> None:
-    kinds = [{"directions": d, "start": start, "joints": 2, "runs": 20} for start in adversary.STARTS]
+    kinds = [{"directions": d, "start": start, "joints": 1, "runs": 20} for start in adversary.STARTS]
     found = [adversary.measure(kind | {"seed": 4}) for kind in kinds]
-    assert [row["runs"] for row in found] == [40, 40, 40]
+    assert [row["runs"] for row in found] == [20, 20, 20]
     assert not any(row["farther"] or row["relieved"] for row in found)
     assert sum(row["controls_farther"] for row in found) > 0
     assert all(0.0 < row["largest"] <= 1.0 + 1e-9 for row in found)

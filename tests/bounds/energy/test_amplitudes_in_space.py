@@ -9,7 +9,7 @@ from shakedown.studies.designs.parameters import with_parameter
 JOINT = shakedown.example("one-node-3d")
 
 
-@pytest.mark.parametrize(("amplitude", "digits"), [(1e-12, 1e-3), (1e-6, 1e-8), (1e9, 1e-9), (1e12, 1e-9)])
+@pytest.mark.parametrize(("amplitude", "digits"), [(1e-12, 1e-3), (1e12, 1e-9)])
 def test_a_factor_on_the_amplitude_divides_the_bound(amplitude, digits):
     """Of a small one the digits beside the constant part are lost in the data already."""
     one = shakedown.energy_bound(JOINT, certify=False)

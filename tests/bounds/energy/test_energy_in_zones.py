@@ -15,7 +15,7 @@ from shakedown.joint.loading import loading
 from shakedown.motion.evolve import evolve
 from tests.partly_open import SOME, partly_open, zone_bound
 
-CASES = SOME[:8]
+CASES = SOME[:5]
 
 
 @cache
@@ -96,7 +96,7 @@ def test_motions_from_within_the_ball_stay_in_the_zone_and_shake_down(seed):
         assert state.open_nodes == ball.open_nodes
         assert state.proved
         assert state.energy_margin > 0
-        if tried == 5:
+        if tried == 3:
             return
 
 
@@ -109,7 +109,7 @@ def test_the_centre_with_its_radius_has_the_load_factor_of_the_ball(seed):
     assert bound.certificate is None
 
 
-@pytest.mark.parametrize("seed", CASES[:6])
+@pytest.mark.parametrize("seed", CASES[:3])
 def test_the_bound_lies_below_that_of_the_zone_and_holds_its_state(seed):
     problem, _, ball = with_a_ball(seed)
     upper = upper_bound(problem, open_nodes=ball.open_nodes)

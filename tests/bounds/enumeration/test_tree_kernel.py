@@ -48,7 +48,7 @@ def both_ways(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> tuple:
 
 
 @pytest.mark.parametrize("make", [joint, half_coupled, twins])
-@pytest.mark.parametrize("n", [1, 2, 4, 6])
+@pytest.mark.parametrize("n", [1, 4])
 def test_tree_and_batches_agree(make, n: int, monkeypatch: pytest.MonkeyPatch) -> None:
     problem = make(n, max(n, 2) if make is half_coupled else n)
     plain, tree = both_ways(problem, monkeypatch)
@@ -130,7 +130,7 @@ def test_every_prefix_walks_all_its_completions(make, n: int) -> None:
 
 
 @pytest.mark.parametrize("make", [joint, half_coupled, twins])
-@pytest.mark.parametrize("force", [2.0**-301, 2.0**30, 2.0**31])
+@pytest.mark.parametrize("force", [2.0**-301, 2.0**31])
 @pytest.mark.parametrize("length", [1.0, 2.0**7])
 def test_units_do_not_matter_to_the_last_bit(make, force: float, length: float, monkeypatch) -> None:
     here = make(3, 4)

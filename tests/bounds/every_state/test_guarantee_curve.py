@@ -49,7 +49,7 @@ def test_witness_lies_in_the_box() -> None:
         assert np.all(np.delete(distance, node) <= radius * (1 + 1e-9))
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0])
 def test_boxes_are_invariant_below_coupling_ratio_one(seed: int) -> None:
     problem = replace(shakedown.example("block-9"), f=0.2)
     curve = shakedown.guarantee_curve(problem, [1.0])

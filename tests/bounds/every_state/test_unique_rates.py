@@ -40,7 +40,7 @@ def minors(joint: ScaledJoint, angles: np.ndarray) -> np.ndarray:
     return np.min([np.linalg.det(M[:, s][:, :, s]) / own[s].prod() for s in SETS], axis=0)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_just_below_what_is_proved_all_minors_are_positive(seed):
     rng = np.random.default_rng(seed)
     problem = joint(rng, 1.0)
