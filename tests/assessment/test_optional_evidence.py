@@ -58,7 +58,7 @@ def expected():
 @pytest.mark.parametrize(
     "step", [step for step in OPTIONAL if not step.startswith(("verif", "long_term", "assess"))]
 )
-@pytest.mark.parametrize("name", ["two-node", "three-node"])
+@pytest.mark.parametrize("name", ["three-node"])
 def test_solve_keeps_every_answer(monkeypatch, expected, name, step):
     monkeypatch.setattr(place(step), fails)
     found, code = command("solve", name)

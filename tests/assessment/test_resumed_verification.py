@@ -73,8 +73,8 @@ def test_a_verification_asked_otherwise_is_refused(tmp_path):
 
 @pytest.mark.parametrize(
     ("joint", "asked"),
-    [(PLANE, "0.3"), (SPACE, "0.3"), (shakedown.example("one-node-separation"), "1")],
-    ids=["plane", "space", "given states"],
+    [(PLANE, "0.3"), (shakedown.example("one-node-separation"), "1")],
+    ids=["plane", "given states"],
 )
 @pytest.mark.usefixtures("undrawn")
 def test_what_is_known_can_be_read_while_the_work_goes_on(joint, asked, tmp_path, monkeypatch):

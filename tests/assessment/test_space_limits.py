@@ -84,7 +84,7 @@ REFERENCE = {  # λ_max; least λ_E from slip zero with a share of half A_ii⁻�
 }
 
 
-@pytest.mark.parametrize("name", REFERENCE)
+@pytest.mark.parametrize("name", ["one-node-3d", "four-node-3d"])
 def test_three_numbers_of_the_reference_joints(name):
     largest, energy, discs = REFERENCE[name]
     found = assessed(name)

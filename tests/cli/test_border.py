@@ -55,7 +55,7 @@ def interrupted(words, after, number=signal.SIGINT):
 YEARS = ["critical", "block-33", "--budget", str(9 * 10**18), "-q"]  # of work
 
 
-@pytest.mark.parametrize("after", [0.002, 0.02, 0.05, 0.1, 0.4])
+@pytest.mark.parametrize("after", [0.002, 0.05, 0.4])
 def test_an_interruption_is_one_line_from_the_first_import_on(after):
     assert interrupted(YEARS, after) == (130, "shakedown-bounds: interrupted\n")
 
@@ -292,7 +292,7 @@ def bomb(path, method, size):
     """Three members of ``size`` zeros that claim to be matrices, in a few kilobytes."""
     header = f"{{'descr': '<f8', 'fortran_order': False, 'shape': ({size // 8},), }}".encode()
     head = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header
-    with zipfile.ZipFile(path, "w", method) as archive:
+    with zipfile.ZipFile(path, "w", method, compresslevel=1) as archive:
         for key in ("A", "B", "f", "q_w", "p_w"):
             with archive.open(f"{key}.npy", "w", force_zip64=True) as file:
                 file.write(head)

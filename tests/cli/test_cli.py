@@ -64,6 +64,7 @@ def test_a_table_with_slips_after_the_transient_has_80_columns(tmp_path):
     assert max(map(len, out.splitlines())) <= 80
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_verify_has_every_run(tmp_path):
     result = document("verify", "two-node", "-o", "r.html", cwd=tmp_path)
     assert result["agrees"] is True
@@ -223,11 +224,15 @@ def test_bad_usage_is_one_line_and_exit_code_2(tmp_path, kind):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("name", shakedown.example_names())
-@pytest.mark.parametrize("command", ["simulate", "critical"])  # solve: test_proved.py
-def test_output_fits_80_columns(command, name):
-    extra = {"simulate": ["--load-factor", "1"], "critical": ["--budget", "100000"]}[command]
-    _, out, _ = run(command, name, *extra)
+@pytest.mark.parametrize("name", sorted({*shakedown.example_names()} - {"block-3x3", "blade-root"}))
+def test_output_fits_80_columns(name):  # of solve: test_proved.py
+    _, out, _ = run("simulate", name, "--load-factor", "1")
+    assert max(map(len, out.splitlines()), default=0) <= 80
+
+
+@pytest.mark.parametrize("name", ["one-node-separation", "three-node", "block-9", "two-node-3d"])
+def test_critical_load_factors_fit_80_columns(name):
+    _, out, _ = run("critical", name, "--budget", "100000")
     assert max(map(len, out.splitlines()), default=0) <= 80
 
 
@@ -247,7 +252,7 @@ def test_help_does_not_even_load_the_solver():
     assert done.stdout.strip() == "False"
 
 
-@pytest.mark.parametrize("words", [["--help"], ["solve", "two-node"], ["example"], ["solve", "--help"]])
+@pytest.mark.parametrize("words", [["--help"], ["solve", "two-node"], ["solve", "--help"]])
 def test_light_commands_import_nothing_heavy(words):
     code = (
         "import sys; from shakedown.cli.main import main\n"
@@ -278,7 +283,7 @@ def test_a_closed_pipe_ends_quietly():
         "-c",
         "from shakedown.cli.main import main; main()",
         "solve",
-        "block-9",
+        "one-node",
         "--json",
     ]
     done = subprocess.run(words, stdout=write, stderr=subprocess.PIPE, text=True, check=False)

@@ -57,7 +57,7 @@ def test_nodes_may_be_named_or_none():
     assert found["load_factor"] == document("solve", "receding-block")["upper"]["load_factor"]
 
 
-@pytest.mark.parametrize("name", ["two-node", "uncoupled", "block-9"])
+@pytest.mark.parametrize("name", ["two-node"])
 def test_with_all_nodes_closed_nothing_changes(name):
     searched, plain = (document("solve", name, "--open", word) for word in ("auto", "none"))
     assert searched == plain

@@ -26,12 +26,12 @@ def test_the_first_sentence_is_the_answer_for_the_loading_as_given():
 
 
 def test_every_row_fits_80_columns_with_two_parameters():
-    words = ("--vary", "stiffness=0.5,1,2.333333", "--vary", "amplitude=0.333333:2.333333:3", "--quick")
+    words = ("--vary", "stiffness=1,2.333333", "--vary", "amplitude=0.333333:2.333333:2", "--quick")
     out = run("sweep", "two-node", *words)[1]
     assert max(map(len, out.splitlines())) <= 80
-    head, *rows = out.splitlines()[-10:]
+    head, *rows = out.splitlines()[-5:]
     assert head.split()[:4] == ["stiffness", "×", "amplitude", "×"]
-    assert len(rows) == 9
+    assert len(rows) == 4
 
 
 def test_too_wide_a_table_has_the_larger_of_what_is_proved_from_the_state():
@@ -46,10 +46,10 @@ def test_too_wide_a_table_has_the_larger_of_what_is_proved_from_the_state():
 
 
 def test_what_is_proved_is_rounded_down_and_the_upper_bound_up():
-    words = ("--vary", "friction=0.5:1.5:5")
+    words = ("--vary", "friction=0.5:1.5:3")
     found = document("sweep", "two-node", *words)["points"]
     out = run("sweep", "two-node", *words)[1]
-    rows = [line.split() for line in out.splitlines()[-5:]]
+    rows = [line.split() for line in out.splitlines()[-3:]]
     here = ("energy", "box", "accumulated")
     for point, (_, universal, this, lower, transient, upper, *_) in zip(found, rows, strict=True):
         below = {"universal": universal, "lower": lower, "transient": transient}
@@ -141,10 +141,9 @@ def test_json_and_csv_are_the_librarys(tmp_path):
 
 @pytest.mark.parametrize("vary", [("f=0.1:0.6:5",), ("f=0.1:0.6:3", "mean=1,2")])
 def test_pictures_are_written(tmp_path, vary):
-    words = [word for each in vary for word in ("--vary", each)]
-    for name in ("a.png", "b.svg"):
-        assert run("sweep", "two-node", *words, *FAST, "--picture", str(tmp_path / name))[0] == 0
-        assert (tmp_path / name).stat().st_size > 1000
+    words, name = [word for each in vary for word in ("--vary", each)], ("a.png", "b.svg")[len(vary) - 1]
+    assert run("sweep", "two-node", *words, *FAST, "--picture", str(tmp_path / name))[0] == 0
+    assert (tmp_path / name).stat().st_size > 1000
 
 
 def test_points_without_a_joint_are_counted_and_said():
