@@ -50,7 +50,7 @@ def identical(one: LongTermStates, other: LongTermStates, rows=slice(None)):
 def test_agrees_with_the_single_state_on_random_joints(kind, outcomes):
     """Slips at the start far from admissible too, and transient load steps."""
     rng, found = np.random.default_rng(5), set()
-    for _ in range(20 if kind == "floating" else 10):
+    for _ in range({"floating": 12, "above thresholds": 4}.get(kind, 8)):
         problem = joint_of_kind(rng, kind)
         load_factor = float(rng.uniform(0.2, 1.6))
         starts = rng.normal(size=(3, problem.n)) * scales(problem, load_factor).length
@@ -91,7 +91,7 @@ def test_what_is_not_found_in_time_is_undecided():
 @pytest.mark.parametrize(("force", "length"), [(2.0**30, 1.0), (2.0**-40, 1.0), (1.0, 2.0**-20)])
 def test_units_change_no_bit(force, length):
     rng = np.random.default_rng(7)
-    for _ in range(20):
+    for _ in range(8):
         problem = any_joint(rng)
         starts = rng.normal(size=(3, problem.n)) * scales(problem, 1.0).length
         one = shakedown.long_term_states(problem, 1.0, starts, max_cycles=40)
@@ -132,7 +132,7 @@ def test_an_interrupt_ends_it_soon(threads):
     starts = np.random.default_rng(0).uniform(-1.0, 1.0, (200_000, 9))  # some minutes
     shakedown.long_term_states(problem, 5.0, starts[:1])
     began, before = time.monotonic(), signal.signal(signal.SIGALRM, signal.default_int_handler)
-    signal.setitimer(signal.ITIMER_REAL, 0.2)
+    signal.setitimer(signal.ITIMER_REAL, 0.05)
     try:
         with pytest.raises(KeyboardInterrupt):
             shakedown.long_term_states(problem, 5.0, starts, threads=threads)

@@ -215,7 +215,7 @@ def test_wear_does_not_need_friction():
     assert nodes.wear_depth == pytest.approx([WEAR * 3.0 * 2.0])
 
 
-@pytest.mark.parametrize(("force", "length"), [(2.0**30, 1.0), (1.0, 2.0**-20)])
+@pytest.mark.parametrize(("force", "length"), [(2.0**30, 2.0**-20)])
 @pytest.mark.parametrize("name", ["block-9", "press-fit", "walks", "jumps"])
 def test_units_do_not_matter(name, force, length):
     problem, load_factor, start = CASES[name]()

@@ -29,8 +29,8 @@ def drawn(seed):
     return [(joint, shakedown.long_term_state(joint, 1.0, max_cycles=40)) for joint in joints]
 
 
-@pytest.mark.parametrize(("force", "length"), [(2.0**30, 1.0), (2.0**-40, 1.0), (1.0, 2.0**-20)])
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize(("force", "length"), [(2.0**30, 2.0**-20), (2.0**-40, 1.0)])
+@pytest.mark.parametrize("seed", [0])
 def test_the_long_term_state_does_not_depend_on_units(seed, force, length):
     for problem, one in drawn(seed):
         other = shakedown.long_term_state(in_units(problem, force, length), 1.0, max_cycles=40)

@@ -172,7 +172,7 @@ def test_a_first_collapse_of_zero_is_real():
 @pytest.mark.parametrize("band", ["weak", "below one", "strong", "star"])
 def test_nothing_cycles_below_what_is_proved(band):
     generator = np.random.default_rng(7)
-    for _ in range(3):
+    for _ in range(2):
         problem = difficult_joint(generator, 3, band)
         try:
             found = shakedown.smallest_cycle(problem, **QUICK, accuracy=1e-4)
@@ -250,7 +250,7 @@ def grazing(force=1.0, length=1.0):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(("force", "length"), [(1.0, 1.0), (1e7, 1e-3), (1e-7, 1e3)])
+@pytest.mark.parametrize(("force", "length"), [(1.0, 1.0), (1e7, 1e-3)])
 def test_what_takes_less_than_the_data_resolve_is_no_cycle(force, length):
     """Near its limit the cycle takes 4 f p A⁻¹ λ q at most: as small as one likes, and no cycle there."""
     near = shakedown.smallest_cycle(grazing(force, length), rounds=3, states=16)

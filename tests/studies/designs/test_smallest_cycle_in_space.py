@@ -10,7 +10,7 @@ from shakedown.motion.contact_law import admissible
 from shakedown.studies.designs.attacking_states import AttackingStates
 
 JOINT = shakedown.example("one-node-3d")
-FEW = {"states": 2, "rounds": 1}
+FEW = {"states": 2, "rounds": 1, "accuracy": 1e-2}
 
 
 @pytest.fixture(scope="module")

@@ -278,12 +278,11 @@ def test_an_imported_joint_is_swept_over_numbers_of_its_configuration(tmp_path):
     write_import_example(tmp_path / "punch")
     made = shakedown.import_model(tmp_path / "punch" / "import.toml")
     force, harmonic = "load.2.forces.1.3", "load.3.history.harmonics.1.cos"
-    vary = {force: [5.0, 10.0], harmonic: [0.5, 1.0]}
-    found = shakedown.sweep(made, vary, bounds=["upper"])
-    assert found.upper[1, 1] == shakedown.upper_bound(made.problem, certify=False).load_factor
+    found = shakedown.sweep(made, {force: [5.0, 10.0], harmonic: [0.5]}, bounds=["upper"])
+    as_given = shakedown.upper_bound(made.problem, certify=False).load_factor
     afresh = shakedown.import_model(made.path, changes={force: 5.0, harmonic: 0.5})
     assert found.upper[0, 0] == shakedown.upper_bound(afresh.problem, certify=False).load_factor
     both = shakedown.sweep(made, {"f": [0.3, 0.4], harmonic: [1.0]}, bounds=["upper"], workers=2)
-    assert both.upper[0, 0] == pytest.approx(found.upper[1, 1], rel=1e-12)
+    assert both.upper[0, 0] == pytest.approx(as_given, rel=1e-12)
     wrong = shakedown.sweep(made, {"load.1.name": [1.0]})
     assert "load.1.name: expected the key of a number, found 'pressed down'" in wrong.points[0].reason

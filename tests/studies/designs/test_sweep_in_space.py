@@ -15,7 +15,7 @@ JOINT = shakedown.example("one-node-3d")
 
 
 def test_every_point_is_the_joint_by_itself():
-    found = sweep(JOINT, {"friction": [0.5, 1.0]}, quick=True)
+    found = sweep(JOINT, {"friction": [0.5]}, quick=True)
     assert found.bounds == ("universal", "energy", "accumulated", "transient", "upper")
     assert (found.energy <= found.transient).all()
     assert (found.transient <= found.upper).all()

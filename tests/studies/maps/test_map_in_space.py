@@ -21,7 +21,7 @@ def found():
 
 
 def test_it_agrees_bit_by_bit_with_single_states(found):
-    for k in range(0, 8, 2):
+    for k in (0, 5):
         state = shakedown.long_term_state(JOINT, found.load_factor, found.initial_slip[k])
         assert (found.outcome[k], found.period[k]) == (state.outcome, state.period)
         assert found.signature[k] == state.signature
@@ -33,12 +33,12 @@ def test_it_agrees_bit_by_bit_with_single_states(found):
 
 @pytest.mark.parametrize("sampler", ["latin", "ball", "transients"])
 def test_every_sampler_has_states(sampler):
-    some = shakedown.initial_state_map(JOINT, 0.5, states=6, sampler=sampler, seed=3)
+    some = shakedown.initial_state_map(JOINT, 0.5, states=5, sampler=sampler, seed=3)
     np.testing.assert_array_equal(some.sampling.slips(4, 5), some.initial_slip[4:5])
     assert len(np.unique(some.initial_slip[:, 0])) > 1 or sampler == "transients"
     if sampler == "ball":
         assert (some.sampling.ball.distance(some.initial_slip) <= some.sampling.ball.radius).all()
-        assert some.outcomes == {"shakedown": 6}
+        assert some.outcomes == {"shakedown": 5}
 
 
 def test_load_in_one_direction_is_the_map_of_the_plane():

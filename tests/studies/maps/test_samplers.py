@@ -11,15 +11,16 @@ JOINT = shakedown.example("two-node")
 
 @pytest.mark.parametrize("sampler", Sampler)
 def test_a_state_follows_from_its_number_alone(sampler):
-    chosen = sampling(JOINT, 0.7, sampler, states=150, seed=3)
-    every = chosen.slips(0, 150)
+    count = 81 if sampler == Sampler.TRANSIENTS else 144  # the first of them are simulated
+    chosen = sampling(JOINT, 0.7, sampler, states=count, seed=3)
+    every = chosen.slips(0, count)
     assert every.shape == (chosen.states, 2)
-    for start, stop in ((0, 1), (63, 65), (100, 144), (130, 150)):
+    for start, stop in ((0, 1), (63, 65), (70, count)):
         np.testing.assert_array_equal(chosen.slips(start, stop), every[start:stop])
     more = sampling(JOINT, 0.7, sampler, states=169, seed=3)
     if sampler != Sampler.GRID:
-        np.testing.assert_array_equal(more.slips(0, 150), every)
-        assert (sampling(JOINT, 0.7, sampler, states=150, seed=4).slips(0, 150) != every).any()
+        np.testing.assert_array_equal(more.slips(0, count), every)
+        assert (sampling(JOINT, 0.7, sampler, states=count, seed=4).slips(0, 9) != every[:9]).any()
 
 
 @pytest.mark.parametrize("sampler", [Sampler.GRID, Sampler.SOBOL, Sampler.LATIN])
