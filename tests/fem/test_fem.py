@@ -1,5 +1,7 @@
 """Elastic bodies: patch test, rigid motions, laws of elasticity, meshes from files."""
 
+import dataclasses
+import json
 import subprocess
 import sys
 from functools import cache
@@ -32,6 +34,7 @@ from shakedown.fem import (
 from shakedown.models.readers.calculix_reactions import read_calculix_output
 
 BLOCKS = cache(shipped_blocks)
+TRACES = ("label", "coordinates", "normal", "tangent", "node_area", "load_names")
 
 
 def distorted(nx=4, ny=3, seed=0):
@@ -189,9 +192,9 @@ def test_an_incompressible_body_on_a_rigid_plane_is_uncoupled_locally():
         kappa = contact_condensation(body, "bottom")
         return np.abs(kappa.B).max() / np.abs(kappa.A).max()
 
-    incompressible = [coupling(0.499999, n) for n in (4, 8, 16)]
+    incompressible = [coupling(0.499999, n) for n in (4, 8)]
     np.testing.assert_allclose(np.divide(incompressible[:-1], incompressible[1:]), 2.0, atol=0.1)
-    assert [coupling(0.3, n) for n in (4, 8, 16)] == pytest.approx([0.12] * 3, rel=0.02)
+    assert [coupling(0.3, n) for n in (4, 8)] == pytest.approx([0.12] * 2, rel=0.02)
 
 
 def test_mismatched_bodies_are_refused():
@@ -369,6 +372,21 @@ def test_shipped_blocks_are_made_again(name):
             assert (found is None) == (expected is None)
             if expected is not None:
                 np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * size, err_msg=key)
+
+
+@pytest.mark.parametrize("name", ["press-fit", "receding-block", "cantilevered-block", "cylinder-on-flat"])
+def test_the_shipped_blocks_know_their_nodes(name):
+    fresh, shipped = BLOCKS()[name], shakedown.example(name)
+    for key in TRACES:
+        found, expected = getattr(shipped, key), getattr(fresh, key)
+        assert (
+            found == expected if isinstance(expected, tuple) else found == pytest.approx(expected, abs=1e-12)
+        )
+    assert json.loads(shipped.source)["bodies"] == json.loads(fresh.source)["bodies"]
+    plain = dataclasses.replace(shipped, **dict.fromkeys(TRACES))
+    assert shakedown.upper_bound(plain).load_factor == shakedown.upper_bound(shipped).load_factor or np.isnan(
+        shakedown.upper_bound(plain).load_factor
+    )
 
 
 def test_blocks_are_in_balance_and_refine():

@@ -19,7 +19,7 @@ def run():
 
 def test_thick_rows_touch_the_slip_and_thin_ones_do_not_cut_what_sticks(run):
     touched = 0
-    for cycle in np.linspace(0.0, 2.0, 41):
+    for cycle in np.linspace(0.0, 2.0, 27):
         axes = plot.slip_space_at(run, JOINT, cycle)
         state = run.history.at(np.array([cycle])).state[0]
         thick = [line for line in axes.lines if line.get_linewidth() == 2.5]
@@ -65,9 +65,9 @@ def test_an_open_node_has_no_sector():
 @pytest.mark.parametrize("animate", [plot.animate_slip_space, plot.animate_reactions])
 def test_a_film_has_its_frames_and_is_small(run, tmp_path, animate):
     path = tmp_path / "film.gif"
-    animate(run, JOINT, path, frames=5, longest=1.0)
+    animate(run, JOINT, path, frames=3, longest=1.0)
     with Image.open(path) as film:
-        assert (film.format, film.n_frames, film.info["loop"]) == ("GIF", 5, 0)
+        assert (film.format, film.n_frames, film.info["loop"]) == ("GIF", 3, 0)
     assert path.stat().st_size < 60_000
 
 

@@ -87,7 +87,6 @@ def test_a_parameter_of_the_users_own_function_has_its_own_name():
         {"f": [-0.1, 0.3], "mean": [-1.0, 1.0]},
         {"f": [-0.2, -0.1], "mean": [1.0, 2.0]},
         {"amplitude": [0.0, 1.0], "mean": [0.0, 1.0]},
-        {"stiffness": [1.0, 2.0], "mean": [1.0, 2.0]},
     ],
 )
 def test_points_without_numbers_are_drawn_without_complaint(vary):

@@ -11,7 +11,7 @@ from benchmarks.rational_reference import solve_fractions
 from shakedown.programs.exact_program import ExactProgram, exact_vertex
 from shakedown.programs.integer_algebra import enclosure, solve_integers
 
-LAW = settings(derandomize=True, deadline=None, max_examples=40)
+LAW = settings(derandomize=True, deadline=None, max_examples=20)
 
 
 def random_system(seed: int, n: int) -> tuple[list[list[int]], list[int]]:

@@ -120,7 +120,7 @@ def test_joints_on_which_the_simplex_method_gives_up_have_their_curve(seed):
 
 def test_one_node_at_its_own_critical_friction_has_the_bound_of_melan():
     """Slip of the node shifts its pressure in proportion to its shear: nothing is lost to the ball."""
-    for seed in range(40):
+    for seed in range(15):
         rng = np.random.default_rng(seed)
         stiffness, f = 10.0 ** rng.uniform(-2, 2), rng.uniform(0.1, 2)
         coupling = stiffness / f * rng.choice([-1, 1])  # f |B| = A to round-off

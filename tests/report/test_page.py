@@ -126,7 +126,7 @@ def block_page(block) -> str:
     return render(block)
 
 
-@pytest.fixture(scope="module", params=["two-node", "labelled", "receding-block"])
+@pytest.fixture(scope="module", params=["two-node", "labelled"])
 def page(request, two_page, block_page) -> Page:
     known = {"two-node": two_page, "labelled": block_page}
     return Page(known.get(request.param) or render(verified(shakedown.example(request.param))))

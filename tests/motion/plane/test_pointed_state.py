@@ -51,7 +51,7 @@ def test_a_state_with_other_parts_keeps_the_rest():
     whole = Whole({"seen": 1}, part=Part({"values": 1}))
     other = whole.with_parts(part=Part({"values": 2}))
     del whole
-    gc.collect()
+    gc.collect(0)
     other.part.set(size=1)
     work(other)
     assert other.seen.tolist() == [1]
