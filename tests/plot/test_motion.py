@@ -19,7 +19,7 @@ def run():
 
 def test_thick_rows_touch_the_slip_and_thin_ones_do_not_cut_what_sticks(run):
     touched = 0
-    for cycle in np.linspace(0.0, 2.0, 27):
+    for cycle in np.linspace(0.0, 2.0, 41):
         axes = plot.slip_space_at(run, JOINT, cycle)
         state = run.history.at(np.array([cycle])).state[0]
         thick = [line for line in axes.lines if line.get_linewidth() == 2.5]
