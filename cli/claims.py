@@ -108,3 +108,14 @@ class OutputFile(click.Path):
             raise shakedown.UsageError(f"{value}: expected a name that ends in {known}")
         writes_whole(ctx, name, value)
         return super().convert(value, param, ctx)
+
+
+class TableFile(OutputFile):
+    """A table to write, found to be writable before the work starts."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        from shakedown.files.table_file import check_table  # only where a table is asked for
+
+        path = super().convert(value, param, ctx)
+        check_table(path)
+        return path

@@ -8,6 +8,7 @@ import shakedown
 
 from .adversary import adversary
 from .critical import critical
+from .damping import damping
 from .example import example
 from .import_problem import import_problem_command
 from .map import map_command
@@ -39,6 +40,7 @@ COMMANDS = (
     verify,
     map_command,
     sweep,
+    damping,
     adversary,
     import_problem_command,
     example,

@@ -17,7 +17,7 @@ from shakedown.report.hint_words import simulated_path_in_words
 from shakedown.report.node_words import by_direction, open_in_words, resolution, without_round_off
 from shakedown.report.run_words import SEPARATION, margin_at_rest, sliding_in_words
 
-from .claims import OutputFile, record_of
+from .claims import OutputFile, TableFile, record_of
 from .initial import moved_by_transient, start_of
 from .options import (
     method_option,
@@ -60,6 +60,9 @@ IN_SPACE = "x, y: the two tangential directions of a node; Σ|Δv|: its slip per
     help="Film of the first three cycles (GIF): the slip of two nodes, else the load of the node "
     "that slips most.",
 )
+@click.option(
+    "--loop", type=TableFile(), help="Write the loops of the loads here (.csv): load and displacement."
+)
 @output_options
 @click.pass_context
 def simulate(
@@ -74,6 +77,7 @@ def simulate(
     output: Path | None,
     resume: bool,
     animation: Path | None,
+    loop: Path | None,
     as_json: bool,
 ) -> None:
     """Follow FILE at one load factor from one initial state to its long-term state."""
@@ -95,12 +99,25 @@ def simulate(
     )
     if animation is not None:
         _animate(problem, run, animation)
+    if loop is not None:
+        from shakedown.long_term.conjugate_displacement import load_loops  # it loads compiled code
+
+        load_loops(problem, _period(run)).save(loop, problem)
     if as_json:
         echo_json({"problem": problem.to_dict()} | run.to_dict())
     else:
         say(_text(problem, run, word))
     if run.outcome == shakedown.Outcome.UNDECIDED:
         context.exit(1)
+
+
+def _period(run: shakedown.Simulation) -> shakedown.LongTermState:
+    """The long-term state of a run, one period of which is known."""
+    if run.long_term is None or not run.long_term.period:
+        raise click.UsageError(
+            f"--loop: expected a period from event to event, found none ({run.method}, {run.outcome})"
+        )
+    return run.long_term
 
 
 def _animate(problem: Problem, run: shakedown.Simulation, path: Path) -> None:

@@ -19,7 +19,7 @@ from shakedown.report.design_words import SHORT, sweep_in_words
 from shakedown.report.hint_words import LOAD_DOMAIN
 from shakedown.report.text_table import table
 
-from .claims import PICTURES, OutputFile, name_of, reads, record_of
+from .claims import PICTURES, OutputFile, TableFile, name_of, reads, record_of
 from .initial import initial_state
 from .options import (
     ProblemFile,
@@ -102,17 +102,6 @@ class Bounds(click.ParamType):
                 f"--bounds: expected some of {','.join(BOUNDS)}, found {shortened(str(value))}"
             )
         return names
-
-
-class TableFile(OutputFile):
-    """A table to write, found to be writable before the work starts."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        from shakedown.files.table_file import check_table  # only where a table is asked for
-
-        path = super().convert(value, param, ctx)
-        check_table(path)
-        return path
 
 
 @click.command(short_help="The limits over one or two parameters.")

@@ -3,6 +3,7 @@
 from . import plot as plot
 from .assessment.assess import Assessment as Assessment
 from .assessment.assess import assess as assess
+from .assessment.damping import damping as damping
 from .assessment.every_limit import shakedown_bounds as shakedown_bounds
 from .assessment.shakedown_bounds import ShakedownBounds as ShakedownBounds
 from .assessment.transient_limit import TransientLimit as TransientLimit

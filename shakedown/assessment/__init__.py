@@ -5,7 +5,9 @@ is first read), ``shakedown_bounds`` (lower and upper bound together), ``from_st
 and box bound), ``transient_limit`` (λ_T, up to which the joint shakes down from its own start),
 ``slip_limit`` (up to which it slips little enough). What a limit owes to friction, constant load and
 amplitude of each node: ``row_rates`` (how the slack in every row changes with a parameter), ``one_sided``
-(what that makes of the load factor, on either side), ``sensitivities``.
+(what that makes of the load factor, on either side), ``sensitivities``. Between the limit and gross slip:
+``damping`` (long-term states over the amplitude of a load), ``loaded_joint`` (the joint under that load),
+``amplitude_curve`` (what they make of stiffness and damping).
 
 Beside simulations: ``load_regions`` (where a load factor lies), ``plan`` (which load factors and initial
 states, what is predicted there), ``runs`` (the simulations), ``independent_bounds`` (the bounds by another

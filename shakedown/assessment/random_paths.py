@@ -57,6 +57,7 @@ def _paths(problem: Problem, count: int, seed: int) -> Iterator[Problem]:
             problem,
             q_w=problem.q_w[order],
             p_w=problem.p_w[order],
+            load_history=None if problem.load_history is None else problem.load_history[order],
             q_mean=loop.q0,
             p_mean=loop.p0,
             q_transient=None,

@@ -1,9 +1,11 @@
 """How far each load moves: the displacement conjugate to it along a path, and the loops of the loads."""
 
-from typing import NamedTuple, Protocol
+import os
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from shakedown.files.table_file import check_table, write_csv
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import checked
@@ -42,6 +44,26 @@ class LoadLoops(NamedTuple):
     load: FloatArray
     displacement: FloatArray
     areas: FloatArray
+
+    def save(self, path: str | os.PathLike[str], problem: Problem) -> None:
+        """Write a table (.csv): time, load and displacement, of several loads one after the other.
+
+        Raises
+        ------
+        UsageError
+            If the file cannot be written or its name ends otherwise.
+        """
+        check_table(path)
+        count = self.load.shape[1]
+        names = problem.load_names or ()
+        titles = names if len(names) == count else [str(k) for k in range(count)]
+        columns: dict[str, list[Any]] = {
+            "load_name": [title for title in titles for _ in self.cycle],
+            "cycle": count * self.cycle.tolist(),
+            "load": self.load.T.ravel().tolist(),
+            "displacement": self.displacement.T.ravel().tolist(),
+        }
+        write_csv(path, columns)
 
 
 @checked

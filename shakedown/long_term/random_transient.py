@@ -6,6 +6,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.conjugate_loads import without_loads
 from shakedown.joint.loading import first_load, loop_path
 from shakedown.joint.problem import Problem
 from shakedown.motion.evolve import evolve
@@ -51,7 +52,7 @@ def slip_after_transient(
     before_q, before_p = split(ends[0] + share * (ends[1] - ends[0]))
     q, p = split(first_load(problem, load_factor))
     passed = replace(
-        problem,
+        without_loads(problem),
         q_w=q[None],
         p_w=p[None],
         q_mean=q,

@@ -12,6 +12,7 @@ a module below works out what is seen, ``style`` has what all of them look like 
 - an arrow or a mark per node of a patch, at an instant: ``patch_arrows`` (on the places of
   ``patch_places``, where ``patches`` finds them and ``flat_patch`` unrolls them)
 - loops of a node (hysteresis, orbits), reactions in time: ``loops``
+- the loop of a load, damping and stiffness over its amplitude: ``over_amplitude``
 - where and when a contact sticks, slips, opens: ``zone_map``
 - slip space, reaction space: ``planes``; the same at an instant, and animations: ``motion``
 - limits on one scale, against a parameter or the cycle: ``load_factors``; design diagrams: ``regions``
@@ -38,6 +39,7 @@ from shakedown.plot.loops import (
     slip_orbits,
 )
 from shakedown.plot.motion import animate_reactions, animate_slip_space, reactions_at, slip_space_at
+from shakedown.plot.over_amplitude import damping_curve, loop
 from shakedown.plot.over_contact import (
     dissipation_along,
     friction_use,
@@ -67,6 +69,7 @@ __all__ = [
     "animate_slip_space",
     "basin",
     "contact",
+    "damping_curve",
     "dissipation_along",
     "friction_use",
     "friction_use_at",
@@ -79,6 +82,7 @@ __all__ = [
     "loads_along",
     "loads_in_time",
     "loads_over_patch",
+    "loop",
     "patch_count",
     "pressure",
     "pressure_over_patch",

@@ -6,7 +6,10 @@ import numpy as np
 
 from shakedown import plot
 from shakedown.joint.problem import Problem
+from shakedown.long_term.conjugate_displacement import load_loops
+from shakedown.long_term.state import LongTermState
 from shakedown.plot.inline_svg import PANEL, SMALL, Drawing, Picture, picture
+from shakedown.plot.over_amplitude import load_title
 from shakedown.plot.patch_arrows import MOST_LOOPS
 from shakedown.plot.patch_places import patch_count, places_of
 
@@ -37,6 +40,25 @@ def problem_pictures(problem: Problem) -> list[Picture]:
         picture(f"{caption}.{left_out(problem)} {WELDED}", *drawings),
         picture("The sums of the welded reactions of all nodes over the period.", time),
     ]
+
+
+def load_loops_pictures(state: LongTermState, which: str) -> list[Picture]:
+    """Loops of the loads that vary most, where the joint knows how far its loads move."""
+    problem = state.problem
+    if problem.load_compliance is None or problem.load_history is None:
+        return []
+    areas = np.abs(load_loops(problem, state).areas)
+    varying = np.flatnonzero(np.ptp(problem.load_history, axis=0) > 0)
+    chosen = varying[np.argsort(-areas[varying], kind="stable")][:OF_THEIR_OWN].tolist()
+    drawings = []
+    for j in chosen:
+        alt = f"{load_title(problem, j)} against the displacement conjugate to it"
+        drawings.append(Drawing(alt, partial(plot.loop, state, load=j)))
+    caption = (
+        f"Loops of the loads over one period: {which}. A load against the displacement that it works along; "
+        "the areas of all of them are together what friction (and the damping of jumps) takes."
+    )
+    return [picture(caption, *drawings)] if drawings else []
 
 
 def _loads_along(problem: Problem, few: bool) -> tuple[str, list[Drawing]]:

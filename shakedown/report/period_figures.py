@@ -24,7 +24,13 @@ from shakedown.plot.drawn_path import extreme_rows, most_sheared_row, time_in_wo
 from shakedown.plot.inline_svg import Drawing, Picture, picture
 from shakedown.plot.patch_arrows import MOST_DISCS
 from shakedown.plot.style import node_name
-from shakedown.report.load_figures import OF_THEIR_OWN, drawn_patches, left_out, patch_size
+from shakedown.report.load_figures import (
+    OF_THEIR_OWN,
+    drawn_patches,
+    left_out,
+    load_loops_pictures,
+    patch_size,
+)
 
 LINES = 4  # in one picture, of as many instants of a period
 INSTANTS = 3  # of a period, in pictures side by side
@@ -97,6 +103,7 @@ def state_pictures(v: Verification) -> list[Picture]:
     family, many = _family(problem), problem.n > OF_THEIR_OWN
     elsewhere = cycling is not None and (given is None or cycling.state is not given.state)
     pictures = [] if cycling is None else [family.ways(cycling, problem)]
+    pictures += [] if cycling is None else load_loops_pictures(cycling.state, cycling.which)
     if given is not None and many:
         pictures.append(family.contact(given, problem))
     elif given is not None and (not family.all_in_ways or cycling is None or elsewhere):

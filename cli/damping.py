@@ -1,0 +1,197 @@
+"""`shakedown-bounds damping`: dissipation and stiffness over the amplitude of a load."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import click
+import numpy as np
+
+import shakedown
+from shakedown import Outcome, Problem
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import down
+from shakedown.ground.visible_text import shortened, with_unit
+from shakedown.joint.units import units_of
+from shakedown.report.text_table import table
+
+from .claims import PICTURES, OutputFile, TableFile, record_of
+from .initial import start_of
+from .options import (
+    OpenNodes,
+    cycles_option,
+    output_options,
+    problem_argument,
+    resume_option,
+    scheduler_option,
+)
+from .output import echo_json, headline, number, paragraph, progress, say
+
+if TYPE_CHECKING:
+    from shakedown.assessment.amplitude_curve import DampingCurve
+
+DIGITS = 5
+SAME = "From the first state every amplitude ends in the same dissipation as from the one before it."
+
+
+class Amplitudes(click.ParamType):
+    """Amplitudes that rise: LOW:HIGH:COUNT, evenly spaced, or values with commas between them."""
+
+    name = "amplitudes"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        parts = value.split(":") if ":" in value else value.split(",")
+        try:
+            numbers = [float(part) for part in parts]
+        except ValueError:
+            numbers = []
+        if ":" in value and (len(numbers) != 3 or not (numbers[2] >= 2 and numbers[2] == int(numbers[2]))):
+            numbers = []
+        if not numbers or not np.isfinite(numbers).all():
+            raise click.UsageError(
+                f"--amplitudes: expected LOW:HIGH:COUNT or VALUE,VALUE,…, found '{shortened(value, 40)}'"
+            )
+        return np.linspace(numbers[0], numbers[1], int(numbers[2])) if ":" in value else np.array(numbers)
+
+
+@click.command(
+    short_help="Damping and stiffness over the amplitude of a load.",
+    epilog="Exit codes: 0 a long-term state was found at every amplitude, whichever; 1 undecided somewhere; "
+    "2 bad usage or bad input.",
+)
+@problem_argument
+@click.option(
+    "--amplitudes",
+    type=Amplitudes(),
+    required=True,
+    help="LOW:HIGH:COUNT or VALUE,VALUE,…: factors on the history of the load, rising.",
+)
+@click.option("--load", default="0", metavar="NAME", show_default=True, help="Which load, by name or number.")
+@click.option(
+    "--initial",
+    metavar="STATE",
+    help="zero, given, given:K or PATH.npy. Default: given where the file has initial_slip, else zero.",
+)
+@click.option(
+    "--open",
+    "open_nodes",
+    type=OpenNodes(),
+    default="auto",
+    show_default=True,
+    help="Nodes open at the start: none or numbers like 0,3,7; auto: none, and λ_E of the best zone.",
+)
+@click.option("--from-zero", is_flag=True, help="Every amplitude from that state too; say where it differs.")
+@cycles_option
+@click.option("-o", "--output", type=TableFile(), help="Write one row per amplitude (.csv or .parquet).")
+@click.option("--picture", type=OutputFile(PICTURES), help="Draw the curve here (.png, .svg or .pdf).")
+@click.option(
+    "--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes (--from-zero)."
+)
+@scheduler_option
+@resume_option
+@output_options
+@click.pass_context
+def damping(
+    context: click.Context,
+    problem: Problem,
+    amplitudes: FloatArray,
+    load: str,
+    initial: str | None,
+    open_nodes: tuple[int, ...] | Literal["auto"],
+    from_zero: bool,
+    cycles: int,
+    output: Path | None,
+    picture: Path | None,
+    workers: int,
+    scheduler: str | None,
+    resume: bool,
+    as_json: bool,
+) -> None:
+    """Follow FILE at rising amplitudes of one load to its long-term states.
+
+    FILE has to know its loads (load_reactions, load_history; for displacements
+    load_compliance), as import writes them. Each amplitude begins where the one before it ended.
+    """
+    if initial in ("safe", "witness"):
+        raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")
+    record_of(context, output, resume)
+    start = start_of(problem, 0.0, initial, ())[2]
+    with progress("amplitudes") as update:
+        curve = shakedown.damping(
+            problem,
+            amplitudes,
+            load=load,
+            initial_slip=start,
+            open_nodes=open_nodes,
+            from_zero=from_zero,
+            max_cycles=cycles,
+            workers=workers,
+            scheduler=scheduler,
+            output=output,
+            resume=resume,
+            progress=update,
+        )
+    if picture is not None:
+        from shakedown import plot  # only where a picture is wanted
+
+        plot.save(plot.damping_curve(curve), picture)
+    if as_json:
+        echo_json({"problem": problem.to_dict()} | curve.to_dict())
+    else:
+        say(_text(problem, curve))
+    if Outcome.UNDECIDED in curve.outcome:
+        context.exit(1)
+
+
+def _text(problem: Problem, curve: DampingCurve) -> str:
+    name = f" ({shortened(curve.load_name, 40)})" if curve.load_name else ""
+    lines = [
+        headline(problem),
+        "",
+        paragraph(f"Load {curve.load}{name} at {len(curve.amplitude)} amplitudes."),
+    ]
+    lines += [paragraph(sentence) for sentence in _limits_in_words(curve)]
+    if np.isnan(curve.displacement).all():
+        lines.append(paragraph("Displacements are not known: the problem has no load_compliance."))
+    if curve.from_zero is not None:
+        where = ", ".join(number(a, DIGITS) for a in curve.amplitude[curve.differs])
+        told = f"The start decides: from the first state the joint ends elsewhere at {where}."
+        lines.append(paragraph(told if where else SAME))
+    return "\n".join([*lines, "", _table(problem, curve)])
+
+
+def _limits_in_words(curve: DampingCurve) -> list[str]:
+    """Up to where nothing damps."""
+    found = []
+    if not np.isnan(curve.proved_limit):
+        found.append(f"Below {down(curve.proved_limit, 6)} there is no friction damping: proved (λ_E).")
+    if np.isinf(curve.simulated_limit):
+        found.append("At all of them the joint shakes down: no friction damping was found.")
+    elif not np.isnan(curve.simulated_limit):
+        found.append(f"None was found up to {down(curve.simulated_limit, 4)} (λ_T, from the first state).")
+    return found
+
+
+def _table(problem: Problem, curve: DampingCurve) -> str:
+    modal = not np.isnan(curve.load_frequency)
+    columns = {
+        "amplitude": curve.amplitude,
+        "displacement": curve.displacement,
+        with_unit("loss", units_of(problem).work): curve.dissipation,
+        **(
+            {"frequency": curve.frequency / (2 * np.pi), "ζ": curve.damping_ratio}
+            if modal
+            else {"stiffness": curve.secant_stiffness, "η": curve.loss_factor}
+        ),
+    }
+    rows = [
+        [
+            *(number(float(x), DIGITS) if np.isfinite(x) else "-" for x in row),
+            outcome + ", proved" * bool(sure),
+        ]
+        for *row, outcome, sure in zip(*columns.values(), curve.outcome, curve.proved, strict=True)
+    ]
+    return table([*columns, "outcome"], rows)

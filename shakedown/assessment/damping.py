@@ -1,0 +1,282 @@
+"""Friction damping and stiffness over the amplitude of a load, from exact long-term states."""
+
+import os
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from importlib.metadata import version
+from math import inf, isfinite, nan
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shakedown.assessment.amplitude_curve import AmplitudePoint, DampingCurve, columns_of
+from shakedown.assessment.loaded_joint import LoadedJoint, load_number
+from shakedown.assessment.transient_limit import transient_limit
+from shakedown.bounds.energy.energy_bound import energy_bound
+from shakedown.campaign.crew import Crew
+from shakedown.campaign.journal import Journal, journal_at
+from shakedown.campaign.pieces import run_campaign
+from shakedown.files.atomic_write import record_beside
+from shakedown.files.table_file import check_table
+from shakedown.ground.argument_kinds import check_count
+from shakedown.ground.contact_status import OPEN
+from shakedown.ground.errors import ProblemError, UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import short
+from shakedown.ground.status import Outcome
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import (
+    check_load_factor,
+    checked,
+    checked_initial_slip,
+    node_numbers,
+    real_array,
+)
+from shakedown.joint.conjugate_loads import require_loads
+from shakedown.joint.problem import Problem
+from shakedown.long_term.conjugate_displacement import load_loops
+from shakedown.long_term.find_state import long_term_state
+from shakedown.long_term.state import LongTermState
+
+SCANNED, NARROW = (
+    2,
+    1e-3,
+)  # load factors between 0 and the first amplitude that damps, and how near λ_T is found
+
+
+@checked
+def damping(
+    problem: Problem,
+    amplitudes: ArrayLike,
+    *,
+    load: int | str = 0,
+    initial_slip: ArrayLike | None = None,
+    open_nodes: Iterable[int] | Literal["auto"] = "auto",
+    from_zero: bool = False,
+    max_cycles: int = 1000,
+    workers: int = 1,
+    scheduler: str | None = None,
+    output: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> DampingCurve:
+    """What a joint does over the amplitude of one of its loads: loop, dissipation, stiffness, damping.
+
+    At every amplitude the exact long-term state is found, no fixed steps and no rule of Masing. Amplitudes
+    go upwards, and each begins from the slips at the end of the cycle before it, as a test that is driven up
+    does. Below the limit there is no friction damping, which is said to be proved where it is
+    (docs/damping.md).
+
+    Parameters
+    ----------
+    problem
+        The joint, with ``load_reactions`` and ``load_history``; for displacements ``load_compliance``.
+    amplitudes : (k,)
+        Factors on the history of the load, rising, ≥ 0.
+    load
+        Which load, by number or by its name in ``load_names``; the others are as they are.
+    initial_slip : (dn,), optional
+        Where the first amplitude begins [length]; zero by default.
+    open_nodes
+        Nodes that are open there; with ``"auto"`` the motion opens what has to open, and λ_E is that of
+        the best zone of open nodes.
+    from_zero
+        Whether to find also what becomes of every amplitude from the state given, and where that differs.
+    max_cycles
+        Cycles after which an amplitude is undecided.
+    workers, scheduler
+        Processes, or the dask cluster, that take the amplitudes from the state given; one by one from each
+        other they cannot be shared.
+    output
+        Where to write the table (:meth:`DampingCurve.save`). Until then every amplitude is recorded, as
+        soon as it is known, in a file of that name with ``.partial`` after it.
+    resume
+        Whether to go on with what a stopped run has recorded there.
+    progress
+        Called with (amplitudes done, in all).
+    tolerances
+        What decides (:class:`Tolerances`).
+
+    Raises
+    ------
+    ProblemError
+        If the problem does not know its loads.
+    UsageError
+        If an argument is out of range, there is no such load, or the load steps are a load domain's.
+
+    Examples
+    --------
+    A spring of stiffness 2 to a node with the friction limit 1 (a Jenkins element): the dissipation is
+    4 f p (F − f p) / k, and nothing below F = 1:
+
+    >>> joint = Problem(
+    ...     A=[[2.0]], B=[[0.0]], f=0.5, q_w=[[-1.0], [1.0]], p_w=[[2.0], [2.0]],
+    ...     load_reactions=[[-1.0, 0.0]], load_history=[[1.0], [-1.0]], load_compliance=[[0.1]],
+    ... )
+    >>> curve = damping(joint, [0.5, 1.5, 2.0])
+    >>> curve.dissipation.tolist(), curve.displacement.round(9).tolist(), curve.proved.tolist()
+    ([0.0, 1.0, 2.0], [0.05, 0.4, 0.7], [True, False, False])
+    """
+    require_loads(problem)
+    if problem.is_domain:
+        raise UsageError("problem: expected load steps in their order, found the corners of a load domain")
+    values, chosen = _checked_amplitudes(amplitudes), load_number(problem, load)
+    check_count("max_cycles", max_cycles)
+    start = checked_initial_slip(problem, initial_slip)
+    opened = () if isinstance(open_nodes, str) else node_numbers("open nodes", open_nodes, problem.n)
+    if isinstance(open_nodes, str) and open_nodes != "auto":
+        raise UsageError(f"open nodes: expected node numbers or 'auto', found {short(open_nodes)}")
+    loaded = LoadedJoint.of(problem, chosen)
+    work = _Amplitudes(loaded, values, start, opened, max_cycles, tolerances)
+    crew, partial = Crew(workers, scheduler), None if output is None else record_beside(output)
+    if output is not None:
+        check_table(output)
+    count = len(values)
+    with journal_at(partial, work.header(), resume=resume) as journal:
+        rising = work.rising(journal, progress, count * (1 + from_zero))
+        if from_zero:
+            run_campaign(work, 2 * count, journal, crew, progress, work.fits)
+        points = [AmplitudePoint.from_bytes(piece) for piece in journal.pieces()]
+        fixed = _about(loaded, values)
+        other = DampingCurve(**fixed, **columns_of(points[count:])) if from_zero else None
+        limits = _limits(work, rising, open_nodes if open_nodes == "auto" else opened)
+        curve = DampingCurve(**(fixed | limits), **columns_of(rising), from_zero=other)
+        if output is not None:
+            curve.save(output)
+        journal.remove()
+    return curve
+
+
+@dataclass(frozen=True)
+class _Amplitudes:
+    """The work of a curve: pieces 0 … k − 1 each from the state before, k … 2k − 1 from the state given."""
+
+    loaded: LoadedJoint
+    values: FloatArray
+    start: FloatArray
+    open_nodes: tuple[int, ...]
+    max_cycles: int
+    tolerances: Tolerances
+
+    def __call__(self, number: int) -> bytes:
+        return self.point(self.values[number - len(self.values)], self.start, self.open_nodes).to_bytes()
+
+    def rising(
+        self, journal: Journal, progress: Callable[[int, int], None] | None, count: int
+    ) -> list[AmplitudePoint]:
+        """The amplitudes one after the other, as far as they are not recorded."""
+        points: list[AmplitudePoint] = []
+        slip, opened = self.start, self.open_nodes
+        for number, amplitude in enumerate(self.values):
+            if number in journal.done() and self.fits(number, journal.piece(number)):
+                point = AmplitudePoint.from_bytes(journal.piece(number))
+            else:
+                point = self.point(amplitude, slip, opened)
+                journal.add(number, point.to_bytes())
+            points.append(point)
+            if point.closes:
+                slip, opened = point.slip, tuple(point.open_nodes.tolist())
+            if progress is not None:
+                progress(number + 1, count)
+        return points
+
+    def point(self, amplitude: float, slip: FloatArray, open_nodes: tuple[int, ...]) -> AmplitudePoint:
+        """What becomes of the joint at one amplitude from one state."""
+        problem, load_factor = self.loaded.at(float(amplitude))
+        state = long_term_state(
+            problem,
+            load_factor,
+            slip,
+            open_nodes=open_nodes,
+            max_cycles=self.max_cycles,
+            tolerances=self.tolerances,
+        )
+        closes = state.period > 0 and state.outcome != Outcome.RATCHETTING
+        rests = state.outcome == Outcome.SHAKEDOWN
+        slips = state.slip_per_cycle > self.tolerances.periodicity * np.abs(state.final_slip).max()
+        return AmplitudePoint(
+            displacement=self._displacement(problem, state) if closes else nan,
+            dissipation=0.0 if rests else float(state.dissipation_per_cycle) if closes else nan,
+            outcome=str(state.outcome),
+            proved=state.proved,
+            share=0.0 if rests else float(slips.mean()) if state.period else nan,
+            slip=state.final_slip,
+            open_nodes=np.flatnonzero(state.goal.contact == OPEN),
+        )
+
+    def _displacement(self, problem: Problem, state: LongTermState) -> float:
+        if problem.load_compliance is None:
+            return nan
+        return 0.5 * float(np.ptp(load_loops(problem, state).displacement[:, self.loaded.load]))
+
+    def fits(self, number: int, piece: bytes) -> bool:
+        """Whether a recorded piece can be a point of this curve."""
+        try:
+            point = AmplitudePoint.from_bytes(piece)
+        except ProblemError:
+            return False
+        return number < 2 * len(self.values) and point.slip.shape == self.start.shape
+
+    def header(self) -> dict[str, str]:
+        """All that the points depend on."""
+        about: dict[str, Any] = {
+            "load": self.loaded.load,
+            "amplitudes": self.values.tolist(),
+            "start": [self.start.tolist(), self.open_nodes],
+            "max_cycles": self.max_cycles,
+            "tolerances": self.tolerances,
+        }
+        told = {key: repr(value) for key, value in about.items()}
+        joint = {"damping of": self.loaded.problem.fingerprint, "version": version("shakedown-bounds")}
+        return joint | told
+
+
+def _checked_amplitudes(amplitudes: ArrayLike) -> FloatArray:
+    values = real_array("amplitudes", amplitudes)
+    if values.ndim != 1 or not len(values) or not (np.diff(values) > 0).all() or values[0] < 0:
+        raise UsageError("amplitudes: expected numbers >= 0 that rise, at least one, found others")
+    check_load_factor(float(values[-1]))
+    return values
+
+
+def _about(loaded: LoadedJoint, values: FloatArray) -> dict[str, Any]:
+    """What a curve knows before anything is computed."""
+    problem, load = loaded.problem, loaded.load
+    history = require_loads(problem)[1]
+    names, frequency = problem.load_names or (), problem.load_frequency
+    return {
+        "problem": problem,
+        "load": load,
+        "load_name": names[load] if len(names) == history.shape[1] else "",
+        "amplitude": values,
+        "force": 0.5 * np.ptp(history[:, load]) * values,
+        "load_frequency": nan if frequency is None else float(frequency[load]),
+        "proved_limit": nan,
+        "simulated_limit": nan,
+    }
+
+
+def _limits(
+    work: _Amplitudes, rising: list[AmplitudePoint], zone: Iterable[int] | Literal["auto"]
+) -> dict[str, float]:
+    """λ_E and λ_T as amplitudes."""
+    joint = work.loaded.alone
+    if joint is None:
+        return {}
+    proved = energy_bound(joint, work.start, open_nodes=zone, certify=False, tolerances=work.tolerances)
+    known = float(proved.load_factor) if isfinite(proved.load_factor) else nan
+    damped = [a for a, point in zip(work.values, rising, strict=True) if point.outcome != Outcome.SHAKEDOWN]
+    if not damped or damped[0] == 0:
+        return {"proved_limit": known, "simulated_limit": nan if damped else inf}
+    found = transient_limit(
+        joint,
+        work.start,
+        open_nodes=work.open_nodes,
+        largest=float(damped[0]),
+        steps=SCANNED,
+        accuracy=NARROW,
+        tolerances=work.tolerances,
+    )
+    return {"proved_limit": known, "simulated_limit": found.load_factor}

@@ -1,0 +1,69 @@
+"""A joint under one of its loads, of any amplitude."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from shakedown.ground.errors import UsageError
+from shakedown.ground.tolerances import DEFAULT
+from shakedown.ground.visible_text import shortened
+from shakedown.joint.conjugate_loads import require_loads
+from shakedown.joint.problem import Problem
+
+
+@dataclass(frozen=True)
+class LoadedJoint:
+    """A joint under one load of any amplitude.
+
+    Attributes
+    ----------
+    problem
+        The joint as it was given.
+    load
+        The number of the load.
+    alone
+        The same joint with all but this load in its constant part, so that a load factor is an amplitude;
+        None where another load varies, too.
+    """
+
+    problem: Problem
+    load: int
+    alone: Problem | None
+
+    @classmethod
+    def of(cls, problem: Problem, load: int) -> "LoadedJoint":
+        """The joint under this load."""
+        unit, history = require_loads(problem)
+        welded = problem.layout.joined(problem.q_w, problem.p_w)
+        rest = welded - np.outer(history[:, load], unit[load])
+        if np.abs(rest - rest[0]).max() > DEFAULT.printed_digits * np.abs(welded).max():
+            return cls(problem, load, None)
+        q_mean, p_mean = problem.layout.split(rest[0])
+        return cls(problem, load, replace(problem, q_mean=q_mean, p_mean=p_mean))
+
+    def at(self, amplitude: float) -> tuple[Problem, float]:
+        """The joint and the load factor at an amplitude."""
+        if self.alone is not None:
+            return self.alone, amplitude
+        unit, history = require_loads(self.problem)
+        more = (amplitude - 1.0) * np.outer(history[:, self.load], unit[self.load])
+        q, p = self.problem.layout.split(more)
+        scaled = history.copy()
+        scaled[:, self.load] *= amplitude
+        q_w, p_w = self.problem.q_w + q, self.problem.p_w + p
+        joint = replace(self.problem, q_w=q_w, p_w=p_w, load_history=scaled, q_mean=None, p_mean=None)
+        return joint, 1.0  # where the mean decides nothing
+
+
+def load_number(problem: Problem, load: int | str) -> int:
+    """The number of a load that is called by number or name; ``UsageError`` where there is none."""
+    count = len(require_loads(problem)[0])
+    names = problem.load_names or ()
+    named = names if len(names) == count else count * ("",)
+    found = [k for k, own in enumerate(named) if own == load != ""]
+    found = found or [k for k in range(count) if load in (k, str(k))]
+    if len(found) == 1:
+        return found[0]
+    known = f"0 to {count - 1}" + "".join(f", '{name}'" for name in dict.fromkeys(named) if name)
+    many = f", which names {len(found)} loads" if found else ""
+    raise UsageError(f"load: expected one of {shortened(known, 200)}, found {shortened(repr(load))}{many}")

@@ -1,0 +1,212 @@
+"""Damping and stiffness over amplitude: closed forms, limits, resumed and shared work, what does not close."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import Outcome, Problem, UsageError, damping
+from shakedown.assessment.random_paths import random_paths
+from shakedown.campaign import journal as journals
+from shakedown.fem import ElasticBody, Force, Material, Pressure, block_mesh, contact_problem
+from shakedown.long_term.conjugate_displacement import load_loops
+from shakedown.plot import damping_curve, loop
+from shakedown.report.period_figures import state_pictures
+
+TURN = np.pi * np.arange(8) / 4
+
+K, S, LIMIT = 2.0, 0.1, 1.0  # of a Jenkins element: its spring, the spring beside it (compliance), f p
+
+
+def jenkins(**changes):
+    """A force on a spring that ends in a friction node."""
+    return Problem(
+        **{
+            "A": [[K]], "B": [[0.0]], "f": 0.5, "q_w": [[-1.0], [1.0]], "p_w": [[2.0], [2.0]],
+            "load_reactions": [[-1.0, 0.0]], "load_history": [[1.0], [-1.0]], "load_compliance": [[S]],
+            "load_names": ["push"],
+        } | changes
+    )  # fmt: skip
+
+
+def row_of_elements(k, limits):
+    """Jenkins elements side by side, each on the same displacement of a stiff bar that a force moves (Iwan)."""
+    n, k, limits = len(k), np.asarray(k), np.asarray(limits)
+    ground = 0.7  # a spring that holds the bar
+    total = k.sum() + ground
+    kappa = np.diag(k) - np.outer(k, k) / total  # the bar is condensed
+    unit = -k / total
+    return Problem(
+        A=kappa, B=np.zeros((n, n)), f=1.0, q_w=np.outer([1.0, -1.0], unit), p_w=np.tile(limits, (2, 1)),
+        load_reactions=[np.append(unit, np.zeros(n))], load_history=[[1.0], [-1.0]], load_compliance=[[1 / total]],
+    ), ground  # fmt: skip
+
+
+def test_a_jenkins_element_has_its_parallelogram():
+    """Displacement s F + (F − f p)/k and dissipation 4 f p (F − f p)/k above the limit, by its own numbers."""
+    F = np.array([0.3, 0.99, 1.2, 3.0, 50.0])
+    curve = damping(jenkins(), F)
+    beyond = np.maximum(F - LIMIT, 0)
+    np.testing.assert_allclose(curve.dissipation, 4 * LIMIT * beyond / K, rtol=1e-12)
+    np.testing.assert_allclose(curve.displacement, S * F + beyond / K, rtol=1e-12)
+    np.testing.assert_allclose(curve.secant_stiffness, F / curve.displacement, rtol=1e-15)
+    np.testing.assert_allclose(
+        curve.loss_factor, curve.dissipation / (np.pi * F * curve.displacement), rtol=1e-12
+    )
+    assert curve.outcome == (Outcome.SHAKEDOWN,) * 2 + (Outcome.CYCLIC_SLIP,) * 3
+    assert curve.proved.tolist() == [True, True, False, False, False]
+    assert curve.dissipation[:2].tolist() == [0.0, 0.0]
+    assert (curve.proved_limit, curve.simulated_limit) == (pytest.approx(1.0), pytest.approx(1.0, rel=2e-3))
+    assert np.isnan(curve.frequency).all()
+    modal = damping(jenkins(load_frequency=[5.0]), F)
+    np.testing.assert_allclose(modal.frequency, np.sqrt(F / modal.displacement))
+    np.testing.assert_allclose(
+        modal.damping_ratio, modal.dissipation / (2 * np.pi * F * modal.displacement), atol=0
+    )
+
+
+def test_a_row_of_elements_is_iwans():
+    """On a displacement X element i slips where k_i X exceeds its limit: forces and 4 limit (X − limit / k) add up."""
+    k, limits = np.linspace(1.0, 2.0, 8), np.linspace(0.2, 3.0, 8)
+    joint, ground = row_of_elements(k, limits)
+    X = np.array([0.05, 0.5, 1.0, 5.0])
+    F = ground * X + np.minimum(k * X[:, None], limits).sum(axis=1)
+    curve = damping(joint, F)
+    np.testing.assert_allclose(curve.displacement, X, rtol=1e-10)
+    expected = (4 * limits * np.maximum(X[:, None] - limits / k, 0)).sum(axis=1)
+    np.testing.assert_allclose(curve.dissipation, expected, rtol=1e-10)
+    np.testing.assert_allclose(curve.slipping_share, (k * X[:, None] > limits).mean(axis=1))
+
+
+def test_units_do_not_matter_nor_does_the_unit_of_the_load():
+    F = [0.3, 1.2, 3.0]
+    other = jenkins(
+        A=[[K * 8 / 32]], q_w=[[-8.0], [8.0]], p_w=[[16.0], [16.0]], load_reactions=[[-2.0, 0.0]],
+        load_history=[[4.0], [-4.0]], load_compliance=[[S * 32 / 8 * 4]],
+    )  # fmt: skip
+    one, two = damping(jenkins(), F), damping(other, F)
+    np.testing.assert_allclose(two.dissipation, one.dissipation * 8 * 32, rtol=1e-14)
+    np.testing.assert_array_equal(two.loss_factor.round(12), one.loss_factor.round(12))
+
+
+def test_another_load_that_varies_stays_as_it_is():
+    """Then an amplitude is no load factor, and there is no limit on it; the joint is made anew for each."""
+    t = np.arange(8) / 8
+    history = np.column_stack([np.sin(2 * np.pi * t), 0.3 * np.cos(2 * np.pi * t)])
+    unit = np.array([[-1.0, 0.0], [0.5, 0.2]])
+    q, p = (history @ unit).T[:, :, None]
+    joint = jenkins(
+        q_w=q,
+        p_w=p + 2.0,
+        load_reactions=unit,
+        load_history=history,
+        load_compliance=S * np.eye(2),
+        load_names=None,
+    )
+    curve = damping(joint, [1.0, 2.0])
+    assert np.isnan([curve.proved_limit, curve.simulated_limit]).all()
+    assert curve.dissipation[0] == pytest.approx(
+        shakedown.long_term_state(joint, 1.0).dissipation_per_cycle, abs=1e-12
+    )
+    history = history * [2.0, 1.0]
+    q, p = (history @ unit).T[:, :, None]
+    twice = replace(joint, q_w=q, p_w=p + 2.0, load_history=history)
+    assert curve.dissipation[1] == pytest.approx(shakedown.long_term_state(twice, 1.0).dissipation_per_cycle)
+
+
+def test_where_the_joint_ratchets_nothing_is_said_but_that():
+    """Two nodes that hold each other alone, pressed in turn, walk under a constant shear from 0.6 on."""
+    rocking = np.array([0.0, 1.0, 0.0, -1.0])
+    joint = Problem(
+        A=[[1, -1], [-1, 1]], B=np.zeros((2, 2)), f=0.5, q_w=np.full((4, 2), 0.2), p_w=1 + np.outer(rocking, [1, -1]),
+        load_reactions=[[0, 0, 1, -1]], load_history=rocking[:, None], load_compliance=[[0.1]],
+    )  # fmt: skip
+    curve = damping(joint, [0.1, 0.5, 0.8, 0.9])
+    assert curve.outcome == (Outcome.SHAKEDOWN,) * 2 + (Outcome.RATCHETTING,) * 2
+    assert np.isnan(curve.dissipation).tolist() == [False, False, True, True]
+    assert np.isnan(curve.displacement).tolist() == [False, False, True, True]
+    assert curve.proved_limit == pytest.approx(0.6)
+    labels = [text.get_text() for text in damping_curve(curve).get_legend().get_texts()]
+    assert "ratchetting" in labels
+
+
+def test_the_start_decides_where_slip_and_pressure_are_coupled():
+    """A block on a floor: driven up it ends in other cycles than from no slip, a little above its limit only."""
+    press, push = (
+        Pressure("top", 1.0, history=1.0),
+        Force(boundary="top", value=(1.0, 0.0), history=np.sin(TURN)),
+    )
+    body = ElasticBody(block_mesh(4.0, 1.0, 24, 8), Material(100.0, 0.3), loads=[press, push])
+    curve = damping(contact_problem(body, "bottom", 0.4), [1.2, 1.3, 1.4, 1.5], load="force", from_zero=True)
+    assert curve.differs.tolist() == [False, False, True, False]
+    assert curve.from_zero.dissipation[2] < 0.99 * curve.dissipation[2]
+
+
+def test_a_stopped_curve_goes_on_where_it_was(tmp_path, monkeypatch):
+    """Killed after two amplitudes: the rest is done, not those, and the table is that of a run in one go."""
+    F, path = [0.5, 1.5, 2.0, 3.0], tmp_path / "curve.csv"
+    damping(jenkins(), F, output=path)
+    whole = path.read_bytes()
+    path.unlink()
+    add, done = journals.Journal.add, []
+
+    def stops(self, number, piece):
+        add(self, number, piece)
+        done.append(number)
+        if len(done) == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(journals.Journal, "add", stops)
+    with pytest.raises(KeyboardInterrupt):
+        damping(jenkins(), F, output=path)
+    damping(jenkins(), F, output=path, resume=True)
+    assert path.read_bytes() == whole
+    assert done == [0, 1, 2, 3]
+
+
+def test_without_compliance_the_dissipation_is_known():
+    curve = damping(jenkins(load_compliance=None), [2.0])
+    assert curve.dissipation.tolist() == [2.0]
+    assert np.isnan(curve.displacement).all()
+
+
+WRONG = {
+    "falling": ({"amplitudes": [2.0, 1.0]}, "amplitudes: expected numbers >= 0 that rise"),
+    "negative": ({"amplitudes": [-1.0]}, "amplitudes: expected numbers >= 0"),
+    "none": ({"amplitudes": []}, "amplitudes: expected"),
+    "another load": ({"load": "pull"}, "load: expected one of 0 to 0, 'push', found 'pull'"),
+    "no such load": ({"load": 1}, "load: expected one of 0 to 0"),
+    "a word": ({"open_nodes": "all"}, "open.nodes: expected"),
+}
+
+
+@pytest.mark.parametrize(("change", "line"), WRONG.values(), ids=WRONG)
+def test_wrong_arguments_are_named(change, line):
+    with pytest.raises(UsageError, match=line):
+        damping(jenkins(), **({"amplitudes": [1.0]} | change))
+
+
+def test_a_load_by_its_name_and_its_pictures():
+    """Limits, marks and titles are on the pictures; the loop closes."""
+    curve = damping(jenkins(load_frequency=[5.0]), [0.5, 2.0, 20.0], load="push")
+    axes = damping_curve(curve)
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert labels[0] == "damping ratio ζ"
+    assert any("λ_E = 1" in label for label in labels)
+    assert axes.get_xscale() == "log"
+    (line,) = loop(shakedown.long_term_state(jenkins(), 2.0)).lines
+    x, y = line.get_data()
+    assert (x[0], y[0]) == (x[-1], y[-1])
+    with pytest.raises(UsageError, match="load: expected a number from 0 to 0"):
+        loop(shakedown.long_term_state(jenkins(), 2.0), load=1)
+
+
+def test_a_joint_that_knows_its_loads_is_verified_and_its_page_has_their_loops(undrawn):
+    """Other ways through the load steps, random transients and a page are made of it as of any other."""
+    checked = shakedown.verify(jenkins(), random_states=2)
+    assert checked.agrees
+    pictures = state_pictures(checked)
+    assert any("Loops of the loads over one period" in one.caption for one in pictures)
+    for path in random_paths(jenkins(), 2):
+        assert load_loops(path, shakedown.long_term_state(path, 2.0)).areas.sum() == pytest.approx(2.0)
