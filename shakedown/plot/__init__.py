@@ -17,7 +17,7 @@ a module below works out what is seen, ``style`` has what all of them look like 
 - slip space, reaction space: ``planes``; the same at an instant, and animations: ``motion``
 - limits on one scale, against a parameter or the cycle: ``load_factors``; design diagrams: ``regions``
 - maps of initial states: ``basins``
-- inside a page: ``inline_svg``; without a window: ``backend``
+- inside a page: ``inline_svg``, ``patch_data`` (to turn there); without a window: ``backend``
 """
 
 import shakedown.plot.backend  # noqa: F401  before matplotlib

@@ -90,22 +90,44 @@ def extreme_rows(path: EventHistory) -> tuple[int, int]:
 
 def work_of_nodes(result: Recorded | EventHistory) -> FloatArray:
     """−∫ q dv in contact along a path, (n,) [force × length]: in space of a long-term state as integrated."""
-    path = path_of(result).refined()
-    nodes = *path.p[1:].shape, -1
+    path = path_of(result)
     if isinstance(result, LongTermState) and result.period and path.v.shape != path.p.shape:
         return np.asarray(result.period * result.work_per_cycle)
-    steps = -0.5 * (path.q[1:] + path.q[:-1]) * np.diff(path.v, axis=0)
-    closed = path.state[:-1] != OPEN  # the state of a row holds until the next one
-    return np.asarray(np.where(closed, steps.reshape(nodes).sum(axis=-1), 0.0).sum(axis=0))
+    return np.asarray(_work_of_steps(path.refined()).sum(axis=0))
 
 
 def slip_of_nodes(result: Recorded | EventHistory, problem: Problem) -> FloatArray:
     """Σ|Δv| in contact along a path, (n,) [length]."""
     if isinstance(result, LongTermState) and result.period:
         return np.asarray(result.slip_per_cycle)
-    path = path_of(result).refined()
-    steps = problem.law.size(np.diff(path.v, axis=0))
-    return np.asarray(np.where(path.state[:-1] != OPEN, steps, 0.0).sum(axis=0))
+    return np.asarray(_slip_of_steps(path_of(result).refined(), problem).sum(axis=0))
+
+
+def so_far(state: LongTermState, cycles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Slip Σ|Δv| in contact and friction work of a period up to some times, each (s, n)."""
+    path, problem = state.history.refined(), state.problem
+    row = np.clip(np.searchsorted(path.cycle, cycles, side="right") - 1, 0, len(path.cycle) - 2)
+    lasts = path.cycle[row + 1] - path.cycle[row]
+    share = np.where(lasts > 0, (cycles - path.cycle[row]) / np.where(lasts > 0, lasts, 1.0), 1.0)[:, None]
+    found = []
+    for steps, total in (
+        (_slip_of_steps(path, problem), slip_of_nodes(state, problem)),
+        (_work_of_steps(path), work_of_nodes(state)),
+    ):
+        grown = np.concatenate([np.zeros((1, problem.n)), np.cumsum(steps, axis=0)])
+        whole = np.where(grown[-1] != 0, grown[-1], 1.0)  # by straight lines: nearly what is integrated
+        found.append((grown[row] + share * steps[row]) * (total / whole))
+    return found[0], found[1]
+
+
+def _work_of_steps(path: EventHistory) -> FloatArray:
+    steps = -0.5 * (path.q[1:] + path.q[:-1]) * np.diff(path.v, axis=0)
+    closed = path.state[:-1] != OPEN  # the state of a row holds until the next one
+    return np.where(closed, steps.reshape(*path.p[1:].shape, -1).sum(axis=-1), 0.0)
+
+
+def _slip_of_steps(path: EventHistory, problem: Problem) -> FloatArray:
+    return np.where(path.state[:-1] != OPEN, problem.law.size(np.diff(path.v, axis=0)), 0.0)
 
 
 def chosen_nodes(nodes: Iterable[int], n: int) -> list[int]:

@@ -92,7 +92,7 @@ def pressure(
     require_plane("picture", problem)
     path = path_of(result)
     rows = _rows(path, cycles)
-    values, label = _normal("normal reaction p", path.p[rows], problem, node_area)
+    values, label = normal_reactions("normal reaction p", path.p[rows], problem, node_area)
     return _along(problem, zip(_times(path, rows), values, strict=True), label, ax)
 
 
@@ -142,7 +142,7 @@ def pressure_over_patch(
     """
     require_space("picture of a patch", problem)
     now, title = at_instant(path_of(result), cycle)
-    values = _normal("normal reaction p", now.p[0], problem, node_area)
+    values = normal_reactions("normal reaction p", now.p[0], problem, node_area)
     return _over(problem, *values, patch, ax, title)
 
 
@@ -168,7 +168,7 @@ def welded_pressure_over_patch(
     """
     require_space("picture of a patch", problem)
     mean = loading(problem).p0
-    return _over(problem, *_normal("mean welded reaction p_w", mean, problem, node_area), patch, ax)
+    return _over(problem, *normal_reactions("mean welded reaction p_w", mean, problem, node_area), patch, ax)
 
 
 @checked
@@ -333,8 +333,10 @@ def work_over_patch(
     return _over(problem, *_work(result, problem, node_area), patch, ax)
 
 
-def _normal(what: str, p: FloatArray, problem: Problem, node_area: FloatArray | None) -> Numbers:
-    """Normal reactions, or pressures where areas are known."""
+def normal_reactions(
+    what: str, p: FloatArray, problem: Problem, node_area: FloatArray | None = None
+) -> Numbers:
+    """Normal reactions (…, n), or pressures where areas are known."""
     area, units = _areas_of(problem, node_area), units_of(problem)
     if area is None:
         return p, with_unit(what, units.force)
@@ -343,8 +345,12 @@ def _normal(what: str, p: FloatArray, problem: Problem, node_area: FloatArray | 
 
 
 def _work(result: Recorded | EventHistory, problem: Problem, node_area: FloatArray | None) -> Numbers:
-    """What friction takes at each node, per area where areas are known."""
-    work, area = work_of_nodes(result), _areas_of(problem, node_area)
+    return per_area(work_of_nodes(result), problem, node_area)
+
+
+def per_area(work: FloatArray, problem: Problem, node_area: FloatArray | None = None) -> Numbers:
+    """Friction work of the nodes (…, n), per area where areas are known."""
+    area = _areas_of(problem, node_area)
     if area is None:
         return work, with_unit("friction work", units_of(problem).work)
     return _over_areas(work, area), with_unit("friction work per area", units_of(problem).stiffness)

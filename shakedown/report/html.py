@@ -48,7 +48,7 @@ from shakedown.report.page_tables import (
     runs_table,
     worst_table,
 )
-from shakedown.report.period_figures import no_pictures, state_pictures
+from shakedown.report.period_figures import contact_to_turn, no_pictures, state_pictures
 from shakedown.report.run_words import SEPARATION, as_given_in_words
 from shakedown.report.verification_figures import (
     guarantee_picture,
@@ -125,15 +125,20 @@ def _is_a_reports(path: Path) -> bool:
 @on_one_thread
 def render(verification: Verification) -> str:
     """A verification as one self-contained HTML page."""
-    environment = Environment(
+    return environment().get_template("report.html.j2").render(_context(verification))
+
+
+def environment() -> Environment:
+    """What makes pages of the templates: what is said has subscripts, and no character that a page obeys."""
+    found = Environment(
         loader=PackageLoader("shakedown.report"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         finalize=_shown,
     )
-    environment.filters |= {"as_written": _as_written, "attribute": _attribute}
-    return environment.get_template("report.html.j2").render(_context(verification))
+    found.filters |= {"as_written": _as_written, "attribute": _attribute}
+    return found
 
 
 def _shown(value: Any) -> Any:
@@ -204,6 +209,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "run_pictures": run_pictures(v),
         "state_pictures": state_pictures(v),
         "no_pictures": no_pictures(v),
+        "view": contact_to_turn(v),
         "nodes": nodes_table(v),
         "worst": worst_table(v),
         "nodes_note": nodes_note(v),

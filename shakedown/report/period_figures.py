@@ -7,6 +7,7 @@ from itertools import pairwise, product
 from typing import NamedTuple
 
 import numpy as np
+from markupsafe import Markup
 
 from shakedown import plot
 from shakedown.assessment.verify import Verification
@@ -23,6 +24,7 @@ from shakedown.motion.evolve import evolve
 from shakedown.plot.drawn_path import extreme_rows, most_sheared_row, time_in_words, work_of_nodes
 from shakedown.plot.inline_svg import Drawing, Picture, picture
 from shakedown.plot.patch_arrows import MOST_DISCS
+from shakedown.plot.patch_data import patch_data
 from shakedown.plot.style import node_name
 from shakedown.report.load_figures import (
     OF_THEIR_OWN,
@@ -116,6 +118,13 @@ def state_pictures(v: Verification) -> list[Picture]:
     if cycling is not None and many:
         pictures.append(family.slips(cycling, problem))
     return pictures
+
+
+def contact_to_turn(v: Verification) -> dict[str, str] | None:
+    """Data of the state in which nodes slip, or else of that at λ = 1, for the script; which one it is."""
+    pictured = cycling_state(v) or as_given_state(v)
+    data = None if pictured is None else patch_data(pictured.state)
+    return None if pictured is None or data is None else {"data": Markup(data), "which": pictured.which}
 
 
 def no_pictures(v: Verification) -> str:

@@ -30,6 +30,7 @@ def test_the_page_has_orbits_and_zones_in_place_of_what_the_plane_has(verificati
     for words in ("Hysteresis", "λ_1: first collapse", "Slip space: "):
         assert words not in page
     assert "The one contact node." in page
+    assert "<script" not in page  # its node has no place
 
 
 def test_panels_fill_the_page_two_or_three_side_by_side(verification, undrawn):

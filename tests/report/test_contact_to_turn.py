@@ -1,0 +1,120 @@
+"""The contact to turn on the page: its numbers are those of the state, and in a browser its controls do what they say."""
+
+import json
+from dataclasses import replace
+
+import chromium
+import numpy as np
+import pytest
+from markupsafe import Markup
+
+import shakedown
+from shakedown.plot.drawn_path import slip_of_nodes, so_far, work_of_nodes
+from shakedown.plot.patch_data import DIGITS, LEVELS, digits, patch_data
+from shakedown.report.html import environment
+
+CORNERS = np.array([[0.0, 0.0, 5.0], [2.0, 0.0, 5.0], [2.0, 1.0, 5.0], [0.0, 1.0, 5.0]])
+JOINT = replace(
+    shakedown.example("four-node-3d"), coordinates=CORNERS, normal=np.tile([0.0, 0.0, 1.0], (4, 1)),
+    tangents=np.tile(np.eye(3)[:2], (4, 1, 1)), faces=[[0, 1, 2, 3]], node_area=np.full(4, 0.5),
+    units="N, mm", label=["</script>", "b", "c", "d"],
+)  # fmt: skip
+ASK = """(() => {
+  const canvas = document.querySelector("canvas"), field = document.querySelector("select");
+  const slider = document.querySelector("input"), told = document.querySelector(".told");
+  const picture = () => canvas.toDataURL(), colours = () => {
+    const count = {}, all = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+    for (let k = 0; k < all.length; k += 4) {
+      const one = all.slice(k, k + 4).join();
+      if (all[k + 3]) count[one] = (count[one] || 0) + 1;
+    }
+    return Object.entries(count).filter((each) => each[1] > 200).map((each) => each[0].split(",").map(Number));
+  };
+  const press = (key) => canvas.dispatchEvent(new KeyboardEvent("keydown", { key, cancelable: true }));
+  const said = { status: colours(), hidden: document.getElementById("view").hidden, high: canvas.width };
+  field.value = "1"; field.dispatchEvent(new Event("change"));
+  said.slips = [];
+  for (let k = 0; k <= slider.max; k++) {
+    slider.value = k; slider.dispatchEvent(new Event("input")); said.slips.push(picture());
+  }
+  said.slips = new Set(said.slips).size; said.time = document.querySelector("output").textContent;
+  press("n"); said.told = told.textContent; press("p"); said.before = told.textContent;
+  const kept = picture(); press("a"); said.same = picture() === kept;
+  return JSON.stringify({ ...said, wrong, fields: field.options.length, wide: document.documentElement.scrollWidth });
+})()"""
+
+
+@pytest.fixture(scope="module")
+def state():
+    return shakedown.long_term_state(JOINT, 1.4)
+
+
+@pytest.fixture(scope="module")
+def view(state):
+    return {"data": Markup(patch_data(state)), "which": "at λ = 1.4"}
+
+
+def decoded(text: str, low: float, high: float) -> np.ndarray:
+    first, second = np.array([DIGITS.index(letter) for letter in text]).reshape(-1, 2).T
+    level = 64 * first + second
+    return np.where(level > LEVELS, np.nan, low + (high - low) * level / LEVELS)
+
+
+def test_two_digits_tell_numbers_to_half_a_level():
+    values = np.append(np.random.default_rng(0).uniform(-3.0, 7.0, 500), [np.nan, -3.0, 7.0])
+    np.testing.assert_allclose(
+        decoded(digits(values, -3.0, 7.0), -3.0, 7.0), values, atol=5.0 / LEVELS + 1e-12
+    )
+
+
+def test_slip_and_work_so_far_grow_from_nothing_to_those_of_the_period(state):
+    times = np.linspace(state.history.cycle[0], state.history.cycle[-1], 30)
+    for found, whole in zip(
+        so_far(state, times), (slip_of_nodes(state, JOINT), work_of_nodes(state)), strict=True
+    ):
+        np.testing.assert_array_equal(found[0], 0.0)
+        np.testing.assert_allclose(found[-1], whole, rtol=1e-12)
+        assert (np.diff(found, axis=0) >= -1e-12 * whole.max()).all()
+
+
+def test_the_page_holds_the_state_at_instants_of_its_period(state, view):
+    data = json.loads(view["data"])
+    assert "</script>" not in view["data"]
+    times = state.history.cycle[0] + np.array(data["times"])
+    at = state.history.at(np.clip(times, *state.history.cycle[[0, -1]]))
+    assert data["status"] == "".join(map(str, np.abs(at.state).ravel()))
+    pressure, slip, work = (decoded(one["digits"], one["low"], one["high"]) for one in data["numbers"])
+    np.testing.assert_allclose(pressure.reshape(-1, 4), at.p / 0.5, atol=1e-3 * at.p.max())
+    np.testing.assert_allclose(slip[-4:], state.slip_per_cycle, atol=slip.max() / LEVELS)
+    np.testing.assert_allclose(work[-4:], work_of_nodes(state) / 0.5, atol=work.max() / LEVELS)
+    assert [one["name"] for one in data["numbers"]] == [
+        "pressure [MPa]",
+        "slip so far [mm]",
+        "friction work so far per area [N/mm]",
+    ]
+    place = np.stack([decoded(axis, -1.0, 1.0) for axis in data["places"]], axis=1)
+    scale = np.linalg.norm(CORNERS - [1.0, 0.5, 5.0], axis=1).max()
+    np.testing.assert_allclose(scale * place + [1.0, 0.5, 5.0], CORNERS, atol=scale / LEVELS)
+    turn = np.array(data["turn"])
+    np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-3)
+    assert np.linalg.det(turn) > 0
+    assert data["faces"] == [[0, 1, 2, 3]]
+
+
+@pytest.mark.needs(chromium)
+def test_in_a_browser_the_slider_changes_the_colours_and_nothing_goes_wrong(view, tmp_path):
+    page = f'<div style="width: 400px">{environment().get_template("view.html.j2").render(view=view)}</div>'
+    data, said = json.loads(view["data"]), json.loads(chromium.said_by(page, ASK, tmp_path))
+    assert said["wrong"] == []
+    assert not said["hidden"]
+    started = data["status"][4 * data["start"] :][:4]
+    stick, slip = (any(shown[zero] == 0 for shown in said["status"]) for zero in (0, 2))  # of blue, of red
+    assert (stick, slip) == ("0" in started, "1" in started)
+    assert said["slips"] > 5
+    assert said["time"] == "t = 1 cycles"
+    assert said["told"].startswith("node 0 (FE </script>), ")
+    assert "slip so far = " in said["told"]
+    assert said["before"].startswith("node 3 (FE d)")
+    assert said["same"]
+    assert said["fields"] == 4
+    assert 300 <= said["high"] <= 400
