@@ -90,12 +90,9 @@ def largest_load_factor(
     SolverError
         If there is no end, or one that is not proved and misses its own conditions.
     """
-    announce(rows)
-    taken = without_frictionless(rows, tolerances)
-    if taken is None:
-        found = _limit(rows, balanced, tolerances)
-    else:
-        found = _of_all(taken, _without(taken, balanced, tolerances))
+    if (balanced, tolerances) not in rows.solved:  # the search of a zone ends with what is asked next
+        rows.solved[balanced, tolerances] = _of_rows(rows, balanced, tolerances)
+    taken, found = rows.solved[balanced, tolerances]
     if certified_for is not None:
         found = _certified(certified_for, rows, taken, found, tolerances)
     if found.status != Status.OPTIMAL or found.certified is not None:
@@ -104,6 +101,17 @@ def largest_load_factor(
     if not missed <= tolerances.stored_digits:
         raise SolverError(INACCURATE.format(missed))
     return replace(found, reduced_accuracy=found.reduced_accuracy or missed > tolerances.agreement)
+
+
+def _of_rows(
+    rows: DiscRows, balanced: bool, tolerances: Tolerances
+) -> tuple[Frictionless | None, DiscLimit]:
+    """The limit before anything is proved of it, and what was done with nodes without friction."""
+    announce(rows)
+    taken = without_frictionless(rows, tolerances)
+    if taken is None:
+        return None, _limit(rows, balanced, tolerances)
+    return taken, _of_all(taken, _without(taken, balanced, tolerances))
 
 
 def _missed(rows: DiscRows, found: DiscLimit) -> float:

@@ -1,7 +1,8 @@
 """The limits of a joint in space, node by node: f p ≥ |q| at every extreme load step, and half-spaces."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +41,8 @@ class DiscRows:
         The half-spaces, as rows in the same columns, with nodes of the whole joint; of none it has no rows.
     names
         The number of each of the n nodes in the whole joint.
+    solved
+        λ_max of these limits, once it is known, by how it was asked for.
     """
 
     stiffness: FloatArray
@@ -49,6 +52,7 @@ class DiscRows:
     e: FloatArray
     half_spaces: Constraints
     names: Indices
+    solved: dict[object, Any] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def sums(self) -> sparse.csr_matrix:
