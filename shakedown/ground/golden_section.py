@@ -1,19 +1,19 @@
-"""The least value of a convex function of one number."""
+"""The least point of a convex function of one number."""
 
 from collections.abc import Callable
 
 STEPS = 24  # of a golden section: the place to 1e-5 of the range
 
 
-def least_value(convex: Callable[[float], float], low: float, high: float) -> float:
-    """The least value of a convex function that a golden section finds: one value a step.
+def least_point(convex: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
+    """Where a convex function is least, as a golden section finds it, and its value: one value a step.
 
     By hand, because to load scipy.optimize takes longer than what it is used for here.
 
     Examples
     --------
-    >>> round(least_value(lambda x: (x - 1.0) ** 2 + 3.0, -5.0, 5.0), 6)
-    3.0
+    >>> [round(number, 3) for number in least_point(lambda x: (x - 1.0) ** 2 + 3.0, -5.0, 5.0)]
+    [1.0, 3.0]
     """
     ratio = 0.5 * (5**0.5 - 1)
     a, b = high - ratio * (high - low), low + ratio * (high - low)
@@ -27,4 +27,4 @@ def least_value(convex: Callable[[float], float], low: float, high: float) -> fl
             low, a, at_a = a, b, at_b
             b = low + ratio * (high - low)
             at_b = convex(b)
-    return min(at_a, at_b)
+    return (a, at_a) if at_a < at_b else (b, at_b)

@@ -103,9 +103,7 @@ def largest_load_factor(
     return replace(found, reduced_accuracy=found.reduced_accuracy or missed > tolerances.agreement)
 
 
-def _of_rows(
-    rows: DiscRows, balanced: bool, tolerances: Tolerances
-) -> tuple[Frictionless | None, DiscLimit]:
+def _of_rows(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> tuple[Frictionless | None, DiscLimit]:
     """The limit before anything is proved of it, and what was done with nodes without friction."""
     announce(rows)
     taken = without_frictionless(rows, tolerances)

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint
-from shakedown.bounds.uniqueness.weak_coupling import WIDTH
+from shakedown.bounds.uniqueness.weak_coupling import least_of_sums
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.golden_section import least_value
 from shakedown.ground.round_off import EPS
 
 WAYS = 64  # directions of slip in which a node's own resistance is looked at; between them it is bounded
@@ -59,22 +58,10 @@ def energy_margin(joint: ScaledJoint, *, best: bool = False) -> float:
     root, slips, pressures = unit_slips(joint)
     f, scale = np.sqrt(joint.f), np.sqrt(joint.stiffness) if best else np.ones(joint.n)
     slip, pressure = slips * np.repeat(f * scale, 2), pressures * f / scale
-    first, second = slip @ slip.T, pressure @ pressure.T
-    sizes = np.trace(first), np.trace(second)
-    if 0.0 in sizes:
-        return 1.0
-
-    def largest(log_c: float) -> float:
-        c = np.exp(log_c)
-        return float(np.linalg.eigvalsh(c * first + second / c)[-1])
-
-    middle = 0.5 * np.log(sizes[1] / sizes[0])
     A = joint.A[np.ix_(joint.kept, joint.kept)]
     condition = float(np.abs(root).sum(axis=1).max() ** 2 * np.abs(A).sum(axis=1).max())
-    round_off = 16 * len(root) * EPS * condition
-    if (margin := 1.0 - 0.5 * largest(middle) - round_off) > 0.0 and not best:  # this will do
-        return margin
-    return 1.0 - 0.5 * least_value(largest, middle - WIDTH, middle + WIDTH) - round_off
+    largest = least_of_sums(slip @ slip.T, pressure @ pressure.T)
+    return 1.0 - 0.5 * largest - 16 * len(root) * EPS * condition if largest > 0.0 else 1.0
 
 
 def unit_slips(joint: ScaledJoint) -> tuple[FloatArray, FloatArray, FloatArray]:
