@@ -21,8 +21,6 @@ from shakedown.assessment.load_regions import (
     default_load_factors,
     region_of,
 )
-from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound
-from shakedown.bounds.collapse.box_bound import BoxBound
 from shakedown.bounds.energy.energy_ball import energy_ball
 from shakedown.bounds.methods import takes_long
 from shakedown.bounds.safe_slip import safe_slip
@@ -105,6 +103,11 @@ class _SafeStart(NamedTuple):
     after_transient: bool
 
 
+def case_as_given(limits: JointLimits) -> Case:
+    """The simulation of the nominal load, λ = 1, from the first given state, or from slip zero."""
+    return _bounded(limits, _case_at(limits, AS_GIVEN, *_first_state(limits)))
+
+
 def planned_cases(
     limits: JointLimits,
     load_factors: Sequence[float] | None,
@@ -112,19 +115,22 @@ def planned_cases(
     seed: int,
     steps: RecordedSteps,
 ) -> list[Case]:
-    """Every simulation that a verification asks for, load factor by load factor, each a step; λ = 1 first."""
+    """Every simulation of a verification but the nominal one, λ = 1 first; each load factor a step."""
     chosen = default_load_factors(limits) if load_factors is None else load_factors
-    name, state = next(iter(({**given_states(limits.problem), "zero": _at_zero(limits)}).items()))
-    alone = [] if AS_GIVEN in chosen else [AS_GIVEN]
-    cases = [steps.done(partial(_case_at, limits, each, name, state)) for each in alone]
+    name, state = _first_state(limits)
+    cases = list[Case]()
     for each in sorted(chosen, key=lambda load_factor: load_factor != AS_GIVEN):
         cases += steps.done(partial(_cases_at, limits, each, random_states, seed))
     here = limits.from_state
     if load_factors is None and here.symbol != ENERGY and here.load_factor < np.inf:
         near = JUST_BELOW * here.load_factor
         cases.append(steps.done(partial(_case_at, limits, near, name, state)))
-    bounds = (present(limits.box), limits.accumulated)
-    return [replace(case, bounded=any(_bounded(case, each) for each in bounds)) for case in cases]
+    return [_bounded(limits, case) for case in cases if (case.load_factor, case.initial) != (AS_GIVEN, name)]
+
+
+def _first_state(limits: JointLimits) -> tuple[str, FloatArray]:
+    """The first initial state that comes with the problem, or slip zero, and its name."""
+    return next(iter((given_states(limits.problem) | {"zero": _at_zero(limits)}).items()))
 
 
 def _cases_at(limits: JointLimits, load_factor: float, random_states: int, seed: int) -> list[Case]:
@@ -231,12 +237,17 @@ class _At:
         return _SafeStart(safe.slip, opened, before)
 
 
-def _bounded(case: Case, bound: BoxBound | AccumulatedBound | None) -> bool:
-    """Whether a case begins at the state of a bound, below what that proves."""
-    if bound is None:
-        return False
-    here = not case.after_transient and np.array_equal(case.start, bound.initial_slip)
-    return here and not case.open_nodes and case.load_factor < bound.load_factor
+def _bounded(limits: JointLimits, case: Case) -> Case:
+    """A case that knows whether it begins at the state of λ_box or λ_S, below what that proves."""
+    if case.after_transient or case.open_nodes:
+        return case
+    known = [bound for bound in (present(limits.box), limits.accumulated) if bound is not None]
+    below = (
+        case.load_factor < bound.load_factor
+        for bound in known
+        if np.array_equal(case.start, bound.initial_slip)
+    )
+    return replace(case, bounded=any(below))
 
 
 def given_states(problem: Problem) -> dict[str, FloatArray]:

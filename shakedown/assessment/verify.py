@@ -15,7 +15,7 @@ from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.independent_bounds import SecondBounds, independent_findings
 from shakedown.assessment.open_ends import open_ends
-from shakedown.assessment.plan import planned_cases
+from shakedown.assessment.plan import case_as_given, planned_cases
 from shakedown.assessment.recorded_work import OtherEvidence, RecordedWork, ThreadedSteps, other_evidence
 from shakedown.assessment.runs import Run, disagreements, open_questions, run_of
 from shakedown.assessment.slip_limit import SlipLimit
@@ -323,9 +323,12 @@ def _verified(
     for name in ("upper", "lower", "through_transient", "universal", *FROM_HERE):
         limits.keep(name, work.steps.done(functools.partial(getattr, limits, name)))
     limits.note_what_is_known()
+    how = settings.cycles, settings.method
+    nominal = work.steps.done(functools.partial(case_as_given, limits))
+    runs: list[Run] = [work.steps.done(functools.partial(run_of, limits, nominal, *how))]
+    work.show(lambda: _so_far(found, runs, "all other runs", settings))  # before the others are planned
     cases = planned_cases(limits, asked.load_factors, *random, work.steps)
-    work.pieces = len(cases) + len(OtherEvidence._fields)
-    how, runs = (settings.cycles, settings.method), list[Run]()
+    work.count, work.pieces = len(runs), len(runs) + len(cases) + len(OtherEvidence._fields)
     steps: list[Callable[[], Any]] = [functools.partial(run_of, limits, case, *how) for case in cases]
     first = sum(case.load_factor == AS_GIVEN for case in cases)  # λ = 1 comes first, then λ_T
     steps.insert(first, lambda: limits.transient)
@@ -336,16 +339,15 @@ def _verified(
             limits.keep("transient", ended)
         else:
             runs.append(ended)
-        if any(_is_as_given(run, problem) for run in runs):
-            work.show(lambda: _so_far(found, runs, len(cases), settings))
-    beside = other_evidence(limits, asked.budget, asked.slip_below, work)
-    findings = list(independent_findings(limits.bounds, beside.second, tolerances))
+        work.show(lambda: _so_far(found, runs, f"{len(cases) + 1 - len(runs)} of the runs", settings))
+    other = other_evidence(limits, asked.budget, asked.slip_below, work)
+    findings = list(independent_findings(limits.bounds, other.second, tolerances))
     return Verification(
         assessment=found,
-        second=beside.second,
-        critical=beside.critical,
-        curve=present(beside.curve),
-        slip_limit=present(beside.slip),
+        second=other.second,
+        critical=other.critical,
+        curve=present(other.curve),
+        slip_limit=present(other.slip),
         runs=tuple(runs),
         disagreements=(
             *(text for agrees, text in findings if agrees is False),
@@ -355,7 +357,7 @@ def _verified(
             *open_ends(limits.lower, limits.upper, limits.energy, limits.universal),
             *open_questions(runs),
         ),
-        notes=(*(text for agrees, text in findings if agrees is None), *beside.missing()),
+        notes=(*(text for agrees, text in findings if agrees is None), *other.missing()),
         settings=settings,
     )
 
@@ -365,7 +367,7 @@ def _is_as_given(run: Run, problem: Problem) -> bool:
     return run.initial == name and run.simulation.load_factor == AS_GIVEN
 
 
-def _so_far(found: Assessment, runs: Sequence[Run], planned: int, settings: Settings) -> Verification:
+def _so_far(found: Assessment, runs: Sequence[Run], to_come: str, settings: Settings) -> Verification:
     """What is known before all is done; limits that are not worked out yet are missing."""
     limits = found.details.so_far("transient", "friction")
     none = ConicBound(Status.UNDECIDED, nan, -1, np.full(limits.problem.layout.slip_size, nan), "Clarabel")
@@ -383,7 +385,7 @@ def _so_far(found: Assessment, runs: Sequence[Run], planned: int, settings: Sett
         ),
         notes=(),
         settings=settings,
-        unfinished=f"Unfinished: {len(runs)} of {planned} runs; the independent solver is still to come.",
+        unfinished=f"Unfinished: {to_come} and the independent solver are still to come.",
     )
 
 
