@@ -25,11 +25,12 @@ How fine a mesh? Three things happen to the bounds as it is refined
 import shakedown.fem.extra  # noqa: F401  says what to install where it is missing
 from shakedown.fem.body import ElasticBody, Material, Support
 from shakedown.fem.bolt import Bolt
-from shakedown.fem.contact import contact_condensation, contact_problem
+from shakedown.fem.contact import contact_condensation, contact_problem, modal_load
 from shakedown.fem.corner import WeldedCorner, welded_corner
 from shakedown.fem.half_space import half_space_compliance, mean_half_space_compliance
 from shakedown.fem.loads import BodyForce, Displacement, Force, Load, Pressure, Traction
 from shakedown.fem.mesh import block_mesh, brick_mesh, read_mesh
+from shakedown.fem.modes import ModalLoad
 
 __all__ = [
     "BodyForce",
@@ -39,6 +40,7 @@ __all__ = [
     "Force",
     "Load",
     "Material",
+    "ModalLoad",
     "Pressure",
     "Support",
     "Traction",
@@ -49,6 +51,7 @@ __all__ = [
     "contact_problem",
     "half_space_compliance",
     "mean_half_space_compliance",
+    "modal_load",
     "read_mesh",
     "welded_corner",
 ]

@@ -56,10 +56,12 @@ def kind_of(mesh: Mesh) -> type[Mesh]:
 class Material:
     """Isotropic linear elasticity: Young's modulus [force/length²] and Poisson's ratio [–].
 
+    A density [mass/length³], in units in which force = mass · length / time², is needed for modes only.
+
     Raises
     ------
     ProblemError
-        Unless young > 0 and −1 < poisson < 0.5.
+        Unless young > 0, −1 < poisson < 0.5 and density > 0.
 
     Examples
     --------
@@ -69,6 +71,7 @@ class Material:
 
     young: float
     poisson: float
+    density: float | None = None
 
     def __post_init__(self) -> None:
         check_fields(self, ProblemError)
@@ -77,6 +80,8 @@ class Material:
                 "material: expected Young's modulus > 0 and -1 < Poisson's ratio < 0.5, "
                 f"found {self.young}, {self.poisson}"
             )
+        if self.density is not None and not self.density > 0:
+            raise ProblemError(f"material: expected a density > 0, found {self.density}")
 
     def lame(self, plane: str) -> tuple[float, float]:
         """Lamé parameters (λ, μ), of a plane problem or (as of plane strain) of a solid [force/length²]."""
@@ -174,7 +179,7 @@ class ElasticBody:
             self.facets(name)
         for support in self.supports:
             self.facets(support.boundary)
-        self._parts()
+        self.parts()
 
     @property
     def dimension(self) -> int:
@@ -196,7 +201,7 @@ class ElasticBody:
     def stiffness(self) -> sparse.csr_array:
         """Stiffness of the unsupported body, (N, N) [force/length]."""
         K = sparse.csr_array((self.basis.N, self.basis.N))
-        for material, elements in self._parts():
+        for material, elements in self.parts():
             basis = self.basis if elements is None else self.basis.with_elements(elements)
             K = K + sparse.csr_array(linear_elasticity(*material.lame(self.plane)).assemble(basis))
         return self.thickness * K
@@ -283,7 +288,8 @@ class ElasticBody:
         place[self.dofs[:, 0]] = self.basis.doflocs.T
         return place[nodes]
 
-    def _parts(self) -> list[tuple[Material, IntArray | None]]:
+    def parts(self) -> list[tuple[Material, IntArray | None]]:
+        """Materials with their elements; None where there is one of all."""
         if isinstance(self.material, Material):
             return [(self.material, None)]
         named = self.mesh.subdomains or {}

@@ -12,12 +12,14 @@ from scipy.spatial import KDTree
 from shakedown.fem.body import ElasticBody, IntArray
 from shakedown.fem.bolt import Bolt
 from shakedown.fem.contact_surface import contact_faces
-from shakedown.fem.loads import sampled
+from shakedown.fem.loads import History, sampled
+from shakedown.fem.modes import ModalLoad, check_balanced, determinate_rows, mass_of, sine, stuck_mode
 from shakedown.fem.origin import Contact, origin_text
 from shakedown.fem.rigid import tied
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.arguments import node_numbers
 from shakedown.joint.loading import with_initial_gap
 from shakedown.joint.places import bearing_no_pressure, without_cancelled
 from shakedown.joint.problem import Problem
@@ -35,6 +37,7 @@ def contact_problem(
     *,
     against: tuple[ElasticBody, str] | None = None,
     bolts: Sequence[Bolt] = (),
+    modal: Sequence[ModalLoad] = (),
     tangent: ArrayLike | None = None,
     gap: ArrayLike | Callable[[FloatArray], ArrayLike] = 0.0,
     steps: int | None = None,
@@ -63,6 +66,10 @@ def contact_problem(
         The second body and its contact boundary, with matching nodes.
     bolts
         What pulls the bodies together.
+    modal
+        Loads in the shape of modes (:func:`modal_load`). Where nothing supports two bodies and all loads
+        are in equilibrium, a statically determinate support holds them while they are condensed, and
+        ``source`` says so.
     tangent : (3,) or (n, 3), optional
         Of solid bodies the direction towards which the first tangent leads
         (:func:`~shakedown.models.condensation.tangent_pairs.tangent_pairs`).
@@ -91,7 +98,7 @@ def contact_problem(
     (8, 5)
     """
     joint = _assembled(_Bodies(body, boundary, against, bolts), tangent, announce)
-    cases = joint.cases(steps)
+    cases = joint.cases(steps, modal)
     if not cases:
         raise ProblemError("loads: expected at least one load on a body, found none")
     frame = joint.reduced.frame
@@ -111,7 +118,7 @@ def contact_problem(
         load_names=tuple(case.name for case in cases),
         source=origin_text(
             [(body, boundary), *([] if against is None else [against])],
-            Contact(f, gap, steps, bolts),
+            Contact(f, gap, steps, bolts, joint.free, [(load.mode, load.frequency) for load in modal]),
             bearing_no_pressure(area, label),
         ),
     )
@@ -131,6 +138,55 @@ def contact_condensation(
 ) -> Condensation:
     """The condensed stiffness alone, with its evidence (rigid motions, residual)."""
     return _assembled(_Bodies(body, boundary, against, bolts), tangent, announce).reduced
+
+
+@checked
+def modal_load(
+    body: ElasticBody,
+    boundary: str,
+    mode: int = 0,
+    *,
+    against: tuple[ElasticBody, str] | None = None,
+    bolts: Sequence[Bolt] = (),
+    open_nodes: Sequence[int] = (),
+    history: History | None = None,
+) -> ModalLoad:
+    """The inertia forces M φ of a mode as a load: what a structure bears that vibrates in this mode.
+
+    The mode is that of the structure with its contact stuck, but for nodes that the preload leaves
+    open: long-term states of the joint under its preload tell which (``open_nodes``). Of a load M φ α
+    the conjugate displacement is the modal amplitude. Nothing has to support two bodies.
+
+    Parameters
+    ----------
+    body, boundary, against, bolts
+        As for :func:`contact_problem`; materials need a density.
+    mode
+        Number of the mode, from 0, by rising frequency; rigid motions do not count.
+    open_nodes
+        Contact nodes that stay open, in the order of the problem.
+    history
+        Time function of the modal force α; one sine in a period by default.
+
+    Raises
+    ------
+    ProblemError
+        If the bodies do not match or have no density, or there is no such mode or node.
+
+    Examples
+    --------
+    >>> from shakedown.fem import ElasticBody, Material, Support, block_mesh
+    >>> upper, lower = (block_mesh(4.0, 1.0, 8, 2, origin=(0.0, y)) for y in (1.0, 0.0))
+    >>> steel = Material(100.0, 0.3, density=1.0)
+    >>> first, second = ElasticBody(upper, steel), ElasticBody(lower, steel)
+    >>> load = modal_load(first, "bottom", against=(second, "top"))
+    >>> load.free, round(load.frequency, 3)
+    (True, 5.526)
+    """
+    joint = _assembled(_Bodies(body, boundary, against, bolts), None, None)
+    opened = node_numbers("open nodes", open_nodes, joint.reduced.n)
+    frequency, shape, force = joint.mode(mode, opened)
+    return ModalLoad(mode, frequency, shape, force, joint.free, sine if history is None else history)
 
 
 class _Bodies(NamedTuple):
@@ -157,9 +213,11 @@ class _Joint:
     place: FloatArray
     numbers: IntArray
     reduced: Condensation
+    stiffness: sparse.csr_array  # of all bodies and bolts
+    free: bool
 
-    def cases(self, steps: int | None) -> list[LoadCase]:
-        """The load cases of all bodies, then the preloads."""
+    def cases(self, steps: int | None, modal: Sequence[ModalLoad] = ()) -> list[LoadCase]:
+        """The load cases of all bodies, then the preloads, then the modes."""
         found = [
             load.case(b, steps, slice(start, start + b.basis.N), self.size)
             for b, start in zip(self.bodies, self.starts, strict=True)
@@ -169,7 +227,25 @@ class _Joint:
             if bolt.preload:
                 history = sampled(bolt.history, steps, "Bolt")
                 found.append(LoadCase(history=history, force=bolt.preload * shortening, name="bolt"))
+        for load in modal:
+            if load.force.shape != (self.size,):
+                raise ProblemError(f"mode {load.mode}: expected the mode of these bodies, found another")
+            found.append(load.case(steps))
+        if self.free:
+            places = np.concatenate([b.basis.doflocs.T for b in self.bodies])
+            check_balanced(found, places, np.concatenate([b.dofs[:, 1] for b in self.bodies]))
         return found if self.ties is None else [_reduced(case, self.ties) for case in found]
+
+    def mode(self, number: int, open_nodes: Sequence[int]) -> tuple[float, FloatArray, FloatArray]:
+        """Circular frequency, shape and inertia forces (N,) of a mode with the contact stuck."""
+        M = sparse.csr_array(sparse.block_diag([mass_of(b) for b in self.bodies], format="csr"))
+        motions = self.reduced.motions(open_nodes, released=self.free)
+        if self.ties is not None:
+            motions = sparse.csr_array(self.ties @ motions)
+        d = self.bodies[0].dimension
+        rigid = d * (d + 1) // 2 if self.free else 0
+        frequency, shape = stuck_mode(self.stiffness, M, motions, number, rigid)
+        return frequency, shape, np.asarray(M @ shape)
 
 
 def _reduced(case: LoadCase, ties: sparse.csr_array) -> LoadCase:
@@ -201,12 +277,15 @@ def _assembled(given: _Bodies, tangent: ArrayLike | None, announce: Callable[[st
             e = sparse.csr_array(shortening[None])
             K = K + bolt.stiffness * (e.T @ e)
     fixed = np.concatenate([b.held_rows() + start for b, start in zip(bodies, starts, strict=True)])
-    ties = None
+    ties, stiffness, free = None, sparse.csr_array(K), against is not None and not fixed.size
     if any(b.rigid for b in bodies):
         of_bodies = [tied(b, own) for b, own in zip(bodies, numbers.reshape(len(nodes), -1).T, strict=True)]
         ties = sparse.csr_array(sparse.block_diag([T for T, _ in of_bodies], format="csr"))
         dofs = np.vstack([own + (shift if k else 0) for k, (_, own) in enumerate(of_bodies)])
         K, fixed = ties.T @ K @ ties, np.flatnonzero(ties.T @ np.isin(np.arange(size), fixed))
+    if free:
+        inner = np.isin(dofs[:, 0], body.dofs[:, 0]) & ~np.isin(dofs[:, 0], nodes)
+        fixed = determinate_rows(dofs, _all_places(bodies), np.flatnonzero(inner))
     reduced = condensed_stiffness(
         K,
         dofs,
@@ -217,7 +296,8 @@ def _assembled(given: _Bodies, tangent: ArrayLike | None, announce: Callable[[st
         places=_all_places(bodies) if body.dimension == 3 else None,
         announce=announce,
     )
-    return _Joint(tuple(bodies), tuple(starts), size, pulled, ties, place[kept], numbers[kept], reduced)
+    found = place[kept], numbers[kept], reduced, stiffness, free
+    return _Joint(tuple(bodies), tuple(starts), size, pulled, ties, *found)
 
 
 def _all_places(bodies: Sequence[ElasticBody]) -> dict[int, list[float]]:

@@ -36,6 +36,8 @@ class Contact(NamedTuple):
     gap: object
     steps: int | None
     bolts: Sequence[object] = ()
+    free: bool = False
+    modes: Sequence[tuple[int, float]] = ()
 
 
 def remember_file(mesh: Mesh, path: str | os.PathLike[str]) -> Mesh:
@@ -78,6 +80,8 @@ def origin_text(
         "gap": _told(gap),
         "bolts": [_fields(bolt) for bolt in contact.bolts],
         "bodies": [_body(body, boundary, contact.steps) for body, boundary in bodies],
+        "free": "held, statically determinate, for the condensation alone" if contact.free else None,
+        "modes": [{"mode": mode, "frequency": frequency} for mode, frequency in contact.modes],
         "files": files,
         "warnings": list(warnings),
     }
@@ -100,7 +104,11 @@ def _body(body: ElasticBody, boundary: str, steps: int | None) -> Entry:
         **plane,
         **rigid,
         "materials": {
-            name: {"young": float(material.young), "poisson": float(material.poisson)}
+            name: {
+                key: float(value)
+                for key in ("young", "poisson", "density")
+                if (value := getattr(material, key)) is not None
+            }
             for name, material in parts.items()
         },
         "mesh": _mesh(body),

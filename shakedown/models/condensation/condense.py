@@ -140,6 +140,16 @@ class Condensation(Result):
             fields["load_frequency"] = [np.nan if c.frequency is None else c.frequency for c in loads]
         return np.array(reactions), fields
 
+    def motions(self, open_nodes: Sequence[int] = (), *, released: bool = False) -> sparse.csr_array:
+        """The displacements (N, k) that are left to the model with its contact stuck and some nodes open.
+
+        ``released`` lets go of what is held, too.
+        """
+        model, opened = self._model, self.layout.of_nodes(list(open_nodes))
+        columns = [model.T_i, model.T_c[:, opened], *([model.T_h] if released else [])]
+        found = sparse.csc_array(sparse.hstack(columns, format="csc"))
+        return sparse.csr_array(found[:, np.diff(found.indptr) > 0])
+
     def check_against_run(
         self, displacement: ArrayLike, reactions: ArrayLike, *, what: str = "static run"
     ) -> float:
