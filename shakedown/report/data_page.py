@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.shown_values import few, sized
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.ground.visible_text import with_unit
@@ -150,7 +152,7 @@ def _in_words(value: object, units: Mapping[str, str] = MappingProxyType({})) ->
         text = ", ".join(inner) if all(isinstance(part, str) for part in value) else f"({', '.join(inner)})"
         return f"{text} {units.get('', '')}".rstrip()
     if isinstance(value, int | float) and not isinstance(value, bool):
-        return f"{value:.10g} {units.get('', '')}".rstrip()
+        return f"{value + 0.0:.10g} {units.get('', '')}".rstrip()
     return str(value)
 
 
@@ -171,6 +173,7 @@ def node_load_rows(problem: Problem) -> list[list[str]]:
     by_node, place = problem.layout.by_node, node_places(problem)
     swing_p, swing_q = 0.5 * np.ptp(mean.p1, axis=0), by_node(0.5 * np.ptp(mean.q1, axis=0))
     tangential = np.stack([by_node(mean.q0), swing_q], axis=-1).reshape(problem.n, -1)
+    loads = _without_round_off(np.column_stack([mean.p0, swing_p, tangential]))
     return [
         [
             str(j),
@@ -178,7 +181,7 @@ def node_load_rows(problem: Problem) -> list[list[str]]:
             *place[j],
             *([few(problem.node_area[j], SHOWN)] if problem.node_area is not None else []),
             f"{problem.f[j]:g}",
-            *(few(value, SHOWN) for value in (mean.p0[j], swing_p[j], *tangential[j])),
+            *(few(value, SHOWN) for value in loads[j]),
         ]
         for j in range(problem.n)
     ]
@@ -204,8 +207,14 @@ def node_load_head(problem: Problem) -> list[str]:
 
 def node_places(problem: Problem) -> list[list[str]]:
     """Coordinates of each node: of the model, along the contact, or none."""
-    if problem.coordinates is not None:
-        return [[few(value, SHOWN) for value in place] for place in problem.coordinates]
-    if problem.x is not None:
-        return [[few(value, SHOWN) for value in np.atleast_1d(place)] for place in problem.x]
-    return [[] for _ in range(problem.n)]
+    known = problem.x if problem.coordinates is None else problem.coordinates
+    if known is None:
+        return [[] for _ in range(problem.n)]
+    return [
+        [few(value, SHOWN) for value in place] for place in _without_round_off(known.reshape(problem.n, -1))
+    ]
+
+
+def _without_round_off(values: FloatArray) -> FloatArray:
+    """Numbers of one kind, for people: those that are nothing beside the largest are zero."""
+    return np.where(np.abs(values) > NEGLIGIBLE * np.abs(values).max(), values, 0.0)

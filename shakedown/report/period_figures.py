@@ -35,6 +35,7 @@ from shakedown.report.load_figures import (
 )
 
 LINES = 4  # in one picture, of as many instants of a period
+SOON = 0.125  # of a cycle: a second picture would be much the same
 INSTANTS = 3  # of a period, in pictures side by side
 EARLY = (1, 9)  # cycles whose zones are shown beside those of the long-term state
 AT_ONE = {
@@ -232,7 +233,8 @@ def _along(pictured: Pictured, problem: Problem) -> Picture:
 def _tractions(pictured: Pictured, problem: Problem) -> Picture:
     """Reactions when the tangential ones are largest, and when the total pressure is smallest."""
     path = pictured.state.history
-    times = path.cycle[list(dict.fromkeys([most_sheared_row(path), extreme_rows(path)[1]]))].tolist()
+    times = [float(path.cycle[row]) for row in (most_sheared_row(path), extreme_rows(path)[1])]
+    times = times[: 1 + (abs(times[1] - times[0]) > SOON)]
     drawn = (
         ("Pressure", plot.pressure_over_patch, True),
         ("Tangential reactions", plot.tractions_at, False),

@@ -52,6 +52,12 @@ def test_loads_of_nodes_have_both_directions():
     np.testing.assert_array_equal(nodes.coordinates[1], [2.0, 3.0, np.nan])
 
 
+def test_no_place_or_load_is_round_off():
+    rows = node_load_rows(shakedown.example("bolted-flange"))
+    assert rows[2][2:4] == ["0", "13"]  # x was 8e-16
+    assert not [text for row in rows for text in row if "e-1" in text]
+
+
 def test_a_slip_that_is_round_off_is_no_instant_to_show():
     """Node 0 of this state touches its limit and slips by 8e-8 during 3e-9 of a cycle."""
     path = shakedown.long_term_state(shakedown.example("four-node-3d"), 1.2862097839221598).history
