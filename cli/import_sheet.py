@@ -18,10 +18,12 @@ from .output import paragraph, say
 
 if TYPE_CHECKING:
     from shakedown.ground.float_array import FloatArray
+    from shakedown.models.condensation.mortar.surface_coupling import SurfaceCoupling
     from shakedown.models.importing.load_evidence import LoadEvidence, LoadPart
 
 ROUND_OFF = 1e-9  # of the largest resultant of a load
 LONGEST_LOAD = 28  # characters of its name
+SAME_SIZE = 0.05  # by which facets of two surfaces may differ
 
 
 def go_or_not(made: shakedown.Import) -> str:
@@ -56,6 +58,8 @@ def echo_sheet(made: shakedown.Import) -> None:
 def _pairs(made: shakedown.Import, unit: str) -> Iterator[str]:
     """How far apart the nodes of the pairs lie, and which patches there are."""
     pairs, patches = made.evidence.pairs, int(made.evidence.patches.max()) + 1
+    if made.contact.coupling is not None:
+        yield from _surfaces(made.contact.coupling, unit)
     if pairs is not None:
         parts = (("along", pairs.along, pairs.off), ("across", np.abs(pairs.across), pairs.apart))
         told = [
@@ -67,6 +71,27 @@ def _pairs(made: shakedown.Import, unit: str) -> Iterator[str]:
         firsts = [made.contact.names[int(np.argmax(made.evidence.patches == k))] for k in range(patches)]
         named = [f"{many} from {name}" for many, name in zip(sizes, firsts, strict=True)]
         yield f"{patches} patches of the contact, by nodes: {', '.join(named)}"
+
+
+def _surfaces(found: SurfaceCoupling, unit: str) -> Iterator[str]:
+    """How two surfaces that need not match lie on each other."""
+    length, area = (f" {unit}", f" {unit}²") if unit else ("", "")
+    shares = " and ".join(f"{100 * share:.4g} %" for share in found.share)
+    yield (
+        f"surfaces of {len(found.labels)} and {len(found.master)} nodes lie on each other over "
+        f"{few(found.overlap, 4)}{area}, {shares} of their areas, {few(found.distance[0], 3)} to "
+        f"{few(found.distance[2], 3)}{length} apart (reach {few(found.reach, 3)})"
+    )
+    if found.uncovered.size:
+        yield f"{found.uncovered.size} node(s) of the first have no partner, first {found.uncovered[0]}"
+    size = "as large as" if abs(found.finer - 1) < SAME_SIZE else f"{few(found.finer, 2)} of"
+    shape = "flat and parallel"
+    if not found.flat:
+        shape = f"curved: a turn of 1 rad would slip by {few(found.chord, 2)}{length}, which is put right"
+    yield (
+        f"facets of the first are {size} those of the second; largest weight "
+        f"{few(found.largest_weight, 3)}; {shape}"
+    )
 
 
 def _largest(distance: FloatArray, share: FloatArray) -> str:

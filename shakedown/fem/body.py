@@ -133,8 +133,8 @@ class ElasticBody:
     thickness
         Of a plane body [length].
     order
-        1 (bilinear, linear) or 2 (biquadratic, quadratic) elements. In contact take 1: quadratic faces of
-        solids give their corners no or little share of a pressure.
+        1 (bilinear, linear) or 2 (biquadratic, quadratic) elements. Slips and forces at nodes between the
+        corners of quadratic tetrahedra in contact are weighted ones (docs/mortar.md).
     rigid
         Boundaries that move as rigid bodies: a bolt's head, a clamp, a patch that a load acts on.
         They have no nodes in common with each other, the supports or the contact.

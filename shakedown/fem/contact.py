@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from shakedown.fem.body import ElasticBody, IntArray
 from shakedown.fem.bolt import Bolt
-from shakedown.fem.contact_surface import contact_faces
+from shakedown.fem.contact_surface import contact_faces, meshed_surface
 from shakedown.fem.loads import History, sampled
 from shakedown.fem.modes import ModalLoad, check_balanced, determinate_rows, mass_of, sine, stuck_mode
 from shakedown.fem.origin import Contact, origin_text
@@ -25,8 +25,12 @@ from shakedown.joint.places import bearing_no_pressure, without_cancelled
 from shakedown.joint.problem import Problem
 from shakedown.models.condensation.condense import Condensation, condensed_stiffness
 from shakedown.models.condensation.contact_frame import node_names
+from shakedown.models.condensation.coupled_frame import hat_areas
 from shakedown.models.condensation.load_case import LoadCase
+from shakedown.models.condensation.mortar.surface_coupling import SurfaceCoupling, surface_coupling
 from shakedown.models.condensation.tangent_pairs import patch_positions
+
+COUPLINGS = ("nodes", "mortar")
 
 
 @checked
@@ -36,6 +40,8 @@ def contact_problem(
     f: ArrayLike,
     *,
     against: tuple[ElasticBody, str] | None = None,
+    coupling: Literal["nodes", "mortar"] = "nodes",
+    reach: float | None = None,
     bolts: Sequence[Bolt] = (),
     modal: Sequence[ModalLoad] = (),
     tangent: ArrayLike | None = None,
@@ -63,7 +69,13 @@ def contact_problem(
     f : () or (n,)
         Friction coefficient(s), along the boundary in the direction of slip [–].
     against
-        The second body and its contact boundary, with matching nodes.
+        The second body and its contact boundary, with matching nodes unless ``coupling`` says otherwise.
+    coupling
+        ``"nodes"``: node to node. ``"mortar"``: meshes that need not match (docs/mortar.md); results are at
+        the nodes of the first body, which better be the coarser.
+    reach
+        Of a mortar coupling the largest distance of facets that meet, by default a quarter of a facet
+        [length].
     bolts
         What pulls the bodies together.
     modal
@@ -97,7 +109,7 @@ def contact_problem(
     >>> contact_problem(body, "bottom", 0.5, steps=8).q_w.shape
     (8, 5)
     """
-    joint = _assembled(_Bodies(body, boundary, against, bolts), tangent, announce)
+    joint = _assembled(_Bodies(body, boundary, against, bolts, coupling, reach), tangent, announce)
     cases = joint.cases(steps, modal)
     if not cases:
         raise ProblemError("loads: expected at least one load on a body, found none")
@@ -106,7 +118,7 @@ def contact_problem(
     x = _along(joint.place) if plane else patch_positions(joint.place, frame.normals, tangent)
     bare = joint.reduced.problem(cases, f, x=x, name=name, units=units)
     own, label = joint.numbers.reshape(frame.n, -1)[:, 0], node_names(joint.numbers)
-    area = without_cancelled(body.areas_on(boundary, own))
+    area = joint.areas(body.areas_on(boundary, own), own, body.thickness)
     made = replace(
         bare,
         label=label,
@@ -118,11 +130,15 @@ def contact_problem(
         load_names=tuple(case.name for case in cases),
         source=origin_text(
             [(body, boundary), *([] if against is None else [against])],
-            Contact(f, gap, steps, bolts, joint.free, [(load.mode, load.frequency) for load in modal]),
-            bearing_no_pressure(area, label),
+            Contact(
+                f, gap, steps, bolts, coupling, joint.free, [(load.mode, load.frequency) for load in modal]
+            ),
+            (*bearing_no_pressure(area, label), *(joint.coupling.warnings if joint.coupling else ())),
         ),
     )
-    initial = np.asarray(gap(joint.place.T) if callable(gap) else gap)
+    initial = np.asarray(gap(joint.place.T) if callable(gap) else gap, dtype=float)
+    if initial.shape == (frame.n,):
+        initial = frame.weighted(initial)
     return with_initial_gap(made, initial) if initial.any() else made
 
 
@@ -132,12 +148,14 @@ def contact_condensation(
     boundary: str,
     *,
     against: tuple[ElasticBody, str] | None = None,
+    coupling: Literal["nodes", "mortar"] = "nodes",
+    reach: float | None = None,
     bolts: Sequence[Bolt] = (),
     tangent: ArrayLike | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Condensation:
     """The condensed stiffness alone, with its evidence (rigid motions, residual)."""
-    return _assembled(_Bodies(body, boundary, against, bolts), tangent, announce).reduced
+    return _assembled(_Bodies(body, boundary, against, bolts, coupling, reach), tangent, announce).reduced
 
 
 @checked
@@ -147,6 +165,8 @@ def modal_load(
     mode: int = 0,
     *,
     against: tuple[ElasticBody, str] | None = None,
+    coupling: Literal["nodes", "mortar"] = "nodes",
+    reach: float | None = None,
     bolts: Sequence[Bolt] = (),
     open_nodes: Sequence[int] = (),
     history: History | None = None,
@@ -159,7 +179,7 @@ def modal_load(
 
     Parameters
     ----------
-    body, boundary, against, bolts
+    body, boundary, against, coupling, reach, bolts
         As for :func:`contact_problem`; materials need a density.
     mode
         Number of the mode, from 0, by rising frequency; rigid motions do not count.
@@ -183,19 +203,34 @@ def modal_load(
     >>> load.free, round(load.frequency, 3)
     (True, 5.526)
     """
-    joint = _assembled(_Bodies(body, boundary, against, bolts), None, None)
+    joint = _assembled(_Bodies(body, boundary, against, bolts, coupling, reach), None, None)
     opened = node_numbers("open nodes", open_nodes, joint.reduced.n)
     frequency, shape, force = joint.mode(mode, opened)
     return ModalLoad(mode, frequency, shape, force, joint.free, sine if history is None else history)
 
 
 class _Bodies(NamedTuple):
-    """What is put together: a body, its contact boundary, a second one, bolts."""
+    """What is put together: a body, its contact boundary, a second one, bolts, how the two are coupled."""
 
     body: ElasticBody
     boundary: str
     against: tuple[ElasticBody, str] | None
     bolts: Sequence[Bolt]
+    coupling: str
+    reach: float | None
+
+    def coupled(self, shift: int) -> SurfaceCoupling | None:
+        """The coupling of meshes that need not match; the second body's nodes are counted from ``shift``."""
+        if self.coupling not in COUPLINGS:
+            raise ProblemError(f"coupling: expected one of {', '.join(COUPLINGS)}, found '{self.coupling}'")
+        if self.coupling == "nodes":
+            if self.reach is not None:
+                raise ProblemError(f"reach: expected beside coupling = 'mortar' only, found {self.reach}")
+            return None
+        if self.against is None:
+            raise ProblemError("coupling: expected a second body beside 'mortar', found none")
+        slave = meshed_surface(self.body, self.boundary)
+        return surface_coupling(slave, meshed_surface(*self.against, shift), reach=self.reach)
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,6 +250,15 @@ class _Joint:
     reduced: Condensation
     stiffness: sparse.csr_array  # of all bodies and bolts
     free: bool
+    coupling: SurfaceCoupling | None
+    middle_nodes: IntArray
+
+    def areas(self, area: FloatArray, own: IntArray, thickness: float) -> FloatArray:
+        """Areas of the nodes: of their facets, as far as these are covered, in the basis of the contact."""
+        if self.coupling is None:
+            return without_cancelled(hat_areas(area, own, self.middle_nodes))
+        covered = dict(zip(self.coupling.labels.tolist(), self.coupling.area.tolist(), strict=True))
+        return thickness * np.array([covered[node] for node in own.tolist()])
 
     def cases(self, steps: int | None, modal: Sequence[ModalLoad] = ()) -> list[LoadCase]:
         """The load cases of all bodies, then the preloads, then the modes."""
@@ -255,19 +299,25 @@ def _reduced(case: LoadCase, ties: sparse.csr_array) -> LoadCase:
 
 
 def _assembled(given: _Bodies, tangent: ArrayLike | None, announce: Callable[[str], None] | None) -> _Joint:
-    body, boundary, against, bolts = given
+    body, boundary, against, bolts, *_ = given
     nodes, normals = body.normals_on(boundary)
     kept = _not_held(body, nodes)
     normals = _in_symmetry_planes(body, nodes, normals)
     place = body.positions(nodes)
-    bodies, contact, numbers, dofs = [body], nodes, nodes, body.dofs
+    bodies, contact, numbers, dofs, met = [body], nodes, nodes, body.dofs, [nodes]
+    shift = np.array([body.dofs[:, 0].max() + 1 + len(body.rigid), 0])
+    coupling = given.coupled(int(shift[0]))
     if against is not None:
-        other, shift = against[0], np.array([body.dofs[:, 0].max() + 1 + len(body.rigid), 0])
+        other = against[0]
         if other.dimension != body.dimension:
             raise ProblemError("contact: expected two plane bodies or two solid ones, found one of each")
         bodies.append(other)
-        numbers = np.column_stack([nodes, _matching(place, *against)])
-        contact = numbers + shift[::-1]
+        if coupling is None:
+            numbers = np.column_stack([nodes, _matching(place, *against)])
+            contact, met = numbers + shift[::-1], list(numbers.T)
+        else:
+            kept = kept[np.isin(nodes[kept], coupling.labels)]
+            met.append(coupling.master - shift[0])
         dofs = np.vstack([body.dofs, other.dofs + shift])
     *starts, size = np.cumsum([0, *(b.basis.N for b in bodies)])
     K = sparse.block_diag([b.stiffness for b in bodies], format="csr")
@@ -279,13 +329,14 @@ def _assembled(given: _Bodies, tangent: ArrayLike | None, announce: Callable[[st
     fixed = np.concatenate([b.held_rows() + start for b, start in zip(bodies, starts, strict=True)])
     ties, stiffness, free = None, sparse.csr_array(K), against is not None and not fixed.size
     if any(b.rigid for b in bodies):
-        of_bodies = [tied(b, own) for b, own in zip(bodies, numbers.reshape(len(nodes), -1).T, strict=True)]
+        of_bodies = [tied(b, own) for b, own in zip(bodies, met, strict=True)]
         ties = sparse.csr_array(sparse.block_diag([T for T, _ in of_bodies], format="csr"))
         dofs = np.vstack([own + (shift if k else 0) for k, (_, own) in enumerate(of_bodies)])
         K, fixed = ties.T @ K @ ties, np.flatnonzero(ties.T @ np.isin(np.arange(size), fixed))
     if free:
         inner = np.isin(dofs[:, 0], body.dofs[:, 0]) & ~np.isin(dofs[:, 0], nodes)
         fixed = determinate_rows(dofs, _all_places(bodies), np.flatnonzero(inner))
+    middle_nodes = _middle_nodes(body, boundary)
     reduced = condensed_stiffness(
         K,
         dofs,
@@ -293,11 +344,20 @@ def _assembled(given: _Bodies, tangent: ArrayLike | None, announce: Callable[[st
         normals[kept],
         fixed=fixed,
         tangent=tangent,
+        coupling=coupling,
+        middle_nodes=middle_nodes,
         places=_all_places(bodies) if body.dimension == 3 else None,
         announce=announce,
     )
-    found = place[kept], numbers[kept], reduced, stiffness, free
+    found = place[kept], numbers[kept], reduced, stiffness, free, coupling, middle_nodes
     return _Joint(tuple(bodies), tuple(starts), size, pulled, ties, *found)
+
+
+def _middle_nodes(body: ElasticBody, boundary: str) -> IntArray:
+    """Nodes between corners of facets that give their corners no share of a pressure, with these, (t, 3)."""
+    if body.order == 1 or body.dimension == 2:
+        return np.zeros((0, 3), dtype=np.intp)
+    return meshed_surface(body, boundary).middle_nodes
 
 
 def _all_places(bodies: Sequence[ElasticBody]) -> dict[int, list[float]]:

@@ -1,10 +1,11 @@
-"""The faces of a solid body that make up its contact, by the numbers of the contact nodes."""
+"""The faces of a body that make up its contact: for pictures, and to couple them with others."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.fem.body import ElasticBody, IntArray
 from shakedown.joint.faces import faces_among, split_face
+from shakedown.models.condensation.mortar.surface_mesh import ContactSurface
 
 
 def contact_faces(body: ElasticBody, boundary: str, nodes: IntArray) -> NDArray[np.intp] | None:
@@ -23,6 +24,32 @@ def contact_faces(body: ElasticBody, boundary: str, nodes: IntArray) -> NDArray[
             corners.tolist(), others.tolist(), body.positions(np.concatenate([corners, others]))
         )
     return faces_among(np.array(found), nodes.tolist())
+
+
+def meshed_surface(body: ElasticBody, boundary: str, shift: int = 0) -> ContactSurface:
+    """Nodes and facets of a boundary; labels are the numbers of the nodes plus ``shift``."""
+    mesh, facets, inside = body.mesh, [], []
+    for facet in body.facets(boundary):
+        corners = np.asarray(mesh.facets[:, facet])
+        if body.dimension == 3:
+            corners = _around(body, corners)
+        facets.append([*corners.tolist(), *(_between(body, int(facet), corners) if body.order == 2 else ())])
+        inside.append(mesh.p[:, mesh.t[:, mesh.f2t[0, facet]]].mean(axis=1))
+    labels = np.unique(np.concatenate([np.array(nodes) for nodes in facets]))
+    shifted = [[node + shift for node in nodes] for nodes in facets]
+    return ContactSurface(labels + shift, body.positions(labels), shifted, np.array(inside))
+
+
+def _between(body: ElasticBody, facet: int, corners: IntArray) -> list[int]:
+    """Nodes on the sides of a facet of second order, in order around it, then one in its middle."""
+    every = np.unique(body.dofs[body.basis.get_dofs(np.array([facet])).flatten(), 0])
+    others = every[~np.isin(every, corners)]
+    if body.dimension == 2:
+        return [int(node) for node in others]
+    at = body.positions(corners)
+    middles = np.vstack([0.5 * (at + np.roll(at, -1, axis=0)), at.mean(axis=0)])
+    apart = np.linalg.norm(body.positions(others)[None] - middles[:, None], axis=2)
+    return [int(others[k]) for k in apart[: len(others)].argmin(axis=1)]
 
 
 def _around(body: ElasticBody, corners: IntArray) -> IntArray:

@@ -30,12 +30,13 @@ Entry = dict[str, Any]  # of a JSON object
 
 
 class Contact(NamedTuple):
-    """What was asked of the contact: friction, initial gap, load steps, bolts."""
+    """What was asked of the contact: friction, initial gap, load steps, bolts, how two bodies are coupled."""
 
     f: ArrayLike
     gap: object
     steps: int | None
     bolts: Sequence[object] = ()
+    coupling: str = "nodes"
     free: bool = False
     modes: Sequence[tuple[int, float]] = ()
 
@@ -78,6 +79,7 @@ def origin_text(
         "friction": _told(contact.f),
         "steps": contact.steps,
         "gap": _told(gap),
+        "coupling": None if contact.coupling == "nodes" else contact.coupling,
         "bolts": [_fields(bolt) for bolt in contact.bolts],
         "bodies": [_body(body, boundary, contact.steps) for body, boundary in bodies],
         "free": "held, statically determinate, for the condensation alone" if contact.free else None,

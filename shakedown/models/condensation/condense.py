@@ -26,8 +26,10 @@ from shakedown.models.condensation.contact_frame import (
     out_of_plane_notes,
     with_guides,
 )
+from shakedown.models.condensation.coupled_frame import coupled_frame
 from shakedown.models.condensation.factorised_interior import Interior, WeldedLoad, interior_of
 from shakedown.models.condensation.load_case import LoadCase, histories, stated_loads
+from shakedown.models.condensation.mortar.surface_coupling import SurfaceCoupling, weighted_nodes
 from shakedown.models.condensation.stiffness_checks import (
     asymmetry,
     check_against_run,
@@ -116,9 +118,9 @@ class Condensation(Result):
             if given is not None and given.shape != expected:
                 raise ProblemError(f"{case.name}: {key}: expected shape {expected}, found {given.shape}")
         if case.reactions is not None:
-            total += self.frame.to_local(case.reactions)
+            total += self.frame.to_local(self.frame.carried(case.reactions))
         if case.opened is not None:  # what closes the contact again: 0 = κ u + r_w where nothing acts
-            total -= self.stiffness @ self.frame.to_local(case.opened)
+            total -= self.stiffness @ self._opened(case.opened)
         if case.force is None and case.displacement is None:
             return total, None
         welded = self._model.welded(case)
@@ -149,6 +151,11 @@ class Condensation(Result):
         columns = [model.T_i, model.T_c[:, opened], *([model.T_h] if released else [])]
         found = sparse.csc_array(sparse.hstack(columns, format="csc"))
         return sparse.csr_array(found[:, np.diff(found.indptr) > 0])
+
+    def _opened(self, apart: FloatArray) -> FloatArray:
+        """Displacements of the nodes (n, d + 1), of a coupling û₁ − P u₂, as slips and gaps."""
+        frame = self.frame
+        return frame.to_local(apart if frame.followed is not None else frame.weighted(apart))
 
     def check_against_run(
         self, displacement: ArrayLike, reactions: ArrayLike, *, what: str = "static run"
@@ -181,8 +188,8 @@ class Condensation(Result):
                 f"{what}: expected displacements and reactions of shape {expected}, "
                 f"found {moved.shape} and {forces.shape}"
             )
-        local = self.frame.to_local
-        return check_against_run(self.stiffness, local(moved), local(forces), what=what)
+        local = self.frame.to_local(self.frame.carried(forces))
+        return check_against_run(self.stiffness, self._opened(moved), local, what=what)
 
     def problem(
         self,
@@ -234,6 +241,8 @@ class Condensation(Result):
                 raise ProblemError("gap: expected positions x for a function of position, found none")
             gap = gap(touching.x)
         initial = np.asarray(gap)
+        if initial.ndim == 1 and len(initial) == self.n:
+            initial = self.frame.weighted(initial)
         return with_initial_gap(touching, initial) if initial.any() else touching
 
     def _directions(self) -> dict[str, Any]:
@@ -257,6 +266,8 @@ def condense(
     tangent: ArrayLike | None = None,
     free_out_of_plane: bool = False,
     allow_sparse: bool = False,
+    coupling: SurfaceCoupling | None = None,
+    middle_nodes: ArrayLike | None = None,
     x: ArrayLike | None = None,
     gap: ArrayLike | Callable[[FloatArray], ArrayLike] = 0.0,
     name: str = "",
@@ -266,7 +277,7 @@ def condense(
 
     Normals of three components give every node two tangential directions. The short form of
     ``condensed_stiffness(...).problem(loads, f)``; see
-    :func:`condensed_stiffness` for ``K`` to ``allow_sparse``.
+    :func:`condensed_stiffness` for ``K`` to ``middle_nodes``.
 
     Parameters
     ----------
@@ -316,6 +327,8 @@ def condense(
         tangent=tangent,
         free_out_of_plane=free_out_of_plane,
         allow_sparse=allow_sparse,
+        coupling=coupling,
+        middle_nodes=middle_nodes,
     )
     return reduced.problem(loads, f, x=x, gap=gap, name=name, units=units)
 
@@ -332,6 +345,8 @@ def condensed_stiffness(
     tangent: ArrayLike | None = None,
     free_out_of_plane: bool = False,
     allow_sparse: bool = False,
+    coupling: SurfaceCoupling | None = None,
+    middle_nodes: ArrayLike | None = None,
     places: Mapping[int, Sequence[float]] | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Condensation:
@@ -373,6 +388,14 @@ def condensed_stiffness(
         because friction acts along one tangent only; true condenses it instead.
     allow_sparse
         Accept a matrix that holds contact nodes only and yet couples few of them.
+    coupling
+        Of two bodies whose meshes do not match
+        (:func:`~shakedown.models.condensation.mortar.surface_coupling.surface_coupling`): ``contact`` are
+        then nodes of its first surface, slip and gap are u₁ − P u₂.
+    middle_nodes : (t, 3), optional
+        Of quadratic faces with six or eight nodes: each node between two corners, and these corners, which
+        then get a share of a pressure (they carry none or pull otherwise); slips, gaps and forces at the
+        nodes between them are weighted ones (docs/mortar.md).
     places
         Node → (x, y, z) [length]: for the message about an interior that can move, and the pieces into
         which a large solid is cut (without them distances in the graph of its matrix say where nodes are).
@@ -390,6 +413,7 @@ def condensed_stiffness(
     table = checked_dofs(dofs)
     matrix, constrained = checked_matrix(K, table)
     frame = contact_frame(table, contact, normals, axes=axes, tangent=tangent)
+    frame = coupled_frame(frame, table, axes, coupling, middle_nodes)
     held = _held_rows(fixed, constrained, len(table))
     frame, guided = with_guides(frame, table, held)
     across = out_of_plane_notes(frame, table, held, axes, free_out_of_plane)
@@ -418,6 +442,7 @@ def condensed_stiffness(
         residual=residual,
         notes=(
             *_notes(frame, guided, constrained, empty, modes),
+            *(weighted_nodes(frame.between.shape[0]) if coupling is None else coupling.notes),
             *across,
         ),
         _model=interior,

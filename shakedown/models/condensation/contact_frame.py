@@ -1,15 +1,17 @@
 """Contact nodes of an elastic model and the change to slip and gap variables."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
+from scipy.sparse.linalg import spsolve
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.layout import Layout
+from shakedown.models.condensation.mortar.facet_shapes import ALPHA
 from shakedown.models.condensation.tangent_pairs import guided_pairs, tangent_pairs
 
 IntArray = NDArray[np.intp]
@@ -32,12 +34,20 @@ class ContactFrame:
     tangents : (n, 2) or (n, 2, 3)
         In the plane unit tangents (n_y, −n_x): normal (0, 1) gives the slip direction (1, 0). In space
         a perpendicular pair for every node, t₁ × t₂ = n.
+    followed : (n (d + 1), N) or None
+        Of surfaces that do not match: how the nodes move with the second body where slip and gap are zero.
+    between : (t, 3, d + 1)
+        Rows of nodes between two corners and of these, of quadratic faces: u = T û with
+        u_middle = α (u_corner + u_corner) + (1 − 2 α) û_middle gives every node a share of a pressure
+        (docs/mortar.md); slips and forces there are those of û. A row that is missing is −1.
     """
 
     labels: IntArray
     rows: IntArray
     normals: FloatArray
     tangents: FloatArray
+    followed: sparse.csr_array | None = None
+    between: IntArray = field(default_factory=lambda: np.zeros((0, 3, 0), dtype=np.intp))
 
     @property
     def n(self) -> int:
@@ -64,7 +74,7 @@ class ContactFrame:
 
         Against a second body the relative displacement u₁ − u₂ takes the place
         of u₁, so that u₁ = T_c (v, w) + u₂ and the second body is condensed with
-        the interior.
+        the interior; where surfaces do not match, P u₂ stands for u₂.
 
         Parameters
         ----------
@@ -97,12 +107,51 @@ class ContactFrame:
             row = np.concatenate([row, follower])
             column = np.concatenate([column, np.searchsorted(rest, leader)])
         T_r = sparse.csr_array((np.ones(len(row)), (row, column)), shape=(size, len(rest)))
-        return T_c, T_r, rest
+        if not self.between.size and self.followed is None:
+            return T_c, T_r, rest
+        T = self._change(size)
+        if self.followed is None:  # T_r has u₂ itself
+            return sparse.csr_array(T @ T_c), T_r, rest
+        own = sparse.csr_array(
+            (np.ones(first.size), (first.ravel(), np.arange(first.size))), shape=(size, first.size)
+        )
+        T_r = T_r + own @ self.followed[:, rest]
+        return sparse.csr_array(T @ T_c), sparse.csr_array(T @ T_r), rest
+
+    def _change(self, size: int) -> sparse.csr_array:
+        """T with u = T û on all rows."""
+        middle, *corners = self.between.transpose(1, 0, 2).reshape(3, -1)
+        diagonal = np.ones(size)
+        diagonal[middle] = 1 - 2 * ALPHA
+        rows, columns = np.concatenate([middle, middle]), np.concatenate(corners)
+        there = columns >= 0
+        mixed = (np.full(there.sum(), ALPHA), (rows[there], columns[there]))
+        return sparse.csr_array(sparse.diags_array(diagonal) + sparse.csr_array(mixed, shape=(size, size)))
+
+    def _own_change(self) -> sparse.csr_array:
+        """T of the contact nodes among themselves, (n, n)."""
+        place = {row: k for k, row in enumerate(self.rows[:, 0, 0].tolist())}
+        three = [
+            [place.get(row, -1) for row in rows] for rows in self.between[..., :1].reshape(-1, 3).tolist()
+        ]
+        own = np.array([found for found in three if min(found) >= 0], dtype=np.intp).reshape(-1, 3)
+        diagonal = np.ones(self.n)
+        diagonal[own[:, 0]] = 1 - 2 * ALPHA
+        mixed = (np.full(2 * len(own), ALPHA), (np.tile(own[:, 0], 2), own[:, 1:].T.ravel()))
+        return sparse.csc_array(sparse.diags_array(diagonal) + sparse.csc_array(mixed, shape=(self.n,) * 2))
 
     @property
     def layout(self) -> Layout:
         """Where the slip and the gap of a node stand."""
         return Layout(self.n, self.directions)
+
+    def carried(self, forces: FloatArray) -> FloatArray:
+        """What nodal forces (n, …) are in the basis of the contact: Tᵀ r."""
+        return np.asarray(self._own_change().T @ forces) if self.between.size else forces
+
+    def weighted(self, values: FloatArray) -> FloatArray:
+        """Displacements or gaps at the nodes (n, …) in the basis of the contact: T⁻¹ u."""
+        return np.asarray(spsolve(self._own_change(), values)) if self.between.size else values
 
     def to_local(self, vectors: FloatArray) -> FloatArray:
         """Components (x, y[, z]) per node, (n, d + 1), in the local frame: (tangential…, normal…)."""
@@ -214,6 +263,9 @@ def with_guides(
         )
     if frame.directions > 1:
         frame = replace(frame, tangents=guided_pairs(frame.normals, frame.tangents, first))
+    if frame.followed is not None:  # a row that is held follows nothing
+        moving = sparse.diags_array((~first).ravel().astype(float))
+        frame = replace(frame, followed=sparse.csr_array(moving @ frame.followed))
     along = np.abs(frame.slip_axes) >= 1.0 - DEFAULT.symmetry
     return frame, np.any(along & first[:, None, :], axis=2).ravel()
 

@@ -48,7 +48,7 @@ class ModelBody(Result):
 
 
 def bodies_of(
-    stiffness: Stiffness, held: NDArray[np.bool_], contact: NDArray[np.intp], mesh: Mesh | None
+    stiffness: Stiffness, held: NDArray[np.bool_], contact: ContactSection, mesh: Mesh | None
 ) -> tuple[ModelBody, ...]:
     """The bodies, those of the contact first.
 
@@ -56,15 +56,15 @@ def bodies_of(
     ----------
     held : (N,)
         Rows that are held.
-    contact : (n,) or (n, 2)
-        Contact nodes, or pairs (first body, second body).
+    contact
+        The contact, of which nodes on either side may have no rows (held).
     """
     part = _parts(stiffness)
     labels, index = np.unique(stiffness.dofs[:, 0], return_index=True)
     of_node = dict(zip(labels.tolist(), part[index].tolist(), strict=True))
-    met = [of_node[label] for label in contact.T.ravel().tolist()]
+    met = [of_node[label] for label in contact.moved.tolist() if label in of_node]
     order = list(dict.fromkeys([*met, *part.tolist()]))
-    two = contact.ndim == 2 and len(set(met)) == 2 == len(order)
+    two = contact.two_bodies and len(set(met)) == 2 == len(order)
     places = known_places(mesh, labels[labels > 0])
     bodies = []
     for number, own in enumerate(order):
@@ -94,9 +94,9 @@ def contact_patches(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | 
     pairs = np.array(edges, dtype=np.intp).reshape(-1, 2)
     normals = contact.unit_normals
     alike = (normals[pairs[:, 0]] * normals[pairs[:, 1]]).sum(axis=1) > 0
-    if contact.labels.ndim > 1:
+    if contact.two_bodies:
         body = dict(zip(stiffness.dofs[:, 0].tolist(), _parts(stiffness).tolist(), strict=True))
-        opposite = np.array([body[node] for node in contact.labels[:, 1].tolist()])
+        opposite = np.array([body.get(node, -1) for node in contact.facing[:, 1].tolist()])
         alike &= opposite[pairs[:, 0]] == opposite[pairs[:, 1]]
     a, b = pairs[alike].T
     graph = sparse.coo_array((np.ones(len(a)), (a, b)), shape=(n, n))

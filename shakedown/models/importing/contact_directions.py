@@ -45,7 +45,12 @@ class ContactDirections:
 
 
 def contact_directions(
-    table: TomlTable, model: Model, first: NDArray[np.intp], *, assume_plane: bool = True
+    table: TomlTable,
+    model: Model,
+    first: NDArray[np.intp],
+    *,
+    assume_plane: bool = True,
+    faces: FloatArray | None = None,
 ) -> ContactDirections:
     """Take the keys ``directions``, ``axes``, ``normal(s)``, ``surface`` and ``tangent(s)``.
 
@@ -59,6 +64,8 @@ def contact_directions(
         Contact nodes of the first body.
     assume_plane
         Whether normals in the plane of x and y, where nothing else is said, mean one direction of slip.
+    faces : (n, 3), optional
+        Normals of the faces, where these are known already.
 
     Raises
     ------
@@ -68,7 +75,7 @@ def contact_directions(
     said, given = _axes(table, model), _given(table, len(first))
     if said is None and given is not None and given.shape[-1] == 2:
         said = PLANE
-    normals = _of_faces(table, model, first, said or SPACE) if given is None else given
+    normals = _of_faces(table, model, first, said or SPACE, faces) if given is None else given
     surface = table.text("surface", required=False)
     axes = said or (PLANE if assume_plane and _in_plane(normals, exactly=given is not None) else SPACE)
     columns = [axis - 1 for axis in axes]
@@ -215,7 +222,9 @@ def _along(table: TomlTable, vectors: FloatArray, axes: Axes) -> FloatArray:
     return vectors[..., [axis - 1 for axis in axes]]
 
 
-def _of_faces(table: TomlTable, model: Model, first: NDArray[np.intp], axes: Axes) -> FloatArray:
+def _of_faces(
+    table: TomlTable, model: Model, first: NDArray[np.intp], axes: Axes, faces: FloatArray | None
+) -> FloatArray:
     """Normals from the faces of the model, or of its surface of a name."""
     if model.mesh is None or not model.mesh.elements:
         raise ProblemError(
@@ -224,6 +233,8 @@ def _of_faces(table: TomlTable, model: Model, first: NDArray[np.intp], axes: Axe
         )
     twin = TomlTable(dict(table.content), table.where)
     with found_in(table.where):
+        if faces is not None:
+            return model.mesh.normals_along(first, faces, axes)
         return model.mesh.normals(first, axes, twin.text("surface", required=False))
 
 

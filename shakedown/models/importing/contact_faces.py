@@ -36,6 +36,8 @@ def contact_doubts(contact: ContactSection, mesh: Mesh | None, where: str) -> tu
         if contact.normals_are_given
         else sharp_edges(names, least)
     )
+    if contact.coupling is not None:
+        return warnings
     warnings += left_out(mesh, contact.first)
     if contact.labels.ndim > 1:
         opposite, _ = mesh.face_normals(contact.labels[:, 1])

@@ -25,7 +25,9 @@ def contact_nodes(table: TomlTable, model: Model) -> tuple[NDArray[np.intp], boo
     """
     if table.has("nodes") == table.has("pairs"):
         found = "both" if table.has("nodes") else "neither"
-        raise ProblemError(f"{table.where}: expected one of the keys 'nodes' and 'pairs', found {found}")
+        raise ProblemError(
+            f"{table.where}: expected one of the keys 'nodes', 'pairs' and 'surfaces', found {found}"
+        )
     if table.has("nodes"):
         if isinstance(table.content["nodes"], str):
             return model.nodes(str(table.text("nodes")), f"{table.where}: key 'nodes'"), True

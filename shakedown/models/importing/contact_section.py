@@ -9,9 +9,12 @@ from numpy.typing import NDArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.models.condensation.contact_frame import SPACE, check_unique, node_names
+from shakedown.models.condensation.coupled_frame import hat_areas
+from shakedown.models.condensation.mortar.surface_coupling import SurfaceCoupling
 from shakedown.models.condensation.tangent_pairs import patch_positions
 from shakedown.models.importing.contact_directions import Axes, contact_directions, in_space
 from shakedown.models.importing.contact_nodes import contact_nodes
+from shakedown.models.importing.contact_surfaces import coupled_surfaces, middle_nodes
 from shakedown.models.importing.initial_gap import initial_gap
 from shakedown.models.importing.model_section import Model
 from shakedown.models.readers.input_files import InputFiles
@@ -59,6 +62,12 @@ class ContactSection:
         The surface of the deck whose faces gave the normals.
     normals_are_given : bool
         Whether the configuration gives the normals, not the faces.
+    middle_nodes : (t, 3)
+        Nodes between two corners of quadratic faces of solids, and these corners.
+    coupling : SurfaceCoupling or None
+        Of two surfaces whose meshes need not match: what the nodes of the first follow.
+    clamped : (c,)
+        Nodes that a static run with both bodies held by themselves holds.
     """
 
     labels: NDArray[np.intp]
@@ -77,6 +86,9 @@ class ContactSection:
     sorted_by_place: bool
     surface: str | None
     normals_are_given: bool
+    middle_nodes: NDArray[np.intp]
+    coupling: SurfaceCoupling | None
+    clamped: NDArray[np.intp]
 
     @property
     def first(self) -> NDArray[np.intp]:
@@ -86,7 +98,21 @@ class ContactSection:
     @property
     def moved(self) -> NDArray[np.intp]:
         """Nodes that unit displacements move: those of the first body, then those of the second."""
-        return self.labels.T.ravel()
+        own = self.labels.T.ravel()
+        return own if self.coupling is None else np.concatenate([own, self.coupling.master])
+
+    @property
+    def two_bodies(self) -> bool:
+        """Whether a second body is known."""
+        return self.labels.ndim > 1 or self.coupling is not None
+
+    @property
+    def facing(self) -> NDArray[np.intp]:
+        """Every node, and its partner, (n, 1 or 2); of surfaces that of the largest weight."""
+        if self.coupling is None:
+            return self.labels.reshape(len(self.labels), -1)
+        partner = dict(zip(self.coupling.labels.tolist(), self.coupling.partner.tolist(), strict=True))
+        return np.array([[label, partner[label]] for label in self.labels.tolist()], dtype=np.intp)
 
     @property
     def unit_normals(self) -> FloatArray:
@@ -121,14 +147,19 @@ def contact_section(
         If it is malformed, a set is unknown, nodes of two sets do not match, or
         the normals are neither given nor to be had from the model.
     """
-    labels, from_sets = contact_nodes(table, model)
+    coupled = coupled_surfaces(table, model)
+    labels, from_sets = contact_nodes(table, model) if coupled is None else (coupled[0].labels, True)
     with found_in(table.where.removesuffix(": contact")):
         check_unique(labels)
     first = labels if labels.ndim == 1 else labels[:, 0]
     gap_is_stated = table.has("gap")
     gap = initial_gap(table, model, files)
-    area = _areas(table, model, first)  # before the normals take 'surface'
-    found = contact_directions(table, model, first, assume_plane=assume_plane)
+    coupling, slave, surface = (None, None, None) if coupled is None else coupled
+    named = table.content.get("surface") if coupled is None else surface
+    between = middle_nodes(model.mesh, first, named if isinstance(named, str) else None)
+    area = _areas(table, model, first, between, coupling)  # before the normals take 'surface'
+    faces = None if coupling is None else in_space(coupling.normals, SPACE[: coupling.normals.shape[1]])
+    found = contact_directions(table, model, first, assume_plane=assume_plane, faces=faces)
     contact = ContactSection(
         labels,
         found.normals,
@@ -144,15 +175,31 @@ def contact_section(
         gap_is_stated,
         area,
         from_sets and found.axes != SPACE and model.mesh is not None,
-        found.surface,
+        found.surface or surface,
         found.given,
+        between,
+        coupling,
+        labels.T.ravel() if slave is None or coupling is None else np.union1d(slave.labels, coupling.master),
     )
     table.done()
     if contact.relative:
         _check_relative(contact, model, table.where)
     placed = _placed(contact, table.where) if found.axes != SPACE else _on_patch(contact)
     normals = in_space(placed.normals, placed.axes)
+    if coupling is not None and gap.measured:
+        return replace(placed, gap=_drawn(coupling, placed, table.where))
     return replace(placed, gap=gap.at(placed.labels, normals, placed.x, model.mesh))
+
+
+def _drawn(coupling: SurfaceCoupling, contact: ContactSection, where: str) -> FloatArray:
+    """The gap between two surfaces as the deck draws them, (n,)."""
+    if not coupling.flat:
+        raise ProblemError(
+            f"{where}: key 'gap': expected a number, or of nodes, between curved surfaces, whose facets are "
+            "chords, found 'coordinates'"
+        )
+    drawn = dict(zip(coupling.labels.tolist(), coupling.gap.tolist(), strict=True))
+    return np.array([drawn[label] for label in contact.labels.tolist()])
 
 
 def _integers(table: TomlTable, key: str) -> NDArray[np.intp] | None:
@@ -165,7 +212,13 @@ def _positions(table: TomlTable, axes: Axes) -> FloatArray | None:
     return None if values is None else np.array(values, dtype=float)
 
 
-def _areas(table: TomlTable, model: Model, first: NDArray[np.intp]) -> FloatArray | None:
+def _areas(
+    table: TomlTable,
+    model: Model,
+    first: NDArray[np.intp],
+    between: NDArray[np.intp],
+    coupling: SurfaceCoupling | None,
+) -> FloatArray | None:
     """Areas of the nodes of the first body, where the model has their faces."""
     given, thickness = table.has("thickness"), table.number("thickness", 1.0) or 0.0
     if not thickness > 0:
@@ -177,8 +230,11 @@ def _areas(table: TomlTable, model: Model, first: NDArray[np.intp]) -> FloatArra
         )
     if model.mesh is None or not model.mesh.elements:
         return None
+    if coupling is not None:
+        return coupling.area * (thickness if coupling.normals.shape[1] == 2 else 1.0)
     surface = table.content.get("surface")
-    return model.mesh.node_areas(first, surface if isinstance(surface, str) else None, thickness)
+    area = model.mesh.node_areas(first, surface if isinstance(surface, str) else None, thickness)
+    return None if area is None else hat_areas(area, first, between)
 
 
 def _check_relative(contact: ContactSection, model: Model, where: str) -> None:
@@ -268,7 +324,7 @@ def friction_of(given: Friction, contact: ContactSection, model: Model, where: s
     if not isinstance(given, Mapping):
         check_order(contact, where.removesuffix(": key 'friction'"), {"friction": given})
         return given
-    bodies = contact.labels.reshape(len(contact.labels), -1)
+    bodies = contact.facing
     inside = {name: _inside(model.nodes(name, where), bodies) for name in given}
     for name, own in inside.items():
         if not own.any():

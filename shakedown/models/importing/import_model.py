@@ -144,6 +144,7 @@ class Import(Result):
             "node_area": self.problem.node_area,
             "gap": contact.gap,
             "pairs": self.evidence.pairs,
+            **({"surfaces": contact.coupling} if contact.coupling else {}),
             "rigid_residual": self.rigid_residual,
             "bodies": self.evidence.bodies,
             "patches": self.evidence.patches,
@@ -236,8 +237,14 @@ def import_model(
                                    "direction-by-direction"; the displacement
 
         [contact]
-        nodes | pairs              node labels, or the name of a set; [body 1, body 2] for two
-                                   bodies, or the names of two sets that lie on each other
+        nodes | pairs | surfaces   node labels, or the name of a set; [body 1, body 2] for two
+                                   bodies, or the names of two sets that lie on each other; or the
+                                   names of two surfaces whose meshes need not match, results at
+                                   the nodes of the first
+        [reach]                    of surfaces: the largest distance of faces that meet, default a
+                                   quarter of a face of the first
+        [uncovered]                of surfaces: the share of the first's area that may lie beside the
+                                   second without a warning, default 0.02
         [directions]               2: friction in two tangential directions, 1: in a plane. By default
                                    2 where normals leave the plane of x and y or contact nodes move
                                    across it, unless 'axes' or 'free_out_of_plane' say otherwise
@@ -441,6 +448,8 @@ def _condensed(
         tangent=contact.tangent,
         free_out_of_plane=contact.free_out_of_plane,
         allow_sparse=stiffness.superelement,  # checked as a whole when it was read
+        coupling=contact.coupling,
+        middle_nodes=contact.middle_nodes,
         places=None
         if mesh is None
         else dict(zip(mesh.labels.tolist(), mesh.coordinates.tolist(), strict=True)),

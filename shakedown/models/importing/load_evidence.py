@@ -123,10 +123,19 @@ class Resultants:
     def _on_body(self, body: ModelBody, spread: FloatArray) -> FloatArray:
         """What the contact does to a body while it is welded."""
         first, *second = self.contact.labels.reshape(len(spread), -1).T
+        acting = [(first, spread), *((own, -spread) for own in second)]
+        coupling = self.contact.coupling
+        if coupling is not None:
+            order = np.argsort(first)[np.searchsorted(np.sort(first), coupling.labels)]
+            on_master = np.zeros((len(coupling.master), 3))
+            on_master[:, : coupling.normals.shape[1]] = coupling.on_master(
+                spread[order, : coupling.normals.shape[1]]
+            )
+            acting.append((coupling.master, on_master))
         total = np.zeros(6)
-        for nodes, sign in ((first, 1.0), *((own, -1.0) for own in second)):
+        for nodes, forces in acting:
             on = np.isin(nodes, body.nodes)
-            total += sign * self._of_nodes(nodes[on], spread[on])
+            total += self._of_nodes(nodes[on], forces[on])
         return total
 
     def _of_nodes(self, nodes: NDArray[np.intp], forces: FloatArray) -> FloatArray:

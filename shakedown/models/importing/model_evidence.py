@@ -25,6 +25,7 @@ from shakedown.models.importing.pair_distances import (
     check_distances,
     check_gap,
     distances_of,
+    drawn_apart,
 )
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.stiffness import Stiffness
@@ -81,7 +82,8 @@ def check_contact(contact: ContactSection, mesh: Mesh | None, where: str) -> tup
     """
     pairs = distances_of(contact, mesh)
     apart = () if pairs is None else check_distances(pairs, where, gap_is_stated=contact.gap_is_stated)
-    return (*apart, *check_gap(contact), *contact_doubts(contact, mesh, where))
+    coupled = () if contact.coupling is None else (*contact.coupling.warnings, *drawn_apart(contact))
+    return (*apart, *coupled, *check_gap(contact), *contact_doubts(contact, mesh, where))
 
 
 def model_evidence(
@@ -96,7 +98,7 @@ def model_evidence(
     held[rows] = True
     return ModelEvidence(
         held=held,
-        bodies=bodies_of(stiffness, held, contact.labels, mesh),
+        bodies=bodies_of(stiffness, held, contact, mesh),
         patches=contact_patches(contact, stiffness, mesh),
         pairs=distances_of(contact, mesh),
         rigid_residual=rigid_residual(stiffness, mesh, contact.axes),

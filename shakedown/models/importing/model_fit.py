@@ -135,7 +135,12 @@ def _touching(
     close = cKDTree(places).query_pairs(SIX_DIGITS * size, output_type="ndarray")
     close = close[part[close[:, 0]] != part[close[:, 1]]]
     pairs = {frozenset(pair) for pair in contact.labels.tolist()} if contact.labels.ndim > 1 else set()
-    alone = [pair for pair in labels[close].tolist() if frozenset(pair) not in pairs]
+    coupled = set() if contact.coupling is None else set(contact.clamped.tolist())
+    alone = [
+        pair
+        for pair in labels[close].tolist()
+        if frozenset(pair) not in pairs and not coupled.issuperset(pair)
+    ]
     if not alone:
         return ()
     return (

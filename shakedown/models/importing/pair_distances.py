@@ -143,6 +143,22 @@ def check_distances(pairs: PairDistances, where: str, *, gap_is_stated: bool) ->
     return tuple(warnings)
 
 
+def drawn_apart(contact: ContactSection) -> tuple[str, ...]:
+    """A warning about coupled surfaces that are drawn apart or into each other without a stated gap."""
+    coupling = contact.coupling
+    if coupling is None or contact.gap_is_stated:
+        return ()
+    mean = float(coupling.distance[1])
+    if abs(mean) <= (DRAWN if coupling.flat else DOUBTFUL) * coupling.size:
+        return ()
+    drawn = "overlap by" if mean < 0 else "lie apart by"
+    word = ' (or "coordinates")' if coupling.flat else ""
+    return (
+        f"the surfaces are drawn so that they {drawn} {abs(mean):.3g} on average, but taken as touching: "
+        f"gap = a number{word} takes what is meant, gap = 0 says that touching is",
+    )
+
+
 def check_gap(contact: ContactSection) -> tuple[str, ...]:
     """A warning about a gap, or an interference, that is large beside the distance of the nodes."""
     if contact.coordinates is None or not contact.gap.any():

@@ -5,6 +5,7 @@ import numpy as np
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.models.condensation.condense import Condensation
+from shakedown.models.condensation.mortar.surface_coupling import SurfaceCoupling
 from shakedown.models.importing.contact_section import ContactSection, check_order
 from shakedown.models.importing.model_section import Values
 from shakedown.models.importing.stiffness_section import ImportContext
@@ -61,8 +62,13 @@ def clamped_run(
         check_order(contact, table.where, {"reactions": listed})
         return (None if listed is None else np.array(listed, dtype=float)), None
     source = table.table("reactions")
-    bodies = source.text("bodies", "" if contact.labels.ndim == 1 else None)
-    if bodies not in ("", "tied", "clamped") or (contact.labels.ndim == 1 and bodies):
+    bodies = source.text("bodies", None if contact.two_bodies else "")
+    if contact.coupling is not None and bodies != "clamped":
+        raise ProblemError(
+            f"{source.where}: key 'bodies': expected 'clamped' (reactions of both bodies, each held by "
+            f"itself) of surfaces that need not match, found '{bodies}'"
+        )
+    if bodies not in ("", "tied", "clamped") or (not contact.two_bodies and bodies):
         raise ProblemError(
             f"{source.where}: key 'bodies': expected 'tied' (reactions of the first body, the bodies tied to "
             "each other) or 'clamped' (of both, each held by itself) for pairs, and none for nodes, found "
@@ -72,8 +78,8 @@ def clamped_run(
     source.done()
     if bodies != "clamped":
         return run.at(contact.first, contact.axes, contact.tied), None
-    forces = run.at(contact.moved, contact.axes)
-    keys = [(int(node), axis) for node in contact.moved for axis in contact.axes]
+    forces = run.at(contact.clamped, contact.axes)
+    keys = [(int(node), axis) for node in contact.clamped for axis in contact.axes]
     return None, dict(zip(keys, forces.ravel().tolist(), strict=True))
 
 
@@ -148,15 +154,34 @@ def opened_run(
     run = run_of(source, "displacements", files, mesh)
     source.done()
     columns = [axis - 1 for axis in contact.axes]
+    if contact.coupling is not None:
+        return _opened_surfaces(source.where, run, contact, contact.coupling)
     with found_in(source.where):
         bodies = [run.places(nodes) for nodes in contact.labels.reshape(len(contact.labels), -1).T]
     first, *second = (run.vectors[places][:, columns] for places in bodies)
     rounding = np.sum([run.rounding[places][:, columns] for places in bodies], axis=0)
-    apart = first - sum(second)
+    return _moved(source.where, first - sum(second), rounding, " apart" if second else "")
+
+
+def _opened_surfaces(
+    where: str, run: NodalVectors, contact: ContactSection, coupling: SurfaceCoupling
+) -> tuple[FloatArray, FloatArray]:
+    """Those of coupled surfaces, of which all nodes were printed."""
+    d, columns = coupling.normals.shape[1], [axis - 1 for axis in contact.axes]
+    with found_in(where):
+        apart = coupling.opening(lambda nodes: run.vectors[run.places(nodes)][:, :d])
+        largest = run.rounding[run.places(contact.moved)].max()
+    order = np.argsort(coupling.labels)[np.searchsorted(np.sort(coupling.labels), contact.labels)]
+    chosen = apart[order][:, columns]
+    return _moved(where, chosen, np.full(chosen.shape, 2 * largest), " apart")
+
+
+def _moved(where: str, apart: FloatArray, rounding: FloatArray, word: str) -> tuple[FloatArray, FloatArray]:
+    """Displacements that say something."""
     if (np.abs(apart) <= rounding).all():
         raise ProblemError(
-            f"{source.where}: expected displacements with the contact open, found contact nodes that do not "
-            f"move{' apart' if second else ''} (held, tied or in contact? then 'reactions')"
+            f"{where}: expected displacements with the contact open, found contact nodes that do not "
+            f"move{word} (held, tied or in contact? then 'reactions')"
         )
     return apart, rounding
 
@@ -182,6 +207,11 @@ def static_run(table: TomlTable, reduced: Condensation, context: ImportContext, 
     if not table.content:
         return float("nan")
     contact, files = context.contact, context.files
+    if contact.coupling is not None:
+        raise ProblemError(
+            f"{table.where}: expected none beside 'surfaces', because no static run moves the one against "
+            "the other without contact, found one"
+        )
     source = table.content.get("reactions")
     if isinstance(source, dict) and files.same(str(source.get("file")), stiffness_file):
         raise ProblemError(

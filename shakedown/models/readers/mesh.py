@@ -203,6 +203,10 @@ class Mesh:
                 f"{self.name}: expected a face of the boundary at contact node {wanted[np.argmax(bare)]} "
                 "with all its corners among the contact nodes, found none; give 'normal' or 'normals'"
             )
+        return self.normals_along(wanted, units, axes)
+
+    def normals_along(self, wanted: NDArray[np.intp], units: FloatArray, axes: tuple[int, ...]) -> FloatArray:
+        """Unit normals (n, 3) of nodes along some axes; ``ProblemError`` if one leaves them."""
         if len(axes) == 3:
             return units
         plane = units[:, [axes[0] - 1, axes[1] - 1]]

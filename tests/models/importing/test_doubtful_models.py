@@ -3,6 +3,7 @@
 import json
 import re
 
+import numpy as np
 import pytest
 import writers
 from command import document, run
@@ -276,13 +277,15 @@ history = [1.0, 0.5]
     return import_model(folder / "c.toml")
 
 
-def test_corners_of_quadratic_faces_are_said_to_bear_no_pressure(tmp_path):
+def test_every_node_of_a_quadratic_face_bears_a_share_of_a_pressure(tmp_path):
     found = one_tetrahedron(tmp_path, [1, 2, 3, 5, 6, 7])
-    assert found.problem.node_area is None
-    (said,) = found.problem.warnings
-    assert said.startswith(
-        "quadratic faces at the contact give 3 of 6 nodes, first 1, no or a negative share"
+    np.testing.assert_allclose(found.problem.node_area, 2.0 * np.array([2, 2, 2, 3, 3, 3]) / 15, rtol=1e-12)
+    assert found.problem.warnings == ()
+    assert any(
+        note.startswith("quadratic faces: slips, gaps and forces at 3 node(s)") for note in found.notes
     )
+    # a third of a corner's force comes from the sides: Tᵀ r with r the same everywhere
+    np.testing.assert_allclose(found.problem.p_w[0], [1.4, 1.4, 1.4, 0.6, 0.6, 0.6], rtol=1e-12)
 
 
 def test_nodes_between_corners_that_are_left_out_are_said(tmp_path):

@@ -312,7 +312,7 @@ def test_an_interior_that_can_move_is_named_with_its_motion(tmp_path):
         ("[0.0, 1.0]", "[1e308, 1e308]", "length > 0"),
         ("nodes = [11, 12]", "nodes = [11, 13]", r"found none for 2 of 4, first .* \(13, 1\)"),
         ("nodes = [11, 12]", "nodes = [11, 12.5]", "key 'nodes': expected a list of n whole numbers"),
-        ("nodes = [11, 12]", "", "one of the keys 'nodes' and 'pairs', found neither"),
+        ("nodes = [11, 12]", "", "one of the keys 'nodes', 'pairs' and 'surfaces', found neither"),
         ("normal = [0.0, 1.0]", "", "one of 'normal' and 'normals'"),
         ("normal = [0.0, 1.0]", "normal = [0.0, 1.0]\naxes = [1, 1]", "two of 1, 2, 3"),
         (
@@ -329,7 +329,11 @@ def test_an_interior_that_can_move_is_named_with_its_motion(tmp_path):
         ),
         ("normal = [0.0, 1.0]", "normals = [[0.0, 1.0], [0.0, 1.0, 0.0]]", "a list of n x 2 numbers"),
         ("normal = [0.0, 1.0]", "normal = [0, 1]\nsurface = 'S'", "found 'normal' and 'surface'"),
-        ("nodes = [11, 12]", "nodes = [11, 12]\npairs = [[11, 12]]", "'nodes' and 'pairs', found both"),
+        (
+            "nodes = [11, 12]",
+            "nodes = [11, 12]\npairs = [[11, 12]]",
+            "'nodes', 'pairs' and 'surfaces', found both",
+        ),
         (
             "nodes = [11, 12]",
             "nodes = 'CONTACT'",

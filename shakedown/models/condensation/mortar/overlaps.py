@@ -1,0 +1,185 @@
+"""Where facets of two surfaces cover each other, cut exactly, and Gauss points on what is common to both."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.models.condensation.mortar.facet_shapes import CORNERS, changed_shapes, local_places, shapes
+from shakedown.models.condensation.mortar.surface_mesh import ContactSurface, FacetBlock, IntArray
+
+SLIVER = 1e-11  # of a facet: segments that only round-off makes
+# Gauss points along each side of a triangle. Three are exact to degree 4: all that there is on triangles and
+# parallelograms. Where quadrilaterals depart from one by a share of their size, local places are no
+# polynomials: so many leave 2e-15 of them.
+_POINTS = ((1e-12, 3), (0.1, 6), (0.2, 8), (np.inf, 12))
+_QUADRATIC = 6  # and of bi-quadratic ones, at least
+
+
+@dataclass(frozen=True, eq=False)
+class Overlaps:
+    """Integrals over the segments of pairs of facets of two kinds.
+
+    Attributes
+    ----------
+    facets : (s,)
+        Facet of the slave, its number in the block.
+    nodes : (s, k)
+        Nodes of the facet of the master.
+    weight : (s, l)
+        ∫ N̂ over the segment, for the nodes of the facet of the slave.
+    mass : (s, l, l)
+        ∫ N̂ N̂ᵀ.
+    across : (s, l, k)
+        ∫ N̂ Nᵀ, N of the master.
+    area, distance : (s,)
+        Area of the segment, and how far apart the facets are there (mean) [length].
+    """
+
+    facets: IntArray
+    nodes: IntArray
+    weight: FloatArray
+    mass: FloatArray
+    across: FloatArray
+    area: FloatArray
+    distance: FloatArray
+
+
+def overlaps(
+    sides: tuple[ContactSurface, ContactSurface],
+    blocks: tuple[FacetBlock, FacetBlock],
+    pairs: tuple[IntArray, IntArray],
+    reach: float,
+    *,
+    revolved: bool = False,
+) -> Overlaps:
+    """Cut pairs of facets (rows of the blocks), projected along the normals of the slave's."""
+    seen = [_seen(sides, blocks, pairs, k) for k in (0, 1)]
+    cut = _on_lines if sides[0].dimension == 2 else _on_planes
+    owner, points, weight = cut(seen[0][0], seen[1][0], _points_along(seen, blocks))
+    values, heights = [], []
+    for side, (corners, height) in enumerate(seen):
+        place = _local(corners[owner], points)
+        values.append((changed_shapes, shapes)[side](blocks[side].kind, place))
+        straight = shapes((sides[0].dimension, CORNERS[blocks[side].kind]), place)
+        heights.append(np.einsum("sgc,sc->sg", straight, height[owner]))
+    if revolved:
+        radius = sides[0].places[blocks[0].nodes[pairs[0]][:, :2], 0][owner]
+        ends = shapes((2, 2), _local(seen[0][0][owner], points))
+        weight = weight * 2 * np.pi * np.einsum("sgc,sc->sg", ends, radius)
+    apart = heights[0] - heights[1]
+    area = weight.sum(axis=1)
+    near = (area > 0) & (np.abs((weight * apart).sum(axis=1)) <= reach * area)
+    of_slave, of_master = (found[near] for found in values)
+    weight, owner = weight[near], owner[near]
+    return Overlaps(
+        facets=pairs[0][owner],
+        nodes=blocks[1].nodes[pairs[1][owner]],
+        weight=np.einsum("sg,sgl->sl", weight, of_slave),
+        mass=np.einsum("sg,sgl,sgm->slm", weight, of_slave, of_slave, optimize=True),
+        across=np.einsum("sg,sgl,sgk->slk", weight, of_slave, of_master, optimize=True),
+        area=area[near],
+        distance=(weight * apart[near]).sum(axis=1) / area[near],
+    )
+
+
+def _seen(
+    sides: tuple[ContactSurface, ContactSurface],
+    blocks: tuple[FacetBlock, FacetBlock],
+    pairs: tuple[IntArray, IntArray],
+    side: int,
+) -> tuple[FloatArray, FloatArray]:
+    """Corners along the slave's facet, (p, c, d - 1), and above it, (p, c), towards its body."""
+    numbers = blocks[0].numbers[pairs[0]]
+    kind, nodes, _ = blocks[side]
+    middle, normal = sides[0].middles[numbers], sides[0].normals[numbers]
+    arms = sides[side].places[nodes[pairs[side]][:, : CORNERS[kind]]] - middle[:, None]
+    if sides[0].dimension == 2:
+        axes = np.column_stack([normal[:, 1], -normal[:, 0]])[:, None]
+    else:
+        edge = (
+            sides[0].places[blocks[0].nodes[pairs[0]][:, 1]]
+            - sides[0].places[blocks[0].nodes[pairs[0]][:, 0]]
+        )
+        first = edge - (edge * normal).sum(axis=1)[:, None] * normal
+        first /= np.linalg.norm(first, axis=1)[:, None]
+        axes = np.stack([first, np.cross(normal, first)], axis=1)
+    return np.einsum("pcd,pad->pca", arms, axes), np.einsum("pcd,pd->pc", arms, normal)
+
+
+def _points_along(seen: list[tuple[FloatArray, FloatArray]], blocks: tuple[FacetBlock, FacetBlock]) -> int:
+    slant = 0.0
+    for corners, _ in seen:
+        if corners.shape[1] == 4:
+            off = np.abs(corners[:, 0] - corners[:, 1] + corners[:, 2] - corners[:, 3]).max(axis=1)
+            slant = max(slant, float((off / np.ptp(corners, axis=1).max(axis=1)).max(initial=0.0)))
+    least = _QUADRATIC if any(block.kind in ((3, 8), (3, 9)) for block in blocks) else 0
+    return max(least, next(count for most, count in _POINTS if slant <= most))
+
+
+def _local(corners: FloatArray, points: FloatArray) -> FloatArray:
+    if corners.shape[1] == 2:
+        low, high = corners[:, :1], corners[:, 1:]
+        return np.asarray((2 * points - low - high) / (high - low))
+    return local_places(corners, points)
+
+
+def _on_lines(slave: FloatArray, master: FloatArray, count: int) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Pairs that overlap, points (s, g, 1) and weights (s, g)."""
+    low = np.maximum(slave.min(axis=1), master.min(axis=1))[:, 0]
+    high = np.minimum(slave.max(axis=1), master.max(axis=1))[:, 0]
+    owner = np.flatnonzero(high - low > SLIVER * np.ptp(slave, axis=1)[:, 0])
+    place, weight = np.polynomial.legendre.leggauss(count)
+    half = 0.5 * (high - low)[owner, None]
+    middle = 0.5 * (high + low)[owner, None]
+    return owner, (middle + half * place)[..., None], half * weight
+
+
+def _on_planes(slave: FloatArray, master: FloatArray, count: int) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Triangles of what is common to convex polygons: their pairs, points (s, g, 2), weights (s, g)."""
+    slave, master = _counter_clockwise(slave), _counter_clockwise(master)
+    polygon = master
+    for k in range(slave.shape[1]):
+        polygon = _clipped(polygon, slave[:, k], slave[:, (k + 1) % slave.shape[1]])
+    fans = np.stack(
+        [np.broadcast_to(polygon[:, :1], polygon[:, 2:].shape), polygon[:, 1:-1], polygon[:, 2:]], axis=2
+    )
+    twice = _cross(fans[:, :, 1] - fans[:, :, 0], fans[:, :, 2] - fans[:, :, 0])
+    whole = np.abs(_cross(slave[:, 2] - slave[:, 0], slave[:, -1] - slave[:, 1]))[:, None]
+    owner, number = np.nonzero(twice > SLIVER * whole)
+    chosen, twice = fans[owner, number], twice[owner, number]
+    place, weight = np.polynomial.legendre.leggauss(count)
+    s, t = (axis.ravel() for axis in np.meshgrid((1 + place) / 2, (1 + place) / 2, indexing="ij"))
+    shares = np.column_stack([1 - s, s * (1 - t), s * t])  # the square, with one side drawn together
+    return (
+        owner,
+        np.einsum("gc,scd->sgd", shares, chosen),
+        twice[:, None] * (np.outer(weight, weight).ravel() / 4 * s),
+    )
+
+
+def _counter_clockwise(polygon: FloatArray) -> FloatArray:
+    turned = _cross(polygon[:, 1] - polygon[:, 0], polygon[:, -1] - polygon[:, 0]) < 0
+    return np.where(turned[:, None, None], polygon[:, ::-1], polygon)
+
+
+def _clipped(polygon: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """What lies left of a line, with one corner more; a corner may occur several times."""
+    after = np.roll(polygon, -1, axis=1)
+    own, next_ = (_cross((end - start)[:, None], corner - start[:, None]) for corner in (polygon, after))
+    crossing = (own < 0) != (next_ < 0)
+    share = np.where(crossing, own, 0.0) / np.where(crossing, own - next_, 1.0)
+    cut = polygon + share[..., None] * (after - polygon)
+    n, v = own.shape
+    corners = np.stack([polygon, cut], axis=2).reshape(n, 2 * v, 2)
+    kept = np.stack([own >= 0, crossing], axis=2).reshape(n, 2 * v)
+    order = np.argsort(~kept, axis=1, kind="stable")[:, : v + 1]
+    last = np.maximum(np.minimum(kept.sum(axis=1), v + 1) - 1, 0)
+    order = np.where(
+        np.arange(v + 1) <= last[:, None], order, np.take_along_axis(order, last[:, None], axis=1)
+    )
+    return np.take_along_axis(corners, order[..., None], axis=1)
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

@@ -1,0 +1,329 @@
+"""The coupling of two surfaces whose meshes do not match, with the evidence that it was done right."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from shakedown.ground.argument_kinds import checked
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ROUND_OFF
+from shakedown.joint.result import Result
+from shakedown.models.condensation.mortar.dual_basis import DualBasis, dual_basis
+from shakedown.models.condensation.mortar.exact_rotations import exact_rotations
+from shakedown.models.condensation.mortar.facet_pairs import facet_pairs
+from shakedown.models.condensation.mortar.facet_shapes import ALPHA
+from shakedown.models.condensation.mortar.surface_mesh import ContactSurface, IntArray
+
+REACH = 0.25  # largest distance of the surfaces, in facets of the slave, where none is given
+UNCOVERED = 0.02  # share of the slave's area without a partner that is not worth a warning
+FAR = 0.5  # of the reach: beyond, the surfaces may be drawn too far apart
+FINER = 0.67  # size of the slave's facets in the master's: below, λ_E and λ_U of the same joint are lower
+SMALL = 0.01  # of its area: a node that only a corner of the master covers
+_TWICE = 1.0 + 1e-6  # of a facet: more is covered by two layers of the master
+_FLAT = 1e-6  # by which unit normals of flat faces differ, and distances of parallel ones in their size
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SurfaceCoupling(Result):
+    """u₁ = (slip, gap) + P u₂ of the nodes of a slave surface by those of a master surface.
+
+    Attributes
+    ----------
+    labels : (n,)
+        Nodes of the slave that are covered: the contact nodes.
+    master : (m,)
+        Nodes of the master that have a weight.
+    P : (d n, d m)
+        Weights, node by node and direction by direction; rigid motions of both bodies open no gap.
+    area : (n,)
+        Area D_j = ∫N_j over what is covered: nodal forces over it are tractions [length²]; in a plane
+        lengths, of a body of revolution 2π r times these.
+    normals : (n, d)
+        Unit normals into the body of the slave.
+    places : (n, d)
+        Where the nodes are; between corners of quadratic facets where their share of the basis is [length].
+    gap : (n,)
+        How far apart the surfaces are drawn, by the nodes of both, negative where they overlap [length]. Of
+        curved faces, whose facets are chords, it says nothing (``flat``).
+    middle_nodes : (t, 3)
+        Nodes between two corners of quadratic facets whose basis is changed, and these two corners.
+    partner : (n,)
+        The node of the master with the largest weight.
+    flat : bool
+        Whether the facets are flat and parallel, so that the gap is the distance that is drawn.
+    overlap : float
+        Area that is covered [length²].
+    share : (2,)
+        Of the area of either surface.
+    distance : (3,)
+        Least, mean and largest distance of the facets [length].
+    uncovered : (u,)
+        Nodes of the slave without a partner.
+    chord : float
+        Largest departure of P x₂ from x₁, of flat faces along them, which the correction makes up for:
+        what turning by one radian would slip [length].
+    largest_weight : float
+        max |P|.
+    finer : float
+        Size of the slave's facets in the master's.
+    size : float
+        Of a facet of the slave, the median [length].
+    reach : float
+        Largest distance of facets that were taken to meet [length].
+    notes, warnings : tuple of str
+        What a user should know, and what is doubtful.
+    """
+
+    labels: IntArray
+    master: IntArray
+    P: sparse.csr_array
+    area: FloatArray
+    normals: FloatArray
+    places: FloatArray
+    gap: FloatArray
+    middle_nodes: IntArray
+    partner: IntArray
+    flat: bool
+    overlap: float
+    share: FloatArray
+    distance: FloatArray
+    uncovered: IntArray
+    chord: float
+    largest_weight: float
+    finer: float
+    size: float
+    reach: float
+    notes: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, object]:
+        """What ``shakedown-bounds import --check --json`` writes of it."""
+        return {
+            "nodes": [len(self.labels), len(self.master)],
+            "overlap": self.overlap,
+            "share": self.share.tolist(),
+            "distance": dict(zip(("least", "mean", "largest"), self.distance.tolist(), strict=True)),
+            "uncovered": self.uncovered.tolist(),
+            "chord": self.chord,
+            "largest_weight": self.largest_weight,
+            "finer": self.finer,
+            "reach": self.reach,
+            "flat": self.flat,
+        }
+
+    def opening(self, displacement: Callable[[IntArray], FloatArray]) -> FloatArray:
+        """û₁ − P u₂, (n, d), of displacements (k, d) by the labels of k nodes."""
+        own = displacement(self.labels)
+        place = {label: k for k, label in enumerate(self.labels.tolist())}
+        if len(self.middle_nodes):
+            corners = displacement(self.middle_nodes[:, 1]) + displacement(self.middle_nodes[:, 2])
+            rows = [place[label] for label in self.middle_nodes[:, 0].tolist()]
+            own[rows] = (own[rows] - ALPHA * corners) / (1 - 2 * ALPHA)
+        return np.asarray(own - (self.P @ displacement(self.master).ravel()).reshape(own.shape))
+
+    def on_master(self, forces: FloatArray) -> FloatArray:
+        """Forces (m, d) on the nodes of the master where the slave's nodes carry (n, d): −Pᵀ r."""
+        return -(self.P.T @ forces.ravel()).reshape(len(self.master), -1)
+
+
+@checked
+def surface_coupling(
+    slave: ContactSurface,
+    master: ContactSurface,
+    *,
+    reach: float | None = None,
+    uncovered: float = UNCOVERED,
+    revolved: bool = False,
+) -> SurfaceCoupling:
+    """Couple two surfaces by the dual mortar method (docs/mortar.md).
+
+    Parameters
+    ----------
+    slave, master
+        The surfaces of the first and the second body. Results are at the nodes of the first.
+    reach
+        Largest distance of facets that meet, by default a quarter of a facet of the slave [length].
+    uncovered
+        Share of the slave's area that may lie beside the master without a warning.
+    revolved
+        Whether the facets are edges of bodies of revolution about the axis x = 0.
+
+    Raises
+    ------
+    ProblemError
+        If the surfaces share a node, none of their facets lie on each other or look at each other, or
+        facets of the master lie in two layers.
+
+    Examples
+    --------
+    Two edges on three:
+
+    >>> three, two = np.linspace(0, 6, 4), np.linspace(0, 6, 3)
+    >>> upper = ContactSurface([1, 2, 3], [[x, 0] for x in two], [(1, 2), (2, 3)], [[3, 1]] * 2)
+    >>> lower = ContactSurface([4, 5, 6, 7], [[x, 0] for x in three], [(4, 5), (5, 6), (6, 7)], [[3, -1]] * 3)
+    >>> found = surface_coupling(upper, lower)
+    >>> found.area.round(12).tolist(), found.P.toarray()[::2].sum(axis=1).round(12).tolist()
+    ([1.5, 3.0, 1.5], [1.0, 1.0, 1.0])
+    """
+    shared = np.intersect1d(slave.labels, master.labels)
+    if shared.size:
+        raise ProblemError(
+            f"surfaces: expected bodies with nodes of their own, found node {shared[0]} on both "
+            "(tied already, or one surface named twice)"
+        )
+    if reach is not None and not 0 < reach < np.inf:
+        raise ProblemError(f"reach: expected a length > 0, found {reach:g}")
+    longest = REACH * slave.size if reach is None else reach
+    found = dual_basis(slave, master, facet_pairs(slave, master, longest), longest, revolved=revolved)
+    if found is None or not len(found.nodes):
+        raise ProblemError(_nothing(slave, master, longest))
+    if found.found.max() > _TWICE:
+        worst = slave.facets[int(np.argmax(found.found))]
+        raise ProblemError(
+            f"surfaces: expected facets of the master side by side, found {found.found.max():.3g} times the "
+            f"area of the slave's facet {worst} below them: do they lie in two layers? (a smaller 'reach')"
+        )
+    return _coupling(slave, master, found, longest, uncovered)
+
+
+def _coupling(
+    slave: ContactSurface, master: ContactSurface, found: DualBasis, reach: float, accepted: float
+) -> SurfaceCoupling:
+    places = hat_places(slave)[found.nodes]
+    P = found.P
+    normals = _nodal_normals(slave)[found.nodes]
+    apart = places - P @ master.places
+    gap = (apart * normals).sum(axis=1)
+    along = apart - gap[:, None] * normals
+    blocks, d = exact_rotations(P, found.near, places, master.places), slave.dimension
+    every = sparse.csr_array(
+        sparse.bsr_array((blocks, P.indices, P.indptr), shape=(d * P.shape[0], d * P.shape[1]))
+    )
+    every.data[np.abs(every.data) <= ROUND_OFF] = 0.0
+    every.eliminate_zeros()
+    touched = np.unique(every.indices // d)
+    flat = _is_flat(slave, found.share > 0, along)
+    size = float(np.median(master.areas ** (1 / (d - 1))))
+    overlap = float(found.share @ slave.areas)
+    made = SurfaceCoupling(
+        labels=slave.labels[found.nodes],
+        master=master.labels[touched],
+        P=sparse.csr_array(every[:, (d * touched[:, None] + np.arange(d)).ravel()]),
+        area=found.area,
+        normals=normals,
+        places=places,
+        gap=gap,
+        middle_nodes=slave.middle_nodes[np.isin(slave.middle_nodes[:, 0], slave.labels[found.nodes])],
+        partner=master.labels[np.asarray(abs(P).argmax(axis=1)).ravel()],
+        flat=flat,
+        overlap=overlap,
+        share=np.array([overlap / slave.areas.sum(), overlap / master.areas.sum()]),
+        distance=np.array(found.distance),
+        uncovered=np.setdiff1d(_corners_and_more(slave), slave.labels[found.nodes]),
+        chord=float(np.linalg.norm(along if flat else apart, axis=1).max()),
+        largest_weight=float(np.abs(P.data).max()),
+        finer=slave.size / size,
+        size=slave.size,
+        reach=reach,
+        notes=(),
+        warnings=(),
+    )
+    weak = made.labels[found.area < SMALL * found.whole]
+    object.__setattr__(made, "warnings", tuple(_warnings(made, accepted, weak)))
+    object.__setattr__(made, "notes", weighted_nodes(len(made.middle_nodes)))
+    return made
+
+
+def hat_places(surface: ContactSurface) -> FloatArray:
+    """Where the nodes' unknowns are once the basis is changed, û = T⁻¹ u of the places themselves."""
+    places = surface.places.copy()
+    position = dict(zip(surface.labels.tolist(), range(len(places)), strict=True))
+    for node, *corners in surface.middle_nodes.tolist():
+        ends = surface.places[[position[corner] for corner in corners]].sum(axis=0)
+        k = position[node]
+        places[k] = (surface.places[k] - ALPHA * ends) / (1 - 2 * ALPHA)
+    return places
+
+
+def _nodal_normals(surface: ContactSurface) -> FloatArray:
+    """Unit normals into the body at all nodes: the means of their facets, weighted by area."""
+    total = np.zeros_like(surface.places)
+    for _, nodes, numbers in surface.blocks:
+        weighted = (surface.areas[:, None] * surface.normals)[numbers]
+        np.add.at(total, nodes, weighted[:, None, :])
+    return total / np.maximum(np.linalg.norm(total, axis=1), np.finfo(float).tiny)[:, None]
+
+
+def _corners_and_more(surface: ContactSurface) -> IntArray:
+    """Labels of all nodes that facets have."""
+    return np.unique([node for facet in surface.facets for node in facet])
+
+
+def _is_flat(slave: ContactSurface, used: NDArray[np.bool_], along: FloatArray) -> bool:
+    """Whether facets that meet are parallel and P x₂ lies straight across from x₁."""
+    size = max(float(np.ptp(slave.places, axis=0).max()), np.finfo(float).tiny)
+    if np.abs(along).max() > _FLAT * size:
+        return False
+    normals = _nodal_normals(slave)
+    for _, nodes, numbers in slave.blocks:
+        own = numbers[used[numbers]]
+        turned = normals[nodes[used[numbers]]] - slave.normals[own][:, None, :]
+        if np.abs(turned).max(initial=0.0) > _FLAT:
+            return False
+    return True
+
+
+def _nothing(slave: ContactSurface, master: ContactSurface, reach: float) -> str:
+    """Why no facets lie on each other."""
+    one, other = facet_pairs(slave, master, 10 * reach + float(np.ptp(slave.places, axis=0).max()))
+    if not one.size:
+        return (
+            "surfaces: expected surfaces that look at each other, found normals that are not opposed (the "
+            "same side twice, or the wrong one)"
+        )
+    apart = np.abs(((slave.middles[one] - master.middles[other]) * slave.normals[one]).sum(axis=1)).min()
+    return (
+        f"surfaces: expected facets that lie on each other within 'reach' = {reach:.3g}, found none; "
+        f"they are {apart:.3g} apart or beside each other"
+    )
+
+
+def _warnings(made: SurfaceCoupling, accepted: float, weak: IntArray) -> Iterator[str]:
+    """What is doubtful."""
+    without = 1 - made.share[0]
+    if without > accepted:
+        more = f", {len(made.uncovered)} node(s), first {made.uncovered[0]}" if made.uncovered.size else ""
+        yield (
+            f"{100 * without:.2g} % of the area of the first surface lies beside the second or too far from "
+            f"it{more}, and carries nothing: 'uncovered' accepts it, 'reach' is {made.reach:.3g}"
+        )
+    if made.flat and np.abs(made.distance).max() > FAR * made.reach:
+        yield (
+            f"the surfaces are drawn up to {np.abs(made.distance).max():.3g} apart, more than half the "
+            f"reach of {made.reach:.3g}: say 'reach' where that is meant"
+        )
+    if made.finer < FINER:
+        yield (
+            f"the first surface has the finer facets ({made.finer:.2g} of the size): what is proved "
+            "from given or every initial slip is less than with the surfaces the other way round; name the "
+            "coarser first"
+        )
+    if weak.size:
+        yield (
+            f"{weak.size} node(s) of the first surface, first {weak[0]}, are covered by less than "
+            f"{100 * SMALL:g} % of their area at the edge of the second: tractions there are coarse"
+        )
+
+
+def weighted_nodes(count: int) -> tuple[str, ...]:
+    """A note on nodes between corners of quadratic facets, of which there are so many with either corner."""
+    if not count:
+        return ()
+    return (
+        f"quadratic faces: slips, gaps and forces at {count} node(s) between corners are weighted ones, so "
+        "that every node carries a share of a pressure (docs/mortar.md)",
+    )

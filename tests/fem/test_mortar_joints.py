@@ -1,0 +1,169 @@
+"""Bodies whose meshes do not match: patch test, rigid motions, matching meshes, quadratic elements, a press fit."""
+
+import numpy as np
+import pytest
+from skfem import MeshQuad
+
+from shakedown import ProblemError, upper_bound
+from shakedown.fem import (
+    Displacement,
+    ElasticBody,
+    Force,
+    Material,
+    Pressure,
+    Support,
+    block_mesh,
+    brick_mesh,
+    contact_condensation,
+    contact_problem,
+)
+
+PRESS = [Pressure("top", 3.0, history=1.0)]
+
+
+def plane(count, *, upper, order=1, poisson=0.0, loads=PRESS):
+    mesh = block_mesh(2.0, 1.0, count, 2, origin=(0.0, 0.0 if upper else -1.0))
+    more = {"loads": loads} if upper else {"supports": [Support("bottom")]}
+    return ElasticBody(mesh, Material(1.0, poisson), order=order, **more)
+
+
+def solid(counts, *, upper, order=1, tetrahedra=False, poisson=0.0, loads=PRESS):
+    mesh = brick_mesh((2.0, 1.5, 1.0), counts, origin=(0, 0, 1.0 if upper else 0.0), tetrahedra=tetrahedra)
+    more = {"loads": loads} if upper else {"supports": [Support("bottom")]}
+    return ElasticBody(mesh, Material(1.0, poisson), order=order, **more)
+
+
+BODIES = {
+    "2:3": (plane(4, upper=True), plane(6, upper=False)),
+    "3:2": (plane(6, upper=True), plane(4, upper=False)),
+    "1:2.7": (plane(3, upper=True), plane(8, upper=False)),
+    "quadratic": (plane(3, upper=True, order=2), plane(4, upper=False, order=2)),
+    "hexahedra": (solid((2, 2, 1), upper=True), solid((3, 2, 1), upper=False)),
+    "tetrahedra": (
+        solid((2, 2, 1), upper=True, tetrahedra=True),
+        solid((3, 2, 1), upper=False, tetrahedra=True),
+    ),
+    "tetrahedra on hexahedra": (solid((2, 2, 1), upper=True, tetrahedra=True), solid((3, 2, 1), upper=False)),
+    "C3D10": (
+        solid((2, 1, 1), upper=True, tetrahedra=True, order=2),
+        solid((1, 2, 1), upper=False, tetrahedra=True, order=2),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_a_constant_pressure_arrives_and_nothing_resists_rigid_motions(name):
+    upper, lower = BODIES[name]
+    joint = contact_problem(upper, "bottom", 0.4, against=(lower, "top"), coupling="mortar")
+    np.testing.assert_allclose(joint.p_w[0], 3.0 * joint.node_area, rtol=1e-12)
+    np.testing.assert_allclose(joint.q_w, 0.0, atol=1e-12)
+    found = contact_condensation(upper, "bottom", against=(lower, "top"), coupling="mortar")
+    assert found.zero_modes == (3 if upper.dimension == 2 else 6)
+    assert found.asymmetry < 1e-13
+    values = np.linalg.eigvalsh(found.stiffness)
+    assert values[0] > -1e-12 * values[-1]
+
+
+@pytest.mark.parametrize(
+    ("upper", "lower"),
+    [
+        (plane(4, upper=True, poisson=0.3), plane(4, upper=False, poisson=0.3)),
+        (solid((2, 2, 1), upper=True, poisson=0.3), solid((2, 2, 1), upper=False, poisson=0.3)),
+        tuple(solid((1, 1, 1), upper=up, tetrahedra=True, order=2, poisson=0.3) for up in (True, False)),
+    ],
+)
+def test_matching_meshes_are_pairs(upper, lower):
+    one, other = (
+        contact_problem(upper, "bottom", 0.4, against=(lower, "top"), coupling=how)
+        for how in ("mortar", "nodes")
+    )
+    np.testing.assert_allclose(one.kappa, other.kappa, rtol=0, atol=1e-13 * np.abs(other.kappa).max())
+    np.testing.assert_allclose(one.p_w, other.p_w, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(one.node_area, other.node_area, rtol=1e-12)
+
+
+def test_quadratic_tetrahedra_on_a_rigid_plane_carry_a_pressure_at_every_node():
+    joint = contact_problem(solid((2, 2, 1), upper=True, tetrahedra=True, order=2), "bottom", 0.4)
+    assert joint.node_area.min() > 0
+    assert joint.node_area.sum() == pytest.approx(3.0)
+    np.testing.assert_allclose(joint.p_w[0], 3.0 * joint.node_area, rtol=1e-12)
+    assert joint.warnings == ()
+    tight = contact_problem(
+        solid((2, 2, 1), upper=True, tetrahedra=True, order=2),
+        "bottom",
+        0.4,
+        gap=lambda x: -0.1 - 0.05 * x[0],
+    )
+    np.testing.assert_allclose(
+        tight.p_w[0] - joint.p_w[0], joint.C @ (0.1 + 0.05 * joint.coordinates[:, 0]), atol=1e-12
+    )
+
+
+def sheared(count, upper):
+    loads = [
+        Displacement("top", x=0.0, y=-1e-3, history=1.0),
+        Displacement("top", x=2e-4, y=0.0, history=[0.0, 1.0, 0.0, -1.0]),
+    ]
+    return plane(count, upper=upper, poisson=0.3, loads=loads)
+
+
+def test_the_largest_load_factor_is_near_that_of_matching_meshes():
+    limits = [
+        upper_bound(
+            contact_problem(
+                sheared(16, True), "bottom", 0.3, against=(sheared(n, False), "top"), coupling="mortar"
+            )
+        ).load_factor
+        for n in (16, 24, 43)
+    ]
+    np.testing.assert_allclose(limits[1:], limits[0], rtol=0.01)
+
+
+def ring(inner, outer, count, layers, *, upper):
+    """A whole ring of quadrilaterals, plane strain."""
+    radius, angle = np.linspace(inner, outer, layers + 1), np.linspace(0, 2 * np.pi, count + 1)[:-1]
+    places = np.array([[r * np.cos(a), r * np.sin(a)] for r in radius for a in angle]).T
+    k = np.arange(layers * count).reshape(layers, count)
+    after = np.roll(k, -1, axis=1)
+    cells = np.stack([k, k + count, after + count, after]).reshape(4, -1)
+    mesh = MeshQuad(places, cells)
+    size = (outer - inner) / layers
+    mesh = mesh.with_boundaries(
+        {
+            "bore": lambda x: np.hypot(*x) < inner + 0.4 * size,
+            "seat": lambda x: np.hypot(*x) > outer - 0.4 * size,
+        }
+    )
+    turn = [Force("seat", (1.0, 0.0), history=[1.0, 0.0])] if upper else []
+    more = {"loads": turn} if upper else {"supports": [Support("bore")]}
+    return ElasticBody(mesh, Material(210e3, 0.3), **more)
+
+
+@pytest.mark.parametrize(("hub", "shaft"), [(24, 36), (36, 24)])
+def test_a_press_fit_has_the_pressure_of_a_thick_ring(hub, shaft):
+    """Interference 0.02 at R = 20: Lamé's pressure, the same everywhere, whatever the meshes."""
+    outer, inner = ring(20, 40, hub, 6, upper=True), ring(10, 20, shaft, 4, upper=False)
+    joint = contact_problem(
+        outer, "bore", 0.3, against=(inner, "seat"), coupling="mortar", reach=1.0, gap=-0.02
+    )
+    pressure = joint.p_w[1] / joint.node_area
+    np.testing.assert_allclose(pressure, pressure.mean(), rtol=0.01)
+    found = contact_condensation(outer, "bore", against=(inner, "seat"), coupling="mortar", reach=1.0)
+    assert found.zero_modes == 3
+    # Lamé, plane strain: the hub is free outside, the shaft held at its bore
+    young, poisson, a, b, c = 210e3, 0.3, 10.0, 20.0, 40.0
+    hub_gives = b * (1 + poisson) / young * ((1 - 2 * poisson) * b**2 + c**2) / (c**2 - b**2)
+    shaft_gives = (
+        b * (1 + poisson) / young * (1 - 2 * poisson) * (b**2 - a**2) / (b**2 + (1 - 2 * poisson) * a**2)
+    )
+    assert pressure.mean() == pytest.approx(0.02 / (hub_gives + shaft_gives), rel=0.02)
+
+
+def test_what_cannot_be_coupled_is_refused():
+    upper, lower = BODIES["2:3"]
+    with pytest.raises(ProblemError, match="expected matching nodes on both bodies, found 5 and 7 nodes"):
+        contact_problem(upper, "bottom", 0.4, against=(lower, "top"))
+    with pytest.raises(ProblemError, match="expected a second body beside 'mortar', found none"):
+        contact_problem(upper, "bottom", 0.4, coupling="mortar")
+    with pytest.raises(ProblemError, match="reach: expected beside coupling = 'mortar' only"):
+        contact_problem(upper, "bottom", 0.4, against=(lower, "top"), reach=1.0)

@@ -1,0 +1,216 @@
+"""Surfaces that do not match: constant pressures, rigid motions, trimmed edges, matching meshes, curved faces."""
+
+import numpy as np
+import pytest
+
+from shakedown import LoadCase, ProblemError, condense
+from shakedown.models.condensation.mortar.facet_shapes import basis_change, shapes
+from shakedown.models.condensation.mortar.surface_coupling import surface_coupling
+from shakedown.models.condensation.mortar.surface_mesh import ContactSurface
+
+SIDES = (2.0, 1.5)
+
+
+def grid(counts, first, into, *, triangles=False, skew=0.0, shift=0.0, middles=False, centres=False):
+    """A rectangle in the plane z = 0, the body on the side of ``into``."""
+    x, y = np.meshgrid(*(np.linspace(0, s, n + 1) for s, n in zip(SIDES, counts, strict=True)), indexing="ij")
+    inner = (slice(1, -1), slice(1, -1))
+    random = np.random.default_rng(first)
+    x[inner] += skew * random.uniform(-1, 1, x[inner].shape) / counts[0]
+    y[inner] += skew * random.uniform(-1, 1, y[inner].shape) / counts[1]
+    places = [*np.column_stack([x.ravel() + shift, y.ravel(), np.zeros(x.size)])]
+    number = np.arange(x.size).reshape(x.shape)
+    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], -1).reshape(-1, 4)
+    facets = [tuple(quad) for quad in quads.tolist()]
+    if triangles:
+        facets = [part for a, b, c, d in facets for part in ((a, b, c), (a, c, d))]
+    if middles:
+        facets = quadratic(facets, places, centres)
+    inside = [np.mean([places[k] for k in facet], axis=0) + np.array([0, 0, into]) for facet in facets]
+    labels = first + np.arange(len(places))
+    return ContactSurface(labels, places, [tuple(first + np.array(facet)) for facet in facets], inside)
+
+
+def quadratic(facets, places, centres):
+    between, found = {}, []
+    for facet in facets:
+        sides = []
+        for a, b in zip(facet, facet[1:] + facet[:1], strict=True):
+            if (key := frozenset((a, b))) not in between:
+                between[key] = len(places)
+                places.append((places[a] + places[b]) / 2)
+            sides.append(between[key])
+        middle = ()
+        if centres:
+            middle = (len(places),)
+            places.append(np.mean([places[k] for k in facet], axis=0))
+        found.append((*facet, *sides, *middle))
+    return found
+
+
+def areas(surface):
+    """∫N of every node, by Gauss points on the facets themselves."""
+    place, weight = np.polynomial.legendre.leggauss(4)
+    total = np.zeros(len(surface.labels))
+    for kind, nodes, _ in surface.blocks:
+        s, t = (axis.ravel() for axis in np.meshgrid(place, place))
+        w = np.outer(weight, weight).ravel()
+        corners = 3 if kind[1] in (3, 6) else 4
+        if corners == 3:
+            s, t, w = (1 + s) / 2, (1 + t) * (1 - s) / 4, w * (1 - s) / 8
+        points, step = np.column_stack([s, t]), 1e-6
+        straight = [shapes((3, corners), points + step * axis) for axis in (np.eye(2)[0], -np.eye(2)[0])]
+        across = [shapes((3, corners), points + step * axis) for axis in (np.eye(2)[1], -np.eye(2)[1])]
+        sides = [
+            (one - other) @ surface.places[nodes[:, :corners]] / (2 * step)
+            for one, other in (straight, across)
+        ]
+        jacobian = np.linalg.norm(np.cross(*sides), axis=2)
+        np.add.at(total, nodes, np.einsum("fg,g,gk->fk", jacobian, w, shapes(kind, points)))
+    return total
+
+
+CASES = {
+    "quadrilaterals, 2:3": ({"counts": (2, 2)}, {"counts": (3, 4)}),
+    "quadrilaterals, 3:2": ({"counts": (3, 4)}, {"counts": (2, 2)}),
+    "skewed": ({"counts": (3, 3), "skew": 0.2}, {"counts": (4, 3), "skew": 0.2}),
+    "triangles": ({"counts": (3, 2), "triangles": True}, {"counts": (4, 5), "triangles": True}),
+    "triangles on quadrilaterals": ({"counts": (3, 2), "triangles": True}, {"counts": (4, 5)}),
+    "six nodes": (
+        {"counts": (2, 2), "triangles": True, "middles": True},
+        {"counts": (3, 2), "triangles": True, "middles": True},
+    ),
+    "eight nodes": ({"counts": (2, 2), "middles": True}, {"counts": (3, 2), "middles": True}),
+    "nine nodes": (
+        {"counts": (2, 2), "middles": True, "centres": True},
+        {"counts": (3, 2), "middles": True, "centres": True},
+    ),
+    "six nodes on four": ({"counts": (2, 2), "triangles": True, "middles": True}, {"counts": (3, 3)}),
+}
+
+
+def rigid(places):
+    """Translations and turns, (k, d, r)."""
+    turned = np.stack([np.cross(axis, places) for axis in np.eye(3)], axis=2)
+    return np.concatenate([np.broadcast_to(np.eye(3), (len(places), 3, 3)), turned], axis=2)
+
+
+def apart(found, master, motion=rigid):
+    """How far rigid motions of both bodies slip or open, at most."""
+    at = master.places[np.searchsorted(master.labels, found.master)]
+    blocks = found.P.toarray().reshape(len(found.labels), found.normals.shape[1], len(at), -1)
+    return np.abs(np.einsum("jakb,kbr->jar", blocks, motion(at)) - motion(found.places)).max()
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_constant_pressure_and_rigid_motions_pass(case):
+    slave, master = (
+        grid(first=f, into=i, **c) for c, f, i in zip(CASES[case], (1, 900), (1, -1), strict=True)
+    )
+    found = surface_coupling(slave, master)
+    assert found.area.min() > 0
+    assert found.area.sum() == pytest.approx(3.0, rel=1e-13)
+    pressed = np.zeros((len(found.labels), 3))
+    pressed[:, 2] = found.area
+    arrives = -found.on_master(pressed)
+    np.testing.assert_allclose(arrives[:, 2], areas(master), rtol=0, atol=1e-9)  # differences of shapes above
+    np.testing.assert_allclose(arrives[:, :2], 0.0, atol=1e-13)
+    assert apart(found, master) < 1e-12
+    assert (found.flat, found.share) == (True, pytest.approx([1.0, 1.0]))
+    assert np.abs(found.gap).max() < 1e-13
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"skew": 0.2}, {"triangles": True}, {"middles": True, "centres": True}]
+)
+def test_matching_surfaces_are_pairs(options):
+    one, other = (grid((3, 2), first, into, **options) for first, into in ((1, 1.0), (900, -1.0)))
+    other = ContactSurface(
+        other.labels, one.places, [tuple(np.array(f) + 899) for f in one.facets], other.inside
+    )
+    found = surface_coupling(one, other)
+    np.testing.assert_allclose(found.P.toarray(), np.eye(found.P.shape[0]), atol=1e-13)
+
+
+@pytest.mark.parametrize("shift", [0.3, 0.66, 0.999])
+@pytest.mark.parametrize("triangles", [False, True])
+def test_edges_are_trimmed(shift, triangles):
+    """The slave reaches over the master: what is covered carries, no row blows up, nothing turns."""
+    slave = grid((3, 3), 1, 1.0, shift=shift * SIDES[0] / 3, triangles=triangles)
+    master = grid((4, 4), 900, -1.0, triangles=triangles)
+    found = surface_coupling(slave, master)
+    assert found.area.sum() == pytest.approx(3.0 * (1 - shift / 3), rel=2e-3)
+    assert found.largest_weight < 3
+    assert apart(found, master) < 1e-11
+    assert "of the area of the first surface lies beside the second" in found.warnings[0]
+
+
+def ring(count, first, into, radius=20.0):
+    angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    places = radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    labels = first + np.arange(count)
+    ends = np.column_stack([labels, np.roll(labels, -1)])
+    middles = 0.5 * (places + np.roll(places, -1, axis=0))
+    return ContactSurface(labels, places, ends.tolist(), middles * (1 + into))
+
+
+def plane_motions(places):
+    turned = np.column_stack([-places[:, 1], places[:, 0]])[:, :, None]
+    return np.concatenate([np.broadcast_to(np.eye(2), (len(places), 2, 2)), turned], axis=2)
+
+
+@pytest.mark.parametrize(("hub", "shaft"), [(32, 48), (48, 32), (32, 87)])
+def test_curved_faces_turn_freely(hub, shaft):
+    slave, master = ring(hub, 1, 0.1), ring(shaft, 900, -0.1)
+    found = surface_coupling(slave, master)
+    assert found.chord > 1e-3
+    assert apart(found, master, plane_motions) < 1e-12
+    assert not found.flat
+    # nodal forces of a pressure all around: in equilibrium with what arrives
+    forces = found.area[:, None] * found.normals
+    moved = -found.on_master(forces)
+    at = master.places[np.searchsorted(master.labels, found.master)]
+    np.testing.assert_allclose(moved.sum(axis=0), forces.sum(axis=0), atol=1e-11)
+    turning = [
+        (places[:, 0] * own[:, 1] - places[:, 1] * own[:, 0]).sum()
+        for places, own in ((found.places, forces), (at, moved))
+    ]
+    assert turning[0] == pytest.approx(turning[1], abs=1e-10)
+
+
+def test_units_do_not_matter():
+    slave, master = grid((2, 2), 1, 1.0, skew=0.1), grid((3, 2), 900, -1.0)
+    scaled = [
+        ContactSurface(s.labels, 2.0**20 * s.places, s.facets, 2.0**20 * s.inside) for s in (slave, master)
+    ]
+    one, other = surface_coupling(slave, master), surface_coupling(*scaled)
+    np.testing.assert_allclose(other.P.toarray(), one.P.toarray(), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(other.area, 2.0**40 * one.area, rtol=1e-13)
+
+
+def test_two_layers_and_other_dimensions_are_refused():
+    slave, master = grid((2, 2), 1, 1.0), grid((3, 2), 900, -1.0)
+    twice = ContactSurface(
+        np.concatenate([master.labels, master.labels + 500]),
+        np.vstack([master.places, master.places - [0, 0, 0.01]]),
+        [*master.facets, *(tuple(np.array(f) + 500) for f in master.facets)],
+        np.vstack([master.inside, master.inside]),
+    )
+    with pytest.raises(ProblemError, match=r"facets of the master side by side, found 2 times the area"):
+        surface_coupling(slave, twice)
+    with pytest.raises(ProblemError, match="normals that are not opposed"):
+        surface_coupling(slave, grid((3, 2), 900, 1.0))
+    found = surface_coupling(slave, master)
+    dofs = [(node, d) for node in slave.labels for d in (1, 2, 3)]
+    push = LoadCase(history=1.0, force=np.ones(27))
+    with pytest.raises(ProblemError, match="expected rows of the nodes of the second surface, first 900"):
+        condense(np.eye(27), dofs, found.labels, [0, 0, 1], [push], 0.4, coupling=found)
+
+
+def test_the_change_of_basis_keeps_what_is_linear():
+    for kind in ((3, 6), (3, 8)):
+        T = basis_change(kind)
+        corners = kind[1] // 2
+        linear = np.eye(corners)[:, :1] + 2 * np.eye(corners)[:, 1:2]
+        nodes = np.vstack([linear, 0.5 * (linear + np.roll(linear, -1, axis=0))])
+        np.testing.assert_allclose(T @ nodes, nodes, atol=1e-15)

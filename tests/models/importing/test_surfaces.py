@@ -1,0 +1,162 @@
+"""Import of two surfaces whose meshes do not match: against the same bodies from meshes, and what is refused."""
+
+import json
+
+import numpy as np
+import pytest
+import writers
+from command import run
+from scipy import sparse
+
+from shakedown import ProblemError, import_model
+from shakedown.fem import ElasticBody, Force, Material, Support, brick_mesh, contact_problem
+from shakedown.fem.mesh import KINDS
+
+STEEL = Material(210e3, 0.3)
+LOADS = """
+[[load]]
+name = "press"
+forces = [["TOP", 3, -10.0]]
+history = 1.0
+[[load]]
+name = "shake"
+forces = [["TOP", 1, 2.0], ["TOP", 2, 1.0]]
+history = [1.0, 0.0, -1.0, 0.0]
+"""
+SURFACES = 'surfaces = ["UPPER", "LOWER"]'
+
+
+def nodes_as_in_decks(body):
+    kind = "hexahedron" if body.dimension == 3 else "quad"
+    cells = np.empty_like(body.mesh.t)
+    cells[KINDS[kind].order] = body.mesh.t
+    return cells.T
+
+
+def write(folder, upper, lower):
+    """The deck of both bodies, the labels of the upper one from 1, and the matrix as CalculiX stores it."""
+    lines, elements, sets, start = ["*NODE"], [], {}, 1
+    for name, body, side in (("UPPER", upper, "bottom"), ("LOWER", lower, "top")):
+        places = body.positions(np.arange(body.dofs[:, 0].max() + 1))
+        places = np.column_stack([places, np.zeros((len(places), 3 - places.shape[1]))])
+        lines += [f"{start + k}, {x!r}, {y!r}, {z!r}" for k, (x, y, z) in enumerate(places.tolist())]
+        elements += (nodes_as_in_decks(body) + start).tolist()
+        sets[name] = body.normals_on(side)[0] + start
+        if body is upper:
+            sets["TOP"] = body.normals_on("top")[0] + start
+        start += len(places)
+    lines.append(f"*ELEMENT, TYPE={'C3D8' if upper.dimension == 3 else 'CPE4'}, ELSET=ALL")
+    lines += [", ".join(map(str, (k, *nodes))) for k, nodes in enumerate(elements, start=1)]
+    for name, labels in sets.items():
+        lines += [f"*NSET, NSET={name}", *(f"{label}," for label in labels)]
+    lines += ["*MATERIAL, NAME=M", "*ELASTIC", "210000., 0.3", "*DENSITY", "1.", "*SOLID SECTION, ELSET=ALL"]
+    lines += ["*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"]
+    (folder / "job.inp").write_text("\n".join(lines) + "\n")
+    K = sparse.block_diag([upper.stiffness, lower.stiffness]).toarray()
+    shift = [upper.dofs[:, 0].max() + 2, 0]
+    free = ~np.isin(np.arange(len(K)), lower.held_rows() + upper.basis.N)
+    dofs = np.vstack([upper.dofs + np.array([1, 0]), lower.dofs + shift])[free]
+    sti, dof = writers.calculix_storage(K[np.ix_(free, free)], dofs)
+    (folder / "job.sti").write_text(sti)
+    (folder / "job.dof").write_text(dof)
+
+
+def bricks(upper=(2, 2, 1), lower=(3, 2, 1), height=1.0):
+    count = (upper[0] + 1) * (upper[1] + 1)
+    loads = [
+        Force("top", (0.0, 0.0, -10.0 * count), history=1.0),
+        Force("top", (2.0 * count, 1.0 * count, 0.0), history=[1.0, 0.0, -1.0, 0.0]),
+    ]
+    return (
+        ElasticBody(brick_mesh((2.0, 1.5, 1.0), upper, origin=(0, 0, height)), STEEL, loads=loads),
+        ElasticBody(brick_mesh((2.0, 1.5, 1.0), lower), STEEL, supports=[Support("bottom")]),
+    )
+
+
+def configuration(folder, contact=SURFACES, loads=LOADS):
+    text = 'friction = 0.4\nunits = "N, mm"\n[model]\nfile = "job.inp"\n[stiffness]\nfile = "job.sti"\n'
+    (folder / "import.toml").write_text(f"{text}[contact]\n{contact}\n{loads}")
+    return folder / "import.toml"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    target = tmp_path_factory.mktemp("surfaces")
+    write(target, *bricks())
+    return target
+
+
+def test_it_is_the_joint_of_the_same_bodies(folder):
+    made = import_model(configuration(folder))
+    upper, lower = bricks()
+    expected = contact_problem(upper, "bottom", 0.4, against=(lower, "top"), coupling="mortar")
+    size = np.abs(expected.kappa).max()
+    np.testing.assert_allclose(made.problem.kappa, expected.kappa, rtol=0, atol=1e-10 * size)
+    np.testing.assert_allclose(made.problem.node_area, expected.node_area, rtol=1e-12)
+    assert made.problem.p_w[0].sum() == pytest.approx(90.0)
+    assert (made.problem.n, made.condensation.zero_modes, made.warnings) == (9, 6, ())
+    assert made.contact.names[0] == "1"
+    for load in made.loads:
+        np.testing.assert_allclose(load.contact, -load.applied, atol=1e-9 * np.abs(load.applied).max())
+    below = {part.what: part for part in made.loads[0].parts}["supports, second body"]
+    np.testing.assert_allclose(below.force, [0.0, 0.0, 90.0], atol=1e-7)
+    np.testing.assert_allclose(below.moment, 0.0, atol=1e-6)
+
+
+def test_matching_surfaces_are_pairs(tmp_path):
+    write(tmp_path, *bricks(lower=(2, 2, 1)))
+    one, other = (
+        import_model(configuration(tmp_path, contact)).problem
+        for contact in (SURFACES, 'pairs = ["UPPER", "LOWER"]')
+    )
+    np.testing.assert_allclose(one.kappa, other.kappa, rtol=0, atol=1e-13 * np.abs(other.kappa).max())
+    np.testing.assert_allclose(one.node_area, other.node_area, rtol=1e-13)
+
+
+def test_a_gap_is_what_the_deck_draws(tmp_path):
+    write(tmp_path, *bricks(height=1.01))
+    drawn = import_model(configuration(tmp_path, f'{SURFACES}\ngap = "coordinates"'))
+    np.testing.assert_allclose(drawn.contact.gap, 0.01, rtol=1e-9)
+    said = import_model(configuration(tmp_path)).warnings
+    assert said[0].startswith("the surfaces are drawn so that they lie apart by 0.01 on average")
+    with pytest.raises(ProblemError, match=r"lie on each other within 'reach' = 0.005, found none"):
+        import_model(configuration(tmp_path, f"{SURFACES}\nreach = 0.005"))
+
+
+def test_the_check_says_how_the_surfaces_lie(folder):
+    code, out, _ = run("import", str(configuration(folder)), "--check")
+    assert code == 0
+    words = " ".join(out.split())
+    assert "surfaces of 9 and 12 nodes lie on each other over 3 mm², 100 % and 100 % of their areas" in words
+    assert "flat and parallel" in words
+    document = json.loads(run("import", str(configuration(folder)), "--check", "--json")[1])
+    assert document["surfaces"]["overlap"] == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("contact", "said"),
+    [
+        ('surfaces = ["UPPER"]', "expected two names, of the first body and of the second"),
+        ('surfaces = ["UPPER", "UPPER"]', "expected bodies with nodes of their own, found node 1 on both"),
+        ('surfaces = ["UPPER", "TOP"]', "found none; they are 1 apart or beside each other"),
+        ('surfaces = ["UPPER", "NOWHERE"]', "expected the node set or surface 'NOWHERE'"),
+        (f'{SURFACES}\nnodes = "TOP"', "expected no key 'nodes' beside 'surfaces', found both"),
+        ('nodes = "UPPER"\nreach = 1.0', "key 'reach': expected beside 'surfaces' only"),
+        (f"{SURFACES}\nreach = -1.0", "reach: expected a length > 0, found -1"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(folder, contact, said):
+    with pytest.raises(ProblemError) as refused:
+        import_model(configuration(folder, contact))
+    assert said in str(refused.value)
+
+
+def test_a_surface_beside_the_other_is_said(tmp_path):
+    upper, _ = bricks()
+    beside = ElasticBody(brick_mesh((1.5, 1.5, 1.0), (3, 2, 1)), STEEL, supports=[Support("bottom")])
+    write(tmp_path, upper, beside)
+    made = import_model(configuration(tmp_path))
+    assert made.warnings[0].startswith("25 % of the area of the first surface lies beside the second")
+    assert made.contact.coupling.share == pytest.approx([0.75, 1.0])
+    assert made.problem.p_w[0].sum() == pytest.approx(90.0)
+    assert import_model(configuration(tmp_path, f"{SURFACES}\nuncovered = 0.3")).warnings == ()
