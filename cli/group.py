@@ -13,6 +13,7 @@ from .example import example
 from .import_problem import import_problem_command
 from .map import map_command
 from .nodes import nodes
+from .refine import refine
 from .simulate import simulate
 from .solve import solve
 from .sweep import sweep
@@ -41,6 +42,7 @@ COMMANDS = (
     map_command,
     sweep,
     damping,
+    refine,
     adversary,
     import_problem_command,
     example,

@@ -95,6 +95,12 @@ open_option = click.option(
     show_default=True,
     help="Nodes that stay open: auto, none, or numbers like 0,3,7.",
 )
+average_option = click.option(
+    "--average",
+    type=float,
+    metavar="RADIUS",
+    help="Also with slips and reactions averaged over this length (in the joint's unit).",
+)
 method_option = click.option(
     "--method",
     type=click.Choice(["event", "newton", "gauss-seidel"]),

@@ -12,11 +12,12 @@ from shakedown import Problem
 from shakedown.ground.evidence import Missing
 from shakedown.ground.shown_values import down, plain
 from shakedown.ground.visible_text import shortened
-from shakedown.report.json_documents import assessment_document, quick_document
+from shakedown.report.assessment_words import averaged_in_words
+from shakedown.report.json_documents import assessment_document, averaged_document, quick_document
 
 from .initial import initial_state
-from .options import open_option, output_options, problem_argument
-from .output import echo_json, say
+from .options import average_option, open_option, output_options, problem_argument
+from .output import echo_json, paragraph, say
 from .solve_text import details_text, quick_text, solve_text
 
 CLAIMS = {
@@ -92,6 +93,7 @@ def load_factor_of(text: str) -> float | None:
     "proved-from-every-state=X. May be given twice.",
 )
 @open_option
+@average_option
 @output_options
 @click.pass_context
 def solve(
@@ -103,6 +105,7 @@ def solve(
     details: bool,
     required: tuple[tuple[str, float], ...],
     open_nodes: tuple[int, ...] | Literal["auto"],
+    average: float | None,
     as_json: bool,
 ) -> None:
     """Up to which load factor FILE shakes down: proved from every state, from this one, impossible above.
@@ -111,6 +114,8 @@ def solve(
     """
     if initial in ("safe", "witness"):
         raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")
+    if quick and average is not None:
+        raise click.UsageError("--average: not with --quick, which leaves out what is proved")
     if quick and required:
         raise click.UsageError("--require: not with --quick, which leaves out what is proved")
     state = initial_state(problem, 0.0, initial)
@@ -129,14 +134,18 @@ def solve(
         )
     found = shakedown.assess(problem, state, distance=distance, open_nodes=open_nodes)
     limits = found.details
+    between = None if average is None else (found.averaged(average), average)
     curve = None
     if (details or as_json) and problem.n <= CURVE_UP_TO:
         curve = limits.curve(CURVE_RADII, limits.upper.slip)
     if as_json:
         asked = {"required": [_asked(found, *each) for each in required]} if required else {}
+        asked |= averaged_document(*between) if between else {}
         echo_json(assessment_document(found, curve) | asked)
     else:
         say(solve_text(found, details))
+        if between:
+            say(paragraph(averaged_in_words(*between)))
         if details:
             say(f"\n{details_text(found, curve)}")
     unmet = [text for claim, least in required if (text := _unmet(found, claim, least))]

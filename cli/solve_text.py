@@ -67,6 +67,7 @@ def solve_text(found: shakedown.Assessment, details: bool) -> str:
         for (name, value, remark), loads in zip(numbers_in_words(found), loads_of_numbers(found), strict=True)
     ]
     warned = [paragraph(text) for text in doubts_in_words(found.problem)]
+    warned += [paragraph(f"Mesh: {text}") for text in [found.details.mesh.warning] if text]
     said = " ".join(filter(None, [said_as_given_in_words(found), margin_of_bounds(found)]))
     sentences = filter(None, [said, decides_in_words(found), next_in_words(found), None if details else MORE])
     return "\n".join([headline(found.problem), "", listing(numbers), "", *warned, *map(paragraph, sentences)])

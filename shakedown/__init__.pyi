@@ -46,6 +46,7 @@ from .ground.errors import UsageError as UsageError
 from .ground.status import Outcome as Outcome
 from .ground.status import Status as Status
 from .ground.tolerances import Tolerances as Tolerances
+from .joint.hat_functions import averaged as averaged
 from .joint.problem import Problem as Problem
 from .long_term.conjugate_displacement import conjugate_displacement as conjugate_displacement
 from .long_term.find_state import long_term_state as long_term_state
@@ -71,5 +72,6 @@ from .studies.maps.basin_map import InitialStateMap as InitialStateMap
 from .studies.maps.limit_cycles import LimitCycle as LimitCycle
 from .studies.maps.mapping import initial_state_map as initial_state_map
 from .studies.maps.several_maps import InitialStateMaps as InitialStateMaps
+from .studies.meshes.refine import refine as refine
 
 __version__: str

@@ -1,7 +1,8 @@
 """What an engineer asks of a joint, each limit computed once; prediction held against simulation.
 
 Reading order: ``assess`` (the three numbers, and the nominal load), ``every_limit`` (every limit, when it
-is first read), ``shakedown_bounds`` (lower and upper bound together), ``from_state`` (the largest of energy
+is first read), ``three_numbers`` (what is made of many limits), ``mesh_check`` (whether an edge of the mesh
+decides them), ``shakedown_bounds`` (lower and upper bound together), ``from_state`` (the largest of energy
 and box bound), ``transient_limit`` (λ_T, up to which the joint shakes down from its own start),
 ``slip_limit`` (up to which it slips little enough). What a limit owes to friction, constant load and
 amplitude of each node: ``row_rates`` (how the slack in every row changes with a parameter), ``one_sided``

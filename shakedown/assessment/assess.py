@@ -1,19 +1,26 @@
 """What an engineer asks of a joint: three numbers, and what becomes of it under the nominal load."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from math import inf, isnan, nan
+from math import isnan
 from typing import Any, Literal, NamedTuple
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.from_state import admitted_up_to
+from shakedown.assessment.mesh_check import on_mesh
+from shakedown.assessment.three_numbers import (
+    impossible_above,
+    proved_from_every_state,
+    proved_from_this_state,
+)
 from shakedown.ground.shown_values import plain, short
-from shakedown.ground.status import Outcome, Said, Status
+from shakedown.ground.status import Outcome, Said
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, checked_initial_slip
+from shakedown.joint.hat_functions import averaged
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
@@ -47,10 +54,7 @@ class Assessment(Result):
         Every state is one that the load admits at some instant of the loop. 0 where nothing is proved,
         inf where every load factor is, NaN where a program of the proof came to no end.
         """
-        universal = self.details.universal
-        if universal.status == Status.UNDECIDED:
-            return nan
-        return 0.0 if isnan(universal.load_factor) else universal.load_factor
+        return proved_from_every_state(self.details)
 
     @property
     def proved_from_this_state(self) -> float:
@@ -61,26 +65,7 @@ class Assessment(Result):
         λ_E, of the state with these open. 0 where nothing is proved, or not from λ = 0 on
         (``details.from_state``); NaN where a program came to no end.
         """
-        known = [self._from_here, self._as_one_of_all]
-        proved = [number for number in known if not isnan(number)]
-        if proved:
-            return max(proved)
-        return nan if self.details.is_open_from_state else 0.0
-
-    @property
-    def _from_here(self) -> float:
-        """What is proved of this very state, where that begins at λ = 0; else NaN."""
-        here = self.details.from_state
-        return nan if here.least_load_factor > 0 else here.load_factor
-
-    @property
-    def _as_one_of_all(self) -> float:
-        """Up to where this state is one of those that λ_U is about; NaN where that is not known."""
-        limits = self.details
-        if limits.open_nodes or limits.distance > 0 or limits.universal.after_transient:
-            return nan
-        every = self.proved_from_every_state
-        return min(every, admitted_up_to(limits.problem, limits.energy.initial_slip, limits.tolerances))
+        return proved_from_this_state(self.details)
 
     @property
     def impossible_above(self) -> float:
@@ -90,12 +75,7 @@ class Assessment(Result):
         every load factor, and where the nodes of ``details.open_nodes`` are open: of other zones nothing is
         said. 0 where no slip is safe at any load factor, NaN where a search found none and left out zones.
         """
-        upper = self.details.upper
-        if upper.open_nodes:
-            return inf
-        if upper.status == Status.INFEASIBLE:
-            return 0.0
-        return upper.load_factor if upper.certified is None else max(upper.load_factor, upper.certified[1])
+        return impossible_above(self.details)
 
     @property
     def said_as_given(self) -> Said:
@@ -108,6 +88,14 @@ class Assessment(Result):
         if self.impossible_above < AS_GIVEN or limits.upper.least_load_factor > AS_GIVEN:
             return Said.IMPOSSIBLE
         return Said.OPEN
+
+    def averaged(self, radius: float) -> "Assessment":
+        """The same of slips and reactions averaged over a length: no proof of this joint itself."""
+        limits, problem = self.details, self.problem
+        start = np.zeros(problem.layout.slip_size)
+        start = start if limits.initial_slip is None else np.asarray(limits.initial_slip, dtype=float)
+        between = averaged(replace(problem, initial_slip=start), radius)
+        return Assessment(on_mesh(limits, between))
 
     @cached_property
     def as_given(self) -> Outcome:

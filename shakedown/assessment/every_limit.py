@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.from_state import FromState, from_state
+from shakedown.assessment.mesh_check import MeshCheck, mesh_check
 from shakedown.assessment.sensitivities import Sensitivities, sensitivities
 from shakedown.assessment.shakedown_bounds import ShakedownBounds
 from shakedown.bounds.accumulated.accumulated_bound import (
@@ -262,6 +263,11 @@ class JointLimits(Result):
             note_bound(begun(start=bound.initial_slip), bound)
         if box is not None:
             note_box(begun(start=box.initial_slip), box)
+
+    @cached_property
+    def mesh(self) -> MeshCheck:
+        """Whether the edge of the mesh decides λ_max, and what limits are on every second node."""
+        return mesh_check(self)
 
     def slip(self, below: float) -> "SlipLimit | Missing":
         """Up to where every slip range of this history stays below a length."""

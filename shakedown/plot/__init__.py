@@ -17,7 +17,12 @@ a module below works out what is seen, ``style`` has what all of them look like 
 - slip space, reaction space: ``planes``; the same at an instant, and animations: ``motion``
 - limits on one scale, against a parameter or the cycle: ``load_factors``; design diagrams: ``regions``
 - maps of initial states: ``basins``
+<<<<<<< HEAD
 - inside a page: ``inline_svg``, ``patch_data`` (to turn there); without a window: ``backend``
+=======
+- numbers against the mesh: ``refinement``
+- inside a page: ``inline_svg``; without a window: ``backend``
+>>>>>>> fe0717d (Say what converges with the mesh: averaged joints, refine, a warning where an edge decides)
 """
 
 import shakedown.plot.backend  # noqa: F401  before matplotlib
@@ -60,6 +65,7 @@ from shakedown.plot.patch_arrows import (
 )
 from shakedown.plot.patch_places import patch_count
 from shakedown.plot.planes import reaction_space, slip_space
+from shakedown.plot.refinement import refinement
 from shakedown.plot.regions import regions
 from shakedown.plot.style import save
 from shakedown.plot.zone_map import zones
@@ -90,6 +96,7 @@ __all__ = [
     "reaction_space",
     "reactions_at",
     "reactions_in_time",
+    "refinement",
     "regions",
     "save",
     "sensitivity",

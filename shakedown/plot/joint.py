@@ -12,6 +12,7 @@ from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.size_limits import NODES_SHOWN
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked, require_plane, require_problem
+from shakedown.joint.contact_surface import flanks
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
@@ -26,7 +27,6 @@ from shakedown.plot.style import (
     axes_for,
     draw_arrows,
     finished,
-    flanks,
     node_name,
     positions,
 )

@@ -18,6 +18,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked, real_array, require_plane
+from shakedown.joint.contact_surface import flanks
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
@@ -40,7 +41,6 @@ from shakedown.plot.style import (
     Style,
     axes_for,
     finished,
-    flanks,
     positions,
     style_of,
 )

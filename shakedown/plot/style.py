@@ -3,14 +3,13 @@
 import io
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from shakedown.files.atomic_write import atomic_write, check_target
 from shakedown.ground.argument_kinds import checked
@@ -39,7 +38,6 @@ MANY = 40  # arrows, beyond which they cover each other
 LONGEST_LABEL = 40  # letters in a legend
 DOTS_PER_INCH = 150
 UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}  # the same picture has the same bytes
-FLANK_GAP = 2.5  # a distance this many times the usual one, and those beside it, separates two flanks
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -119,18 +117,6 @@ def positions(problem: Problem | None, n: int) -> tuple[FloatArray, str]:
     if problem is None or problem.x is None:
         return np.arange(n, dtype=float), "node"
     return problem.x, with_unit("position along the contact", units_of(problem).length)
-
-
-def flanks(x: FloatArray) -> Iterator[NDArray[np.intp]]:
-    """Nodes in order of position, cut where two neighbours are far apart: no line joins two flanks."""
-    order = np.argsort(x, kind="stable")
-    steps = np.diff(x[order])
-    if len(steps) < 3:  # too few to say what is usual
-        yield order
-        return
-    beside = np.maximum(np.append(0.0, steps[:-1]), np.append(steps[1:], 0.0))
-    far = (steps > FLANK_GAP * beside) & (steps > FLANK_GAP * np.median(steps))
-    yield from np.split(order, np.flatnonzero(far) + 1)
 
 
 def node_name(node: int, problem: Problem | None = None) -> str:

@@ -14,10 +14,11 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.joint.arguments import checked
+from shakedown.joint.contact_surface import flanks
 from shakedown.joint.problem import Problem
 from shakedown.motion.event_history import EventHistory
 from shakedown.plot.drawn_path import Recorded, path_in_the_plane
-from shakedown.plot.style import BLACK, GREY, STATES, axes_for, flanks, positions
+from shakedown.plot.style import BLACK, GREY, STATES, axes_for, positions
 
 DOTS = "#D01C8B"  # seen on what sticks and on paper, light or dark
 

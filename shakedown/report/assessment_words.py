@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shakedown.assessment.from_state import BOX, ENERGY, SLIP, FromState, from_state
-from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, few, up
+from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, few, sized, up
 from shakedown.ground.status import Said, Status
 from shakedown.joint.units import units_of, varying_loads_in_words
 from shakedown.report.hint_words import LOAD_DOMAIN, last_digit_in_words
@@ -59,6 +59,14 @@ def numbers_in_words(found: Assessment) -> list[tuple[str, str, str]]:
         ("proved from this state", _number(found.proved_from_this_state, down), _this_state(limits)),
         ("impossible above", _number(found.impossible_above, up), _where_impossible(limits)),
     ]
+
+
+def averaged_in_words(found: Assessment, radius: float) -> str:
+    """The three numbers of a joint whose slips and reactions are averaged over a radius, in one sentence."""
+    length = units_of(found.problem).length
+    about = f"Averaged over {sized(radius, length)} ({found.problem.n} knots; no proof of the joint itself)"
+    said = [f"{name} {value}" for name, value, _ in numbers_in_words(found)]
+    return f"{about}: {', '.join(said)}."
 
 
 def _where_impossible(limits: JointLimits) -> str:

@@ -175,6 +175,7 @@ def _context(v: Verification) -> dict[str, Any]:
             *filter(None, [v.unfinished]),
             *(f"Warning: {warning}." for warning in problem.warnings),
             *reservations,
+            *(f"Mesh: {text}" for text in [v.limits.mesh.warning] if text),
             *hints_in_words(problem, v.limits.open_nodes),
         ],
         "verdict": verdict_in_words(v),

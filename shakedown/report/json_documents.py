@@ -43,12 +43,19 @@ def assessment_document(found: "Assessment", curve: "GuaranteeCurve | Missing | 
             "accumulated": limits.accumulated,
             **limits.universal.document(),
             "core": limits.core,
+            "mesh": limits.mesh,
             "friction": limits.friction,
             "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
             "guarantee_curve": present(curve),
             **({"missing": {word: each.reason for word, each in absent.items()}} if absent else {}),
         }
     )
+
+
+def averaged_document(found: "Assessment", radius: float) -> dict[str, Any]:
+    """What is known of slips and reactions averaged over a radius."""
+    about = {"radius": radius, "nodes": found.problem.n} | found.to_dict()
+    return {"averaged": plain(about)}
 
 
 def quick_document(problem: Problem, energy: "EnergyBound", upper: "UpperBound") -> dict[str, Any]:

@@ -1,1 +1,1 @@
-"""Many runs of one question: ``maps/`` over initial states, ``designs/`` over parameters."""
+"""Many runs of one question: ``maps/`` over states, ``designs/`` over parameters, ``meshes/`` over meshes."""

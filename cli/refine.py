@@ -1,0 +1,117 @@
+"""`shakedown-bounds refine`: which numbers of a joint converge as its mesh is refined."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+import shakedown
+from shakedown import Problem
+from shakedown.ground.visible_text import with_unit
+from shakedown.joint.units import units_of
+from shakedown.report.text_table import table
+
+from .claims import PICTURES, OutputFile, TableFile, record_of
+from .options import ProblemFile, average_option, output_options, resume_option
+from .output import echo_json, headline, number, paragraph, progress, say
+
+if TYPE_CHECKING:
+    from shakedown.studies.meshes.refined import Refinement
+
+NAMES = {
+    "impossible_above": "impossible above",
+    "proved_from_this_state": "proved, this state",
+    "proved_from_every_state": "proved, every state",
+    "averaged_impossible_above": "averaged, impossible",
+    "work": "work",
+    "largest_slip": "largest slip",
+}
+SHOWN = 3  # meshes beside each other, the finest
+SAID = (
+    "A number converges where a + c h^p fits the last three meshes with p ≥ 0.5: evidence, no proof. What "
+    "falls or grows says something about one element, and no mesh gives its value; order is then the power "
+    "of the element size."
+)
+
+
+@click.command(short_help="Which numbers converge with the mesh.")
+@click.argument("problems", metavar="FILE FILE …", type=ProblemFile(), nargs=-1, required=True)
+@average_option
+@click.option(
+    "--load-factor",
+    type=float,
+    default=1.0,
+    show_default=True,
+    help="Load factor of friction work and slips, the same on every mesh.",
+)
+@click.option("-o", "--output", type=TableFile(), help="Write one row per mesh here (.csv or .parquet).")
+@click.option("--picture", type=OutputFile(PICTURES), help="Draw the numbers here (.png, .svg or .pdf).")
+@click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
+@resume_option
+@output_options
+@click.pass_context
+def refine(
+    context: click.Context,
+    problems: tuple[Problem, ...],
+    average: float | None,
+    load_factor: float,
+    output: Path | None,
+    picture: Path | None,
+    workers: int,
+    resume: bool,
+    as_json: bool,
+) -> None:
+    """Which numbers of one joint converge, from files of it on finer and finer meshes.
+
+    The three numbers of `solve`, λ_max of slips averaged over a length (--average), friction
+    work and the largest slip at one load factor, from slip zero. The coarsest mesh comes first;
+    three tell.
+    """
+    joints = {problem.n: problem for problem in problems}
+    if len(joints) < len(problems):
+        raise click.UsageError("FILE: expected meshes with different numbers of nodes, found two with one")
+    record_of(context, output, resume)
+    with progress("meshes") as update:
+        found = shakedown.refine(
+            joints,
+            [problem.n for problem in problems],
+            radius=average,
+            load_factor=load_factor,
+            workers=workers,
+            output=output,
+            resume=resume,
+            progress=update,
+        )
+    if picture is not None:
+        from shakedown import plot  # only where a picture is wanted
+
+        plot.save(plot.refinement(found), picture)
+    if as_json:
+        echo_json({"problem": problems[-1].to_dict()} | found.to_dict())
+    else:
+        say(_text(problems[-1], found))
+
+
+def _text(finest: Problem, found: Refinement) -> str:
+    """A row per number: its values on the last meshes, what it does, its limit and order."""
+    last, units = slice(max(0, len(found.nodes) - SHOWN), None), units_of(finest)
+    unit = {"work": units.work, "largest_slip": units.length}
+    width = max(len(with_unit(text, unit.get(name, ""))) for name, text in NAMES.items())
+    rows = [
+        [
+            with_unit(NAMES[name], unit.get(name, "")).ljust(width),
+            *(number(float(value), 4) for value in found.numbers[name][last]),
+            str(trend.verdict),
+            number(trend.limit, 4),
+            number(trend.order, 2),
+        ]
+        for name, trend in found.trends.items()
+        if found.radius is not None or name != "averaged_impossible_above"
+    ]
+    head = ["", *(f"{count} nodes" for count in found.nodes[last]), "verdict", "limit", "order"]
+    about = [headline(finest), "", table(head, rows), ""]
+    radius = "" if found.radius is None else f" Averaged over {found.radius:g} {units.length}".rstrip() + "."
+    said = f"Friction work per cycle and slip at λ = {found.load_factor:g}, simulated from slip zero.{radius}"
+    return "\n".join([*about, paragraph(said), paragraph(SAID)])

@@ -1,0 +1,141 @@
+"""Whether a limit is decided by the edge of its mesh: told from one mesh (docs/mesh.md)."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import inf, isfinite, isinf, nan
+from typing import Any, ClassVar, TypeVar
+
+import numpy as np
+
+from shakedown.assessment.three_numbers import (
+    Limits,
+    impossible_above,
+    proved_from_every_state,
+    proved_from_this_state,
+)
+from shakedown.ground.errors import SolverError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.joint.constraints import constraints
+from shakedown.joint.contact_surface import surface_of
+from shakedown.joint.hat_functions import coarsened
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+
+FEWEST = {1: 9, 2: 16}  # nodes, by tangential directions: fewer are too coarse to make coarser
+MUCH = 0.1  # by which a limit changes on every second node: more than that is said
+MOST = 0.5  # of the multipliers at the edge: then it decides
+NAMED = 4  # nodes, each with more than MUCH of the multipliers
+TIMES = 2.0  # a change that is larger is told as a factor
+NUMBERS: dict[str, tuple[str, Callable[[Any], float]]] = {
+    "impossible_above": ("λ_max", impossible_above),
+    "proved_from_this_state": ("what is proved from this state", proved_from_this_state),
+    "proved_from_every_state": ("what is proved from every state", proved_from_every_state),
+}
+
+T = TypeVar("T", bound=Limits)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MeshCheck(Result):
+    """How far limits are statements about one element.
+
+    Attributes
+    ----------
+    edge_share
+        Of the multipliers y with yᵀd = 1 that prove λ_max, the share of nodes at an end of the contact, in
+        space at its rim; NaN where there are none, or the joint does not know where its nodes are.
+    edge_nodes
+        Those that have more than a tenth each.
+    coarser
+        The limits on every second node (:func:`averaged` says how) over those on all, less 1: by the words of
+        :meth:`Assessment.to_dict`, inf where a limit is 0 on all. Empty where the joint has too few nodes
+        or some are open.
+    warning
+        What to know of it, where a limit changes by more than a tenth; else None.
+    """
+
+    DOCUMENT: ClassVar[str] = "edge_share coarser warning"
+
+    edge_share: float
+    edge_nodes: tuple[int, ...]
+    coarser: dict[str, float]
+    warning: str | None
+
+
+def mesh_check(limits: Limits) -> MeshCheck:
+    """What one mesh tells of limits: whether its edge decides λ_max, and what they are twice as coarse."""
+    problem = limits.problem
+    surface = None if problem.n < FEWEST[problem.directions] else surface_of(problem)
+    if surface is None or limits.open_nodes or limits.upper.open_nodes:
+        return MeshCheck(nan, (), {}, None)
+    shares = _shares(limits)
+    edge = shares * surface.edge
+    ranked = np.argsort(-edge, kind="stable")
+    deciding = tuple(int(node) for node in ranked[:NAMED] if edge[node] > MUCH)
+    coarser = _coarser(limits)
+    share = float(edge.sum())
+    return MeshCheck(share, deciding, coarser, _warning(problem, share, sorted(deciding), coarser))
+
+
+def on_mesh(limits: T, problem: Problem) -> T:
+    """The same limits of a joint between knots; its first initial slip is the state asked about."""
+    start = None if problem.initial_slip is None else problem.initial_slip[0]
+    changes: dict[str, Any] = {"problem": problem, "initial_slip": start}
+    if not isinstance(limits.zone, str):
+        changes["zone"] = ()
+    return replace(limits, **changes)  # type: ignore[type-var]  # a dataclass
+
+
+def _shares(limits: Limits) -> FloatArray:
+    """The part of every node in the multipliers that prove λ_max, (n,); NaN where there are none."""
+    problem, upper = limits.problem, limits.upper
+    rows = constraints(problem)
+    if upper.status != Status.OPTIMAL or len(upper.multipliers) != len(rows.d):
+        return np.full(problem.n, nan)
+    parts = np.abs(np.bincount(rows.node, upper.multipliers * rows.d, minlength=problem.n))
+    return np.asarray(parts / parts.sum())
+
+
+def _coarser(limits: Limits) -> dict[str, float]:
+    """By how much limits are larger on every second node, less 1, those that are known."""
+    problem = limits.problem
+    start = limits.energy.initial_slip
+    between = coarsened(replace(problem, initial_slip=start if np.isfinite(start).all() else None))
+    assert between is not None  # its surface is known
+    coarse = replace(on_mesh(limits, between), certify=False)  # type: ignore[type-var]  # a dataclass
+    found = {}
+    for name, (_, number) in NUMBERS.items():
+        try:
+            one, other = number(limits), number(coarse)
+        except SolverError:
+            continue
+        if isfinite(one) and isfinite(other):
+            found[name] = other / one - 1.0 if one > 0 else (inf if other > 0 else 0.0)
+    return found
+
+
+def _warning(problem: Problem, share: float, nodes: Sequence[int], coarser: dict[str, float]) -> str | None:
+    """The sentence, where a limit changes by more than a tenth."""
+    told = [f"{NUMBERS[name][0]} is {_change(by)}" for name, by in coarser.items() if abs(by) > MUCH]
+    if not told:
+        return None
+    place = "end" if problem.directions == 1 else "rim"
+    many = "s" * (len(nodes) != 1)
+    where = f"{place} node{many} {_listed([str(node) for node in nodes])}" if nodes else f"its {place}"
+    decided = f"λ_max is decided by {where} ({100 * share:.0f} %). " if share >= MOST else ""
+    return f"{decided}Twice as coarse, {_listed(told)}: statements about one element."
+
+
+def _change(by: float) -> str:
+    if isinf(by):
+        return "above 0 (here 0)"
+    return (
+        f"{1 + by:.3g} times as high"
+        if by > TIMES
+        else f"{100 * abs(by):.0f} % {'higher' if by > 0 else 'lower'}"
+    )
+
+
+def _listed(words: Sequence[str]) -> str:
+    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))

@@ -1,0 +1,225 @@
+"""Where the nodes of a contact lie beside each other: its strips or patches, and their edges."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.derived import once_per_problem
+from shakedown.joint.faces import NONE
+from shakedown.joint.problem import Problem
+
+FLANK_GAP = 2.5  # a distance this many times the usual one, and those beside it, separates two flanks
+CLOSED = 1.5  # steps from the last node to the first, up to which a strip is a ring
+FACING = 0.5  # cosine of the angle between two normals below which their nodes are of two patches
+AROUND = 16  # nearest nodes among which the neighbours of a node are
+FAR = 40.0  # spacings: there points close the cells of nodes at the edge
+ACROSS = 1.9  # times the usual distance of a neighbour: what is farther lies across a hole
+OUTSIDE = 0.7 * np.pi  # a sector that wide without a neighbour: the node is at an edge
+
+IntArray = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+
+def flanks(x: FloatArray) -> Iterator[IntArray]:
+    """Nodes in order of position, cut where two neighbours are far apart: no line joins two flanks.
+
+    Examples
+    --------
+    >>> [nodes.tolist() for nodes in flanks(np.array([0.0, 1.0, 2.0, 9.0, 11.0, 10.0]))]
+    [[0, 1, 2], [3, 5, 4]]
+    """
+    order = np.argsort(x, kind="stable")
+    steps = np.diff(x[order])
+    if len(steps) < 3:  # too few to say what is usual
+        yield order
+        return
+    beside = np.maximum(np.append(0.0, steps[:-1]), np.append(steps[1:], 0.0))
+    far = (steps > FLANK_GAP * beside) & (steps > FLANK_GAP * np.median(steps))
+    yield from np.split(order, np.flatnonzero(far) + 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """The nodes of a contact in its surface.
+
+    Attributes
+    ----------
+    points : (n, 1), (n, 2) or (n, 3)
+        Where they are: along a contact in the plane, in one plane, or in space [length].
+    normals : (n, 3), optional
+        Of the surface: nodes that face each other are of two patches.
+    parts
+        The nodes of every strip, in order, or of every patch.
+    edge : (n,)
+        Whether a node is an end of its strip, or at the rim of its patch.
+    rings
+        Which strips have no ends: (first to last step) lengths to close them, else 0 [length].
+    """
+
+    points: FloatArray
+    normals: FloatArray | None
+    parts: tuple[IntArray, ...]
+    edge: Mask
+    rings: tuple[float, ...] = ()
+
+    @property
+    def in_plane(self) -> bool:
+        """Whether it is a line, of a joint in the plane."""
+        return self.points.shape[1] == 1
+
+    @cached_property
+    def spacing(self) -> FloatArray:
+        """The distance of every node from the nearest one of its part, (n,); inf where it is alone."""
+        from scipy.spatial import KDTree
+
+        found = np.full(len(self.points), np.inf)
+        for part in self.parts:
+            if len(part) > 1:
+                found[part] = KDTree(self.points[part]).query(self.points[part], k=2)[0][:, 1]
+        return found
+
+
+@once_per_problem
+def surface_of(problem: Problem) -> Surface | None:
+    """The surface of a joint; None where it does not know where its nodes are, or two are at one place."""
+    points = _points(problem)
+    if points is None:
+        return None
+    found = _line(problem, points) if problem.directions == 1 else _patches(problem, points)
+    return found if bool((found.spacing > 0).all()) else None
+
+
+def _points(problem: Problem) -> FloatArray | None:
+    if problem.directions == 1:
+        return None if problem.x is None else problem.x[:, None]
+    if problem.coordinates is not None:
+        return problem.coordinates
+    return None if problem.x is None or problem.x.ndim < 2 else problem.x
+
+
+def _line(problem: Problem, points: FloatArray) -> Surface:
+    parts, edge = tuple(flanks(points[:, 0])), np.zeros(problem.n, dtype=np.bool_)
+    rings = []
+    for part in parts:
+        rings.append(_closing(problem, part))
+        if not rings[-1]:
+            edge[part[[0, -1]]] = True
+    return Surface(points, None, parts, edge, tuple(rings))
+
+
+def _closing(problem: Problem, part: IntArray) -> float:
+    """The step from the last node of a ring to its first; 0 where the strip has ends."""
+    if problem.coordinates is None or len(part) < AROUND // 2:
+        return 0.0
+    place = problem.coordinates[part]
+    steps = np.linalg.norm(place - np.roll(place, 1, axis=0), axis=1)
+    return float(steps[0]) if steps[0] <= CLOSED * steps[1:].max() else 0.0
+
+
+def _patches(problem: Problem, points: FloatArray) -> Surface:
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import KDTree
+
+    n, normals = len(points), problem.normal
+    distance, beside = KDTree(points).query(points, k=min(AROUND // 2 + 1, n))
+    distance, beside = distance.reshape(n, -1), beside.reshape(n, -1)
+    linked = distance <= FLANK_GAP * distance[:, [min(3, distance.shape[1] - 1)]]
+    if normals is not None:
+        linked &= np.einsum("id,ijd->ij", normals, normals[beside]) > FACING
+    one = np.repeat(np.arange(n), linked.sum(axis=1)), beside[linked]
+    count, number = connected_components(coo_array((np.ones(len(one[0])), one), shape=(n, n)), directed=False)
+    parts = tuple(np.flatnonzero(number == k) for k in range(count))
+    bare = Surface(points, normals, parts, np.zeros(n, dtype=np.bool_))
+    edge = _rim(bare) if problem.faces is None else _rim_of_faces(problem.faces, n)
+    return Surface(points, normals, parts, edge)
+
+
+def _rim_of_faces(faces: IntArray, n: int) -> Mask:
+    """The ends of sides that one face has alone, (n,); what no face has is no rim."""
+    sides = []
+    for face in faces:
+        corners = face[face != NONE]
+        sides.append(np.sort(np.column_stack([corners, np.roll(corners, -1)]), axis=1))
+    found, times = np.unique(np.concatenate(sides), axis=0, return_counts=True)
+    edge = np.zeros(n, dtype=np.bool_)
+    edge[found[times == 1]] = True
+    return edge
+
+
+def _rim(surface: Surface) -> Mask:
+    """Nodes with a wide sector about them in which there is no other one of their patch, (n,)."""
+    edge = np.ones(len(surface.points), dtype=np.bool_)
+    for part in surface.parts:
+        for node in part:
+            beside, offsets = around(surface, int(node), part[part != node], AROUND)
+            near = _neighbours(offsets) if len(beside) > 2 else offsets
+            angles = np.sort(np.arctan2(near[:, 1], near[:, 0]))
+            gaps = np.diff(np.append(angles, angles[:1] + 2 * np.pi))
+            edge[node] = len(near) < 3 or gaps.max() > OUTSIDE
+    return edge
+
+
+def _neighbours(offsets: FloatArray) -> FloatArray:
+    """Those of points about the origin whose cells touch its own, none across a hole."""
+    near = offsets[cell_weights(offsets) > 0]
+    size = np.linalg.norm(near, axis=1)
+    return np.asarray(near[size <= ACROSS * np.median(size)])
+
+
+def around(surface: Surface, node: int, among: IntArray, count: int) -> tuple[IntArray, FloatArray]:
+    """The nearest of some nodes, and where they are from a node in its tangent plane, as far as in space.
+
+    (k,) and (k, 2) [length].
+    """
+    offsets = surface.points[among] - surface.points[node]
+    size = np.linalg.norm(offsets, axis=1)
+    nearest = np.argsort(size, kind="stable")[:count]
+    offsets, size = offsets[nearest], size[nearest]
+    if offsets.shape[1] == 3:
+        normal = None if surface.normals is None else surface.normals[node]
+        offsets = _unrolled(offsets, size, normal)
+    return among[nearest], offsets
+
+
+def _unrolled(offsets: FloatArray, size: FloatArray, normal: FloatArray | None) -> FloatArray:
+    """Offsets of a curved surface in its tangent plane, (k, 2), their lengths kept."""
+    if normal is None:
+        normal = np.linalg.svd(np.vstack([offsets, np.zeros((3, 3))]), full_matrices=False)[2][2]
+    first = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    first = first - (first @ normal) * normal
+    first /= np.linalg.norm(first)
+    flat = offsets @ np.column_stack([first, np.cross(normal, first)])
+    length = np.linalg.norm(flat, axis=1)
+    return np.asarray(flat * np.divide(size, length, out=np.ones_like(size), where=length > 0)[:, None])
+
+
+def cell_weights(offsets: FloatArray) -> FloatArray:
+    """Weights of points (k, 2) about the origin: the side between their cells and its, over the distance.
+
+    They are not negative and sum to one, are zero of points that are no neighbours, and their mean
+    place is the origin where it lies between them (Laplace's interpolation between natural neighbours).
+
+    Examples
+    --------
+    >>> cell_weights(np.array([[1.0, 1], [-1, 1], [-1, -1], [1, -1], [3, 0]])).round(6).tolist()
+    [0.25, 0.25, 0.25, 0.25, 0.0]
+    """
+    from scipy.spatial import Voronoi
+
+    size = np.linalg.norm(offsets, axis=1)
+    weights, unit = np.zeros(len(offsets)), float(size.min())
+    turn = np.linspace(0.0, 2.0 * np.pi, 13)[:-1] + 0.1  # along no grid
+    ghosts = FAR * size.max() * np.column_stack([np.cos(turn), np.sin(turn)])
+    cells = Voronoi(np.vstack([np.zeros(2), offsets, ghosts]) / unit)
+    for (one, other), sides in zip(cells.ridge_points, cells.ridge_vertices, strict=True):
+        point = int(one + other)  # the origin is number 0
+        if 0 in (one, other) and 0 < point <= len(offsets) and -1 not in sides:
+            side = np.linalg.norm(np.subtract(*cells.vertices[sides]))
+            weights[point - 1] = side * unit / size[point - 1]
+    weights[weights < 1e-9 * weights.max()] = 0.0  # round-off of four points on a circle
+    return np.asarray(weights / weights.sum())

@@ -1,0 +1,106 @@
+"""What limits, friction work and slips a joint has on meshes that get finer."""
+
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.files.table_file import check_table, write_csv, write_parquet
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import plain, short
+from shakedown.joint.result import Result
+from shakedown.studies.meshes.verdict import Trend, trend
+
+LIMITS = (
+    "impossible_above",
+    "proved_from_this_state",
+    "proved_from_every_state",
+    "averaged_impossible_above",
+)
+COLUMNS = (*LIMITS, "work", "largest_slip")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Refinement(Result):
+    """Result of :func:`refine`: a table of meshes, and what every column does.
+
+    Attributes
+    ----------
+    load_factor
+        At which the joint is simulated, the same on every mesh.
+    radius
+        The length over which slips are averaged [length]; None where they are not.
+    size : (k,)
+        What the meshes were made from, in order.
+    nodes : (k,)
+        How many contact nodes they have.
+    directions
+        Tangential directions of a node.
+    numbers
+        The other columns: the three numbers of :func:`assess`, λ_max averaged over the radius, the
+        friction work per cycle of all nodes [force · length] and the largest slip range of a node [length]
+        in the long run at the load factor, from slip zero. NaN where there is none, inf where nothing
+        limits it.
+    """
+
+    DOCUMENT: ClassVar[str] = "load_factor radius"
+
+    load_factor: float
+    radius: float | None
+    size: FloatArray
+    nodes: NDArray[np.intp]
+    directions: int
+    numbers: dict[str, FloatArray]
+
+    def table(self) -> dict[str, NDArray[Any]]:
+        """The columns by name, one row per mesh."""
+        return {"size": self.size, "nodes": self.nodes, **self.numbers}
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the table: CSV in full precision, or Parquet where the name ends in .parquet.
+
+        Raises
+        ------
+        UsageError
+            If the file cannot be written, its name ends in neither, or pandas or pyarrow is missing.
+        """
+        check_table(path)
+        write = write_csv if str(path).lower().endswith("csv") else write_parquet
+        write(path, self.columns())
+
+    def columns(self) -> dict[str, Any]:
+        """The same, for :meth:`to_frame`."""
+        return self.table()
+
+    @property
+    def trends(self) -> dict[str, Trend]:
+        """What every column does; the element size is n^(−1/d), of n nodes with d directions."""
+        h = np.asarray(self.nodes, dtype=float) ** (-1.0 / self.directions)
+        return {name: trend(h, values) for name, values in self.numbers.items()}
+
+    @property
+    def verdict(self) -> dict[str, str]:
+        """``converges``, ``falls``, ``grows`` or ``undecided``, by column."""
+        return {name: str(found.verdict) for name, found in self.trends.items()}
+
+    @property
+    def limit(self) -> dict[str, float]:
+        """The extrapolated limit of every column that converges, else NaN."""
+        return {name: found.limit for name, found in self.trends.items()}
+
+    @property
+    def order(self) -> dict[str, float]:
+        """The order of convergence, or the power of the element size where a column falls or grows."""
+        return {name: found.order for name, found in self.trends.items()}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The load factor, the radius, the table and what its columns do."""
+        about: dict[str, Any] = {"table": self.table(), "verdict": self.verdict}
+        about |= {"limit": self.limit, "order": self.order}
+        return super().to_dict() | {key: plain(value) for key, value in about.items()}
+
+    def _shown(self) -> Any:
+        for name, found in self.trends.items():
+            yield name, f"{short(self.numbers[name])} {found.verdict}, limit {found.limit:.6g}"

@@ -1,0 +1,59 @@
+"""One mesh tells whether its edge decides the limits: where they fall with the mesh, and only there."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from command import document, run
+
+import shakedown
+from benchmarks.bodies.classical import press_fit
+from benchmarks.refinement import block_on_plane, similar_blocks
+
+
+@pytest.mark.parametrize("joint", [block_on_plane(8, 0.2), block_on_plane(8, 0.3)])
+def test_it_warns_where_the_corner_slips_at_any_load(joint):
+    mesh = shakedown.assess(joint).details.mesh
+    assert mesh.edge_share > 0.7
+    assert sorted(mesh.edge_nodes) == [0, joint.n - 1]
+    assert mesh.coarser["impossible_above"] > 0.1
+    assert mesh.warning.startswith("λ_max is decided by end nodes 0 and 8 (")
+    assert "Twice as coarse, λ_max is" in mesh.warning
+
+
+@pytest.mark.parametrize("joint", [press_fit(1), similar_blocks(8, 0.3)])
+def test_it_says_nothing_where_limits_converge(joint):
+    mesh = shakedown.assess(joint).details.mesh
+    assert mesh.edge_share < 0.01
+    assert set(mesh.coarser) == {"impossible_above", "proved_from_this_state", "proved_from_every_state"}
+    assert max(map(abs, mesh.coarser.values())) < 0.1
+    assert mesh.warning is None
+
+
+def test_it_is_silent_where_nodes_are_few_or_nowhere():
+    for joint in (shakedown.example("two-node"), block_on_plane(4, 0.2), replace(press_fit(1), x=None)):
+        mesh = shakedown.assess(joint).details.mesh
+        assert np.isnan(mesh.edge_share)
+        assert (mesh.coarser, mesh.warning) == ({}, None)
+
+
+def test_the_command_tells_it(tmp_path):
+    path = str(tmp_path / "block.npz")
+    shakedown.save_problem(path, block_on_plane(8, 0.2))
+    said = document("solve", path, "--average", "0.5")
+    assert set(said["mesh"]) == {"edge_share", "coarser", "warning"}
+    assert said["averaged"]["nodes"] == 5
+    twice = said["averaged"]["impossible_above"] / said["assessment"]["impossible_above"] - 1
+    assert said["mesh"]["coarser"]["impossible_above"] == pytest.approx(twice, rel=1e-9)
+    out = " ".join(run("solve", path, "--average", "0.5")[1].split())
+    assert said["mesh"]["warning"] in out
+    assert "Averaged over 0.5 (5 knots; no proof of the joint itself)" in out
+
+
+def test_the_three_numbers_of_an_averaged_joint_are_about_the_averaged_state():
+    joint = block_on_plane(8, 0.3)
+    rough = 1e-5 * np.random.default_rng(0).normal(size=9)
+    found = shakedown.assess(joint, rough).averaged(0.5)
+    between = shakedown.averaged(replace(joint, initial_slip=rough), 0.5)
+    again = shakedown.assess(between, between.initial_slip[0])
+    assert found.proved_from_this_state == pytest.approx(again.proved_from_this_state, rel=1e-9)

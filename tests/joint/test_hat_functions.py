@@ -1,0 +1,144 @@
+"""Joints averaged over a length: hat functions on lines, in patches, along curved surfaces."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from joints_in_space import in_units, random_joint
+
+import shakedown
+from shakedown import UsageError, averaged
+from shakedown.joint.contact_surface import surface_of
+from shakedown.joint.hat_functions import coarsened, hat_functions, spread_knots
+
+GRID = np.stack(np.meshgrid(np.arange(7.0), np.arange(5.0), indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+def on_places(x, normal=None, seed=0):
+    """A random joint in space with nodes at some places."""
+    joint = random_joint(np.random.default_rng(seed), len(x))
+    if np.shape(x)[1] == 2:
+        return replace(joint, f=np.full(len(x), 0.4), x=x)
+    return replace(joint, f=np.full(len(x), 0.4), coordinates=x, normal=normal)
+
+
+def cylinder(n=9):
+    """Places on a quarter of a cylinder of radius 4, and its normals."""
+    angle, z = np.meshgrid(np.linspace(0, np.pi / 2, n), np.linspace(0, 3, 4), indexing="ij")
+    normal = np.column_stack([np.cos(angle.ravel()), np.sin(angle.ravel()), np.zeros(angle.size)])
+    return 4 * normal + np.array([0, 0, 1]) * z.ravel()[:, None], normal
+
+
+def test_reactions_of_slips_between_knots_are_averaged_ones():
+    block = shakedown.example("block-9")
+    coarse = averaged(block, 0.5)
+    P = hat_functions(surface_of(block), np.arange(0, 9, 2))
+    slip = np.random.default_rng(1).normal(size=5)
+    assert np.allclose(coarse.A @ slip, P.T @ (block.A @ (P @ slip)), rtol=1e-12)
+    assert np.allclose(coarse.p_w + coarse.B @ slip, (block.p_w + block.B @ (P @ slip)) @ P, rtol=1e-12)
+    assert coarse.C is None or np.allclose(coarse.C, P.T @ block.C @ P)
+
+
+def test_a_radius_below_the_mesh_leaves_the_joint_as_it_is():
+    block = shakedown.example("block-9")
+    assert averaged(block, 0.1).fingerprint == replace(block, faces=None).fingerprint
+
+
+def test_the_hats_of_one_radius_are_those_of_any_mesh_with_these_knots():
+    fine, coarse = (surface_of(shakedown.example(name)) for name in ("block-33", "block-9"))
+    P = hat_functions(fine, np.arange(0, 33, 4))
+    assert np.allclose(P[::4], hat_functions(coarse, np.arange(9)), atol=1e-12)
+
+
+@pytest.mark.parametrize("places", [GRID, GRID @ np.array([[0.8, -0.6], [0.6, 0.8]]), GRID * [1.0, 0.3]])
+def test_hats_of_a_patch_are_not_negative_and_give_back_linear_slips(places):
+    surface = surface_of(on_places(places))
+    P = hat_functions(surface, spread_knots(surface, 2 * surface.spacing))
+    assert (P >= 0).all()
+    assert np.allclose(P.sum(axis=1), 1.0, rtol=1e-12)
+    inside = ~surface.edge & (np.abs(places - places.mean(axis=0)).max(axis=1) < np.ptp(places) / 4)
+    slope = places @ np.array([0.3, -1.1])
+    assert np.allclose((P @ slope[P.argmax(axis=0)])[inside], slope[inside], atol=1e-6)
+
+
+def test_the_rim_of_a_patch_is_that_of_its_outline_and_of_its_hole():
+    outline = (GRID % [6, 4] == 0).any(axis=1)
+    assert (surface_of(on_places(GRID)).edge == outline).all()
+    wide = np.stack(np.meshgrid(*2 * [np.arange(9.0)], indexing="ij"), axis=-1).reshape(-1, 2)
+    far = np.abs(wide - 4)
+    ring = (far.max(axis=1) == 2) & (far.min(axis=1) < 2)  # but its corners, which see no wide sector
+    kept, outline = far.max(axis=1) > 1, far.max(axis=1) == 4
+    assert (surface_of(on_places(wide[kept])).edge == (outline | ring)[kept]).all()
+
+
+def test_faces_say_where_the_rim_is():
+    flange = shakedown.example("bolted-flange")
+    assert np.array_equal(surface_of(flange).edge, surface_of(replace(flange, faces=None)).edge)
+
+
+def test_two_patches_that_face_each_other_share_no_hat():
+    upper = np.column_stack([GRID, np.full(len(GRID), 0.2)])
+    both = np.vstack([np.column_stack([GRID, np.zeros(len(GRID))]), upper])
+    normal = np.repeat([[0.0, 0, 1], [0, 0, -1]], len(GRID), axis=0)
+    surface = surface_of(on_places(both, normal))
+    assert [len(part) for part in surface.parts] == [35, 35]
+    knots = spread_knots(surface, np.full(70, 2.0))
+    P = hat_functions(surface, knots)
+    assert not P[:35, knots >= 35].any()
+    assert not P[35:, knots < 35].any()
+
+
+def test_hats_follow_a_curved_surface():
+    places, normal = cylinder()
+    surface = surface_of(on_places(places, normal))
+    assert len(surface.parts) == 1
+    arc = 4 * np.arctan2(places[:, 1], places[:, 0])
+    knots = spread_knots(surface, np.full(len(places), 1.9))
+    P = hat_functions(surface, knots)
+    middle = ~surface.edge & (arc > 2) & (arc < 4.2)
+    assert np.allclose((P @ arc[knots])[middle], arc[middle], atol=0.06)
+
+
+def test_slips_are_carried_along_where_the_tangents_turn():
+    joint = on_places(GRID)
+    angle = np.random.default_rng(2).uniform(0, 6, joint.n)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]).transpose(2, 0, 1)
+    flat = np.pad(np.broadcast_to(np.eye(2), (joint.n, 2, 2)), ((0, 0), (0, 0), (0, 1)))
+    T = np.zeros((2 * joint.n, 2 * joint.n))
+    for i in range(joint.n):
+        T[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = turn[i]
+    turned = replace(joint, tangents=turn @ flat, A=T @ joint.A @ T.T, B=joint.B @ T.T, q_w=joint.q_w @ T.T)
+    one, other = (shakedown.upper_bound(averaged(each, 2.0)) for each in (joint, turned))
+    assert one.load_factor == pytest.approx(other.load_factor, rel=1e-7)
+
+
+def test_an_initial_slip_between_knots_stays_what_it_is():
+    block = shakedown.example("block-9")
+    P = hat_functions(surface_of(block), np.arange(0, 9, 2))
+    slip = np.array([1.0, -2.0, 0.5, 3.0, 1.5]) * 1e-4
+    given = averaged(replace(block, initial_slip=P @ slip), 0.5)
+    assert np.allclose(given.initial_slip[0], slip, rtol=1e-9)
+    rough = replace(block, initial_slip=np.arange(9.0) % 2)
+    assert np.allclose(
+        averaged(rough, 0.5).A @ averaged(rough, 0.5).initial_slip[0], P.T @ block.A @ rough.initial_slip[0]
+    )
+
+
+def test_units_do_not_matter():
+    joint = on_places(GRID)
+    other = replace(in_units(joint, 2.0**20, 2.0**-30), x=joint.x * 2.0**-30)
+    one, again = averaged(joint, 2.0), averaged(other, 2.0 * 2.0**-30)
+    assert np.allclose(again.A, one.A * 2.0**50, rtol=1e-9)
+    assert coarsened(joint).n == coarsened(other).n
+
+
+@pytest.mark.parametrize("radius", [0.0, -1.0, np.inf, np.nan])
+def test_a_radius_is_a_length(radius):
+    with pytest.raises(UsageError, match="radius: expected a length above 0"):
+        averaged(shakedown.example("block-9"), radius)
+
+
+def test_a_joint_has_to_know_where_its_nodes_are():
+    with pytest.raises(UsageError, match="expected positions x"):
+        averaged(shakedown.example("two-node"), 1.0)
+    assert coarsened(replace(shakedown.example("block-9"), x=np.zeros(9))) is None

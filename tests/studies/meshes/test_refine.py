@@ -1,0 +1,118 @@
+"""Which numbers converge with the mesh: verdicts of known sequences, tables, runs that are killed."""
+
+import numpy as np
+import pytest
+from command import document, run
+
+import shakedown
+from benchmarks.refinement import block_on_plane
+from shakedown import UsageError, plot
+from shakedown.studies.meshes import refine as module
+from shakedown.studies.meshes.refined import COLUMNS
+from shakedown.studies.meshes.verdict import trend
+
+H = 2.0 ** -np.arange(5)
+UNEVEN = np.array([1.0, 0.8, 0.41, 0.3])
+
+
+@pytest.mark.parametrize("h", [H, UNEVEN])
+@pytest.mark.parametrize(("order", "share"), [(0.6, -0.1), (1.0, 0.2), (2.0, -0.5), (4.0, 1.0)])
+def test_what_converges_has_its_limit_and_order(h, order, share):
+    found = trend(h, 7.0 * (1 + share * h**order))
+    assert found.verdict == "converges"
+    assert found.limit == pytest.approx(7.0, rel=1e-6)
+    assert np.isnan(found.order) or found.order == pytest.approx(order, rel=1e-5)
+
+
+@pytest.mark.parametrize("power", [0.02, 0.1, 0.24, 0.5, 0.9, 1.5])
+def test_a_power_of_the_element_size_has_no_limit(power):
+    for h in (H, UNEVEN):
+        fallen, grown = trend(h, 3.0 * h**power), trend(h, 3.0 * h**-power)
+        assert (fallen.verdict, grown.verdict) == ("falls", "grows")
+        assert fallen.order == pytest.approx(power) == -grown.order
+        assert np.isnan([fallen.limit, grown.limit]).all()
+
+
+def test_what_changes_by_a_constant_amount_falls_to_zero():
+    assert trend(H, np.array([3.0, 2.3, 1.6, 0.9, 0.2])).verdict == "falls"
+    assert trend(H, np.array([3.0, 2.1, 1.2, 0.3, 0.0])).verdict == "falls"
+
+
+def test_too_little_to_tell():
+    assert trend(H[:2], np.array([1.0, 0.9])).verdict == "undecided"
+    assert trend(H, np.array([1, 1, 1, np.inf, np.inf])).verdict == "undecided"
+    assert trend(H, np.array([1, 1.2, 1.0, 1.2, 1.0])).verdict == "undecided"
+    assert trend(H[:3], np.zeros(3)).limit == 0.0
+
+
+def by_dozen(size):
+    return block_on_plane(2 * size, 0.2)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return shakedown.refine(by_dozen, [2, 4, 8], radius=0.5, load_factor=2.0)
+
+
+def test_the_block_below_the_critical_friction(found):
+    table = found.table()
+    assert list(table) == ["size", "nodes", *COLUMNS]
+    assert table["nodes"].tolist() == [5, 9, 17]
+    assert found.verdict["impossible_above"] == "falls"
+    assert 0.084 < found.order["impossible_above"] < 0.13  # from above: Williams
+    assert found.verdict["averaged_impossible_above"] == "converges"
+    assert table["averaged_impossible_above"][0] == table["impossible_above"][0]
+    assert found.to_frame().shape == (3, 8)
+    assert set(found.to_dict()) == {"load_factor", "radius", "table", "verdict", "limit", "order"}
+    assert plot.refinement(found).get_ylim()[0] == 0.0
+
+
+def test_a_killed_run_goes_on_where_it_was(found, tmp_path, monkeypatch):
+    output, real, done = tmp_path / "t.csv", module.mesh_row, []
+
+    def killed(problem, *rest):
+        if len(done) == 1:
+            raise KeyboardInterrupt
+        done.append(problem.n)
+        return real(problem, *rest)
+
+    monkeypatch.setattr(module, "mesh_row", killed)
+    small = {5: by_dozen(2), 9: by_dozen(4)}
+    with pytest.raises(KeyboardInterrupt):
+        shakedown.refine(small, [5, 9], output=output)
+    assert (tmp_path / "t.csv.partial").exists()
+    monkeypatch.setattr(
+        module, "mesh_row", lambda problem, *rest: done.append(problem.n) or real(problem, *rest)
+    )
+    again = shakedown.refine(small, [5, 9], output=output, resume=True)
+    assert done == [5, 9]
+    assert np.array_equal(again.numbers["impossible_above"], found.numbers["impossible_above"][:2])
+    assert output.read_text().startswith("size,nodes,impossible_above,")
+    assert not (tmp_path / "t.csv.partial").exists()
+
+
+def test_the_command_says_the_same(found, tmp_path):
+    paths = [str(tmp_path / f"{size}.npz") for size in (2, 4)]
+    for path, size in zip(paths, (2, 4), strict=True):
+        shakedown.save_problem(path, by_dozen(size))
+    words = ("refine", *paths, "--average", "0.5", "--load-factor", "2")
+    told = document(*words)
+    for name in COLUMNS:
+        assert told["table"][name] == found.numbers[name][:2].tolist()
+    code, out, _ = run(*words, "--picture", str(tmp_path / "p.png"))
+    assert code == 0
+    assert "undecided" in out
+    assert max(map(len, out.splitlines())) <= 80
+    assert run("refine", *reversed(paths))[::2] == (
+        2,
+        "shakedown-bounds: sizes: expected meshes of one joint, the coarsest first, found [9, 5] contact nodes\n",
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [({"sizes": []}, "sizes"), ({"radius": -1.0}, "radius"), ({"load_factor": -1.0}, "load factor")],
+)
+def test_bad_words_are_refused(words, said):
+    with pytest.raises(UsageError, match=said):
+        shakedown.refine(**{"make": by_dozen, "sizes": [2]} | words)
