@@ -64,7 +64,7 @@ def in_range(key: str, array: NDArray[np.float64]) -> NDArray[np.float64]:
     array([2., 0.])
     """
     sizes = np.abs(array)
-    largest = float(np.nanmax(sizes, initial=0.0))
+    largest = float(np.fmax.reduce(sizes, axis=None, initial=0.0))  # what is not a number is none
     if largest and not SMALLEST <= largest <= LARGEST:
         raise ProblemError(
             f"key '{key}': expected the largest magnitude to be 0 or between {SMALLEST:g} and {LARGEST:g}, "
