@@ -235,7 +235,15 @@ class ElasticBody:
 
     def facet_basis(self, boundary: str) -> FacetBasis:
         """scikit-fem's basis on a named boundary, for loads."""
-        return FacetBasis(self.mesh, self.element, facets=self.facets(boundary))
+        if boundary not in self._facet_bases:
+            facets = self.facets(boundary)
+            self._facet_bases[boundary] = FacetBasis(self.mesh, self.element, facets=facets)
+        return self._facet_bases[boundary]
+
+    @cached_property
+    def _facet_bases(self) -> dict[str, FacetBasis]:
+        """Those that have been asked for: loads, normals and areas of a boundary share one."""
+        return {}
 
     def rows_on(self, boundary: str, direction: int) -> IntArray:
         """Rows of K of all nodes on a named boundary in one direction (1, 2, 3)."""
