@@ -114,6 +114,13 @@ def pytest_collection_modifyitems(items):
     )
 
 
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish():
+    """What was never closed is looked for once among all objects: pytest does so five times at its end."""
+    gc.collect()
+    gc.freeze()
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _compiled_once(request, tmp_path_factory):
     """Workers wait for each other's compiled code and read it, instead of compiling the same at the same time."""
