@@ -7,7 +7,7 @@ from hostile.damaged_npz import HEADERS, damaged_bytes, damaged_npz, npy, with_h
 import shakedown
 from shakedown import Problem, ProblemError
 
-FEW = 200
+FEW = 100
 
 
 JOINTS = ("two-node", "two-node-3d")

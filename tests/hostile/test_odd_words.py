@@ -7,7 +7,7 @@ from hostile.campaign import judge, numbers
 
 import shakedown
 
-FEW = 100
+FEW = 60
 COMMANDS = ["solve", "critical", "simulate", "simulate", "example", "import", "verify"]
 OPTIONS = {
     "solve": ["--json", "-q", "--quick", "--open", "--initial", "--distance", "--require"],

@@ -66,7 +66,7 @@ def test_the_same_joint_in_other_words(law):
         rng = np.random.default_rng([32, number])
         kinds = [kind for kind in SPACE if kind != "still"]  # turned, it changes by round-off
         kind = kinds[(5 * number + list(SAME_IN_SPACE).index(law)) % len(kinds)]
-        problem = space_joint(rng, kind, most=4)
+        problem = space_joint(rng, kind, most=3)
         with named(number, (law, kind)):
             (words, one), (other_words, two) = said(problem), said(SAME_IN_SPACE[law](problem, rng))
             if law != "other_labels":

@@ -188,7 +188,7 @@ def arrays_in(value, seen):
 @pytest.mark.parametrize("name", RESULTS)
 def test_no_array_in_it_can_be_written(name):
     result = made(name)
-    for one in (result, copy.copy(result), copy.deepcopy(result), pickle.loads(pickle.dumps(result))):
+    for one in (result, copy.deepcopy(result), pickle.loads(pickle.dumps(result))):
         assert not [array.shape for array in arrays_in(one, {}) if array.flags.writeable]
 
 

@@ -230,7 +230,7 @@ def test_units_do_not_matter(name, force, length):
 
 
 def test_a_run_of_a_verification_and_a_simulation_are_taken():
-    problem = shakedown.example("press-fit")
+    problem = shakedown.example("one-node")
     verification = shakedown.verify(problem, random_states=0)
     run = verification.as_given
     assert node_results(run) == node_results(run.simulation) == node_results(run.simulation.settled)

@@ -1,6 +1,5 @@
 """The rate problem by three methods: pivoting, complete enumeration, Lemke's method."""
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,6 +7,7 @@ from hypothesis import strategies as st
 from motion.plane.lemke import lemke, rates_by_lemke
 
 from shakedown.ground.contact_status import OPEN, STICK
+from shakedown.ground.named_state import entered
 from shakedown.motion.plane.active_set import active_set, factorize, solve
 from shakedown.motion.plane.rate_problem import (
     AIR,
@@ -23,7 +23,7 @@ from shakedown.motion.plane.rate_search import enumerate_states, take_wanted
 TOLERANCE = 1e-12
 
 
-@numba.njit
+@entered
 def pivot(act, rate, tolerance):
     """Pivoting alone, which compiled loops call."""
     return solve_rates(act, rate, tolerance, False)

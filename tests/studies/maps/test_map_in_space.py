@@ -81,8 +81,7 @@ def test_units_do_not_matter(found):
     other = in_units(JOINT, 2.0**9, 2.0**-7)
     same = shakedown.initial_state_map(other, found.load_factor, states=8)
     np.testing.assert_array_equal(same.outcome, found.outcome)
-    counts = [[cycle.count for cycle in each.limit_cycles] for each in (same, found)]
-    assert counts[0] == counts[1]
+    assert [each.count for each in same.limit_cycles] == [each.count for each in found.limit_cycles]
 
 
 def test_states_that_end_on_one_cycle_are_one():
