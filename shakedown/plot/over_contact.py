@@ -17,7 +17,7 @@ from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
-from shakedown.joint.arguments import checked, real_array, require_plane
+from shakedown.joint.arguments import checked, real_array, require_plane, require_problem
 from shakedown.joint.contact_surface import flanks
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
@@ -59,9 +59,12 @@ def pressure(
     *,
     cycles: Sequence[float] | None = None,
     node_area: FloatArray | None = None,
+    patch: int = 0,
     ax: Axes | None = None,
 ) -> Axes:
     """Normal reactions along the contact, at chosen instants; pressures where node areas are known.
+
+    With two tangential directions :func:`pressure_over_patch` draws one instant.
 
     Parameters
     ----------
@@ -70,16 +73,18 @@ def pressure(
     problem
         The joint: positions and units.
     cycles
-        Times in cycles; by default when the total is largest and when it is smallest.
+        Times in cycles, over a patch one; by default when the total is largest and when it is smallest.
     node_area : (n,), optional
         Area of each node [length²]: reactions are divided by it. By default the problem's own.
+    patch
+        With two directions the part of the contact that is drawn.
     ax
         Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Raises
     ------
     UsageError
-        If no events were recorded.
+        If no events were recorded, or over a patch more than one time is asked for.
 
     Examples
     --------
@@ -89,7 +94,12 @@ def pressure(
     >>> plot.pressure(shakedown.long_term_state(block, 1.0), block).get_ylabel()
     'normal reaction p [N]'
     """
-    require_plane("picture", problem)
+    require_problem(problem)
+    if problem.directions > 1:
+        if cycles is not None and len(cycles) != 1:
+            raise UsageError(f"cycles: expected one time (a picture of a patch), found {len(cycles)}")
+        cycle = None if cycles is None else cycles[0]
+        return pressure_over_patch(result, problem, cycle, node_area=node_area, patch=patch, ax=ax)
     path = path_of(result)
     rows = _rows(path, cycles)
     values, label = normal_reactions("normal reaction p", path.p[rows], problem, node_area)

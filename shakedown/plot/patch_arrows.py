@@ -21,7 +21,7 @@ from shakedown.plot.patch_places import Places, numbered, patch_axes, places_of,
 from shakedown.plot.style import BLUE, GREY, RED, Style, draw_arrows, finished, style_of
 
 MOST_DISCS = 120  # nodes; of more of them arrows alone are drawn, and these a little longer
-MOST_LOOPS = 80  # nodes whose loads are drawn, evenly taken
+MOST_LOOPS = 80  # nodes whose loads are drawn, evenly spread
 DISC, LONG = 0.47, 0.9  # of the distance of two nodes: radius of a disc, or of a loop, and an arrow
 SEEN = 0.08  # of the size of the patch: the longest arrow
 ROOM = 0.6  # about the outer nodes, of that distance
@@ -164,7 +164,7 @@ def loads_over_patch(
     n = len(places.points)
     fewer = max(n / MOST_LOOPS, 1.0)  # so many times as much room has each
     scale, axes = DISC / LONG * np.sqrt(fewer) * _scale(places, sizes), _axes(places, ax)
-    chosen = np.unique(np.linspace(0, n - 1, min(n, MOST_LOOPS)).round().astype(int))
+    chosen = _spread(places.points, MOST_LOOPS)
     axes.scatter(places.points[:, 0], places.points[:, 1], s=3.0, color=GREY, lw=0)
     _arrows(axes, places.points[chosen], scale * places.seen(mean)[chosen], BLUE, "mean q_w")
     ways = places.points + scale * places.seen(loop)
@@ -300,6 +300,17 @@ def _axes(places: Places, ax: Axes | None, room: float | None = None) -> Axes:
     axes = patch_axes(places, ax, ROOM * places.room if room is None else room)
     axes.set_axisbelow(True)
     return axes
+
+
+def _spread(points: FloatArray, most: int) -> NDArray[np.intp]:
+    """So many of the points, each next the one farthest from all before; all where there are no more."""
+    if len(points) <= most:
+        return np.arange(len(points))
+    chosen, apart = [0], np.full(len(points), np.inf)
+    while len(chosen) < most:
+        apart = np.minimum(apart, np.linalg.norm(points - points[chosen[-1]], axis=1))
+        chosen.append(int(apart.argmax()))
+    return np.sort(chosen)
 
 
 def _reach(places: Places) -> float:

@@ -108,6 +108,15 @@ def test_without_places_numbers_stand_over_those_of_the_nodes(cyclic):
     assert axes.child_axes[0].get_ylabel() == "pressure [MPa]"
 
 
+def test_pressure_of_a_joint_in_space_is_that_over_the_patch(cyclic):
+    time = float(cyclic.history.cycle[3])
+    drawn, same = plot.pressure(cyclic, JOINT, cycles=[time]), plot.pressure_over_patch(cyclic, JOINT, time)
+    assert drawn.get_title() == same.get_title()
+    assert drawn.child_axes[0].get_ylabel() == "pressure [MPa]"
+    with pytest.raises(UsageError, match=r"cycles: expected one time \(a picture of a patch\), found 2"):
+        plot.pressure(cyclic, JOINT, cycles=[0.0, 0.5])
+
+
 def test_zones_are_counted_as_the_path_has_them(cyclic):
     for time in cyclic.history.cycle[[0, 10, 30]]:
         state = cyclic.history.at(np.array([time])).state[0]
