@@ -30,6 +30,7 @@ STUDIES: tuple[str, ...] = (
     "collapse_adversary",
     "complete_contact",
     "constants",
+    "damping",
     "energy_adversary",
     "energy_bounds",
     "enumeration",

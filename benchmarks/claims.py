@@ -5,7 +5,7 @@ import statistics
 import sys
 from pathlib import Path
 
-from benchmarks import blade_root, bolted_flange, headline, lap_joint, rolled_sphere, space_classical
+from benchmarks import blade_root, bolted_flange, damping, headline, lap_joint, rolled_sphere, space_classical
 from benchmarks.calculix_contact import is_compared, verdict
 from benchmarks.friction_work import exponent
 from benchmarks.runner import RESULTS
@@ -41,6 +41,7 @@ def lines() -> list[str]:
         *_blade_root(),
         *_space_classical(),
         *_rolled_sphere(),
+        *_damping(),
         *_long_term(),
         *_stability(),
     ]
@@ -386,6 +387,26 @@ def _space_classical() -> list[str]:
         f"classical solution is not exact, displacement and dissipation differ from it by {moved:.1g} and {work:.1g} % more than the mesh "
         f"does, directions by {max(space_classical.spread(others[-1], key) for key in space_classical.QUANTITIES):.0e} on {others[-1]['n']} "
         "patches (`space_classical`)."
+    ]
+
+
+def _damping() -> list[str]:
+    found = rows("damping")
+    bar, sphere, areas = (damping.of_part(found, part) for part in ("bar", "sphere", "betti"))
+    (row,), (rule,), (cost,) = (damping.of_part(found, part) for part in ("row", "rule", "cost"))
+    wrong = [masing / exact - 1 for masing, exact in zip(rule["masing"], rule["exact"], strict=True)]
+    steps, fewest = (
+        rule["steps"],
+        [abs(d / e - 1) for d, e in zip(rule["steps"][0]["dissipation"], rule["exact"], strict=True)],
+    )
+    return [
+        f"Damping over amplitude: a row of {row['n']} Jenkins elements to {max(row['errors']):.0e}, a bar on a frictional foundation "
+        f"with D ∝ F^{bar[-1]['power']:.3f} and an error of {bar[-1]['errors'][1]:.0e} with {bar[-1]['n']} elements (order {damping.order(bar, 1):.1f}), "
+        f"Cattaneo and Mindlin to {sphere[-1]['errors'][1]:.0e} on {sphere[-1]['patches']} patches; the loops of the loads have the area that "
+        f"friction takes to {max(r['errors'][0] for r in areas):.0e} on {sum(r['n'] for r in areas)} random joints, in the plane and in space. Where "
+        f"slip and pressure are coupled Masing's rule is {100 * min(wrong):.0f} to {100 * max(wrong):,.0f} % too high (a block, from near gross slip down to "
+        f"its limit), {steps[0]['parts']} load steps are off by up to {100 * max(fewest):.1f} % in {steps[0]['seconds'] / rule['exact_seconds']:.1f} times the time of "
+        f"the exact amplitude. {cost['nodes']} nodes and 20 amplitudes take {cost['curve']:.0f} s (`damping`)."
     ]
 
 

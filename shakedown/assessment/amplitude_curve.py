@@ -37,7 +37,7 @@ class AmplitudePoint(NamedTuple):
     share
         Share of the nodes that slip in every period.
     slip, open_nodes
-        The state at the end of a period, where the next amplitude may begin.
+        The state at the first load step of a period, where the next amplitude may begin.
     """
 
     displacement: float

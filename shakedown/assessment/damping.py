@@ -65,9 +65,8 @@ def damping(
     """What a joint does over the amplitude of one of its loads: loop, dissipation, stiffness, damping.
 
     At every amplitude the exact long-term state is found, no fixed steps and no rule of Masing. Amplitudes
-    go upwards, and each begins from the slips at the end of the cycle before it, as a test that is driven up
-    does. Below the limit there is no friction damping, which is said to be proved where it is
-    (docs/damping.md).
+    go upwards, and each begins from the state before it, as a test that is driven up does. Below the limit
+    there is no friction damping, which is said to be proved where it is (docs/damping.md).
 
     Parameters
     ----------
@@ -161,40 +160,43 @@ class _Amplitudes:
     tolerances: Tolerances
 
     def __call__(self, number: int) -> bytes:
-        return self.point(self.values[number - len(self.values)], self.start, self.open_nodes).to_bytes()
+        amplitude = self.values[number - len(self.values)]
+        return self.point(self.loaded, amplitude, self.start, self.open_nodes).to_bytes()
 
     def rising(
         self, journal: Journal, progress: Callable[[int, int], None] | None, count: int
     ) -> list[AmplitudePoint]:
         """The amplitudes one after the other, as far as they are not recorded."""
         points: list[AmplitudePoint] = []
-        slip, opened = self.start, self.open_nodes
+        begun, after = (self.loaded, self.start, self.open_nodes), self.loaded.past_transient()
         for number, amplitude in enumerate(self.values):
             if number in journal.done() and self.fits(number, journal.piece(number)):
                 point = AmplitudePoint.from_bytes(journal.piece(number))
             else:
-                point = self.point(amplitude, slip, opened)
+                point = self.point(begun[0], amplitude, *begun[1:])
                 journal.add(number, point.to_bytes())
             points.append(point)
             if point.closes:
-                slip, opened = point.slip, tuple(point.open_nodes.tolist())
+                begun = after, point.slip, tuple(point.open_nodes.tolist())
             if progress is not None:
                 progress(number + 1, count)
         return points
 
-    def point(self, amplitude: float, slip: FloatArray, open_nodes: tuple[int, ...]) -> AmplitudePoint:
+    def point(
+        self, loaded: LoadedJoint, amplitude: float, slip: FloatArray, open_nodes: tuple[int, ...]
+    ) -> AmplitudePoint:
         """What becomes of the joint at one amplitude from one state."""
-        problem, load_factor = self.loaded.at(float(amplitude))
-        state = long_term_state(
-            problem,
-            load_factor,
-            slip,
-            open_nodes=open_nodes,
-            max_cycles=self.max_cycles,
-            tolerances=self.tolerances,
-        )
+        problem, load_factor = loaded.at(float(amplitude))
+        settings: dict[str, Any] = {"max_cycles": self.max_cycles, "tolerances": self.tolerances}
+        try:
+            state = long_term_state(problem, load_factor, slip, open_nodes=open_nodes, **settings)
+        except UsageError:
+            if open_nodes == self.open_nodes:
+                raise
+            state = long_term_state(problem, load_factor, slip, **settings)  # those open before would overlap
         closes = state.period > 0 and state.outcome != Outcome.RATCHETTING
         rests = state.outcome == Outcome.SHAKEDOWN
+        start = state.history.at(np.ceil(state.history.cycle[:1])) if closes else state.history
         slips = state.slip_per_cycle > self.tolerances.periodicity * np.abs(state.final_slip).max()
         return AmplitudePoint(
             displacement=self._displacement(problem, state) if closes else nan,
@@ -202,8 +204,8 @@ class _Amplitudes:
             outcome=str(state.outcome),
             proved=state.proved,
             share=0.0 if rests else float(slips.mean()) if state.period else nan,
-            slip=state.final_slip,
-            open_nodes=np.flatnonzero(state.goal.contact == OPEN),
+            slip=start.v[0] if closes else state.final_slip,
+            open_nodes=np.flatnonzero(start.state[0] == OPEN) if closes else np.zeros(0, dtype=np.int64),
         )
 
     def _displacement(self, problem: Problem, state: LongTermState) -> float:

@@ -41,6 +41,12 @@ class LoadedJoint:
         q_mean, p_mean = problem.layout.split(rest[0])
         return cls(problem, load, replace(problem, q_mean=q_mean, p_mean=p_mean))
 
+    def past_transient(self) -> "LoadedJoint":
+        """The joint that has been through its transient load steps already."""
+        if self.problem.q_transient is None:
+            return self
+        return self.of(replace(self.problem, q_transient=None, p_transient=None), self.load)
+
     def at(self, amplitude: float) -> tuple[Problem, float]:
         """The joint and the load factor at an amplitude."""
         if self.alone is not None:

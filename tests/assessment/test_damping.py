@@ -143,6 +143,24 @@ def test_the_start_decides_where_slip_and_pressure_are_coupled():
     assert curve.from_zero.dissipation[2] < 0.99 * curve.dissipation[2]
 
 
+def test_nodes_that_were_open_and_would_overlap_begin_closed():
+    """Ends of the block lift off at the crests; under the next first load they are closed again."""
+    wave = np.array([0.0, 1.0, 0.0, -1.0])
+    press, push = Pressure("top", 1.0, history=1.0), Force(boundary="top", value=(1.0, 0.0), history=wave)
+    body = ElasticBody(block_mesh(4.0, 1.0, 24, 8), Material(100.0, 0.3), loads=[press, push])
+    curve = damping(contact_problem(body, "bottom", 0.4), [1.35, 1.42, 1.5, 1.58], load="force")
+    assert set(curve.outcome) == {Outcome.CYCLIC_SLIP}
+    assert (np.diff(curve.dissipation) > 0).all()
+    assert (np.diff(curve.secant_stiffness) < 0).all()
+
+
+def test_a_transient_comes_before_the_first_amplitude_only():
+    """Driven up, the joint has been through its assembly; from the first state each amplitude goes through it."""
+    joint = jenkins(q_transient=[[3.0]], p_transient=[[2.0]])
+    curve = damping(joint, [0.2, 0.6], from_zero=True)
+    assert curve.outcome == curve.from_zero.outcome == (Outcome.SHAKEDOWN,) * 2
+
+
 def test_a_stopped_curve_goes_on_where_it_was(tmp_path, monkeypatch):
     """Killed after two amplitudes: the rest is done, not those, and the table is that of a run in one go."""
     F, path = [0.5, 1.5, 2.0, 3.0], tmp_path / "curve.csv"

@@ -26,6 +26,7 @@ PEERS = {
 FEWEST = {
     "bounds": [{"n": 10}],
     "complete_contact": [{"elements": 16}],
+    "damping": [{"part": "row"}, {"part": "betti", "kind": "plane"}],
     "enumeration": [{"n": 6}],
     "evolution": [{"scene": "two-node", "method": "gauss-seidel", "parts": 1}],
     "initial_states": [{"joint": "block-9"}],

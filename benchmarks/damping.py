@@ -1,0 +1,290 @@
+"""Loops, damping and stiffness over amplitude: closed forms, Betti's theorem, Masing's rule, fixed steps.
+
+- ``row``: Jenkins elements side by side on a bar, limits spread evenly (Iwan): exact sums, to round-off
+- ``bar``: a bar on a frictional foundation, pulled at its end (Menq; Gaul): D = 2 F³ / (3 EA τ)
+- ``sphere``: Cattaneo and Mindlin on discs of patches, displacement and dissipation of a cycle
+- ``betti``: random joints in the plane and in space, loads out of phase, nodes that open: areas of loops
+  against what the path dissipates
+- ``rule``: a block on a floor, where slip and pressure are coupled: Masing's rule on the first loading,
+  and Gauss-Seidel at fixed load steps, against the exact curve
+- ``cost``: 20 amplitudes of a block with 100 contact nodes
+"""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+import shakedown
+from benchmarks.bodies.sphere import disc_patches, sphere_contact, sphere_on_flat
+from shakedown import LoadCase, Problem, conjugate_displacement, damping
+from shakedown.fem import (
+    ElasticBody,
+    Force,
+    Material,
+    Pressure,
+    block_mesh,
+    contact_problem,
+    mean_half_space_compliance,
+)
+from shakedown.long_term.conjugate_displacement import load_loops
+from shakedown.motion.evolve import evolve
+from shakedown.report.text_table import table
+
+TITLE = "Damping over amplitude: closed forms, Masing's rule, fixed steps, cost"
+STEPS = 12
+KINDS = {
+    "plane": (3, 1, 3.0),
+    "plane, opening": (4, 1, 0.7),
+    "space": (2, 2, 3.0),
+    "space, opening": (3, 2, 0.7),
+}
+REACHES = (1.35, 1.38, 1.42, 1.46, 1.5, 1.54, 1.58)  # amplitudes: at rest up to 1.34, slides away at 1.6
+PARTS = (8, 32, 128, 512)  # load steps of a period
+
+
+def cases(short: bool) -> list[dict]:
+    rows = [{"part": "row", "n": 40}]
+    rows += [{"part": "bar", "n": n} for n in ((10, 20) if short else (10, 20, 40, 80, 160))]
+    rows += [{"part": "sphere", "n": rings} for rings in ((2, 3) if short else (3, 5, 8))]
+    rows += [{"part": "betti", "kind": kind, "n": 3 if short else 50} for kind in KINDS]
+    rows += [{"part": "rule", "n": 8 if short else 24}]
+    return [*rows, {"part": "cost", "n": 20 if short else 99}]
+
+
+def measure(case: dict) -> dict:
+    began = time.perf_counter(), time.process_time()
+    found = {"row": _row, "bar": _bar, "sphere": _sphere, "betti": _betti, "rule": _rule, "cost": _cost}
+    row = found[case["part"]](case)
+    return row | {"seconds": time.perf_counter() - began[0], "cpu": time.process_time() - began[1]}
+
+
+def _row(case: dict) -> dict:
+    """Elements of stiffness k and a limit each on a bar with a spring: X → F, 4 limit (X − limit/k)."""
+    n, ground = case["n"], 0.7
+    k, limits, X = np.full(n, 1.0 / n), np.linspace(0.02, 2.0, n) / n, np.geomspace(0.01, 10.0, 20)
+    total = k.sum() + ground
+    joint = Problem(
+        A=np.diag(k) - np.outer(k, k) / total, B=np.zeros((n, n)), f=1.0, p_w=np.tile(limits, (2, 1)),
+        q_w=np.outer([-1.0, 1.0], k / total), load_reactions=[np.append(-k / total, np.zeros(n))],
+        load_history=[[1.0], [-1.0]], load_compliance=[[1 / total]],
+    )  # fmt: skip
+    curve = damping(joint, ground * X + np.minimum(k * X[:, None], limits).sum(axis=1))
+    exact = (4 * limits * np.maximum(X[:, None] - limits / k, 0)).sum(axis=1)
+    return {"errors": [_apart(curve.displacement, X), _apart(curve.dissipation, exact)]}
+
+
+def _bar(case: dict) -> dict:
+    """EA = L = τ L = 1, n elements, friction τ per length: as far as slip reaches, F < τ L, D ∝ F³."""
+    n = case["n"]
+    h = 1.0 / n
+    A = (np.diag(np.r_[1.0, np.full(n - 1, 2.0), 1.0]) - np.eye(n + 1, k=1) - np.eye(n + 1, k=-1)) / h
+    share, end = h * np.r_[0.5, np.ones(n - 1), 0.5], np.r_[np.zeros(n), -1.0]
+    joint = Problem(
+        A=A, B=np.zeros((n + 1, n + 1)), f=1.0, q_w=np.outer([1.0, -1.0], end), p_w=np.tile(share, (2, 1)),
+        load_reactions=[np.append(end, np.zeros(n + 1))], load_history=[[1.0], [-1.0]],
+        load_compliance=[[0.0]],
+    )  # fmt: skip
+    F = np.linspace(0.1137, 0.8911, 17)  # no whole numbers of elements
+    curve = damping(joint, F)
+    slips = curve.dissipation > 0
+    power = np.polyfit(np.log(F[slips]), np.log(curve.dissipation[slips]), 1)[0]
+    errors = [_rms(curve.displacement, F**2 / 2), _rms(curve.dissipation, 2 * F**3 / 3)]
+    return {"errors": errors, "power": float(power)}
+
+
+def _sphere(case: dict) -> dict:
+    """Force of 0.3 to 0.9 f N on a sphere: displacement and dissipation of the cycle that it settles into."""
+    rings, f = case["n"], 0.5
+    joint = sphere_on_flat(rings, shear=1.0, f=f, poisson=0.0)
+    unit = -joint.q_w[3] / f
+    whole = 2 * mean_half_space_compliance(disc_patches(rings)[0], poisson=0.0)
+    along = np.arange(len(whole)).reshape(-1, 3)[:, :2].ravel()
+    welded = (whole[np.ix_(along, along)] @ -unit)[0::2].mean()
+    known = replace(
+        joint, load_reactions=[np.append(unit, np.zeros(joint.n))], load_compliance=[[welded]],
+        load_history=f * np.array([[0.0], [1.0], [0.0], [-1.0]]),
+    )  # fmt: skip
+    T = np.array([0.3, 0.45, 0.6, 0.75, 0.9])
+    curve, contact = damping(known, T), sphere_contact(f, 0.0)
+    exact = [[law(f * t) for t in T] for law in (contact.displacement, contact.dissipation)]
+    found = curve.displacement, curve.dissipation
+    errors = [_rms(one, np.array(other)) for one, other in zip(found, exact, strict=True)]
+    return {"patches": joint.n, "errors": errors}
+
+
+def _betti(case: dict) -> dict:
+    """The largest difference of loop areas and dissipation per cycle, over joints that cycle."""
+    n, d, press = KINDS[case["kind"]]
+    rng, errors, opened = np.random.default_rng(d * 10 + n), [], 0
+    while len(errors) < case["n"]:
+        joint = random_structure(rng, n, d, press)
+        state = shakedown.long_term_state(joint, 1.0)
+        if state.period and state.outcome != "ratchetting" and state.dissipation_per_cycle > 0:
+            area = load_loops(joint, state).areas.sum() / state.period
+            errors.append(float(abs(area / state.dissipation_per_cycle - 1)))
+            opened += bool(state.opened.any())
+    return {"errors": [max(errors), float(np.median(errors))], "opening": opened}
+
+
+def random_structure(rng: np.random.Generator, n: int, d: int, press: float) -> Problem:
+    """A random elastic body on n nodes under two forces and a displacement out of phase, and a pressure."""
+    size = (d + 1) * n + 5
+    root, t = rng.normal(size=(size, size)), np.arange(STEPS) / STEPS
+    dofs = [(i + 1, k + 1) for i in range(n) for k in range(d + 1)] + [(100 + i, 1) for i in range(5)]
+    waves = [np.sin(2 * np.pi * (t - rng.random())) * rng.uniform(1, 3) for _ in range(3)]
+    held, down, forces = np.eye(size)[-1], np.zeros(size), rng.normal(size=(2, size))
+    forces[:, -1] = 0.0
+    down[d : (d + 1) * n : d + 1] = -press
+    loads = [LoadCase(history=wave, force=force) for wave, force in zip(waves, forces, strict=False)]
+    loads += [LoadCase(history=0.5 * waves[2], displacement=held), LoadCase(history=1.0, force=down)]
+    return shakedown.condense(
+        root @ root.T / size + np.eye(size), dofs, range(1, n + 1), np.eye(d + 1)[d], loads, 0.3,
+        fixed=[size - 1], allow_sparse=True,
+    )  # fmt: skip
+
+
+def block(elements: int, steps: int) -> Problem:
+    """A block on a floor, pressed and pushed on top by a triangular force of so many load steps."""
+    wave = np.interp(np.arange(steps) / steps, [0.0, 0.25, 0.75, 1.0], [0.0, 1.0, -1.0, 0.0])
+    loads = [Pressure("top", 1.0, history=1.0), Force(boundary="top", value=(1.0, 0.0), history=wave)]
+    body = ElasticBody(
+        block_mesh(4.0, 1.0, elements, max(elements // 3, 2)), Material(100.0, 0.3), loads=loads
+    )
+    return contact_problem(body, "bottom", 0.4)
+
+
+def _rule(case: dict) -> dict:
+    """Exact curve; Masing's rule on the first loading; fixed load steps, their error and time."""
+    joint = block(case["n"], 4)
+    began = time.process_time()
+    curve = damping(joint, REACHES, load=1, from_zero=True).from_zero
+    assert curve is not None
+    exact_seconds = (time.process_time() - began) / (2 * len(REACHES))
+    steps = []
+    for parts in PARTS:
+        fine = block(case["n"], parts)
+        began = time.process_time()
+        found = [_stepped(fine, amplitude) for amplitude in REACHES]
+        seconds = (time.process_time() - began) / len(REACHES)
+        steps.append({"parts": parts, "seconds": seconds, "dissipation": found})
+    return {
+        "amplitudes": list(REACHES),
+        "exact": curve.dissipation.tolist(),
+        "loss": curve.loss_factor.tolist(),
+        "exact_seconds": exact_seconds,
+        "masing": [_masing(joint, amplitude) for amplitude in REACHES],
+        "steps": steps,
+    }
+
+
+def _stepped(joint: Problem, amplitude: float) -> float:
+    run = shakedown.simulate(joint, amplitude, method="gauss-seidel", cycles=200)
+    return float(run.dissipation_per_cycle)
+
+
+def _masing(joint: Problem, amplitude: float) -> float:
+    """8 ∫ F dx − 4 F X of the first loading, F and x counted from the preload."""
+    path = evolve(joint, amplitude, cycles=1).history
+    rising = (path.cycle >= 0) & (path.cycle <= 0.25)
+    moved, F = conjugate_displacement(joint, path)[rising, 1], 4.0 * amplitude * path.cycle[rising]
+    X = moved - moved[0]
+    return float(8 * (0.5 * (F[1:] + F[:-1]) * np.diff(X)).sum() - 4 * F[-1] * X[-1])
+
+
+def _cost(case: dict) -> dict:
+    joint = block(case["n"], 16)
+    began = time.perf_counter()
+    curve = damping(joint, np.linspace(0.08, 1.58, 20), load=1)
+    return {
+        "nodes": joint.n,
+        "curve": time.perf_counter() - began,
+        "damped": int((curve.dissipation > 0).sum()),
+    }
+
+
+def _apart(found: np.ndarray, exact: np.ndarray) -> float:
+    return float(np.abs(found / np.where(exact == 0, 1, exact) - (exact != 0)).max())
+
+
+def _rms(found: np.ndarray, exact: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.square(found - exact))) / np.max(exact))
+
+
+def order(rows: list[dict], which: int) -> float:
+    """Fitted order of an error over the number of elements (rings)."""
+    count, errors = [row["n"] for row in rows], [row["errors"][which] for row in rows]
+    return float(-np.polyfit(np.log(count), np.log(errors), 1)[0])
+
+
+def of_part(rows: list[dict], part: str) -> list[dict]:
+    return [row for row in rows if row["part"] == part]
+
+
+def tables(rows: list[dict]) -> str:
+    lines = []
+    for row in rows:
+        if "errors" in row:
+            errors = [f"{error:.1e}" for error in row["errors"]]
+            lines.append([row["part"], str(row.get("kind", row["n"])), *errors, f"{row['seconds']:.1f}"])
+    text = "Relative errors of displacement and dissipation; of betti: largest and median of the areas\n"
+    text += table(["part", "n", "displ.", "diss.", "s"], lines)
+    for part in ("bar", "sphere"):
+        if len(found := of_part(rows, part)) > 1:
+            text += f"\n{part}: orders {order(found, 0):.2f} and {order(found, 1):.2f}"
+            text += f", D ~ F^{found[-1]['power']:.3f}" if part == "bar" else ""
+    for row in of_part(rows, "rule"):
+        text += f"\n\nA block, departure from the exact dissipation\n{_departures(row)}"
+    for row in of_part(rows, "cost"):
+        text += f"\n\n{row['nodes']} nodes, 20 amplitudes ({row['damped']} damped): {row['curve']:.1f} s"
+    return text
+
+
+def _departures(row: dict) -> str:
+    steps, exact = row["steps"], row["exact"]
+    heads = ["amplitude", "exact D", "η", "Masing", *(f"{step['parts']} steps" for step in steps)]
+    body = [
+        [f"{a:g}", f"{exact[k]:.4g}", f"{row['loss'][k]:.3f}", _percent(row["masing"][k], exact[k]),
+         *(_percent(step["dissipation"][k], exact[k]) for step in steps)]
+        for k, a in enumerate(row["amplitudes"])
+    ]  # fmt: skip
+    times = [f"{seconds:.2g}" for seconds in (row["exact_seconds"], *(s["seconds"] for s in steps))]
+    return table(heads, [*body, ["s each", times[0], "", "", *times[1:]]])
+
+
+def _percent(found: float, exact: float) -> str:
+    return f"{100 * (found / exact - 1):+.1f} %" if exact else "-"
+
+
+def figures(rows: list[dict]) -> dict[str, Figure]:
+    figure = Figure(figsize=(9.0, 3.8), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for part, mark in (("bar", "o"), ("sphere", "s")):
+        found = of_part(rows, part)
+        for which, name in enumerate(("displacement", "dissipation")):
+            errors = [row["errors"][which] for row in found]
+            if errors:
+                left.loglog([row["n"] for row in found], errors, f"{mark}-", ms=4, label=f"{part}, {name}")
+    left.set(xlabel="elements of the bar, rings of the sphere", ylabel="relative error")
+    left.set_title("against closed forms")
+    for row in of_part(rows, "rule"):
+        _draw_departures(right, row)
+    right.set(xlabel="amplitude of the force", ylabel="relative error of dissipation")
+    right.set_title("a block on a floor")
+    for axes in (left, right):
+        axes.grid(alpha=0.3, which="both")
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(fontsize=8)
+    return {"damping": figure}
+
+
+def _draw_departures(axes: Axes, row: dict) -> None:
+    """By how much rule and steps miss the dissipation, where there is some."""
+    a, exact = np.array(row["amplitudes"]), np.array(row["exact"])
+    damped = exact > 0
+    lines = [("k^:", "Masing's rule", row["masing"])]
+    lines += [("o-", f"{step['parts']} load steps", step["dissipation"]) for step in row["steps"]]
+    for look, name, found in lines:
+        axes.semilogy(a[damped], np.abs(np.array(found)[damped] / exact[damped] - 1), look, ms=4, label=name)
