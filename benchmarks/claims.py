@@ -206,9 +206,12 @@ def _proofs() -> list[str]:
         f"of which {cycling} cycle (`universal_adversary`)."
     )
     space = {word: _in_space(word) for word in ("ball", "universal")}
+    slips = rows("accumulated_adversary")
+    beyond = sum(row["farther"] + row["relieved"] for row in slips)
     return [
         f"{told} In space: {space['ball']} against the ball, {space['universal']} against λ_U "
-        "(`space_ball_adversary`)."
+        f"(`space_ball_adversary`). Against λ_S, in the plane and in space: {beyond} of "
+        f"{sum(row['runs'] for row in slips):,} slip farther in all than is proved (`accumulated_adversary`)."
     ]
 
 
