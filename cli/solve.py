@@ -85,6 +85,11 @@ def load_factor_of(text: str) -> float | None:
     help="Also every limit with its evidence, and a table of the nodes.",
 )
 @click.option(
+    "--follow",
+    is_flag=True,
+    help="Also what is proved once its cycles are followed (simulates: seconds, the first time more).",
+)
+@click.option(
     "--require",
     "required",
     type=Requirement(),
@@ -103,6 +108,7 @@ def solve(
     distance: float,
     quick: bool,
     details: bool,
+    follow: bool,
     required: tuple[tuple[str, float], ...],
     open_nodes: tuple[int, ...] | Literal["auto"],
     average: float | None,
@@ -118,6 +124,8 @@ def solve(
         raise click.UsageError("--average: not with --quick, which leaves out what is proved")
     if quick and required:
         raise click.UsageError("--require: not with --quick, which leaves out what is proved")
+    if quick and follow:
+        raise click.UsageError("--follow: not with --quick, which simulates nothing")
     state = initial_state(problem, 0.0, initial)
     if quick:
         upper = shakedown.upper_bound(problem, open_nodes=open_nodes, certify=False)
@@ -141,9 +149,9 @@ def solve(
     if as_json:
         asked = {"required": [_asked(found, *each) for each in required]} if required else {}
         asked |= averaged_document(*between) if between else {}
-        echo_json(assessment_document(found, curve) | asked)
+        echo_json(assessment_document(found, curve, follow=follow) | asked)
     else:
-        say(solve_text(found, details))
+        say(solve_text(found, details=details, follow=follow))
         if between:
             say(paragraph(averaged_in_words(*between)))
         if details:

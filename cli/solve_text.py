@@ -19,7 +19,12 @@ from shakedown.report.assessment_words import (
 from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.friction_words import friction_in_words
 from shakedown.report.hint_words import doubts_in_words, hints_in_words
-from shakedown.report.limit_words import coupling_in_words, curve_in_words, sensitivities_in_words
+from shakedown.report.limit_words import (
+    coupling_in_words,
+    curve_in_words,
+    proved_by_following,
+    sensitivities_in_words,
+)
 from shakedown.report.next_words import decides_in_words, margin_of_bounds, next_in_words
 from shakedown.report.node_words import bound_columns, node_in_words, open_in_words
 from shakedown.report.zone_words import zone_in_words
@@ -60,12 +65,17 @@ def quick_text(
     return "\n".join([*lines, *table])
 
 
-def solve_text(found: shakedown.Assessment, details: bool) -> str:
-    """The three numbers, the margin, what decides, and the one thing to do next."""
+def solve_text(found: shakedown.Assessment, *, details: bool, follow: bool = False) -> str:
+    """The three numbers, the margin, what decides, and the one thing to do next.
+
+    Also what is proved once cycles are followed, where that is asked for.
+    """
     numbers = [
         (name, value, f"{loads}; {remark}" if loads else remark)
         for (name, value, remark), loads in zip(numbers_in_words(found), loads_of_numbers(found), strict=True)
     ]
+    if follow:
+        numbers.insert(2, proved_by_following(found.details))
     warned = [paragraph(text) for text in doubts_in_words(found.problem)]
     warned += [paragraph(f"Mesh: {text}") for text in [found.details.mesh.warning] if text]
     said = " ".join(filter(None, [said_as_given_in_words(found), margin_of_bounds(found)]))

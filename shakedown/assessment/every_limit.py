@@ -247,8 +247,8 @@ class JointLimits(Result):
         return FOUR_DIGITS if takes_long(self.problem) else SIX_DIGITS
 
     def note_what_is_known(self) -> None:
-        """Keep λ_max, λ_U, λ_E and λ_box for the states that are followed; nothing where nodes stay open."""
-        from shakedown.long_term.energy_proof import known_limits, note_bound, note_box
+        """Keep λ_max and what is proved for the states that are followed; nothing where nodes stay open."""
+        from shakedown.long_term.energy_proof import known_limits, note_bound, note_box, note_slip
         from shakedown.long_term.passage import Passage
 
         if self.open_nodes:
@@ -263,6 +263,8 @@ class JointLimits(Result):
             note_bound(begun(start=bound.initial_slip), bound)
         if box is not None:
             note_box(begun(start=box.initial_slip), box)
+        if "accumulated" in vars(self):
+            note_slip(begun(start=self.accumulated.initial_slip), self.accumulated)
 
     @cached_property
     def mesh(self) -> MeshCheck:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from math import nextafter
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,7 +20,7 @@ from shakedown.joint.arguments import checked, checked_initial_slip, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.energy_proof import BELOW as CERTAIN
-from shakedown.long_term.energy_proof import bound_of_start, box_of_start
+from shakedown.long_term.energy_proof import bound_of_start, box_of_start, slip_of_start
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.state import LongTermState
@@ -49,9 +49,9 @@ class TransientLimit(Result):
         It shakes down at ``low`` (λ_T) and not at ``high``; ``high`` is infinite
         where everything scanned shakes down, ``low`` NaN where nothing does.
     proved
-        The largest load factor at or below ``low`` at which shakedown was proved (the
-        motion comes into the energy ball); NaN where no proof was found. The proof is for
-        this load factor: of smaller ones it says nothing.
+        The largest load factor at or below ``low`` at which shakedown was proved (the motion comes
+        into an energy ball, or into a state from which its total slip is bounded); NaN where no proof was
+        found. The proof is for this load factor: of smaller ones it says nothing.
     cycling
         The smallest simulated load factor above ``low`` at which a long-term state
         other than shakedown was found: cyclic slip, ratchetting, or separation, where nodes
@@ -88,6 +88,16 @@ class TransientLimit(Result):
     at_proved: LongTermState | None
 
     @property
+    def followed(self) -> dict[str, Any]:
+        """What is proved once cycles are followed: at which load factor, after how many.
+
+        NaN and None where nothing is.
+        """
+        state = self.at_proved
+        cycles = None if state is None else state.proof_found.cycles
+        return {"load_factor": self.proved, "cycles": cycles, "proved": state is not None}
+
+    @property
     def interval(self) -> tuple[float, float]:
         """Next to λ_T: shakedown is proved *at* the first, a cycle was found at the second.
 
@@ -113,8 +123,8 @@ def transient_limit(
     Outcomes need not be monotone in λ. Therefore the range is scanned in equal
     steps and the last change from shakedown to another outcome is bisected, both
     with exact long-term states; everything simulated is reported. A little below the
-    limit the shakedown is then proved (:func:`energy_ball`), at that load factor: the nearer to
-    the limit, the later the motion comes into the ball. Of a load domain the corners are
+    limit the shakedown is then proved (:func:`energy_ball`, :func:`accumulated_bound` after some cycles), at
+    that load factor: the nearer to the limit, the more cycles it takes. Of a load domain the corners are
     followed in the order given, which is one path of many.
 
     With two tangential directions a state may be undecided after the cycles allowed: towards such a load
@@ -191,9 +201,9 @@ class _Histories:
         )
 
     def certain(self, top: float) -> list[float]:
-        """The load factors up to which λ_E and λ_box prove shakedown from the start, within the scan."""
+        """The load factors up to which shakedown is proved from the start, within the scan."""
         begun = Passage(self.problem, 0.0, self.tolerances, self.start, self.open_nodes)
-        bounds = (bound_of_start(begun), box_of_start(begun))
+        bounds = (bound_of_start(begun), box_of_start(begun), slip_of_start(begun))
         ends = [bound.load_factor for bound in bounds if not isinstance(bound, Missing)]
         return [nextafter(CERTAIN * end, 0.0) for end in ends if 0.0 < end < top]
 

@@ -135,6 +135,7 @@ class Verification(Result):
             "critical": None if limits.subsets is None else {"total": limits.subsets, **counted},
             "friction": present(limits.friction),
             "transient": self.transient,
+            "followed": None if self.transient is None else self.transient.followed,
             "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
             "guarantee_curve": self.curve,
             **({} if self.slip_limit is None else {"slip_criterion": self.slip_limit}),

@@ -247,6 +247,17 @@ def nodes_in_words(nodes: Sequence[int] | NDArray[np.intp], most: int = 8) -> st
     return f"node{'s' * (len(nodes) > 1)} {listed}"
 
 
+def count(number: int, noun: str) -> str:
+    """A number of things.
+
+    Examples
+    --------
+    >>> count(1, "node"), count(2, "node")
+    ('1 node', '2 nodes')
+    """
+    return f"{number} {noun}{'s' * (number != 1)}"
+
+
 def cycles_in_words(period: int) -> str:
     """A period after the word "every"."""
     return "cycle" if period == 1 else f"{period} cycles"

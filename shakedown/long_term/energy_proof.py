@@ -1,70 +1,61 @@
 """A verdict with proof: has the motion come into an energy ball, or into a box that it cannot leave?"""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from itertools import chain
+from dataclasses import dataclass, replace
 from math import inf, log, nan
-from typing import NamedTuple, TypeGuard
+from typing import TypeGuard
 
 import numpy as np
 
+from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound
 from shakedown.bounds.collapse.box_bound import BoxBound, box_bound, box_proves
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball, holding_ball
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
 from shakedown.bounds.methods import methods_of
 from shakedown.ground.blas_threads import on_one_thread
-from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, allowed, sought
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.limit_names import SYMBOLS
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
-from shakedown.long_term.passage import FirstCycles, Passage
-from shakedown.motion.method import cycles_of
+from shakedown.long_term.passage import Approach, Passage
+from shakedown.long_term.slip_proof import slip_proof
 
 
 @dataclass(frozen=True)
 class EnergyProof:
     """Whether shakedown is proved, and how far the final state may be off, as in :class:`LongTermState`.
 
-    NaN where a box proves it, of which no margin is worked out. ``best`` says that the margins are those
-    of the best ball that was found.
+    Attributes
+    ----------
+    proved
+        Whether it is.
+    margin, single_node_margin
+        NaN where no ball proves it: of the others no margin is worked out.
+    best
+        Whether these are those of the best ball that was found.
+    cycles
+        After how many cycles the motion is in the state that proves it; None where nothing does.
+    by
+        What proves it: ``"λ_E"`` (a ball, or the bound of its start), ``"λ_S"``, ``"λ_box"``.
+    further
+        By ``"λ_S"`` how far any node can slip in all from then on [length].
     """
 
     proved: bool
-    margin: float
-    single_node_margin: float
+    margin: float = nan
+    single_node_margin: float = nan
     best: bool = True
+    cycles: int | None = None
+    by: str = ""
+    further: float = nan
 
 
-class Approach(NamedTuple):
-    """How a motion comes to rest.
-
-    Attributes
-    ----------
-    final_slip : (n,)
-        Where [length].
-    open_nodes
-        The nodes that are open there, all others closed.
-    most
-        After how many cycles at most states are looked at.
-    contraction
-        Factor per cycle by which the distance shrinks in the end; NaN unknown.
-    first_cycles
-        The states after the first cycles, where they are kept.
-    """
-
-    final_slip: FloatArray
-    open_nodes: tuple[int, ...]
-    most: int
-    contraction: float = nan
-    first_cycles: FirstCycles | None = None
-
-
-NO_PROOF, WITHOUT_MARGIN = EnergyProof(False, nan, nan), EnergyProof(True, nan, nan)
+NO_PROOF = EnergyProof(False)
+ENERGY, BOX, SLIP = (SYMBOLS[word] for word in ("energy", "box", "accumulated"))
 ABOVE = 1.0 + DEFAULT.agreement  # of λ_max: more than it may be off
 NO_BOX = "boxes are of one tangential direction, all nodes closed"
 BELOW = 1.0 - NEGLIGIBLE  # of a load factor up to which something is proved: round-off of the bound
@@ -78,8 +69,9 @@ def energy_proof(passage: Passage, approach: Approach) -> EnergyProof:
     rest outside has never been inside, and one that comes to rest inside is there
     after finitely many cycles: the ball that holds the state at rest best is found, and
     the states that the motion really passes through are looked at until one is inside.
-    Where none is, the least box of the state at rest, which is inside those of the states before,
-    tells whether any of theirs can be a proof. In space any ball that holds the state comes first.
+    Where none is, the slip that is still to come is bounded, if it can be. Else the least box of the state at
+    rest, which is inside those of the states before, tells whether any of theirs can be a proof. In space any
+    ball that holds the state comes first.
 
     Parameters
     ----------
@@ -93,31 +85,45 @@ def energy_proof(passage: Passage, approach: Approach) -> EnergyProof:
         ball = _ball(passage, approach, best=best)
         if not isinstance(ball, EnergyBall):
             break
-        if comes_into(ball, passage, approach):
-            return _proof_of(ball, approach, best=best)
+        cycles = comes_into(ball, passage, approach)
+        if cycles is not None:
+            return replace(_proof_of(ball, approach, best=best), cycles=cycles)
     # A ball that holds the start holds the state at rest: λ_E is not worked out where none does.
     known = _key(passage) in _known_bounds(passage.problem)
     asked = best or ball is not None or known
     if asked and bound_proves(bound_of_start(passage), passage.load_factor):
-        return WITHOUT_MARGIN
-    if approach.open_nodes or "box" in methods.ABSENT:
-        return NO_PROOF
-    states = chain([approach.final_slip], slips_in_zone(passage, approach))
-    about = passage.load_factor, passage.tolerances
-    proofs = (sought(box_proves, passage.problem, slip, *about) for slip in states)
-    return WITHOUT_MARGIN if next(proofs) and any(proofs) else NO_PROOF
+        return EnergyProof(True, cycles=0, by=ENERGY)
+    slip = slip_proof(passage, approach)
+    if slip is not None:
+        return EnergyProof(True, cycles=slip.cycles, by=SLIP, further=slip.further)
+    return NO_PROOF if approach.open_nodes or "box" in methods.ABSENT else _box_proof(passage, approach)
+
+
+def _box_proof(passage: Passage, approach: Approach) -> EnergyProof:
+    """The proof by the least box about a state that the motion passes through."""
+
+    def proves(slip: FloatArray) -> bool:
+        found = sought(box_proves, passage.problem, slip, passage.load_factor, passage.tolerances)
+        return not isinstance(found, Missing) and bool(found)
+
+    if proves(approach.final_slip):
+        for state in passage.passed(approach.first_cycles, approach.most):
+            if not state.open_nodes and proves(state.slip):
+                return EnergyProof(True, cycles=state.cycles, by=BOX)
+    return NO_PROOF
 
 
 def with_margins(passage: Passage, approach: Approach) -> EnergyProof:
     """The proof by an energy ball with the margins of the ball that holds the state at rest best."""
     ball = on_one_thread(_ball)(passage, approach, best=True)
-    return _proof_of(ball, approach, best=True) if isinstance(ball, EnergyBall) else WITHOUT_MARGIN
+    return _proof_of(ball, approach, best=True) if isinstance(ball, EnergyBall) else EnergyProof(True)
 
 
 def proof_in(ball: EnergyBall, passage: Passage, approach: Approach) -> EnergyProof | None:
     """The proof by a given ball of the load factor; None where it proves nothing."""
     holds = ball.open_nodes == approach.open_nodes and bool(ball.contains(approach.final_slip))
-    return _proof_of(ball, approach, best=True) if holds and comes_into(ball, passage, approach) else None
+    cycles = comes_into(ball, passage, approach) if holds else None
+    return None if cycles is None else replace(_proof_of(ball, approach, best=True), cycles=cycles)
 
 
 def held_by_friction(problem: Problem, load_factor: float, slip: FloatArray) -> float:
@@ -145,23 +151,21 @@ def held_by_friction(problem: Problem, load_factor: float, slip: FloatArray) -> 
 
 def _proof_of(ball: EnergyBall, approach: Approach, *, best: bool) -> EnergyProof:
     slip = approach.final_slip
-    return EnergyProof(True, float(ball.margin(slip)), float(ball.single_node_margin(slip)), best)
+    return EnergyProof(True, float(ball.margin(slip)), float(ball.single_node_margin(slip)), best, by=ENERGY)
 
 
-def comes_into(ball: EnergyBall, passage: Passage, approach: Approach) -> bool:
-    """Whether the motion, which comes to rest in a ball, is seen to be in it after some cycle."""
-    first_cycles = approach.first_cycles
-    if first_cycles is None:
-        return any(ball.contains(slip) for slip in slips_in_zone(passage, approach))
-    zone = np.isin(np.arange(first_cycles.opened.shape[1]), approach.open_nodes)
-    slips = np.array([record.end_slip for record in first_cycles.records])
-    inside = ball.contains(slips) & (first_cycles.opened == zone).all(axis=1)
-    if inside.any():
-        return True
-    away = float(ball.distance(slips[-1])) - float(ball.distance(approach.final_slip))
-    if _cycles_left(away, float(ball.margin(approach.final_slip)), approach.contraction) > approach.most:
-        return False
-    return any(ball.contains(slip) for slip in slips_in_zone(passage, approach))
+def comes_into(ball: EnergyBall, passage: Passage, approach: Approach) -> int | None:
+    """After how many cycles the motion, which comes to rest in a ball, is seen to be in it; None if not."""
+    kept = 0 if approach.first_cycles is None else len(approach.first_cycles.records)
+    for state in passage.passed(approach.first_cycles, approach.most):
+        if state.open_nodes == approach.open_nodes and ball.contains(state.slip, off=state.error):
+            return state.cycles
+        if state.cycles == kept:
+            away = float(ball.distance(state.slip)) - float(ball.distance(approach.final_slip))
+            left = _cycles_left(away, float(ball.margin(approach.final_slip)), approach.contraction)
+            if left > approach.most:
+                return None
+    return None
 
 
 def _cycles_left(away: float, margin: float, contraction: float) -> float:
@@ -169,20 +173,6 @@ def _cycles_left(away: float, margin: float, contraction: float) -> float:
     if not away > margin or not contraction > 0.0:
         return 0.0
     return log(margin / away) / log(contraction) if contraction < 1.0 else inf
-
-
-def slips_in_zone(passage: Passage, approach: Approach) -> Iterator[FloatArray]:
-    """Slips after one cycle after the other, where exactly the open nodes are open.
-
-    Where the first cycles are kept, those after them.
-    """
-    first_cycles, done, motion = approach.first_cycles, 0, passage.motion()
-    if first_cycles is not None:
-        done = len(first_cycles.records)
-        motion = passage.motion_from(first_cycles.state, done)
-    for record in cycles_of(motion, max(approach.most - done, 0)):
-        if tuple(np.flatnonzero(motion.state.contact == OPEN).tolist()) == approach.open_nodes:
-            yield record.end_slip
 
 
 def _ball(passage: Passage, approach: Approach, *, best: bool) -> EnergyBall | Missing | None:
@@ -237,6 +227,22 @@ def box_of_start(begun: Passage) -> BoxBound | Missing:
 def note_box(begun: Passage, box: BoxBound) -> None:
     """Keep λ_box of a start that is known already."""
     _known_boxes(begun.problem).setdefault(_key(begun), box)
+
+
+def slip_of_start(begun: Passage) -> AccumulatedBound | Missing:
+    """λ_S of the start where it is known already."""
+    return _known_slips(begun.problem).get(_key(begun), Missing("not worked out"))
+
+
+def note_slip(begun: Passage, slip: AccumulatedBound) -> None:
+    """Keep λ_S of a start that is known already."""
+    _known_slips(begun.problem).setdefault(_key(begun), slip)
+
+
+@once_per_problem
+def _known_slips(problem: Problem) -> dict[object, AccumulatedBound]:
+    """The same of one problem by total slip."""
+    return {}
 
 
 @once_per_problem

@@ -1,6 +1,8 @@
 """Where a motion began, so that it can be followed again, and what the transient leaves of its start."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from math import nan
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +16,9 @@ from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.motion.cycle_record import CycleRecord, State
 from shakedown.motion.integrator import Evolution
+from shakedown.motion.method import cycles_of
+
+TWICE = 2.0  # the estimate of the error of a path, which may be off by as much
 
 
 class FirstCycles(NamedTuple):
@@ -32,6 +37,51 @@ class FirstCycles(NamedTuple):
     records: tuple[CycleRecord, ...]
     opened: NDArray[np.bool_]
     state: State
+
+
+class Approach(NamedTuple):
+    """How a motion comes to rest.
+
+    Attributes
+    ----------
+    final_slip : (n,)
+        Where [length].
+    open_nodes
+        The nodes that are open there, all others closed.
+    most
+        After how many cycles at most states are looked at.
+    contraction
+        Factor per cycle by which the distance shrinks in the end; NaN unknown.
+    first_cycles
+        The states after the first cycles, where they are kept.
+    """
+
+    final_slip: FloatArray
+    open_nodes: tuple[int, ...]
+    most: int
+    contraction: float = nan
+    first_cycles: FirstCycles | None = None
+
+
+class Passed(NamedTuple):
+    """A state between two cycles of a motion.
+
+    Attributes
+    ----------
+    cycles
+        After how many cycles.
+    slip : (n,)
+        The slip then [length].
+    open_nodes
+        The nodes that are open then.
+    error
+        How far every node may be off by then, twice what is estimated [length]; 0 of exact paths.
+    """
+
+    cycles: int
+    slip: FloatArray
+    open_nodes: tuple[int, ...]
+    error: float
 
 
 @dataclass(frozen=True)
@@ -66,6 +116,23 @@ class Passage:
         evolution.state = state
         evolution.enter_cycle(done)
         return evolution
+
+    def passed(self, first_cycles: FirstCycles | None, most: int) -> Iterator[Passed]:
+        """The states after one cycle after the other: those that are kept, then the others up to so many."""
+        done, error, motion = 0, 0.0, None
+        if first_cycles is not None:
+            for record, opened in zip(first_cycles.records, first_cycles.opened, strict=True):
+                done, error = done + 1, error + TWICE * record.error
+                yield Passed(done, record.end_slip, _numbers(opened), error)
+            motion = self.motion_from(first_cycles.state, done)
+        motion = motion or self.motion()
+        for record in cycles_of(motion, max(most - done, 0)):
+            done, error = done + 1, error + TWICE * record.error
+            yield Passed(done, record.end_slip, _numbers(motion.state.contact == OPEN), error)
+
+
+def _numbers(which: NDArray[np.bool_]) -> tuple[int, ...]:
+    return tuple(np.flatnonzero(which).tolist())
 
 
 def arrives_closed(

@@ -12,8 +12,8 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.energy_proof import NO_PROOF, Approach, EnergyProof, energy_proof, with_margins
-from shakedown.long_term.passage import FirstCycles, Passage
+from shakedown.long_term.energy_proof import NO_PROOF, EnergyProof, energy_proof, with_margins
+from shakedown.long_term.passage import Approach, FirstCycles, Passage
 from shakedown.motion.cycle_record import State, Stop
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.integrator import Evolution
@@ -207,10 +207,16 @@ class LongTermState(SettledState):
 
         It is where a state that the motion passed through after the transient, admissible and
         with exactly those nodes open that stay so, lies inside an energy ball of this load
-        factor (:func:`energy_ball`); or, with all nodes closed and a coupling ratio below 1, where no
-        limits of a node meet in the least box around it (:func:`box_bound`).
+        factor (:func:`energy_ball`); or, with all nodes closed, where the slip that is still to come is
+        bounded (:func:`accumulated_bound`), or with a coupling ratio below 1 no limits of a node meet in the
+        least box around it (:func:`box_bound`).
         """
         return self._proof.proved
+
+    @property
+    def proof_found(self) -> EnergyProof:
+        """What proves it, and after how many cycles; of its margins only whether they are known."""
+        return self._proof
 
     @property
     def energy_margin(self) -> float:

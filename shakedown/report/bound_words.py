@@ -26,6 +26,7 @@ NO_FIRST_COLLAPSE = (
     "With two tangential directions there is no first collapse λ_1: it needs the two opposite limits of a "
     "node, and in space the limit is a disc."
 )
+MUCH_LESS = 0.9  # than λ_E: λ_S says why
 
 
 def bounds_in_words(limits: JointLimits) -> list[str]:
@@ -225,7 +226,18 @@ def reservations_in_words(limits: JointLimits) -> list[str]:
             sentences.append(f"{name} is not certified: {bound.uncertified}.")
         if bound.reduced_accuracy:
             sentences.append(f"{name} has reduced accuracy (1e-7): limited by floating-point precision.")
-    return sentences
+    return sentences if limits.open_nodes else [*sentences, *_slip_bound_ends(limits)]
+
+
+def _slip_bound_ends(limits: JointLimits) -> Iterator[str]:
+    """Why λ_S proves nothing, or much less than λ_E."""
+    slip = limits.accumulated
+    where = f", at {node_in_words(limits.problem, slip.node)}" if slip.node >= 0 else ""
+    if slip.status in (Status.INFEASIBLE, Status.UNDECIDED):
+        yield f"λ_S proves nothing from this state: {slip.reason}{where}."
+    elif slip.load_factor < MUCH_LESS * limits.energy.load_factor:
+        ends = f"λ_S = {down(slip.load_factor)} is the end of what total slip proves"
+        yield f"{ends}: above it {slip.limited_because}{where}."
 
 
 def _missing(limits: JointLimits) -> Iterator[str]:

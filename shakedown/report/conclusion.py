@@ -1,6 +1,7 @@
 """The answer for the nominal load: its colour, what agrees with it, its limits of validity."""
 
 from shakedown.assessment.verify import Verification
+from shakedown.ground.shown_values import count
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.report.hint_words import LOAD_DOMAIN
@@ -61,17 +62,6 @@ def agreement_in_words(judged: int, runs: int) -> str:
         f"Prediction and time integration agree in all {judged} runs for which the bounds predict "
         f"an outcome ({runs} runs in all)."
     )
-
-
-def count(number: int, noun: str) -> str:
-    """A number of things.
-
-    Examples
-    --------
-    >>> count(1, "node"), count(2, "node")
-    ('1 node', '2 nodes')
-    """
-    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def _paths_in_words(problem: Problem, plane: bool) -> str:

@@ -16,13 +16,14 @@ from shakedown.files.atomic_write import atomic_write, atomic_write_together, ch
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
+from shakedown.ground.shown_values import count
 from shakedown.ground.visible_text import SUBSCRIPT, shortened, visible
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.report.answer_words import answer_in_words, margin_of_answer
 from shakedown.report.assessment_words import certain_in_words
 from shakedown.report.bound_words import bounds_in_words
-from shakedown.report.conclusion import banner_class, count, limits_in_words, verdict_in_words
+from shakedown.report.conclusion import banner_class, limits_in_words, verdict_in_words
 from shakedown.report.data_page import (
     configuration,
     friction,

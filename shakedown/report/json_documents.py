@@ -29,9 +29,12 @@ def _json_escape(character: str) -> str:
     return f"\\u{code:04x}" if code < 0x10000 else json.dumps(character)[1:-1]
 
 
-def assessment_document(found: "Assessment", curve: "GuaranteeCurve | Missing | None") -> dict[str, Any]:
+def assessment_document(
+    found: "Assessment", curve: "GuaranteeCurve | Missing | None", *, follow: bool = False
+) -> dict[str, Any]:
     """What ``shakedown-bounds solve --json`` writes."""
     limits, absent = found.details, found.details.absent
+    limit = present(limits.transient) if follow else None
     return plain(
         {
             "problem": found.problem,
@@ -47,6 +50,7 @@ def assessment_document(found: "Assessment", curve: "GuaranteeCurve | Missing | 
             "friction": limits.friction,
             "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
             "guarantee_curve": present(curve),
+            **({"followed": None if limit is None else limit.followed} if follow else {}),
             **({"missing": {word: each.reason for word, each in absent.items()}} if absent else {}),
         }
     )

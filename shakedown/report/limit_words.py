@@ -8,7 +8,8 @@ import numpy as np
 
 from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import DIGITS, certain_digits, down, few, up
+from shakedown.ground.shown_values import DIGITS, certain_digits, count, down, few, up
+from shakedown.report.assessment_words import beside_one
 from shakedown.report.node_words import node_in_words, open_in_words
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def transient_in_words(
     order = "" if limit.monotone else "; below it there are load factors at which it does not"
     proved = ""
     if np.isfinite(limit.proved):
-        proved = f"; once its cycles are followed, shakedown is proved at λ = {down(limit.proved)}"
+        proved = f"; {followed_in_words(limit)} shakedown is proved at λ = {down(limit.proved)}"
         if np.isfinite(limit.cycling):
             proved += f", {_found_above(limit)} at λ = {up(limit.cycling)}"
     if limit.at_high is not None and limit.at_high.outcome == "undecided":
@@ -95,6 +96,38 @@ def transient_in_words(
     return (
         f"{here} the joint shakes down up to λ_T = {transient_limit_as_text(limit)}{order}{proved} ({scan})."
     )
+
+
+def followed_in_words(limit: TransientLimit) -> str:
+    """After how many cycles of this history something is proved of it.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> followed_in_words(shakedown.transient_limit(shakedown.example("two-node"), accuracy=1e-4))
+    'after 1 cycle'
+    """
+    cycles = limit.followed["cycles"]
+    return f"after {count(cycles, 'cycle')}" if cycles else "from its start"
+
+
+def proved_by_following(limits: JointLimits) -> tuple[str, str, str]:
+    """(name, value, remark) of what is proved once the cycles of this history are followed.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> print(*proved_by_following(shakedown.assess(shakedown.example("block-9")).details), sep=" | ")
+    proved by following | λ = 4.702979 | at this λ, after 5 cycles
+    """
+    name, limit = "proved by following", limits.transient
+    if limit is None:
+        return name, "open", "there is no λ_max up to which to seek it"
+    if isinstance(limit, Missing):
+        return name, "open", limit.reason
+    if limit.at_proved is None:
+        return name, "none", "nowhere in this history"
+    return name, f"λ = {beside_one(limit.proved, down)}", f"at this λ, {followed_in_words(limit)}"
 
 
 def _found_above(limit: TransientLimit) -> str:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.ground.shown_values import FEW_DIGITS, down, up
+from shakedown.assessment.from_state import BOX, SLIP
+from shakedown.ground.shown_values import FEW_DIGITS, count, down, up
 from shakedown.ground.status import Outcome
 from shakedown.joint.units import units_of
 from shakedown.report.assessment_words import admissible_in_words, proved_up_to
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from shakedown.assessment.runs import Run
     from shakedown.bounds.every_state.universal_bound import UniversalBound
     from shakedown.joint.problem import Problem
+    from shakedown.long_term.energy_proof import EnergyProof
     from shakedown.long_term.simulation import Simulation
 
 SEPARATION = (
@@ -88,12 +90,30 @@ def _certainty(
     return f"{proved}. {margin_at_rest(state, unit, problem)}"
 
 
+def without_margin_in_words(proof: EnergyProof, unit: str) -> str:
+    """What proves shakedown where no energy ball does; without full stop.
+
+    Examples
+    --------
+    >>> from shakedown.long_term.energy_proof import EnergyProof
+    >>> without_margin_in_words(EnergyProof(True, cycles=2, by="λ_S", further=0.5), "mm")
+    'After 2 cycles no node can slip more than 0.5 mm in all, in whatever order the loads come'
+    """
+    if proof.by == BOX:
+        return "It keeps to a box of slips in which the limits of no node meet"
+    if proof.by == SLIP:
+        begins = f"After {count(proof.cycles, 'cycle')}" if proof.cycles else "From its start on"
+        most = f"{up(proof.further, FEW_DIGITS)} {unit}".rstrip()
+        return f"{begins} no node can slip more than {most} in all, in whatever order the loads come"
+    return "So it is from its start, below λ_E"
+
+
 def margin_at_rest(state: Simulation, unit: str, problem: Problem | None = None) -> str:
     """How far slips may be off from those at rest, one node at a time or all of them; without full stop."""
     from shakedown.long_term.energy_proof import held_by_friction  # compiled code stands behind it
 
     if state.long_term is not None and np.isnan(state.long_term.single_node_margin):
-        return "It keeps to a box of slips in which the limits of no node meet"
+        return without_margin_in_words(state.long_term.proof_found, unit)
     if state.long_term is None or np.isinf(state.long_term.single_node_margin):
         return "From its state at rest it may be disturbed by any amount"
     found = state.long_term

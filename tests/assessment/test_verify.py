@@ -198,6 +198,9 @@ def test_where_no_box_is_proved_total_slip_takes_its_place() -> None:
         last = max(bounded_runs(report), key=lambda run: run.case.load_factor)
         assert 0 < 1.0 - last.case.load_factor / here.load_factor < 1e-5
         assert last.simulation.outcome == "shakedown"
+        told = report.to_dict()["followed"]
+        assert told == {"load_factor": report.transient.proved, "cycles": told["cycles"], "proved": True}
+        assert (1.0 - 1e-8) * here.load_factor < told["load_factor"] <= report.transient.load_factor
     nothing = shakedown.verify(SAFE_LATER, random_states=0, budget=0)
     assert not bounded_runs(nothing)
     assert nothing.limits.from_state.symbol == "λ_E"

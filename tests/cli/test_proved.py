@@ -7,6 +7,7 @@ import pytest
 from command import document, run
 
 import shakedown
+from shakedown.report.bound_words import bounds_in_words
 
 MANY_NODES = {"blade-root", "block-33", "block-3x3", "four-node-3d"}  # their rows are those of the others
 
@@ -43,10 +44,32 @@ def test_solve_json_has_energy_and_universal():
     assert (energy["status"], energy["distance"]) == ("optimal", 0.0)
     assert len(energy["slip"]) == 2
     assert energy["radius"] > 0
-    assert universal == {"load_factor": pytest.approx(0.65737347), "node": 1, "argument": "first collapse"}
+    words = {"status": "optimal", "node": 1, "argument": "first collapse"}
+    assert universal == {"load_factor": pytest.approx(0.65737347)} | words
+    assert "followed" not in result
     assert result["closing_box"] is None
     assert result["box"]["load_factor"] == pytest.approx(0.7315935, abs=1e-6)
     assert result["box"]["status"] == "optimal"
+
+
+def test_what_is_proved_by_following_stands_beside_the_three_numbers():
+    lines = run("solve", "two-attractors", "--follow")[1].splitlines()
+    told = document("solve", "two-attractors", "--follow")
+    followed, numbers = told["followed"], told["assessment"]
+    assert numbers["proved_from_this_state"] < followed["load_factor"] <= numbers["impossible_above"]
+    assert (followed["cycles"], followed["proved"]) == (1, True)
+    assert lines[4].split()[-6:] == ["at", "this", "λ,", "after", "1", "cycle"]
+    assert run("solve", "two-node", "--follow", "--quick")[0] == 2
+
+
+@pytest.mark.parametrize(
+    ("joint", "said"), [("bolted-flange", "is the end of"), ("blade-root", "proves nothing")]
+)
+def test_it_is_said_why_total_slip_proves_little(joint, said):
+    details = shakedown.assess(shakedown.example(joint)).details
+    (line,) = (each for each in bounds_in_words(details) if each.startswith("λ_S"))
+    assert said in line
+    assert f", at node {details.accumulated.node} (" in line
 
 
 def test_initial_state_and_distance_are_the_energy_bounds(tmp_path):

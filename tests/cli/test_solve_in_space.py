@@ -53,7 +53,7 @@ def test_the_document_has_every_key_and_null_where_there_is_nothing(found):
     assert all(0 <= node < 9 and 0 <= step < 40 for node, step in upper["active"])
     low, high = upper["certified"]
     assert low <= upper["load_factor"] <= high
-    assert set(found["universal"]) == {"load_factor", "node", "argument"}
+    assert set(found["universal"]) == {"load_factor", "status", "node", "argument"}
     assert found["energy"]["load_factor"] == found["assessment"]["proved_from_this_state"]
     assert "required" not in found
 

@@ -243,3 +243,28 @@ def test_only_what_no_stiffness_resists_can_drift():
     assert can_drift(replace(held, A=np.diag([389.0, 0.0]), B=[[0.162, 0.0]]))
     above = 1.01 * shakedown.energy_bound(held).load_factor
     assert shakedown.long_term_state(held, above, max_cycles=30).outcome != "ratchetting"
+
+
+@pytest.mark.parametrize(("name", "load_factor"), [("two-attractors", 0.925), ("four-node-3d", 1.07)])
+def test_where_no_ball_holds_a_state_the_slip_to_come_is_bounded(name, load_factor):
+    """Near λ_T, of joints that λ_E and λ_S do not prove so far from their start."""
+    joint = shakedown.example(name)
+    for bound in (shakedown.energy_bound(joint), shakedown.accumulated_bound(joint)):
+        assert bound.load_factor < load_factor
+    state = shakedown.long_term_state(joint, load_factor)
+    proof = state.proof_found
+    assert not shakedown.energy_ball(joint, load_factor, around=state.final_slip).contains(state.final_slip)
+    assert state.proved
+    assert (proof.by, proof.cycles > 0) == ("λ_S", True)
+    motion = Evolution(joint, load_factor)
+    ways = [motion.cycle().slip.max() for _ in range(proof.cycles + 20)]
+    assert 0.0 <= sum(ways[proof.cycles :]) <= proof.further < np.inf
+
+
+def test_nothing_is_proved_by_a_path_that_may_be_off_by_more_than_a_margin():
+    joint = shakedown.example("four-node-3d")
+    ball = shakedown.energy_ball(joint, 1.0)
+    off = ball.radius / np.sqrt(np.linalg.eigvalsh(joint.A).max()) / joint.n
+    assert ball.contains(ball.slip)
+    assert ball.contains(ball.slip, off=0.5 * off / joint.directions)
+    assert not ball.contains(ball.slip, off=2.0 * off * joint.directions)

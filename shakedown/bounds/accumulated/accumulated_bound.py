@@ -33,7 +33,7 @@ REASONS = {
     FRICTIONLESS: "a node without friction slips under any load",
     START: "the first load step, or the mean load, takes the pressure from a node at the slip",
     OWN: "slip of a node does not relieve its own limit",
-    TOGETHER: "slips of the nodes drive each other on: no lids on them are known",
+    TOGETHER: "slips of the nodes drive each other on, to no end that is known",
     ALL_AROUND: "a node may slip in every direction",
     ROUND_OFF_ALONE: "round-off decides whether the conditions hold",
 }
@@ -117,6 +117,11 @@ class AccumulatedBound(Result):
     initial_slip: FloatArray = field(repr=False)
     start_error: FloatArray = field(repr=False)
     reason: str = ""
+
+    @property
+    def limited_because(self) -> str:
+        """``limited_by`` in words; empty where nothing limits it."""
+        return REASONS.get(self.limited_by, "")
 
 
 @checked

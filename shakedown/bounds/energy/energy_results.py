@@ -113,9 +113,13 @@ class EnergyBall(Result):
         """
         return np.asarray(self.margin(slip) / np.sqrt(self.metric.stiffest))
 
-    def contains(self, slip: ArrayLike) -> np.bool_ | np.ndarray:
-        """Whether slips (…, n) are inside the ball, by more than round-off, (…)."""
-        return np.less(self.distance(slip), self.inner_radius)
+    def contains(self, slip: ArrayLike, *, off: float = 0.0) -> np.bool_ | np.ndarray:
+        """Whether slips (…, n) are inside the ball, by more than round-off, (…).
+
+        Wherever every node may be that is ``off`` by no more [length].
+        """
+        most = off * len(self._closed) * float(np.sqrt(self.metric.stiffest))
+        return np.less(self.distance(slip) + most, self.inner_radius)
 
     def at(self, direction: ArrayLike, reach: float = 1.0) -> FloatArray:
         """Slips (…, n) on the surface, or at ``reach`` times the radius, along vectors (…, r).

@@ -77,8 +77,8 @@ class UniversalBound(Result):
 
     def document(self) -> dict[str, Any]:
         """What is written as JSON; the closing box, which is superseded, stays a key without a value."""
-        number = {"load_factor": self.load_factor, "node": self.node, "argument": self.argument}
-        return {"universal": number, "closing_box": None}
+        words = ("load_factor", "status", "node", "argument")
+        return {"universal": {word: getattr(self, word) for word in words}, "closing_box": None}
 
 
 class _Proved(NamedTuple):

@@ -1,6 +1,7 @@
 """What is proved overrules what a search has found: no verdict contradicts a bound."""
 
 from dataclasses import replace
+from math import inf
 from typing import TypeVar
 
 import numpy as np
@@ -22,6 +23,7 @@ from shakedown.long_term.energy_proof import (
     known_limits,
 )
 from shakedown.long_term.passage import Passage
+from shakedown.long_term.slip_proof import further_from_start
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import scales
 from shakedown.motion.cycle_record import State
@@ -64,6 +66,8 @@ def proof_of_bounds(begun: Passage, reached: State) -> str:
     load_factor, bound = begun.load_factor, bound_of_start(begun)
     if bound_proves(bound, load_factor):
         return f"below λ_E = {short(bound.load_factor)} of its start"
+    if further_from_start(begun) < inf:
+        return "below λ_S of its start"
     if not (reached.contact == OPEN).any():
         every = _bound_of_every_state(begun.problem)
         if load_factor < BELOW * every:
