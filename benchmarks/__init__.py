@@ -23,6 +23,7 @@ STUDIES: tuple[str, ...] = (
     "blade_root",
     "block_cycle",
     "bolted_flange",
+    "boxes_beside_slips",
     "bounds",
     "calculix_contact",
     "calculix_solids",
