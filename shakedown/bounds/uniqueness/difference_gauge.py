@@ -86,12 +86,9 @@ def difference_gauge(problem: Problem) -> DifferenceGauge | None:
 def _compared(new: FloatArray, t: FloatArray) -> tuple[float, float, FloatArray]:
     """The least and the largest share of new scales in old ones, and the new ones relative to the largest."""
     apart = ~np.eye(len(t), dtype=bool)
-    shares = new[apart] / t[apart]
-    return (
-        float(shares.min()),
-        float(shares.max()),
-        np.where(apart, np.maximum(new / new[apart].max(), SIX_DIGITS), 0.0),
-    )
+    shares, largest = new[apart] / t[apart], new[apart].max()
+    smaller = np.where(apart, np.maximum(new / (largest or 1.0), SIX_DIGITS), 0.0)
+    return float(shares.min()), float(shares.max()), smaller
 
 
 def _with_sums(weights: FloatArray, compared: FloatArray) -> DifferenceGauge | None:

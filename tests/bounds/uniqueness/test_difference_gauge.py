@@ -155,3 +155,12 @@ def test_a_weakly_coupled_joint_has_one_and_the_counter_examples_none() -> None:
     assert difference_gauge(shakedown.example("block-33")) is not None
     for name in ("three-node", "pair-cycle"):
         assert difference_gauge(shakedown.example(name)) is None
+
+
+def test_a_node_that_no_other_moves_leaves_no_difference():
+    for name in ("one-node", "uncoupled"):
+        gauge = difference_gauge(shakedown.example(name))
+        assert gauge is not None
+        assert gauge.ratio < 1.0
+        assert np.isfinite(gauge.scales).all()
+    assert difference_gauge(shakedown.example("one-node")).ratio == 0.0
