@@ -132,7 +132,8 @@ def _patch(axes: Axes, row: dict, values: np.ndarray, label: str, slips: np.ndar
     """Values in colours; where slipping nodes are given they are marked, and so are those that stick."""
     *names, unit = row["axes"]
     points = np.array(row["x"])
-    places = Places(points, np.tile(np.eye(2), (len(points), 1, 1)), tuple(names), unit)
+    count = len(points)
+    places = Places(np.arange(count), points, np.tile(np.eye(2), (count, 1, 1)), tuple(names), unit=unit)
     patch_axes(places, axes, 0.5 * places.spacing)
     shown = (
         axes.scatter(*points.T, c=values, s=MARKED)

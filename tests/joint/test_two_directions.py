@@ -374,6 +374,7 @@ def test_open_nodes_are_condensed():
 ANSWERS = {
     # joint, files and words
     "can_drift",
+    "patch_count",
     "constraints",
     "loading",
     "loads_in_words",
