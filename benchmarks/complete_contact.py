@@ -97,9 +97,7 @@ def unit_loads(elements: int) -> Problem:
         ],
     )
     made = contact_problem(block, "contact", FRICTION, against=(body, "contact"), steps=3)
-    return replace(
-        made, load_reactions=None, load_history=None, load_compliance=None
-    )  # others are made of them
+    return replace(made, load_reactions=None, load_history=None, load_compliance=None)  # loops of others
 
 
 def block_above(elements: int) -> MeshQuad:

@@ -374,7 +374,9 @@ def test_open_nodes_are_condensed():
 ANSWERS = {
     # joint, files and words
     "can_drift",
+    "averaged",
     "patch_count",
+    "pressure",
     "constraints",
     "loading",
     "loads_in_words",
