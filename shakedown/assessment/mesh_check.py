@@ -62,6 +62,11 @@ class MeshCheck(Result):
     coarser: dict[str, float]
     warning: str | None
 
+    @property
+    def names_what_decides(self) -> bool:
+        """Whether the warning says that the edge decides λ_max."""
+        return self.warning is not None and self.edge_share >= MOST
+
 
 def mesh_check(limits: Limits) -> MeshCheck:
     """What one mesh tells of limits: whether its edge decides λ_max, and what they are twice as coarse."""
@@ -117,14 +122,24 @@ def _coarser(limits: Limits) -> dict[str, float]:
 
 def _warning(problem: Problem, share: float, nodes: Sequence[int], coarser: dict[str, float]) -> str | None:
     """The sentence, where a limit changes by more than a tenth."""
-    told = [f"{NUMBERS[name][0]} is {_change(by)}" for name, by in coarser.items() if abs(by) > MUCH]
-    if not told:
+    changes: dict[str, list[str]] = {}
+    for name, by in coarser.items():
+        if abs(by) > MUCH:
+            changes.setdefault(_change(by), []).append(NUMBERS[name][0])
+    if not changes:
         return None
+    told = [f"{_together(names)} {change}" for change, names in changes.items()]
     place = "end" if problem.directions == 1 else "rim"
     many = "s" * (len(nodes) != 1)
     where = f"{place} node{many} {_listed([str(node) for node in nodes])}" if nodes else f"its {place}"
     decided = f"λ_max is decided by {where} ({100 * share:.0f} %). " if share >= MOST else ""
     return f"{decided}Twice as coarse, {_listed(told)}: statements about one element."
+
+
+def _together(names: Sequence[str]) -> str:
+    if len(names) == len(NUMBERS):
+        return "all three limits are"
+    return f"{_listed(names)} {'is' if len(names) == 1 else 'are'}"
 
 
 def _change(by: float) -> str:

@@ -83,7 +83,7 @@ def decides_in_words(found: Assessment) -> str:
     if upper.status == Status.UNBOUNDED:
         return above_in_words(upper, problem)
     nodes = tuple(sorted({node for node, _ in upper.active}))
-    if not nodes:
+    if not nodes or limits.mesh.names_what_decides:
         return ""
     named = "all nodes" if 1 < len(nodes) == problem.n else open_in_words(nodes, problem)
     verb, whose = ("reach", "their friction limits") if len(nodes) > 1 else ("reaches", "its friction limit")

@@ -18,7 +18,7 @@ def test_it_warns_where_the_corner_slips_at_any_load(joint):
     assert sorted(mesh.edge_nodes) == [0, joint.n - 1]
     assert mesh.coarser["impossible_above"] > 0.1
     assert mesh.warning.startswith("λ_max is decided by end nodes 0 and 8 (")
-    assert "Twice as coarse, λ_max is" in mesh.warning
+    assert "Twice as coarse, " in mesh.warning
 
 
 @pytest.mark.parametrize("joint", [press_fit(1), similar_blocks(8, 0.3)])

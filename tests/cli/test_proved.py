@@ -21,7 +21,8 @@ def test_solve_says_first_what_is_certain():
         "impossible above λ = 4.715033 with all nodes in contact",
         "",
     ]
-    assert lines[6].startswith("The nominal load (λ = 1): shakes down, proved from this state. Margin on the")
+    assert lines[6].startswith("Mesh: Twice as coarse, what is proved from every state is above 0 (here 0):")
+    assert lines[8].startswith("The nominal load (λ = 1): shakes down, proved from this state. Margin on the")
     assert "--details" not in out
     first = " ".join(out.partition("\nFrom slip")[2].splitlines()[:5])
     assert "zero the joint is proved to shake down up to λ = 4.699826 (by the box" in first
