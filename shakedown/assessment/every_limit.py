@@ -1,8 +1,8 @@
 """Every limit of the load factor of one joint, each computed when it is first read, and once."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from math import inf
 from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
@@ -36,6 +36,7 @@ from shakedown.bounds.upper import upper_bound
 from shakedown.ground.evidence import Missing, present, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.shown_values import short
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked
@@ -50,6 +51,8 @@ if TYPE_CHECKING:
 ONE_SIDED_UP_TO = 20  # nodes: at a degenerate optimum their derivatives take tenths of a second
 FOUR_DIGITS = 1e-4  # of λ_T where it takes seconds to follow a joint, the longer the nearer to λ_T
 WORTH = 1.01  # by which factor λ_core must exceed λ_U to be told
+
+LIMITS = ("universal", "core", "energy", "box", "accumulated", "transient", "lower", "upper")  # shown
 
 T = TypeVar("T")
 
@@ -103,6 +106,17 @@ class JointLimits(Result):
     certify: bool | None = None
     accuracy: float | None = None
     tolerances: Tolerances = DEFAULT
+
+    def _shown(self) -> Iterator[tuple[str, str]]:
+        """What was asked, where it is not the usual, and every limit that has been read so far."""
+        usual = {field.name: field.default for field in fields(self)}
+        for name, value in super()._shown():
+            if name == "problem" or value != short(usual[name]):
+                yield name, value
+        known = self.absent | vars(self)
+        for name in LIMITS:
+            value = known.get(name, Missing("not read yet"))
+            yield name, value.reason if isinstance(value, Missing) else short(value)
 
     def keep(self, name: str, found: object) -> None:
         """Keep a limit that was worked out as a piece of work, now or before."""

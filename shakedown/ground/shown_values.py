@@ -1,9 +1,10 @@
 """Values of any kind as results show them: as JSON knows them, in a few words, rounded, and compared."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from shakedown.ground.visible_text import one_line
 DIGITS = 7  # of a load factor or a limit that is known to as many
 FEW_DIGITS = 4  # of simulated values and margins, and of a limit at least
 LONGEST_VALUE = 56  # characters of one value
+WIDTH = 79  # of a line that is shown
 LONGEST_WHOLE = 20  # digits of a whole number that is written out
 
 
@@ -228,6 +230,22 @@ def _short_sequence(value: Sequence[Any]) -> str:
 
 def _cell_text(value: float) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def as_html_table(caption: str, rows: Iterable[tuple[str, str]]) -> str:
+    """Names and values as a small table of a notebook.
+
+    Examples
+    --------
+    >>> as_html_table("Law", [("f", "<1")])[-60:]
+    '<td style="text-align: left">&lt;1</td></tr></tbody></table>'
+    """
+    cells = "".join(
+        f'<tr><th style="text-align: left">{escape(name)}</th>'
+        f'<td style="text-align: left">{escape(one_line(text, WIDTH))}</td></tr>'
+        for name, text in rows
+    )
+    return f"<table><caption>{escape(caption)}</caption><tbody>{cells}</tbody></table>"
 
 
 def field_names(value: Any) -> list[str]:

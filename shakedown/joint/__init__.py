@@ -2,14 +2,9 @@
 
 Reading order: ``problem`` (the data, validated once), ``field_table`` (every field
 once: its part, its shape), ``numbers`` (how large and small they may be; stiffness), ``texts`` (text, names,
-<<<<<<< HEAD
 JSON), ``unit_loads`` (reactions to a unit of each load), ``places`` (where nodes are, and their
-directions there), ``faces`` (what lies between them), ``read_only`` (none is written to),
-=======
-JSON), ``places`` (where nodes are, and their directions there), ``faces`` (what lies between
-them), ``contact_surface`` (strips, patches and their edges), ``hat_functions`` (a joint averaged over a
-length), ``read_only`` (none is written to),
->>>>>>> fe0717d (Say what converges with the mesh: averaged joints, refine, a warning where an edge decides)
+directions there), ``faces`` (what lies between them), ``contact_surface`` (strips, patches and their
+edges), ``hat_functions`` (a joint averaged over a length), ``read_only`` (none is written to),
 ``layout`` (where the slip and the gap of a node stand), ``law`` (Coulomb's law: an interval or a
 disc), ``loading`` (constant and periodic part, load factor, initial gaps), ``conjugate_loads``
 (how many units of each load act), ``rigid_slips``

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
-from html import escape
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
-from shakedown.ground.shown_values import field_names, plain, same, short
+from shakedown.ground.shown_values import WIDTH, as_html_table, field_names, plain, same, short
 from shakedown.ground.visible_text import one_line
 from shakedown.joint.problem import Problem
 from shakedown.joint.read_only import ReadOnly
@@ -19,7 +18,7 @@ from shakedown.joint.read_only import ReadOnly
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-WIDTH, LINES = 79, 24  # of what is shown: one screen
+LINES = 24  # of what is shown: one screen
 FIRST = ("load_factor", "status", "outcome")  # what is shown of a result inside another one, if it has it
 
 
@@ -88,12 +87,7 @@ class Result(ReadOnly):
         return "\n".join([f"{type(self).__name__}(", *(f"    {text}," for text in cut), ")"])
 
     def _repr_html_(self) -> str:
-        rows = "".join(
-            f'<tr><th style="text-align: left">{escape(name)}</th>'
-            f'<td style="text-align: left">{escape(one_line(text, WIDTH))}</td></tr>'
-            for name, text in self._shown()
-        )
-        return f"<table><caption>{escape(type(self).__name__)}</caption><tbody>{rows}</tbody></table>"
+        return as_html_table(type(self).__name__, self._shown())
 
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):

@@ -17,12 +17,8 @@ a module below works out what is seen, ``style`` has what all of them look like 
 - slip space, reaction space: ``planes``; the same at an instant, and animations: ``motion``
 - limits on one scale, against a parameter or the cycle: ``load_factors``; design diagrams: ``regions``
 - maps of initial states: ``basins``
-<<<<<<< HEAD
-- inside a page: ``inline_svg``, ``patch_data`` (to turn there); without a window: ``backend``
-=======
 - numbers against the mesh: ``refinement``
-- inside a page: ``inline_svg``; without a window: ``backend``
->>>>>>> fe0717d (Say what converges with the mesh: averaged joints, refine, a warning where an edge decides)
+- inside a page: ``inline_svg``, ``patch_data`` (to turn there); without a window: ``backend``
 """
 
 import shakedown.plot.backend  # noqa: F401  before matplotlib

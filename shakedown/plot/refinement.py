@@ -34,6 +34,13 @@ def refinement(found: _Refinement, *, ax: Axes | None = None) -> Axes:
 
     Where that is zero, in shares of the largest. Dashed: the extrapolated limits.
 
+    Parameters
+    ----------
+    found
+        From ``shakedown.refine``.
+    ax
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
+
     Examples
     --------
     >>> import shakedown

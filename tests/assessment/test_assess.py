@@ -150,3 +150,13 @@ def test_an_assessment_shows_its_numbers_and_equals_itself():
     assert "proved_from_every_state=0.657373" in repr(found)
     assert found == shakedown.assess(TWO)
     assert found != shakedown.assess(THREE)
+
+
+def test_the_details_show_the_limits_that_have_been_read():
+    details = shakedown.assess(shakedown.example("two-node")).details
+    assert "upper=not read yet" in repr(details)
+    found = details.upper
+    assert f"upper=UpperBound(load_factor={found.load_factor:.10g}" in repr(details)
+    assert "distance" not in repr(details)
+    details = shakedown.assess(shakedown.example("two-node-3d")).details
+    assert f"box={details.absent['box'].reason[:30]}" in repr(details)

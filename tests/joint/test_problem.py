@@ -383,3 +383,15 @@ def test_a_tangent_along_the_normal_is_refused():
         ProblemError, match="key 'tangent': expected a direction at a right angle to 'normal'"
     ):
         dataclasses.replace(shakedown.example("two-node"), normal=up, tangent=up)
+
+
+def test_a_notebook_shows_what_a_problem_is():
+    joint = dataclasses.replace(
+        shakedown.example("two-node"), name="<b>", units="N, mm",
+        load_names=["shear"], load_mean=[1.0], load_amplitude=[250.0], load_units=["kN"],
+    )  # fmt: skip
+    shown = joint._repr_html_()
+    assert "<caption>&lt;b&gt;</caption>" in shown
+    for text in ("2, in a plane", "50 in one period", "0.35", "N, mm", "1 ± λ 250 kN"):
+        assert f">{text}</td>" in shown
+    assert "two tangential directions" in shakedown.example("two-node-3d")._repr_html_()

@@ -7,8 +7,8 @@ import pytest
 
 import shakedown
 from shakedown import UsageError, plot
+from shakedown.joint.contact_surface import flanks
 from shakedown.joint.units import units_of
-from shakedown.plot.style import flanks
 
 BLOCK = shakedown.example("block-9")
 TWO = shakedown.example("two-node")

@@ -1,12 +1,13 @@
 """Limits of the load factor over one or two parameters, and the regions between them."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
 from math import inf, nan
 from os import PathLike
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +20,15 @@ from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Status
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.arguments import check_load_factor
-from shakedown.joint.result import Result
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result, frame
 from shakedown.studies.designs.design_point import DesignPoint, SlipAllowed
 from shakedown.studies.designs.parameters import FACTORS
 
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+WITH_UNIT = re.compile(r"(?P<name>.+) \[(?P<unit>[^\[\]]+)\]")  # a heading
 COLUMNS = {name: symbol.replace("λ", "lambda") for name, symbol in SYMBOLS.items()}
 
 
@@ -247,6 +253,28 @@ class Sweep(Result):
     def columns(self) -> dict[str, list[Any]]:
         """What a table of the points holds: heading, with unit, → one entry per point."""
         return dict(self._columns())
+
+    def to_frame(self, problem: Problem | None = None) -> "DataFrame":
+        """The points as a table of pandas: names alone over the columns, their units in ``attrs["units"]``.
+
+        Raises
+        ------
+        UsageError
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> import shakedown
+        >>> found = shakedown.sweep(shakedown.example("two-node"), {"f": [0.3, 0.4]}, bounds=["upper"])
+        >>> table = found.to_frame()
+        >>> list(table)[:2], table.attrs["units"]
+        (['f', 'lambda_max'], {'f': '1', 'lambda_max': '1'})
+        """
+        parts = {heading: WITH_UNIT.fullmatch(heading) for heading in self.columns()}
+        names = {heading: found["name"] if found else heading for heading, found in parts.items()}
+        table = frame({names[heading]: values for heading, values in self.columns().items()})
+        table.attrs["units"] = {found["name"]: found["unit"] for found in parts.values() if found}
+        return table
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write one row per point: CSV in full precision, or Parquet where the name ends in .parquet.
