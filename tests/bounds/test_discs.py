@@ -415,3 +415,19 @@ def test_an_optimum_without_a_certificate_keeps_its_own_conditions(seed):
         rows, y = constraints(problem), upper.multipliers
         gap = abs(y @ rows.g - upper.load_factor) + np.abs(y @ rows.G) @ np.abs(upper.slip)
         assert gap <= 1e-3 * (np.abs(y) @ np.abs(rows.g))
+
+
+@pytest.mark.parametrize("seed", [0, 4])
+def test_a_node_that_is_pressed_ever_more_limits_nothing_at_last(seed):
+    """A chain held by a soft spring at one end; the programs had no end from 1e9 on."""
+    rng, n = np.random.default_rng(seed), 5
+    stretch = np.kron(np.vstack([np.eye(1, n), np.diff(np.eye(n), axis=0)]), np.eye(2))
+    A = stretch.T @ (np.repeat([1e-8, 1.0, 1.0, 1.0, 1.0], 2)[:, None] * stretch)
+    B, q, p = 0.1 * rng.normal(size=(n, 2 * n)) @ A, rng.normal(size=(12, 2 * n)), rng.normal(size=(12, n))
+    found = []
+    for more in (1e8, 1e10, 1e12):
+        loads = (4.0 + 0.7 * p) * np.append(more, np.ones(n - 1))
+        joint = shakedown.Problem(A=A, B=B, f=np.full(n, 0.4), q_w=q, p_w=loads)
+        found.append(shakedown.upper_bound(joint, certify=False).load_factor)
+    assert found[1] == pytest.approx(found[2], rel=1e-6)
+    assert abs(found[2] - found[1]) <= 0.1 * abs(found[1] - found[0]) + 1e-9 * found[0]

@@ -13,6 +13,8 @@ from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.self_dual import SelfDualSolution
 
+FAR = 1e6  # times the median of loads: no row is kept farther from its limit than that
+
 Carrying = tuple[NDArray[np.intp], NDArray[np.intp]]  # discs and half-spaces by number
 
 RANK = 64 * np.finfo(float).eps  # of a diagonal of the triangular factor, relative: less is no direction
@@ -158,6 +160,9 @@ def scaled_discs(rows: DiscRows, basis: Basis, towards: float, cap: float = np.i
     loads = np.append(_largest(rows), np.maximum(np.abs(rows.half_spaces.g), np.abs(rows.half_spaces.d)))
     first = 1.0 / np.where(basis.sizes > 0, basis.sizes, 1.0)
     second = 1.0 / np.where(lengths > 0, lengths, np.where(loads > 0, loads * first, 1.0))
+    heights = loads * first * second
+    most = FAR * _median(heights)
+    second[heights > most] *= most / heights[heights > most]
     weights = first * second
     w = weights[:n][rows.node][:, None]
     C, E = rows.c * w, rows.e * w
