@@ -46,6 +46,7 @@ def measured(make: Callable[[], Problem], relative: Sequence[float], cycles: int
         "slipping": [int(_slips(run["way"], runs[-1]["way"]).sum()) for run in runs],
         "open": [run["open"] for run in runs],
         "x": places.points.tolist(),
+        "drawn": places.nodes.tolist(),  # those of the first patch
         "axes": [*places.axes, places.unit],
         "pressure": (at_rest / area).tolist(),
         "shown": [float(relative[k]) for k in shown],
@@ -131,8 +132,8 @@ def _work_curves(
 def _patch(axes: Axes, row: dict, values: np.ndarray, label: str, slips: np.ndarray | None) -> None:
     """Values in colours; where slipping nodes are given they are marked, and so are those that stick."""
     *names, unit = row["axes"]
-    points = np.array(row["x"])
-    count = len(points)
+    points, drawn = np.array(row["x"]), row.get("drawn", slice(None))  # of stored rows all nodes
+    values, slips, count = values[drawn], None if slips is None else slips[drawn], len(points)
     places = Places(np.arange(count), points, np.tile(np.eye(2), (count, 1, 1)), tuple(names), unit=unit)
     patch_axes(places, axes, 0.5 * places.spacing)
     shown = (
