@@ -81,10 +81,18 @@ def normals_of(places: FloatArray, normals: FloatArray | None, faces: IntArray) 
 def _mean_normal(at: FloatArray, known: FloatArray | None) -> FloatArray:
     mean = np.zeros(3) if known is None else known.mean(axis=0)
     if np.linalg.norm(mean) < 0.5:  # unknown, or all around
-        _, sizes, rows = np.linalg.svd(at - at.mean(axis=0), full_matrices=True)
-        flat = len(sizes) > 1 and sizes[1] > SIX_DIGITS * sizes[0]
-        mean = rows[-1] if flat else np.eye(3)[int((np.ptp(at, axis=0)).argmin())]
+        mean = flattest(at)
     return np.asarray(mean / np.linalg.norm(mean))
+
+
+def flattest(at: FloatArray) -> FloatArray:
+    """The direction along which points extend least; of points in a row an axis of the model."""
+    arms = at - at.mean(axis=0)
+    arms = arms / (np.abs(arms).max() or 1.0)
+    sizes, directions = np.linalg.eigh(arms.T @ arms)
+    if sizes[1] > SIX_DIGITS**2 * sizes[2]:
+        return np.asarray(directions[:, 0])
+    return np.eye(3)[int(np.ptp(at, axis=0).argmin())]
 
 
 def _projected(nodes: IntArray, at: FloatArray, normal: FloatArray, faces: IntArray | None) -> Patch:

@@ -15,6 +15,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.state import LongTermState
 from shakedown.plot.drawn_path import so_far
+from shakedown.plot.flat_patch import flattest
 from shakedown.plot.over_contact import normal_reactions, per_area
 from shakedown.plot.patch_places import patch_count, places_of
 from shakedown.plot.style import node_name
@@ -107,7 +108,7 @@ def _turn(problem: Problem, place: FloatArray) -> FloatArray:
     """Rows that lead to the right, up and out of the picture at first, (3, 3)."""
     out = np.zeros(3) if problem.normal is None else problem.normal.mean(axis=0)
     if np.linalg.norm(out) < 0.5:  # unknown, or on all sides
-        out = np.linalg.svd(place - place.mean(axis=0))[2][-1] if problem.normal is None else np.eye(3)[2]
+        out = flattest(place) if problem.normal is None else np.eye(3)[2]
     out = out / np.linalg.norm(out)
     right = np.eye(3)[int(np.abs(out).argmin())]
     right = right - (right @ out) * out

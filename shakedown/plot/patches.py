@@ -79,8 +79,8 @@ def _without_faces(places: FloatArray, normals: FloatArray | None) -> list[IntAr
     from scipy.spatial import KDTree
 
     n = len(places)
-    if n == 1:
-        return [np.zeros(1, dtype=np.intp)]
+    if n <= 2:
+        return [np.arange(n)]
     count = min(NEIGHBOURS, n - 1)
     apart, near = KDTree(places).query(places, k=count + 1)
     usual = apart[:, min(3, count)]
@@ -101,10 +101,13 @@ def _joined(places: FloatArray, normals: FloatArray | None, owner: IntArray, wid
     rows = [np.median(widths[part]) < ROW for part in parts]
     looks = None if normals is None else np.array([normals[part].mean(axis=0) for part in parts])
     links: list[tuple[int, int]] = []
+    tree = KDTree(places)
     for k, part in enumerate(parts):
         if len(parts) == 1 or not rows[k]:
             continue
-        gaps = np.array([KDTree(places[other]).query(places[part])[0].min() for other in parts])
+        apart, near = tree.query(places[part], k=min(len(part) + NEIGHBOURS, len(places)))
+        gaps = np.full(len(parts), np.inf)
+        np.minimum.at(gaps, owner[near].ravel(), apart.ravel())
         gaps[k] = np.inf
         nearest = int(gaps.argmin())
         for other in np.flatnonzero(gaps <= REACH * gaps[nearest]).tolist():

@@ -128,6 +128,27 @@ def test_fine_rows_far_apart_are_one_patch_and_a_sphere_is_projected():
     assert patch.kind == "curved, projected"
 
 
+@pytest.mark.parametrize("scale", [2.0**-200, 2.0**200])
+def test_units_change_no_patch(scale):
+    for places, normals, faces in (cone(0.0, 2 * np.pi), cone(0.4, 1.5), bracket(), spacer()):
+        for given in (faces, None):
+            one, other = laid_flat(places, normals, given), laid_flat(scale * places, normals, given)
+            assert [patch.kind for patch in one] == [patch.kind for patch in other]
+            for first, second in zip(one, other, strict=True):
+                np.testing.assert_array_equal(first.nodes, second.nodes)
+                size = np.abs(first.points).max()
+                np.testing.assert_allclose(second.points / scale, first.points, atol=1e-9 * size)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 12])
+def test_nodes_at_one_place_or_in_a_row_are_drawn_there(n):
+    along = np.arange(float(n))[:, None] * [1.0, 2.0, 0.5]
+    for places in (np.zeros((n, 3)), along):
+        (patch,) = laid_flat(places, None, None)
+        assert sorted(patch.nodes) == list(range(n))
+        assert np.isfinite(patch.points).all()
+
+
 def test_a_seam_is_drawn_at_both_ends_and_no_node_is_counted_twice():
     places, normals, faces = cone(0.0, 2 * np.pi)
     n = len(places)
