@@ -166,7 +166,9 @@ def _text(problem: Problem, curve: DampingCurve) -> str:
 def _limits_in_words(curve: DampingCurve) -> list[str]:
     """Up to where nothing damps."""
     found = []
-    if not np.isnan(curve.proved_limit):
+    if np.isinf(curve.proved_limit):
+        found.append("At no amplitude is there friction damping: proved (λ_E).")
+    elif not np.isnan(curve.proved_limit):
         found.append(f"Below {down(curve.proved_limit, 6)} there is no friction damping: proved (λ_E).")
     if np.isinf(curve.simulated_limit):
         found.append("At all of them the joint shakes down: no friction damping was found.")
@@ -187,11 +189,12 @@ def _table(problem: Problem, curve: DampingCurve) -> str:
             else {"stiffness": curve.secant_stiffness, "η": curve.loss_factor}
         ),
     }
+    outcomes = curve.outcome, curve.proved, curve.slides_away
     rows = [
         [
             *(number(float(x), DIGITS) if np.isfinite(x) else "-" for x in row),
-            outcome + ", proved" * bool(sure),
+            "slides away" if slides else outcome + ", proved" * bool(sure),
         ]
-        for *row, outcome, sure in zip(*columns.values(), curve.outcome, curve.proved, strict=True)
+        for *row, outcome, sure, slides in zip(*columns.values(), *outcomes, strict=True)
     ]
     return table([*columns, "outcome"], rows)

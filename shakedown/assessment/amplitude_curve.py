@@ -34,6 +34,8 @@ class AmplitudePoint(NamedTuple):
         The long-term state.
     proved
         Whether it is proved that friction takes nothing.
+    slides_away
+        Whether it is undecided because the body slides away: gross slip, which nothing holds.
     share
         Share of the nodes that slip in every period.
     slip, open_nodes
@@ -44,6 +46,7 @@ class AmplitudePoint(NamedTuple):
     dissipation: float
     outcome: str
     proved: bool
+    slides_away: bool
     share: float
     slip: FloatArray
     open_nodes: NDArray[np.int64]
@@ -62,9 +65,9 @@ class AmplitudePoint(NamedTuple):
         """The point again."""
         found = unpacked(piece, *cls._fields)
         numbers: dict[str, Any] = {key: float(found[key]) for key in ("displacement", "dissipation", "share")}
-        outcome, proved = str(found["outcome"]), bool(found["proved"])
+        flags: dict[str, Any] = {key: bool(found[key]) for key in ("proved", "slides_away")}
         state: dict[str, Any] = {key: found[key] for key in ("slip", "open_nodes")}
-        return cls(**numbers, **state, outcome=outcome, proved=proved)
+        return cls(**numbers, **state, **flags, outcome=str(found["outcome"]))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -90,6 +93,8 @@ class DampingCurve(Result):
         Long-term state (:class:`Outcome`).
     proved : (k,)
         Whether it is proved that there is no friction damping, and not only found.
+    slides_away : (k,)
+        Whether it is undecided because the body slides away: gross slip, which nothing holds.
     slipping_share : (k,)
         Share of the nodes that slip in every period.
     load_frequency
@@ -106,7 +111,7 @@ class DampingCurve(Result):
 
     DOCUMENT: ClassVar[str] = (
         "load load_name amplitude force displacement dissipation secant_stiffness loss_factor frequency "
-        "damping_ratio outcome proved slipping_share load_frequency proved_limit simulated_limit"
+        "damping_ratio outcome proved slides_away slipping_share load_frequency proved_limit simulated_limit"
     )
     TABLE: ClassVar[str] = (
         "amplitude force displacement dissipation secant_stiffness loss_factor frequency damping_ratio "
@@ -122,6 +127,7 @@ class DampingCurve(Result):
     dissipation: FloatArray
     outcome: tuple[Outcome, ...]
     proved: NDArray[np.bool_]
+    slides_away: NDArray[np.bool_]
     slipping_share: FloatArray
     load_frequency: float
     proved_limit: float
@@ -196,6 +202,7 @@ def columns_of(points: Sequence[AmplitudePoint]) -> dict[str, Any]:
         "dissipation": np.array([point.dissipation for point in points]),
         "outcome": tuple(Outcome(point.outcome) for point in points),
         "proved": np.array([point.proved for point in points]),
+        "slides_away": np.array([point.slides_away for point in points]),
         "slipping_share": np.array([point.share for point in points]),
     }
 

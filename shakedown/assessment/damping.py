@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib.metadata import version
-from math import inf, isfinite, nan
+from math import inf, nan
 from typing import Any, Literal
 
 import numpy as np
@@ -203,6 +203,7 @@ class _Amplitudes:
             dissipation=0.0 if rests else float(state.dissipation_per_cycle) if closes else nan,
             outcome=str(state.outcome),
             proved=state.proved,
+            slides_away=state.slides_away,
             share=0.0 if rests else float(slips.mean()) if state.period else nan,
             slip=start.v[0] if closes else state.final_slip,
             open_nodes=np.flatnonzero(start.state[0] == OPEN) if closes else np.zeros(0, dtype=np.int64),
@@ -268,7 +269,7 @@ def _limits(
     if joint is None:
         return {}
     proved = energy_bound(joint, work.start, open_nodes=zone, certify=False, tolerances=work.tolerances)
-    known = float(proved.load_factor) if isfinite(proved.load_factor) else nan
+    known = float(proved.load_factor) if proved.load_factor > 0 else nan
     damped = [a for a, point in zip(work.values, rising, strict=True) if point.outcome != Outcome.SHAKEDOWN]
     if not damped or damped[0] == 0:
         return {"proved_limit": known, "simulated_limit": nan if damped else inf}

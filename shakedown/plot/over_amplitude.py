@@ -19,6 +19,10 @@ from shakedown.plot.style import BLUE, GREEN, GREY, LINES, LONGEST_LABEL, RED, a
 DECADE = 10.0  # between the smallest and the largest amplitude: from there on the axis is logarithmic
 
 
+SLIDES_AWAY = "slides away"
+MARKS = {Outcome.RATCHETTING: "x", Outcome.SEPARATION: "o", SLIDES_AWAY: "v", Outcome.UNDECIDED: "d"}
+
+
 class OfJoint(Protocol):
     """A long-term state, or a recorded simulation."""
 
@@ -130,7 +134,7 @@ def damping_curve(curve: DampingCurve, *, ax: Axes | None = None) -> Axes:
 def _limits_marked(axes: Axes, curve: DampingCurve) -> list[Any]:
     """Lines at λ_E and λ_T."""
     found = []
-    if curve.proved_limit > 0:
+    if 0 < curve.proved_limit < np.inf:
         label = f"λ_E = {few(curve.proved_limit)}: none below, proved"
         found.append(axes.axvline(curve.proved_limit, color=GREEN, lw=1.2, label=label))
     if 0 < curve.simulated_limit < np.inf:
@@ -141,11 +145,11 @@ def _limits_marked(axes: Axes, curve: DampingCurve) -> list[Any]:
 
 def _without_loop(axes: Axes, curve: DampingCurve) -> list[Any]:
     """Marks on the axis at amplitudes whose loop does not close."""
-    found = []
-    for k, outcome in enumerate((Outcome.RATCHETTING, Outcome.SEPARATION, Outcome.UNDECIDED)):
-        chosen = [a for a, o in zip(curve.amplitude, curve.outcome, strict=True) if o == outcome]
-        if chosen:
-            look: dict[str, Any] = {"marker": "xov"[k], "color": GREY, "ls": "", "label": str(outcome)}
-            low = axes.get_xaxis_transform()
-            found += axes.plot(chosen, np.full(len(chosen), 0.02), transform=low, **look)
+    words = np.where(curve.slides_away, SLIDES_AWAY, [str(outcome) for outcome in curve.outcome])
+    found, low = [], axes.get_xaxis_transform()
+    for word, mark in MARKS.items():
+        chosen = curve.amplitude[words == word]
+        if len(chosen):
+            height = np.full(len(chosen), 0.02)
+            found += axes.plot(chosen, height, mark, color=GREY, transform=low, label=word)
     return found

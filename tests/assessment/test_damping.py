@@ -131,6 +131,16 @@ def test_where_the_joint_ratchets_nothing_is_said_but_that():
     assert "ratchetting" in labels
 
 
+def test_gross_slip_that_nothing_holds_is_said():
+    """A block without a spring: at rest below f p, away above."""
+    curve = damping(jenkins(A=[[0.0]]), [0.5, 0.9, 2.0])
+    assert curve.slides_away.tolist() == [False, False, True]
+    assert np.isnan(curve.dissipation).tolist() == [False, False, True]
+    assert curve.displacement[:2] == pytest.approx(S * curve.amplitude[:2])
+    labels = [text.get_text() for text in damping_curve(curve).get_legend().get_texts()]
+    assert "slides away" in labels
+
+
 def test_the_start_decides_where_slip_and_pressure_are_coupled():
     """A block on a floor: driven up it ends in other cycles than from no slip, a little above its limit only."""
     press, push = (

@@ -289,6 +289,7 @@ def import_model(
         [name]
         [unit], [value]            how reports say the load: its unit, and what factor 1 stands for
                                    in it (default 1); mean and amplitude follow from the history
+        [frequency]                of forces M phi of a mode with mass one: its circular frequency
 
         [check]                    an independent static run to compare with
         displacements              [[contact node, direction, value], …], the others clamped

@@ -62,6 +62,7 @@ def load_section(table: TomlTable, context: ImportContext) -> LoadSection:
         transient=table.array("transient", float, (None,), required=False),
         value=table.number("value"),
         unit=table.text("unit", "") or "",
+        frequency=table.number("frequency"),
         name=table.text("name", table.where) or table.where,
     )
     table.done()

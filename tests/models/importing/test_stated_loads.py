@@ -35,6 +35,21 @@ def test_units_and_values_become_means_and_amplitudes(stated, tmp_path):
     assert shakedown.load_problem(tmp_path / "p.npz").loads == problem.loads
 
 
+def test_an_import_knows_what_a_unit_of_every_load_does(stated):
+    """Reactions, histories, a compliance that is symmetric and positive for forces; of a mode its frequency."""
+    stated.write_text(stated.read_text().replace(HISTORIES[1], f"frequency = 3.5\n{HISTORIES[1]}"))
+    problem = import_problem(stated)
+    welded = problem.layout.joined(problem.q_w, problem.p_w)
+    np.testing.assert_allclose(
+        problem.load_history @ problem.load_reactions, welded, atol=1e-12 * np.abs(welded).max()
+    )
+    np.testing.assert_allclose(problem.load_frequency, [np.nan, 3.5, np.nan])
+    assert np.linalg.eigvalsh(problem.load_compliance)[0] > -1e-12 * np.abs(problem.load_compliance).max()
+    stated.write_text(stated.read_text().replace("frequency = 3.5", "frequency = -1.0"))
+    with pytest.raises(ProblemError, match="frequency: expected a number > 0, found -1"):
+        import_problem(stated)
+
+
 def test_a_load_that_goes_further_one_way_is_noted(stated):
     (note,) = [note for note in shakedown.import_model(stated).notes if "departs" in note]
     assert note.startswith("'pushed to and fro' departs from its mean by -35 and +105 N: its amplitude is ")
