@@ -115,16 +115,13 @@ def damping(
     FILE has to know its loads (load_reactions, load_history; for displacements
     load_compliance), as import writes them. Each amplitude begins where the one before it ended.
     """
-    if initial in ("safe", "witness"):
-        raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")
     record_of(context, output, resume)
-    start = start_of(problem, 0.0, initial, ())[2]
     with progress("amplitudes") as update:
         curve = shakedown.damping(
             problem,
             amplitudes,
             load=load,
-            initial_slip=start,
+            initial_slip=_start(problem, initial),
             open_nodes=open_nodes,
             from_zero=from_zero,
             max_cycles=cycles,
@@ -135,15 +132,26 @@ def damping(
             progress=update,
         )
     if picture is not None:
-        from shakedown import plot  # only where a picture is wanted
-
-        plot.save(plot.damping_curve(curve), picture)
+        _draw(curve, picture)
     if as_json:
         echo_json({"problem": problem.to_dict()} | curve.to_dict())
     else:
         say(_text(problem, curve))
     if Outcome.UNDECIDED in curve.outcome:
         context.exit(1)
+
+
+def _start(problem: Problem, initial: str | None) -> FloatArray:
+    """The state that the first amplitude begins in: none that belongs to a load factor."""
+    if initial in ("safe", "witness"):
+        raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")
+    return start_of(problem, 0.0, initial, ())[2]
+
+
+def _draw(curve: DampingCurve, path: Path) -> None:
+    from shakedown import plot  # only where a picture is wanted
+
+    plot.save(plot.damping_curve(curve), path)
 
 
 def _text(problem: Problem, curve: DampingCurve) -> str:

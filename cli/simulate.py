@@ -83,7 +83,6 @@ def simulate(
     """Follow FILE at one load factor from one initial state to its long-term state."""
     record = record_of(context, output, resume)
     word, opened, start = start_of(problem, load_factor, initial, open_nodes)
-    wanted = output is not None or animation is not None
     run = shakedown.simulate(
         problem,
         load_factor,
@@ -91,7 +90,7 @@ def simulate(
         open_nodes=opened,
         cycles=cycles,
         method=method,
-        record=wanted,
+        record=output is not None or animation is not None,
         slip_below=slip_below,
         partial=record,
         resume=resume,
@@ -100,9 +99,7 @@ def simulate(
     if animation is not None:
         _animate(problem, run, animation)
     if loop is not None:
-        from shakedown.long_term.conjugate_displacement import load_loops  # it loads compiled code
-
-        load_loops(problem, _period(run)).save(loop, problem)
+        _write_loops(problem, run, loop)
     if as_json:
         echo_json({"problem": problem.to_dict()} | run.to_dict())
     else:
@@ -111,13 +108,15 @@ def simulate(
         context.exit(1)
 
 
-def _period(run: shakedown.Simulation) -> shakedown.LongTermState:
-    """The long-term state of a run, one period of which is known."""
+def _write_loops(problem: Problem, run: shakedown.Simulation, path: Path) -> None:
+    """The loops of the loads over one period of the long-term state of a run."""
+    from shakedown.long_term.conjugate_displacement import load_loops  # it loads compiled code
+
     if run.long_term is None or not run.long_term.period:
         raise click.UsageError(
             f"--loop: expected a period from event to event, found none ({run.method}, {run.outcome})"
         )
-    return run.long_term
+    load_loops(problem, run.long_term).save(path, problem)
 
 
 def _animate(problem: Problem, run: shakedown.Simulation, path: Path) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.amplitude_curve import AmplitudePoint, DampingCurve, columns_of
-from shakedown.assessment.loaded_joint import LoadedJoint, load_number
+from shakedown.assessment.loaded_joint import LoadedJoint
 from shakedown.assessment.transient_limit import transient_limit
 from shakedown.bounds.energy.energy_bound import energy_bound
 from shakedown.campaign.crew import Crew
@@ -118,16 +118,10 @@ def damping(
     >>> curve.dissipation.tolist(), curve.displacement.round(9).tolist(), curve.proved.tolist()
     ([0.0, 1.0, 2.0], [0.05, 0.4, 0.7], [True, False, False])
     """
-    require_loads(problem)
-    if problem.is_domain:
-        raise UsageError("problem: expected load steps in their order, found the corners of a load domain")
-    values, chosen = _checked_amplitudes(amplitudes), load_number(problem, load)
+    loaded = LoadedJoint.of(problem, load)
+    values, opened = _checked_amplitudes(amplitudes), _checked_nodes(problem, open_nodes)
     check_count("max_cycles", max_cycles)
     start = checked_initial_slip(problem, initial_slip)
-    opened = () if isinstance(open_nodes, str) else node_numbers("open nodes", open_nodes, problem.n)
-    if isinstance(open_nodes, str) and open_nodes != "auto":
-        raise UsageError(f"open nodes: expected node numbers or 'auto', found {short(open_nodes)}")
-    loaded = LoadedJoint.of(problem, chosen)
     work = _Amplitudes(loaded, values, start, opened, max_cycles, tolerances)
     crew, partial = Crew(workers, scheduler), None if output is None else record_beside(output)
     if output is not None:
@@ -140,7 +134,7 @@ def damping(
         points = [AmplitudePoint.from_bytes(piece) for piece in journal.pieces()]
         fixed = _about(loaded, values)
         other = DampingCurve(**fixed, **columns_of(points[count:])) if from_zero else None
-        limits = _limits(work, rising, open_nodes if open_nodes == "auto" else opened)
+        limits = _limits(work, rising, "auto" if isinstance(open_nodes, str) else opened)
         curve = DampingCurve(**(fixed | limits), **columns_of(rising), from_zero=other)
         if output is not None:
             curve.save(output)
@@ -242,6 +236,14 @@ def _checked_amplitudes(amplitudes: ArrayLike) -> FloatArray:
         raise UsageError("amplitudes: expected numbers >= 0 that rise, at least one, found others")
     check_load_factor(float(values[-1]))
     return values
+
+
+def _checked_nodes(problem: Problem, nodes: Iterable[int] | Literal["auto"]) -> tuple[int, ...]:
+    if not isinstance(nodes, str):
+        return node_numbers("open nodes", nodes, problem.n)
+    if nodes != "auto":
+        raise UsageError(f"open nodes: expected node numbers or 'auto', found {short(nodes)}")
+    return ()
 
 
 def _about(loaded: LoadedJoint, values: FloatArray) -> dict[str, Any]:

@@ -31,9 +31,16 @@ class LoadedJoint:
     alone: Problem | None
 
     @classmethod
-    def of(cls, problem: Problem, load: int) -> "LoadedJoint":
-        """The joint under this load."""
+    def of(cls, problem: Problem, called: int | str) -> "LoadedJoint":
+        """The joint under a load that is called by its number or name.
+
+        Raises ``ProblemError`` where it does not know its loads, ``UsageError`` where there is no such load
+        or the load steps are a load domain's.
+        """
         unit, history = require_loads(problem)
+        if problem.is_domain:
+            raise UsageError("problem: expected load steps in their order, found corners of a load domain")
+        load = load_number(problem, called)
         welded = problem.layout.joined(problem.q_w, problem.p_w)
         rest = welded - np.outer(history[:, load], unit[load])
         if np.abs(rest - rest[0]).max() > DEFAULT.printed_digits * np.abs(welded).max():

@@ -236,6 +236,10 @@ class Condensation(Result):
             **self._directions(),
             **stated_loads(loads, factors),
         )
+        return self._with_gap(touching, gap)
+
+    def _with_gap(self, touching: Problem, gap: ArrayLike | Callable[[FloatArray], ArrayLike]) -> Problem:
+        """The joint with an initial gap, given as to :meth:`problem`."""
         if callable(gap):
             if touching.x is None:
                 raise ProblemError("gap: expected positions x for a function of position, found none")
