@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from math import inf
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.bounds.every_state.admissible_states import admissible_states
 from shakedown.bounds.every_state.bound_of_floating import core_of_floating
@@ -18,6 +19,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
+ACROSS = 2.0  # times how far neighbours are apart: what is between nodes farther apart is no contact
 NEAR = 1 / 16  # of the width: nodes that are nearer to an edge are left to themselves
 
 
@@ -82,7 +84,7 @@ def core_bound(
 
 
 def edge_distances(places: FloatArray) -> FloatArray:
-    """How far nodes are from the ends of a line, or from the convex edge of a patch, (n,) [length].
+    """How far nodes are from the ends of a line, or from the edges of a patch, holes too, (n,) [length].
 
     Examples
     --------
@@ -96,7 +98,24 @@ def edge_distances(places: FloatArray) -> FloatArray:
     if flat.shape[1] < 2:
         line = flat.sum(axis=1)
         return np.asarray(np.minimum(line - line.min(), line.max() - line))
-    from scipy.spatial import ConvexHull  # where a patch has an edge only
+    ends = flat[_rim(flat)]
+    along = ends[:, 1] - ends[:, 0]
+    away = flat[:, None] - ends[:, 0]
+    share = np.clip(np.sum(away * along, axis=2) / np.sum(along**2, axis=1), 0.0, 1.0)
+    return np.asarray(np.linalg.norm(away - share[..., None] * along, axis=2).min(axis=1))
 
-    sides = ConvexHull(flat).equations
-    return np.asarray(np.maximum(-(flat @ sides[:, :2].T + sides[:, 2]).max(axis=1), 0.0))
+
+def _rim(places: FloatArray) -> NDArray[np.intp]:
+    """Pairs of nodes (e, 2) of places in a plane between which an edge runs, outer and around holes.
+
+    Of triangles between neighbours those that reach farther than nodes are from each other there are none.
+    """
+    from scipy.spatial import Delaunay  # where a patch has an edge only
+
+    corners = Delaunay(places).simplices
+    sides = np.sort(corners[:, [[0, 1], [1, 2], [2, 0]]], axis=2)
+    lengths = np.linalg.norm(places[sides[..., 0]] - places[sides[..., 1]], axis=2)
+    at = [np.median(lengths[(sides == k).any(axis=2)]) if k in corners else 0.0 for k in range(len(places))]
+    kept = lengths.max(axis=1) <= ACROSS * np.median(np.array(at)[corners], axis=1)
+    between, count = np.unique(sides[kept].reshape(-1, 2), axis=0, return_counts=True)
+    return np.asarray(between[count == 1])

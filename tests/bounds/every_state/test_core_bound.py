@@ -68,6 +68,23 @@ def test_distances_from_the_edges():
     )
 
 
+def test_holes_and_notches_have_edges_too():
+    x, y = np.argwhere(np.ones((13, 13))).T
+    for left_out in ((abs(x - 6) < 3) & (abs(y - 6) < 4), (x > 6) & (y > 6)):
+        grid, out = np.column_stack([x, 0.5 * y]), np.column_stack([x, 0.5 * y])[left_out]
+        found = edge_distances(grid[~left_out].astype(float))
+        to_outer = edge_distances(grid.astype(float))[~left_out]
+        to_inner = np.linalg.norm(grid[~left_out][:, None] - out, axis=2).min(axis=1)
+        assert (found <= to_outer + 1e-12).all()
+        assert found[to_inner <= 0.5].max() < 1e-12  # the rim itself
+        assert found[to_inner > 4.0] == pytest.approx(to_outer[to_inner > 4.0])
+    angle, radius = (
+        each.ravel() for each in np.meshgrid(np.arange(48) * np.pi / 24, np.linspace(3.0, 5.0, 9))
+    )
+    ring = radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    np.testing.assert_allclose(edge_distances(ring), np.minimum(radius - 3.0, 5.0 - radius), atol=0.05)
+
+
 def test_what_an_engineer_is_told():
     found = shakedown.assess(shakedown.example("block-33"))
     assert numbers_in_words(found)[0][1:] == ("none", "all nodes closed; 2.816 if edges rest")
