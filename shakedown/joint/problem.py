@@ -374,7 +374,7 @@ class Problem(ReadOnly):
         return f"<Problem {', '.join(parts)}>"
 
     def _repr_html_(self) -> str:
-        sides = "two tangential directions" if self.directions > 1 else "in a plane"
+        sides = "two tangential directions" if "directions" in self._size else "in a plane"
         steps = "corners of a load domain" if self.is_domain else "in one period"
         loads = {each.name: f"{each.mean:g} ± λ {each.amplitude:g} {each.unit}" for each in self.loads}
         rows = {

@@ -16,8 +16,6 @@ from shakedown.joint.problem import Problem
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.event_history import EventHistory
 
-HARDLY = 0.01  # of the largest total pressure
-
 
 class Recorded(Protocol):
     """A result that holds the events of a path."""
@@ -76,13 +74,13 @@ def most_sheared_row(path: EventHistory) -> int:
 def extreme_rows(path: EventHistory) -> tuple[int, int]:
     """The rows with the largest and the smallest total pressure, once the first period has begun.
 
-    Of rows that differ from these by less than a hundredth the one with the largest tangential reactions:
+    Of rows that differ from these by round-off the one with the largest tangential reactions:
     where the pressure stays, no row with hardly any load. The two may be the same.
     """
     begun = path.cycle >= 0
     rows = np.flatnonzero(begun) if begun.any() else np.arange(len(path.cycle))
     total, sheared = path.p[rows].sum(axis=1), np.abs(path.q[rows]).sum(axis=1)
-    near = HARDLY * np.abs(total).max()
+    near = SIX_DIGITS * np.abs(total).max()
     most = np.where(total >= total.max() - near, sheared, -1.0).argmax()
     least = np.where(total <= total.min() + near, sheared, -1.0).argmax()
     return int(rows[most]), int(rows[least])

@@ -11,10 +11,7 @@ from shakedown.ground.shown_values import few
 
 IntArray = NDArray[np.intp]
 TURN = float(np.cos(np.radians(40.0)))  # of two normals beside each other, of one patch
-SAG = 0.03  # of the size of a plane patch: how far its nodes are off the plane
-NEARLY_FLAT = float(np.cos(np.radians(12.0)))  # of every normal to the mean: seen along that
-SAME = 0.05  # n · a of a cylinder, and by how much that of a cone varies
-ROUND = 0.02  # of the radius: how far nodes are off the circle, facets being chords
+OFF = 0.05  # shares by which places and normals may be off the shape that a patch is taken for
 ALONG_AN_AXIS = 0.99  # of a direction along an axis of the model, which then names it
 
 
@@ -60,9 +57,9 @@ def flat(places: FloatArray, normals: FloatArray | None, nodes: IntArray, faces:
         mean = plane * np.sign(plane @ mean)
     sag = np.ptp(at @ mean - at.mean(axis=0) @ mean)
     size = float(np.linalg.norm(np.ptp(at, axis=0)))
-    if known is None or sag <= SAG * size or (known @ mean > NEARLY_FLAT).all():
+    if known is None or sag <= OFF * size:
         return _projected(nodes, at, mean, faces)
-    found = _cylinder(nodes, at, known, faces) or _cone(nodes, at, (where, known), faces)
+    found = _cone(nodes, at, (where, known), faces) or _cylinder(nodes, at, known, faces)
     return found or replace(_projected(nodes, at, mean, faces), kind="curved, projected")
 
 
@@ -113,7 +110,7 @@ def _projected(nodes: IntArray, at: FloatArray, normal: FloatArray, faces: IntAr
 def _cylinder(nodes: IntArray, at: FloatArray, known: FloatArray, faces: IntArray | None) -> Patch | None:
     """Unrolled, where the normals are across one axis and the nodes on a circle about it."""
     axis = _upwards(np.linalg.eigh(known.T @ known)[1][:, 0])
-    if np.abs(known @ axis).max() > SAME:
+    if np.abs(known @ axis).max() > OFF:
         return None
     plane = _across(axis)
     flat = at @ plane.T
@@ -123,7 +120,7 @@ def _cylinder(nodes: IntArray, at: FloatArray, known: FloatArray, faces: IntArra
     arms = flat - middle - found[:2]
     radii = np.linalg.norm(arms, axis=1)
     radius = float(radii.mean())
-    if np.abs(radii - radius).max() > ROUND * radius:
+    if np.abs(radii - radius).max() > OFF * radius:
         return None
     angle, nodes, faces, copies = _unrolled(np.arctan2(arms[:, 1], arms[:, 0]), nodes, faces)
     out = np.column_stack([np.cos(angle), np.sin(angle)]) @ plane
@@ -141,7 +138,7 @@ def _cone(
     where, normals = known
     axis = _upwards(np.linalg.eigh(np.cov(normals.T))[1][:, 0])
     lean = normals @ axis
-    if np.ptp(lean) > 2 * SAME or abs(lean.mean()) < SAME:
+    if np.ptp(lean) > 2 * OFF or abs(lean.mean()) < OFF:
         return None
     plane = _across(axis)
     flat = normals @ plane.T
@@ -149,11 +146,11 @@ def _cone(
     centre = np.linalg.lstsq(rows, (rows * (where @ plane.T)).sum(axis=1), rcond=None)[0]
     arms, height = at @ plane.T - centre, at @ axis
     radii = np.linalg.norm(arms, axis=1)
-    if np.ptp(height) < SAG * np.ptp(radii):
+    if np.ptp(height) < OFF * np.ptp(radii):
         return None
     slope, start = np.polyfit(height - height.mean(), radii, 1)
     off = np.abs(start + slope * (height - height.mean()) - radii).max()
-    if off > ROUND * radii.max() or not abs(slope) > SAME:
+    if off > OFF * radii.max() or not abs(slope) > OFF:
         return None
     sine, away = abs(slope) / float(np.hypot(1.0, slope)), float(np.sign(slope))
     axis, plane, arms = away * axis, plane * [[1.0], [away]], arms * [1.0, away]  # from the apex on

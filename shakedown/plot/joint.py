@@ -16,6 +16,7 @@ from shakedown.joint.contact_surface import flanks
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
+from shakedown.plot.patch_places import in_space
 from shakedown.plot.style import (
     BLACK,
     BLUE,
@@ -182,7 +183,7 @@ def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None
 
 def _sums(problem: Problem, q: FloatArray, p: FloatArray) -> dict[str, FloatArray]:
     """Sums over the nodes: normal and tangential, or along the axes where directions differ."""
-    plane, normal, both = problem.directions == 1, problem.normal, problem.layout.by_node(q)
+    plane, normal, both = not in_space(problem), problem.normal, problem.layout.by_node(q)
     tangents = problem.tangents if not plane or problem.tangent is None else problem.tangent[:, None]
     if normal is None or tangents is None or np.allclose(tangents, tangents[0], atol=SIX_DIGITS):
         names = ["Σ q_w, all nodes"] if plane else ["Σ q_w in x", "Σ q_w in y"]

@@ -22,7 +22,7 @@ from shakedown.plot.drawn_path import (
     pressed,
     work_of_nodes,
 )
-from shakedown.plot.patch_places import require_space
+from shakedown.plot.patch_places import in_space, require_space
 from shakedown.plot.style import GREY, LINES, axes_for, finished, node_name
 
 FARTHEST = 3.0  # times the limit: reactions beyond, of nodes that hardly press, are cut off
@@ -188,7 +188,7 @@ def reactions_in_time(
     path = path.refined()
     limit = problem.law.limit(path.p)[:, node]
     q, lowest, name = path.q, -limit, "q"
-    if problem.directions > 1:
+    if in_space(problem):
         q, lowest, name = problem.law.size(path.q), np.zeros_like(limit), "|q|"
     axes = axes_for(ax)
     axes.fill_between(path.cycle, lowest, limit, color=GREY, alpha=0.2, lw=0, label="|q| ≤ f p")

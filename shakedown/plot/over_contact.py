@@ -33,7 +33,7 @@ from shakedown.plot.drawn_path import (
     time_in_words,
     work_of_nodes,
 )
-from shakedown.plot.patch_places import Places, patch_axes, places_of, require_space
+from shakedown.plot.patch_places import Places, in_space, patch_axes, places_of, require_space
 from shakedown.plot.style import (
     BLACK,
     BLUE,
@@ -95,7 +95,7 @@ def pressure(
     'normal reaction p [N]'
     """
     require_problem(problem)
-    if problem.directions > 1:
+    if in_space(problem):
         if cycles is not None and len(cycles) != 1:
             raise UsageError(f"cycles: expected one time (a picture of a patch), found {len(cycles)}")
         cycle = None if cycles is None else cycles[0]

@@ -25,7 +25,6 @@ MOST_LOOPS = 80  # nodes whose loads are drawn, evenly spread
 DISC, LONG = 0.47, 0.9  # of the distance of two nodes: radius of a disc, or of a loop, and an arrow
 SEEN = 0.08  # of the size of the patch: the longest arrow
 ROOM = 0.6  # about the outer nodes, of that distance
-BESIDE = (1.01, 1.0)  # of the axes: where the legend begins
 SHORT = 3  # digits of a number in a title
 KINDS = ((0, "stick", "s", BLUE), (1, "slip", "o", RED), (2, "open", "o", "none"))
 LARGEST, SMALLEST, SHARE = 8.0, 2.5, 75.0  # of a marker [points]: about SHARE of them in a row fill a panel
@@ -291,7 +290,7 @@ def _finished(axes: Axes, places: Places, title: str) -> Axes:
     finished(axes, title=places.titled(title))
     if (legend := axes.get_legend()) is not None:  # beside arrows that are everywhere
         legend.set_loc("upper left")
-        legend.set_bbox_to_anchor(BESIDE, axes.transAxes)
+        legend.set_bbox_to_anchor((1.0, 1.0), axes.transAxes)
     return axes
 
 

@@ -27,12 +27,9 @@ INSTANTS = (7, 25)  # of a period, both ends among them: of many nodes, of few
 TILT = np.radians([35.0, -50.0])  # about the normal, then towards it: how the contact is seen at first
 
 
-def patch_data(state: LongTermState) -> str | None:
-    """A long-term state as JSON that ends no script; None of a joint in the plane, or without places."""
-    problem = state.problem
-    if problem.directions == 1 or places_of(problem).in_a_row:
-        return None
-    text = json.dumps(_data(state, problem), ensure_ascii=False, separators=(",", ":"))
+def patch_data(state: LongTermState) -> str:
+    """A long-term state of a joint in space whose nodes have places, as JSON that ends no script."""
+    text = json.dumps(_data(state, state.problem), ensure_ascii=False, separators=(",", ":"))
     return text.replace("<", "\\u003c")
 
 

@@ -232,11 +232,16 @@ def _in_a_row(problem: Problem, along: FloatArray | None) -> Places:
     return Places(nodes, row, tangents, ("position along the contact", ""), unit=units_of(problem).length)
 
 
+def in_space(problem: Problem) -> bool:
+    """Whether a joint has two tangential directions, so that its contact is an area."""
+    return problem.directions > 1
+
+
 def require_space(what: str, problem: object) -> Problem:
     """The joint; ``UsageError`` where it has one tangential direction."""
     require_problem(problem)
     assert isinstance(problem, Problem)
-    if problem.directions == 1:
+    if not in_space(problem):
         raise UsageError(
             f"{what}: expected two tangential directions, found one (a contact in the plane is no area)"
         )

@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.contact_surface import FLANK_GAP
 from shakedown.plot.flat_patch import TURN, IntArray, Patch, flat, normals_of
 
 NEIGHBOURS = 8  # of a node, nearest first
-FAR = 2.5  # times the third nearest: no neighbour
-REACH = 1.6  # times the nearest: what a row of nodes, no area of its own, belongs to
-ROW = 0.2  # width by length of the neighbourhood of a node that is one of a row
+ROW = 1 / 3  # width by length of the neighbourhood of a node that is one of a row
 
 
 def laid_flat(
@@ -85,7 +84,7 @@ def _without_faces(places: FloatArray, normals: FloatArray | None) -> list[IntAr
     apart, near = KDTree(places).query(places, k=count + 1)
     usual = apart[:, min(3, count)]
     first, second = np.repeat(np.arange(n), count), near[:, 1:].ravel()
-    linked = apart[:, 1:].ravel() <= FAR * np.minimum(usual[first], usual[second])
+    linked = apart[:, 1:].ravel() <= FLANK_GAP * np.minimum(usual[first], usual[second])
     if normals is not None:
         linked &= (normals[first] * normals[second]).sum(axis=1) > TURN
     owner = _components(n, first[linked], second[linked])
@@ -110,7 +109,7 @@ def _joined(places: FloatArray, normals: FloatArray | None, owner: IntArray, wid
         np.minimum.at(gaps, owner[near].ravel(), apart.ravel())
         gaps[k] = np.inf
         nearest = int(gaps.argmin())
-        for other in np.flatnonzero(gaps <= REACH * gaps[nearest]).tolist():
+        for other in np.flatnonzero(gaps <= FLANK_GAP * gaps[nearest]).tolist():
             if looks is None or looks[other] @ looks[nearest] > TURN * np.prod(
                 np.linalg.norm(looks[[other, nearest]], axis=1)
             ):

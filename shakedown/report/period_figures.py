@@ -25,6 +25,7 @@ from shakedown.plot.drawn_path import extreme_rows, most_sheared_row, time_in_wo
 from shakedown.plot.inline_svg import Drawing, Picture, picture
 from shakedown.plot.patch_arrows import MOST_DISCS
 from shakedown.plot.patch_data import patch_data
+from shakedown.plot.patch_places import places_of
 from shakedown.plot.style import node_name
 from shakedown.report.load_figures import (
     OF_THEIR_OWN,
@@ -35,7 +36,6 @@ from shakedown.report.load_figures import (
 )
 
 LINES = 4  # in one picture, of as many instants of a period
-SOON = 0.125  # of a cycle: a second picture would be much the same
 INSTANTS = 3  # of a period, in pictures side by side
 EARLY = (1, 9)  # cycles whose zones are shown beside those of the long-term state
 AT_ONE = {
@@ -124,8 +124,9 @@ def state_pictures(v: Verification) -> list[Picture]:
 def contact_to_turn(v: Verification) -> dict[str, str] | None:
     """Data of the state in which nodes slip, or else of that at λ = 1, for the script; which one it is."""
     pictured = cycling_state(v) or as_given_state(v)
-    data = None if pictured is None else patch_data(pictured.state)
-    return None if pictured is None or data is None else {"data": Markup(data), "which": pictured.which}
+    if pictured is None or _family(v.problem) is not IN_SPACE or places_of(v.problem).in_a_row:
+        return None
+    return {"data": Markup(patch_data(pictured.state)), "which": pictured.which}
 
 
 def no_pictures(v: Verification) -> str:
@@ -234,7 +235,7 @@ def _tractions(pictured: Pictured, problem: Problem) -> Picture:
     """Reactions when the tangential ones are largest, and when the total pressure is smallest."""
     path = pictured.state.history
     times = [float(path.cycle[row]) for row in (most_sheared_row(path), extreme_rows(path)[1])]
-    times = times[: 1 + (abs(times[1] - times[0]) > SOON)]
+    times = times[: 1 + (abs(times[1] - times[0]) > 0.5 / INSTANTS)]  # sooner: much the same
     drawn = (
         ("Pressure", plot.pressure_over_patch, True),
         ("Tangential reactions", plot.tractions_at, False),

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.faces import faces_among, split_face
+from shakedown.models.condensation.contact_frame import SPACE
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.readers.mesh import CORNERS, Mesh
 
@@ -48,7 +49,7 @@ def contact_doubts(contact: ContactSection, mesh: Mesh | None, where: str) -> tu
 
 def faces_between(contact: ContactSection, mesh: Mesh | None) -> NDArray[np.intp] | None:
     """Corners of the faces of a contact in space by the numbers of its nodes, (k, 4); None of a plane one."""
-    if mesh is None or contact.directions == 1:
+    if mesh is None or contact.axes != SPACE:
         return None
     found: list[tuple[int, ...]] = []
     for element, face in mesh.boundary(set(contact.first.tolist()), contact.surface):
