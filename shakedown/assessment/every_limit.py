@@ -262,7 +262,7 @@ class JointLimits(Result):
 
     def note_what_is_known(self) -> None:
         """Keep λ_max and what is proved for the states that are followed; nothing where nodes stay open."""
-        from shakedown.long_term.energy_proof import known_limits, note_bound, note_box, note_slip
+        from shakedown.long_term.known_bounds import known_limits, note_bound, note_box, note_slip
         from shakedown.long_term.passage import Passage
 
         if self.open_nodes:

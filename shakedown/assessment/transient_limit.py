@@ -19,9 +19,9 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, checked_initial_slip, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.energy_proof import BELOW as CERTAIN
-from shakedown.long_term.energy_proof import bound_of_start, box_of_start, slip_of_start
 from shakedown.long_term.find_state import long_term_state
+from shakedown.long_term.known_bounds import BELOW as CERTAIN
+from shakedown.long_term.known_bounds import bound_of_start, box_of_start, slip_of_start
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.state import LongTermState
 

@@ -2,25 +2,20 @@
 
 from dataclasses import dataclass, replace
 from math import inf, log, nan
-from typing import TypeGuard
 
 import numpy as np
 
-from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound
-from shakedown.bounds.collapse.box_bound import BoxBound, box_bound, box_proves
+from shakedown.bounds.collapse.box_bound import box_proves
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball, holding_ball
-from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
 from shakedown.bounds.methods import methods_of
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
-from shakedown.ground.evidence import Missing, allowed, sought
+from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.limit_names import SYMBOLS
-from shakedown.ground.round_off import NEGLIGIBLE
-from shakedown.ground.tolerances import DEFAULT
-from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
+from shakedown.long_term.known_bounds import bound_of_start, bound_proves, is_known
 from shakedown.long_term.passage import Approach, Passage
 from shakedown.long_term.slip_proof import slip_proof
 
@@ -56,9 +51,6 @@ class EnergyProof:
 
 NO_PROOF = EnergyProof(False)
 ENERGY, BOX, SLIP = (SYMBOLS[word] for word in ("energy", "box", "accumulated"))
-ABOVE = 1.0 + DEFAULT.agreement  # of λ_max: more than it may be off
-NO_BOX = "boxes are of one tangential direction, all nodes closed"
-BELOW = 1.0 - NEGLIGIBLE  # of a load factor up to which something is proved: round-off of the bound
 
 
 @on_one_thread
@@ -89,7 +81,7 @@ def energy_proof(passage: Passage, approach: Approach) -> EnergyProof:
         if cycles is not None:
             return replace(_proof_of(ball, approach, best=best), cycles=cycles)
     # A ball that holds the start holds the state at rest: λ_E is not worked out where none does.
-    known = _key(passage) in _known_bounds(passage.problem)
+    known = is_known(passage)
     asked = best or ball is not None or known
     if asked and bound_proves(bound_of_start(passage), passage.load_factor):
         return EnergyProof(True, cycles=0, by=ENERGY)
@@ -189,84 +181,3 @@ def _ball(passage: Passage, approach: Approach, *, best: bool) -> EnergyBall | M
     except UsageError:  # there is no such zone
         return None
     return found if isinstance(found, Missing) or found.contains(approach.final_slip) else None
-
-
-def bound_proves(bound: EnergyBound | Missing, load_factor: float) -> TypeGuard[EnergyBound]:
-    """Whether a load factor lies where a bound proves shakedown, by more than its round-off."""
-    if isinstance(bound, Missing):
-        return False
-    return bool(bound.least_load_factor <= load_factor < BELOW * bound.load_factor)
-
-
-def bound_of_start(begun: Passage) -> EnergyBound | Missing:
-    """λ_E of the start, worked out once."""
-    known, asked = _known_bounds(begun.problem), _key(begun)
-    if asked not in known:
-        known[asked] = allowed(
-            energy_bound, begun.problem, begun.start, open_nodes=begun.open_nodes, certify=False,
-            tolerances=begun.tolerances,
-        )  # fmt: skip
-    return known[asked]
-
-
-def note_bound(begun: Passage, bound: EnergyBound) -> None:
-    """Keep λ_E of a start that is known already."""
-    _known_bounds(begun.problem).setdefault(_key(begun), bound)
-
-
-def box_of_start(begun: Passage) -> BoxBound | Missing:
-    """λ_box of the start, worked out once; Missing where nodes are open there, and in space."""
-    known, asked = _known_boxes(begun.problem), _key(begun)
-    if begun.open_nodes or "box" in methods_of(begun.problem).ABSENT:
-        return Missing(NO_BOX)
-    if asked not in known:
-        known[asked] = box_bound(begun.problem, begun.start, tolerances=begun.tolerances)
-    return known[asked]
-
-
-def note_box(begun: Passage, box: BoxBound) -> None:
-    """Keep λ_box of a start that is known already."""
-    _known_boxes(begun.problem).setdefault(_key(begun), box)
-
-
-def slip_of_start(begun: Passage) -> AccumulatedBound | Missing:
-    """λ_S of the start where it is known already."""
-    return _known_slips(begun.problem).get(_key(begun), Missing("not worked out"))
-
-
-def note_slip(begun: Passage, slip: AccumulatedBound) -> None:
-    """Keep λ_S of a start that is known already."""
-    _known_slips(begun.problem).setdefault(_key(begun), slip)
-
-
-@once_per_problem
-def _known_slips(problem: Problem) -> dict[object, AccumulatedBound]:
-    """The same of one problem by total slip."""
-    return {}
-
-
-@once_per_problem
-def _known_boxes(problem: Problem) -> dict[object, BoxBound]:
-    """Boxes of one problem that are known already, by start, open nodes and tolerances."""
-    return {}
-
-
-def _key(begun: Passage) -> object:
-    return begun.start.tobytes(), begun.open_nodes, begun.tolerances
-
-
-@once_per_problem
-def _known_bounds(problem: Problem) -> dict[object, EnergyBound | Missing]:
-    """Bounds of one problem that are known already, by start, open nodes and tolerances."""
-    return {}
-
-
-@once_per_problem
-def known_limits(problem: Problem) -> dict[str, float]:
-    """λ_max and λ_U of a problem with all nodes closed, by their words, where they are known already."""
-    return {}
-
-
-def beyond_all(begun: Passage) -> bool:
-    """Whether a load factor is known to be above λ_max, by more than its round-off."""
-    return begun.load_factor > ABOVE * known_limits(begun.problem).get("upper", inf)

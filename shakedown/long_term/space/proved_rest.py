@@ -15,7 +15,7 @@ from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
-from shakedown.long_term.energy_proof import (
+from shakedown.long_term.known_bounds import (
     BELOW,
     beyond_all,
     bound_of_start,

@@ -1,0 +1,105 @@
+"""What is known already of a joint and of where a motion begins: limits that no verdict contradicts."""
+
+from math import inf
+from typing import TypeGuard
+
+from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound
+from shakedown.bounds.collapse.box_bound import BoxBound, box_bound
+from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
+from shakedown.bounds.methods import methods_of
+from shakedown.ground.evidence import Missing, allowed
+from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.tolerances import DEFAULT
+from shakedown.joint.derived import once_per_problem
+from shakedown.joint.problem import Problem
+from shakedown.long_term.passage import Passage
+
+ABOVE = 1.0 + DEFAULT.agreement  # of λ_max: more than it may be off
+NO_BOX = "boxes are of one tangential direction, all nodes closed"
+BELOW = 1.0 - NEGLIGIBLE  # of a load factor up to which something is proved: round-off of the bound
+
+
+def bound_proves(bound: EnergyBound | Missing, load_factor: float) -> TypeGuard[EnergyBound]:
+    """Whether a load factor lies where a bound proves shakedown, by more than its round-off."""
+    if isinstance(bound, Missing):
+        return False
+    return bool(bound.least_load_factor <= load_factor < BELOW * bound.load_factor)
+
+
+def bound_of_start(begun: Passage) -> EnergyBound | Missing:
+    """λ_E of the start, worked out once."""
+    known, asked = _known_bounds(begun.problem), _key(begun)
+    if asked not in known:
+        known[asked] = allowed(
+            energy_bound, begun.problem, begun.start, open_nodes=begun.open_nodes, certify=False,
+            tolerances=begun.tolerances,
+        )  # fmt: skip
+    return known[asked]
+
+
+def is_known(begun: Passage) -> bool:
+    """Whether λ_E of the start is."""
+    return _key(begun) in _known_bounds(begun.problem)
+
+
+def note_bound(begun: Passage, bound: EnergyBound) -> None:
+    """Keep λ_E of a start that is known already."""
+    _known_bounds(begun.problem).setdefault(_key(begun), bound)
+
+
+def box_of_start(begun: Passage) -> BoxBound | Missing:
+    """λ_box of the start, worked out once; Missing where nodes are open there, and in space."""
+    known, asked = _known_boxes(begun.problem), _key(begun)
+    if begun.open_nodes or "box" in methods_of(begun.problem).ABSENT:
+        return Missing(NO_BOX)
+    if asked not in known:
+        known[asked] = box_bound(begun.problem, begun.start, tolerances=begun.tolerances)
+    return known[asked]
+
+
+def note_box(begun: Passage, box: BoxBound) -> None:
+    """Keep λ_box of a start that is known already."""
+    _known_boxes(begun.problem).setdefault(_key(begun), box)
+
+
+def slip_of_start(begun: Passage) -> AccumulatedBound | Missing:
+    """λ_S of the start where it is known already."""
+    return _known_slips(begun.problem).get(_key(begun), Missing("not worked out"))
+
+
+def note_slip(begun: Passage, slip: AccumulatedBound) -> None:
+    """Keep λ_S of a start that is known already."""
+    _known_slips(begun.problem).setdefault(_key(begun), slip)
+
+
+@once_per_problem
+def _known_slips(problem: Problem) -> dict[object, AccumulatedBound]:
+    """The same of one problem by total slip."""
+    return {}
+
+
+@once_per_problem
+def _known_boxes(problem: Problem) -> dict[object, BoxBound]:
+    """Boxes of one problem that are known already, by start, open nodes and tolerances."""
+    return {}
+
+
+def _key(begun: Passage) -> object:
+    return begun.start.tobytes(), begun.open_nodes, begun.tolerances
+
+
+@once_per_problem
+def _known_bounds(problem: Problem) -> dict[object, EnergyBound | Missing]:
+    """Bounds of one problem that are known already, by start, open nodes and tolerances."""
+    return {}
+
+
+@once_per_problem
+def known_limits(problem: Problem) -> dict[str, float]:
+    """λ_max and λ_U of a problem with all nodes closed, by their words, where they are known already."""
+    return {}
+
+
+def beyond_all(begun: Passage) -> bool:
+    """Whether a load factor is known to be above λ_max, by more than its round-off."""
+    return begun.load_factor > ABOVE * known_limits(begun.problem).get("upper", inf)
