@@ -22,6 +22,7 @@ from shakedown.files.table_file import check_table
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import ProblemError, UsageError
+from shakedown.ground.evidence import allowed, present
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import Outcome
@@ -266,16 +267,17 @@ def _about(loaded: LoadedJoint, values: FloatArray) -> dict[str, Any]:
 def _limits(
     work: _Amplitudes, rising: list[AmplitudePoint], zone: Iterable[int] | Literal["auto"]
 ) -> dict[str, float]:
-    """λ_E and λ_T as amplitudes."""
+    """λ_E and λ_T as amplitudes; NaN where they do not exist or are not found."""
     joint = work.loaded.alone
     if joint is None:
         return {}
-    proved = energy_bound(joint, work.start, open_nodes=zone, certify=False, tolerances=work.tolerances)
-    known = float(proved.load_factor) if proved.load_factor > 0 else nan
+    proved = present(allowed(energy_bound, joint, work.start, open_nodes=zone, tolerances=work.tolerances))
+    known = float(proved.load_factor) if proved is not None and proved.load_factor > 0 else nan
     damped = [a for a, point in zip(work.values, rising, strict=True) if point.outcome != Outcome.SHAKEDOWN]
     if not damped or damped[0] == 0:
         return {"proved_limit": known, "simulated_limit": nan if damped else inf}
-    found = transient_limit(
+    found = allowed(
+        transient_limit,
         joint,
         work.start,
         open_nodes=work.open_nodes,
@@ -284,4 +286,4 @@ def _limits(
         accuracy=NARROW,
         tolerances=work.tolerances,
     )
-    return {"proved_limit": known, "simulated_limit": found.load_factor}
+    return {"proved_limit": known, "simulated_limit": found.load_factor if found else nan}

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from shakedown.ground.errors import UsageError
-from shakedown.ground.tolerances import DEFAULT
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.conjugate_loads import require_loads
 from shakedown.joint.problem import Problem
@@ -43,7 +43,8 @@ class LoadedJoint:
         load = load_number(problem, called)
         welded = problem.layout.joined(problem.q_w, problem.p_w)
         rest = welded - np.outer(history[:, load], unit[load])
-        if np.abs(rest - rest[0]).max() > DEFAULT.printed_digits * np.abs(welded).max():
+        others = np.delete(history, load, axis=1)
+        if (np.ptp(others, axis=0) > NEGLIGIBLE * np.abs(others).max(axis=0, initial=0.0)).any():
             return cls(problem, load, None)
         q_mean, p_mean = problem.layout.split(rest[0])
         return cls(problem, load, replace(problem, q_mean=q_mean, p_mean=p_mean))

@@ -90,6 +90,19 @@ def test_units_do_not_matter_nor_does_the_unit_of_the_load():
     np.testing.assert_array_equal(two.loss_factor.round(12), one.loss_factor.round(12))
 
 
+def test_another_load_varies_however_little_beside_a_preload():
+    history = np.array([[1.0, 1e-7], [-1.0, -1e-7]])
+    unit = np.array([[-1.0, 0.0], [0.0, 1.0]])
+    varying = {
+        "load_reactions": unit,
+        "load_history": history,
+        "load_compliance": np.eye(2),
+        "load_names": None,
+    }
+    joint = jenkins(q_w=-history[:, :1], p_w=history[:, 1:] + 2.0, **varying)
+    assert np.isnan(damping(joint, [1.0]).proved_limit)
+
+
 def test_another_load_that_varies_stays_as_it_is():
     """Then an amplitude is no load factor, and there is no limit on it; the joint is made anew for each."""
     t = np.arange(8) / 8
