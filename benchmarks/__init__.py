@@ -72,5 +72,6 @@ STUDIES: tuple[str, ...] = (
     "universal_adversary",
     "universal_cost",
     "worked_examples",
+    "unlike_meshes",
     "verify_times",
 )

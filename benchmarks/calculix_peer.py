@@ -1,5 +1,6 @@
 """CalculiX as a peer: decks are run, and what they print of a contact is read."""
 
+import os
 import shutil
 import subprocess
 from collections.abc import Iterable
@@ -26,7 +27,8 @@ def is_here() -> bool:
 def run(folder: Path, name: str, deck: Iterable[str]) -> None:
     """Write a deck into a folder and run it there; an error of CalculiX is raised with its last lines."""
     (folder / f"{name}.inp").write_text("\n".join(deck) + "\n")
-    done = subprocess.run([PROGRAM, name], cwd=folder, capture_output=True, text=True, check=False)
+    alone = os.environ | {"OMP_NUM_THREADS": "1"}  # contact of type MORTAR may hang with several threads
+    done = subprocess.run([PROGRAM, name], cwd=folder, env=alone, capture_output=True, text=True, check=False)
     if done.returncode != 0 or "*ERROR" in done.stdout:
         said = " / ".join(line.strip() for line in done.stdout.splitlines() if line.strip())
         raise RuntimeError(f"{name}.inp: ccx ended with {done.returncode}: … {said[-400:]}")

@@ -159,6 +159,28 @@ def test_a_press_fit_has_the_pressure_of_a_thick_ring(hub, shaft):
     assert pressure.mean() == pytest.approx(0.02 / (hub_gives + shaft_gives), rel=0.02)
 
 
+def test_half_of_a_joint_on_a_plane_of_symmetry_is_half_of_the_whole():
+    """Pressed and sheared along x in the plane y = 0: nodes there have half the reactions of the whole."""
+    loads = [Force("top", (3.0, 0.0, -20.0), history=1.0)]
+    joints = []
+    for width, low in ((2.0, -1.0), (1.0, 0.0)):
+        upper, lower = (
+            brick_mesh((2.0, width, 1.0), (nx, round(ny * width), 1), origin=(0, low, z))
+            for nx, ny, z in ((2, 1, 1.0), (3, 2, 0.0))
+        )
+        guide = [] if low else [Support("front", x=False, z=False)]
+        own = loads if low else [Force("top", (1.5, 0.0, -10.0), history=1.0)]
+        above = ElasticBody(upper, Material(1.0, 0.3), supports=guide, loads=own)
+        below = ElasticBody(lower, Material(1.0, 0.3), supports=[Support("bottom"), *guide])
+        joints.append(contact_problem(above, "bottom", 0.4, against=(below, "top"), coupling="mortar"))
+    whole, half = joints
+    for k, place in enumerate(half.coordinates):
+        j = int(np.argmin(np.linalg.norm(whole.coordinates - place, axis=1)))
+        share = 0.5 if place[1] == 0 else 1.0
+        assert half.p_w[0, k] == pytest.approx(share * whole.p_w[0, j], rel=1e-9)
+        assert half.q_w[0, 2 * k] == pytest.approx(share * whole.q_w[0, 2 * j], rel=1e-8, abs=1e-9)
+
+
 def test_what_cannot_be_coupled_is_refused():
     upper, lower = BODIES["2:3"]
     with pytest.raises(ProblemError, match="expected matching nodes on both bodies, found 5 and 7 nodes"):

@@ -178,6 +178,31 @@ def test_curved_faces_turn_freely(hub, shaft):
     assert turning[0] == pytest.approx(turning[1], abs=1e-10)
 
 
+def test_bodies_of_revolution_have_the_areas_of_their_faces():
+    """Edges along the axis and across it: 2πr times a length; a constant pressure passes."""
+    ends = np.linspace(1.0, 3.0, 4), np.linspace(1.0, 3.0, 6)
+    for along in (0, 1):
+        slave, master = (
+            ContactSurface(
+                first + np.arange(len(r)),
+                np.column_stack([r, np.zeros(len(r))] if along == 0 else [np.full(len(r), 2.0), r]),
+                [(first + k, first + k + 1) for k in range(len(r) - 1)],
+                [[2.0 + into * along, 2.0 + into * (1 - along)]] * (len(r) - 1),
+            )
+            for r, first, into in ((ends[0], 1, 5.0), (ends[1], 900, -5.0))
+        )
+        found = surface_coupling(slave, master, revolved=True)
+        assert found.area.sum() == pytest.approx(8 * np.pi, rel=1e-13)
+        pressed = found.area[:, None] * found.normals
+        arrives = -found.on_master(pressed)[:, 1 - along]
+        size = np.diff(ends[1])
+        inner, outer = (ends[1][:-1], ends[1][1:]) if along == 0 else (np.full(5, 2.0), np.full(5, 2.0))
+        expected = np.zeros(6)
+        expected[:-1] += 2 * np.pi * size * (inner / 3 + outer / 6)
+        expected[1:] += 2 * np.pi * size * (inner / 6 + outer / 3)
+        np.testing.assert_allclose(np.abs(arrives), expected, rtol=1e-12)
+
+
 def test_units_do_not_matter():
     slave, master = grid((2, 2), 1, 1.0, skew=0.1), grid((3, 2), 900, -1.0)
     scaled = [
