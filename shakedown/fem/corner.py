@@ -1,13 +1,20 @@
-"""The end of a contact: can a corner that is pressed on a rigid plane stick?"""
+"""The end of a contact: can a corner that is pressed on a plane, or on another body, stick?"""
 
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
+from shakedown.fem.body import Material
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SIX_DIGITS
+
+EXPONENTS = np.linspace(0.02, 0.999, 400)  # of singular tractions: where roots are bracketed
+LARGEST_SLIP = 3.0  # exponent of a slip up to which one is sought
 
 
 @dataclass(frozen=True)
@@ -57,30 +64,184 @@ def welded_corner(angle: float, poisson: float, plane: str = "strain") -> Welded
     """
     if not 0 < angle < np.pi:
         raise UsageError(f"angle: expected 0 < angle < pi, found {angle}")
-    strain_ratio = poisson if plane == "strain" else poisson / (1 + poisson)
+    found = _welded(_Pair(angle, _effective(poisson, plane)))
+    return WeldedCorner(found.exponent, found.shear_ratio)
+
+
+@dataclass(frozen=True)
+class CornerField:
+    """What friction does at a corner of a contact (:func:`corner_field`).
+
+    Attributes
+    ----------
+    exponent
+        e: with all stuck, tractions go with distance^(e − 1); below 1 they are singular.
+    shear_ratio
+        ρ₀ = |q|/p of these tractions: the critical friction coefficient [–]. With more friction the
+        corner sticks, and does not limit λ_max.
+    slip_exponent
+        s*: the least s for which slip ~ distance^s can be locked in, as its own tractions keep |q| ≤ f p.
+        At most e where f ≥ ρ₀; NaN where it is above 3.
+    slope
+        s* − e, at least 0: λ_max falls with that power of the element size for any cyclic load that changes
+        the tractions at the corner; 0 where it converges.
+    """
+
+    exponent: float
+    shear_ratio: float
+    slip_exponent: float
+    slope: float
+
+
+@checked
+def corner_field(
+    angle: float,
+    material: Material,
+    f: float,
+    *,
+    against: Material | None = None,
+    against_angle: float = np.pi,
+    plane: str = "strain",
+) -> CornerField:
+    """The critical friction of a corner, and with less how fast λ_max falls as the mesh is refined.
+
+    Fields φ = r^(s+1) F(θ) in wedges (Williams 1952) whose outer faces are free. Welded along the contact
+    they have the exponent e. With slip along it, and gap none, there is one for every s, and the ratio |q|/p
+    of its tractions tells whether friction can lock it in (docs/mesh.md). Of the exponents the least real one
+    is taken: tractions that oscillate towards the corner are not looked for.
+
+    Parameters
+    ----------
+    angle
+        Angle between the contact and the free face, through the body [rad], 0 < angle < π.
+    material
+        Of the body with the corner.
+    f
+        Friction coefficient ≥ 0 [–].
+    against
+        Material of the other body; None: it is rigid.
+    against_angle
+        The angle of the other body there: π, where it is flat, to below 2π [rad].
+    plane
+        ``"strain"`` or ``"stress"``.
+
+    Raises
+    ------
+    UsageError
+        If a number is out of range, or no singular field exists (a sharp wedge).
+
+    Examples
+    --------
+    A square block on a half-plane of its material: critical is 0.543 (Mugadu, Hills, Limmer 2002).
+
+    >>> found = corner_field(np.pi / 2, Material(200e3, 0.3), 0.3, against=Material(200e3, 0.3))
+    >>> round(found.exponent, 4), round(found.shear_ratio, 4), round(found.slope, 4)
+    (0.5445, 0.5431, 0.0935)
+    """
+    if not 0 < angle < np.pi:
+        raise UsageError(f"angle: expected 0 < angle < pi, found {angle}")
+    if not 0 < against_angle < 2 * np.pi:
+        raise UsageError(f"against_angle: expected 0 < angle < 2 pi, found {against_angle}")
+    if not 0 <= f < np.inf:
+        raise UsageError(f"f: expected a friction coefficient >= 0, found {f}")
+    pair = _Pair(angle, _effective(material.poisson, plane))
+    if against is not None:
+        softer = _modulus(material) / _modulus(against)
+        pair = _Pair(*pair[:2], against_angle, _effective(against.poisson, plane), softer)
+    welded = _welded(pair)
+    s = _least_slip(pair, f)
+    slope = 0.0 if f >= welded.shear_ratio else max(0.0, s - welded.exponent)
+    return CornerField(welded.exponent, welded.shear_ratio, s, slope)
+
+
+class _Pair(NamedTuple):
+    """A wedge on θ > 0 and one on θ < 0, by angles and Poisson's ratios of plane strain; G₁/G₂, 0: rigid."""
+
+    angle: float
+    poisson: float
+    other_angle: float = np.pi
+    other_poisson: float = 0.0
+    softer: float = 0.0
+
+
+def _effective(poisson: float, plane: str) -> float:
+    """Poisson's ratio of the body in plane strain that behaves so."""
+    return poisson if plane == "strain" else poisson / (1 + poisson)
+
+
+def _modulus(material: Material) -> float:
+    return material.young / (2 * (1 + material.poisson))
+
+
+def _welded(pair: _Pair) -> WeldedCorner:
+    """The strongest field with neither slip nor gap."""
 
     def determinant(exponent: float) -> float:
-        return float(np.linalg.det(_conditions(exponent, angle, strain_ratio)))
+        return float(np.linalg.det(_conditions(exponent, pair, welded=True)))
 
-    grid = np.linspace(0.02, 0.999, 400)
-    values = [determinant(e) for e in grid]
-    for k in range(len(grid) - 1):
-        if values[k] * values[k + 1] < 0:
-            exponent = brentq(determinant, grid[k], grid[k + 1], xtol=1e-14)
-            field = np.linalg.svd(_conditions(exponent, angle, strain_ratio))[2][-1]
-            shear, normal = _tractions(exponent, 0.0) @ field
-            return WeldedCorner(float(exponent), float(abs(shear / normal)))
-    raise UsageError(f"angle: no singular field at a corner of {np.degrees(angle):g} degrees")
+    values = [determinant(e) for e in EXPONENTS]
+    changes = np.flatnonzero(np.diff(np.sign(values)))
+    if not changes.size:
+        raise UsageError(f"angle: no singular field at a corner of {np.degrees(pair.angle):g} degrees")
+    exponent = float(brentq(determinant, *EXPONENTS[changes[0] : changes[0] + 2], xtol=1e-14))
+    shear, normal = _contact_tractions(exponent, pair, welded=True)
+    return WeldedCorner(exponent, float(abs(shear / normal)))
 
 
-def _conditions(e: float, angle: float, poisson: float) -> FloatArray:
-    """No displacement on θ = 0, no traction on θ = angle, (4, 4), in the coefficients of F.
+def _least_slip(pair: _Pair, f: float) -> float:
+    """The least s of a slip r^s whose tractions keep |q| ≤ f p; NaN where there is none up to 3."""
+    grid = np.linspace(EXPONENTS[0], LARGEST_SLIP, 1201)
+    side = np.sign(np.prod(_contact_tractions(grid[0], pair, welded=False)))
 
-    F = (cos(e+1)θ, sin(e+1)θ, cos(e−1)θ, sin(e−1)θ).
+    def excess(s: float) -> float:
+        """Of ± q over f p, jumping where p changes its sign."""
+        shear, normal = _contact_tractions(s, pair, welded=False)
+        return float((side * shear * np.sign(normal) - f * abs(normal)) / np.hypot(shear, normal))
+
+    if excess(grid[0]) <= 0.0:
+        return float(grid[0])
+    for left, right in pairwise(grid):
+        if excess(right) < 0.0:
+            found = float(brentq(excess, left, right, xtol=1e-14))
+            if abs(excess(found)) < SIX_DIGITS:
+                return found
+            side = -side  # p has changed its sign
+    return np.nan
+
+
+def _contact_tractions(s: float, pair: _Pair, *, welded: bool) -> tuple[float, float]:
+    """(σ_rθ, σ_θθ) on θ = 0 of the field that keeps all conditions."""
+    field = np.linalg.svd(_conditions(s, pair, welded=welded))[2][-1]
+    shear, normal = _tractions(s, 0.0) @ field[:4]
+    return float(shear), float(normal)
+
+
+def _conditions(s: float, pair: _Pair, *, welded: bool) -> FloatArray:
+    """Outer faces free, tractions and u_θ, welded u_r too, continuous on θ = 0: zero, in coefficients of F.
+
+    F = (cos(s+1)θ, sin(s+1)θ, cos(s−1)θ, sin(s−1)θ) of the wedge above, then of the one below; (4, 4) of
+    a wedge on a rigid plane, (8, 8) of two, one row less with slip.
     """
-    radial = [-(e + 1), 0.0, -(e + 1) + 4 * (1 - poisson), 0.0]
-    circumferential = [0.0, -(e + 1), 0.0, -(e - 1) - 4 * (1 - poisson)]
-    return np.array([radial, circumferential, *_tractions(e, angle)])
+    own = _displacements(s, pair.poisson)[0 if welded else 1 :]
+    if not pair.softer:
+        return np.vstack([own, _tractions(s, pair.angle)])
+    other = _displacements(s, pair.other_poisson)[0 if welded else 1 :]
+    across, none = _tractions(s, 0.0), np.zeros((2, 4))
+    return np.block(
+        [
+            [own, -pair.softer * other],
+            [across, -across],
+            [_tractions(s, pair.angle), none],
+            [none, _tractions(s, -pair.other_angle)],
+        ]
+    )
+
+
+def _displacements(s: float, poisson: float) -> FloatArray:
+    """2 G (u_r, u_θ) at r = 1 on θ = 0, (2, 4), in the coefficients of F."""
+    radial = [-(s + 1), 0.0, -(s + 1) + 4 * (1 - poisson), 0.0]
+    circumferential = [0.0, -(s + 1), 0.0, -(s - 1) - 4 * (1 - poisson)]
+    return np.array([radial, circumferential])
 
 
 def _tractions(e: float, angle: float) -> FloatArray:

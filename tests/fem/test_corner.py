@@ -1,0 +1,69 @@
+"""Williams's corner: critical friction, and the power by which λ_max falls below it."""
+
+import numpy as np
+import pytest
+
+from shakedown import UsageError
+from shakedown.fem import Material, corner_field, welded_corner
+
+STEEL = Material(200e3, 0.3)
+RIGHT = np.pi / 2
+
+
+def softer(ratio):
+    return Material(STEEL.young / ratio, 0.3)
+
+
+def test_the_critical_friction_of_a_square_block_on_a_half_plane():
+    """0.543 (Mugadu, Hills, Limmer 2002), with the singularity r^(-0.4555) of Bogy's corner."""
+    found = corner_field(RIGHT, STEEL, 0.6, against=STEEL)
+    assert found.shear_ratio == pytest.approx(0.543, abs=5e-4)
+    assert found.exponent == pytest.approx(0.5445, abs=1e-4)
+    assert found.slope == 0.0
+
+
+@pytest.mark.parametrize(
+    ("f", "against"), [(0.1, None), (0.2, None), (0.2, STEEL), (0.4, STEEL), (0.3, softer(3))]
+)
+def test_friction_just_holds_the_slip_that_decides(f, against):
+    """Below the critical friction the slope is above 0 and falls to 0 as friction gets there."""
+    found = corner_field(RIGHT, STEEL, f, against=against)
+    near = corner_field(RIGHT, STEEL, found.shear_ratio * (1 - 1e-6), against=against)
+    more = corner_field(RIGHT, STEEL, f + 0.05, against=against)
+    assert 0 < more.slope < found.slope < 0.5
+    assert 0 < near.slope < 1e-5
+
+
+def test_without_friction_the_corner_is_a_frictionless_one():
+    """On a rigid plane a symmetric wedge of twice the angle: sin 2sα = −s sin 2α."""
+    for angle in np.radians([100, 120]):
+        s = corner_field(angle, STEEL, 1e-9).slip_exponent
+        assert np.sin(2 * s * angle) + s * np.sin(2 * angle) == pytest.approx(0, abs=1e-6)
+
+
+def test_a_very_stiff_half_plane_is_rigid():
+    rigid, stiff = (corner_field(1.2, STEEL, 0.2, against=other) for other in (None, softer(1e-9)))
+    assert (stiff.exponent, stiff.slope) == pytest.approx((rigid.exponent, rigid.slope), abs=1e-6)
+    assert welded_corner(1.2, 0.3).shear_ratio == pytest.approx(rigid.shear_ratio, rel=1e-12)
+
+
+def test_only_the_ratio_of_the_stiffnesses_counts():
+    one = corner_field(1.3, STEEL, 0.2, against=softer(2))
+    other = corner_field(1.3, Material(1.0, 0.3), 0.2, against=Material(0.5, 0.3))
+    assert one == other
+
+
+def test_two_wedges_may_change_their_places():
+    one = corner_field(1.3, STEEL, 0.1, against=softer(2), against_angle=2.0)
+    other = corner_field(2.0, softer(2), 0.1, against=STEEL, against_angle=1.3)
+    assert (one.exponent, one.slope) == pytest.approx((other.exponent, other.slope), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"), [((4.0, STEEL, 0.2), "angle"), ((1.0, STEEL, -0.1), "f: expected")]
+)
+def test_bad_numbers_are_refused(words, said):
+    with pytest.raises(UsageError, match=said):
+        corner_field(*words)
+    with pytest.raises(UsageError, match="against_angle"):
+        corner_field(1.0, STEEL, 0.1, against=STEEL, against_angle=7.0)
