@@ -1,34 +1,14 @@
-"""How both bounds behave as the mesh is refined.
+"""Which numbers converge as a mesh is refined, joint by joint: the tables of docs/mesh.md.
 
-Four joints, each on a sequence of meshes with the number of contact elements
-doubled: a block on a rigid plane whose top is pressed and sheared cyclically, at
-two friction coefficients; two elastically similar blocks, which are uncoupled;
-the slanted, cantilevered block of thesis chapter V.
-
-What to expect.
-
-- λ_max converges where the ends of the contact can stick. Where they cannot –
-  the welded tractions at a corner have a shear ratio |q|/p of their own, and
-  friction is below it (:func:`shakedown.fem.welded_corner`) – the corner of the
-  elastic body slips at any load, and λ_max falls by a power of the element size
-  for ever. It is then a statement about slip on the scale of one element: choose
-  that as the radius that the real edge has.
-- λ_1 asks for more, safety from *every* locked-in slip. A finer mesh admits
-  rougher slips, and where slip is coupled to pressure (B ≠ 0) a rough enough one
-  lifts a node off at the mean load. So λ_1 falls to zero under refinement. That is
-  an answer about the question, not a fault of the mesh: ask which initial slips
-  are possible. λ_1(R), the bound for initial slips within R of the safe one
-  (:func:`shakedown.guarantee_curve`), still falls at a fixed R, because slips may
-  jump by R from node to node. With R in proportion to the element size – slips
-  whose slope along the contact differs from the safe one's by a bounded amount –
-  λ_1(R)/λ_max holds its level on the rigid plane. It still falls, though slowly,
-  for the cantilevered block: its sharp corner (60°) carries hardly any pressure, so
-  that ever smaller slips lift the last node off.
-- Without coupling (B = 0) λ_1 = λ_max on every mesh.
+Every joint on a sequence of meshes with the number of contact elements doubled: blocks and a pad with
+sharp corners, below and above the critical friction of these (:func:`shakedown.fem.corner_field`);
+elastically similar blocks and a press fit, which have no such corner; a cylinder on a flat, whose pressure
+ends like a root; the slanted block of thesis chapter V. Of each :func:`shakedown.refine` tells which of the
+limits, of λ_max averaged over an eighth of the contact, of friction work and of the largest slip at one load
+have a limit, and which one.
 """
 
 import argparse
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -36,19 +16,25 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks.bodies.blocks import cantilevered_block
+from benchmarks.bodies.classical import cylinder_on_flat, press_fit
 from benchmarks.runner import run_study
-from shakedown import Problem, guarantee_curve, lower_bound, upper_bound
+from shakedown import Problem, plot, refine
 from shakedown.fem import (
     Displacement,
     ElasticBody,
+    Load,
     Material,
+    Pressure,
     Support,
+    Traction,
     block_mesh,
     contact_problem,
-    welded_corner,
+    corner_field,
 )
+from shakedown.report.text_table import table
+from shakedown.studies.meshes.refined import COLUMNS, Refinement
 
-TITLE = "Both bounds under mesh refinement"
+TITLE = "What converges under mesh refinement"
 STEEL = Material(200e3, 0.3)  # N, mm
 
 
@@ -76,97 +62,123 @@ def similar_blocks(elements: int, f: float) -> Problem:
     return contact_problem(upper, "bottom", f, against=(lower, "top"), steps=48)
 
 
-# Each joint with the slope of the box of initial slips: R = slope × element size.
-JOINTS: dict[str, tuple[Callable[[int], Problem], float]] = {
-    "block on a rigid plane, f = 0.5": (lambda elements: block_on_plane(elements, 0.5), 3e-4),
-    "block on a rigid plane, f = 0.2": (lambda elements: block_on_plane(elements, 0.2), 3e-4),
-    "two similar blocks, f = 0.3": (lambda elements: similar_blocks(elements, 0.3), 3e-4),
-    "cantilevered block (chapter V), f = 0.4": (lambda elements: cantilevered_block(elements // 8), 3e-9),
+def pressed_and_pushed() -> list[Load]:
+    """10 MPa on the top all the time, and 1 MPa to and fro along it."""
+    return [
+        Pressure("top", 10.0, history=np.ones(24)),
+        Traction("top", (1.0, 0.0), history=lambda t: np.cos(2 * np.pi * t)),
+    ]
+
+
+def pushed_block(elements: int, f: float) -> Problem:
+    """A block 2 × 1 on a rigid plane, by forces: that of the tutorial."""
+    mesh = block_mesh(2.0, 1.0, elements, elements // 2)
+    return contact_problem(ElasticBody(mesh, STEEL, loads=pressed_and_pushed()), "bottom", f, steps=24)
+
+
+def pad(elements: int, f: float) -> Problem:
+    """The same block on a larger one of its material, 6 × 3, in the middle of its top."""
+    upper = ElasticBody(
+        block_mesh(2.0, 1.0, elements, elements // 2, origin=(-1.0, 0.0)), STEEL, loads=pressed_and_pushed()
+    )
+    mesh = block_mesh(6.0, 3.0, 3 * elements, 3 * elements // 2, origin=(-3.0, -3.0))
+    size = 2.0 / elements
+    mesh = mesh.with_boundaries(
+        {"contact": lambda x: (np.abs(x[1]) < 0.1 * size) & (np.abs(x[0]) < 1.0)}, boundaries_only=True
+    )
+    lower = ElasticBody(mesh, STEEL, supports=[Support("bottom")])
+    return contact_problem(upper, "bottom", f, against=(lower, "contact"), steps=24)
+
+
+# From contact elements to each joint, the load factor at which it is simulated, the most elements.
+JOINTS: dict[str, tuple[Callable[[int], Problem], float, int]] = {
+    "block on a rigid plane, moved, f = 0.2": (lambda elements: block_on_plane(elements, 0.2), 4.0, 64),
+    "block on a rigid plane, pushed, f = 0.4": (lambda elements: pushed_block(elements, 0.4), 3.8, 64),
+    "pad on a block, f = 0.3": (lambda elements: pad(elements, 0.3), 2.8, 64),
+    "pad on a block, f = 0.7": (lambda elements: pad(elements, 0.7), 6.5, 32),
+    "two similar blocks, f = 0.3": (lambda elements: similar_blocks(elements, 0.3), 4.0, 32),
+    "press fit, f = 0.2": (lambda elements: press_fit(elements // 8), 1.0, 64),
+    "cylinder on a flat, f = 0.3": (lambda elements: cylinder_on_flat(elements // 8), 1.0, 32),
+    "cantilevered block (chapter V), f = 0.4": (lambda elements: cantilevered_block(elements // 8), 3.0, 32),
 }
+SIZES = (8, 16, 32, 64)
+SHARE = 8  # of the contact: the radius over which slips are averaged
 
 
 def cases(short: bool) -> list[dict[str, Any]]:
     """Every joint on meshes of 8, 16, … contact elements."""
-    sizes = (8, 16) if short else (8, 16, 32, 64, 128)
-    return [{"joint": joint, "elements": elements} for joint in JOINTS for elements in sizes]
+    return [
+        {"joint": joint, "elements": elements}
+        for joint, (_, _, most) in JOINTS.items()
+        for elements in SIZES
+        if elements <= (16 if short else most)
+    ]
 
 
 def measure(case: dict[str, Any]) -> dict[str, Any]:
-    """Both bounds of one joint on one mesh."""
-    began = time.perf_counter()
-    make, slope = JOINTS[case["joint"]]
+    """All numbers of one joint on one mesh."""
+    make, load_factor, _ = JOINTS[case["joint"]]
     problem = make(case["elements"])
-    built = time.perf_counter()
-    upper = upper_bound(problem)
-    lower = lower_bound(problem)
-    return {
-        "nodes": problem.n,
-        "upper_status": str(upper.status),
-        "upper": upper.load_factor,
-        "active_nodes": sorted({int(node) for node, _ in upper.active}),
-        "lower": lower.load_factor,
-        "lower_node": int(lower.node),
-        "slope": slope,
-        "lower_near_safe_slip": _near_safe_slip(problem, slope),
-        "seconds_build": round(built - began, 2),
-        "seconds_bounds": round(time.perf_counter() - built, 2),
-    }
-
-
-def _near_safe_slip(problem: Problem, slope: float) -> float:
-    """λ_1(R) for the box |v − ṽ| ≤ R = slope × element size around the safe slip."""
     assert problem.x is not None
-    weights = np.ones(problem.n)
-    unit = guarantee_curve(problem, [0.0], weights=weights).unit
-    radius = slope * float(np.diff(problem.x).mean())
-    return float(guarantee_curve(problem, [radius / unit], weights=weights).load_factors[0])
+    radius = float(np.ptp(problem.x)) / SHARE
+    found = refine({case["elements"]: problem}, [case["elements"]], radius=radius, load_factor=load_factor)
+    row = {name: values[0] for name, values in found.to_dict()["table"].items()}
+    return row | {"radius": radius, "load_factor": load_factor}
+
+
+def refinements(rows: list[dict[str, Any]]) -> dict[str, Refinement]:
+    """The table of meshes of every joint that was measured."""
+    found = {}
+    for joint in JOINTS:
+        own = [row for row in rows if row["joint"] == joint]
+        if own:
+            columns = {
+                name: np.array([np.nan if row[name] is None else float(row[name]) for row in own])
+                for name in COLUMNS
+            }
+            size, nodes = (np.array([row[name] for row in own]) for name in ("elements", "nodes"))
+            last = own[-1]
+            found[joint] = Refinement(last["load_factor"], last["radius"], size, nodes, 1, columns)
+    return found
 
 
 def tables(rows: list[dict[str, Any]]) -> str:
-    """λ_max and λ_1 of every mesh, and the change of λ_max from the mesh before."""
-    lines = [f"{'joint':40} {'nodes':>6} {'λ_max':>9} {'change':>9} {'λ_1':>9} {'λ_1(R)':>9} {'time s':>9}"]
-    before = None
-    for row in rows:
-        first = before is None or before["joint"] != row["joint"]
-        change = "" if first else f"{row['upper'] / before['upper'] - 1:+.2%}"
-        name = row["joint"] if first else ""
-        seconds = row["seconds_build"] + row["seconds_bounds"]
-        lines.append(
-            f"{name:40} {row['nodes']:6} {row['upper']:9.4f} {change:>9} {row['lower']:9.4f}"
-            f" {row['lower_near_safe_slip']:9.4f} {seconds:9.1f}"
-        )
-        before = row
-    lines += ["", "shear ratio of a welded corner, ν = 0.3 (with less friction it slips at any load):"]
-    for degrees in (60, 90, 120):
-        corner = welded_corner(np.radians(degrees), STEEL.poisson)
-        lines.append(
-            f"{degrees:4}°: |q|/p = {corner.shear_ratio:.3f}, tractions ~ r^{corner.exponent - 1:.3f}"
-        )
+    """Every number of every joint over its meshes, with what it does."""
+    lines = []
+    for joint, found in refinements(rows).items():
+        head = [f"{joint} (λ = {found.load_factor:g})", *map(str, found.nodes), "verdict", "limit", "order"]
+        cells = [
+            [
+                name,
+                *(f"{value:.4g}" for value in found.numbers[name]),
+                str(trend.verdict),
+                f"{trend.limit:.4g}",
+                f"{trend.order:.2g}",
+            ]
+            for name, trend in found.trends.items()
+        ]
+        lines += [table(head, cells), ""]
+    lines.append("critical friction of a corner, ν = 0.3, and the power by which λ_max falls:")
+    for degrees, against, name in ((60, None, "rigid"), (90, None, "rigid"), (90, STEEL, "its own material")):
+        for f in (0.2, 0.3, 0.4):
+            corner = corner_field(np.radians(degrees), STEEL, f, against=against)
+            critical = f"{corner.shear_ratio:.3f}"
+            lines.append(f"{degrees:4}° on {name}: {critical}; f = {f:g}: h^{corner.slope:.3f}")
     return "\n".join(lines)
 
 
 def figures(rows: list[dict[str, Any]]) -> dict[str, Figure]:
-    """λ_max and λ_1 against the number of contact nodes."""
-    figure = Figure(figsize=(12, 4.4), layout="constrained")
-    left, middle, right = figure.subplots(1, 3, sharex=True)
-    for joint, marker in zip(JOINTS, "osD^", strict=True):
-        own = [row for row in rows if row["joint"] == joint]
-        nodes = [row["nodes"] for row in own]
-        left.plot(nodes, [row["upper"] for row in own], marker + "-", label=joint)
-        for axes, key in ((middle, "lower"), (right, "lower_near_safe_slip")):
-            axes.plot(nodes, [row[key] / row["upper"] for row in own], marker + "-")
-    left.set(title="λ_max: from some initial slip", ylabel="λ_max", ylim=(0, None))
-    middle.set(title="λ_1 / λ_max: from every initial slip", ylim=(-0.05, 1.05))
-    right.set(title="λ_1(R) / λ_max: slips near the safe one", ylim=(-0.05, 1.05))
-    ticks = sorted({row["nodes"] for row in rows})
-    for axes in (left, middle, right):
-        axes.set_xscale("log")
-        axes.set_xticks(ticks, labels=map(str, ticks))
-        axes.minorticks_off()
-        axes.set_xlabel("contact nodes")
-        axes.grid(alpha=0.3)
-    handles, labels = left.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False)
+    """Every number over the nodes of the mesh, joint by joint."""
+    found = refinements(rows)
+    figure = Figure(figsize=(13, 3.2 * -(-len(found) // 3)), layout="constrained")
+    panels = figure.subplots(-(-len(found) // 3), 3, squeeze=False).ravel()
+    for axes, (joint, each) in zip(panels, found.items(), strict=False):
+        plot.refinement(each, ax=axes)
+        axes.set_title(joint, fontsize="medium")
+        axes.set_ylabel("")
+        axes.legend(fontsize=6)
+    for axes in panels[len(found) :]:
+        axes.set_axis_off()
     return {"refinement": figure}
 
 

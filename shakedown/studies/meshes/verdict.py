@@ -10,7 +10,9 @@ from scipy.optimize import brentq
 from shakedown.ground.float_array import FloatArray
 
 STILL = 1e-3  # of a number: changes up to that are none
-SLOWEST = 0.5  # order of convergence: below it what is left cannot be told from a power of h, or log h
+SLOWEST = 0.5  # order of convergence: below it what is left is too uncertain for a limit
+SLOW = 0.25  # order below which there is none: what is left cannot be told from a power of h, or log h
+LEVEL = 0.03  # power of h below which nothing is said to fall or grow
 FASTEST = 8.0  # order, above which the last change tells nothing
 NEAR = 0.25  # of a number: as far as that its limit may be
 AWAY = 0.5  # of a number: where its limit is farther than that it has none
@@ -68,11 +70,14 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
         return Trend(Verdict.CONVERGES, last) if ends else Trend(Verdict.UNDECIDED)
     order = _order(h, before / now)
     left = now / ((h[1] / h[2]) ** order - 1.0) if order > 0.0 else inf * now
-    if order >= SLOWEST and abs(left) <= NEAR * abs(last):
+    near, power = abs(left) <= NEAR * abs(last), nan
+    if near and order >= SLOWEST:
         return Trend(Verdict.CONVERGES, last + left, order)
-    if order >= SLOWEST and abs(left) <= AWAY * abs(last):
+    if second * last > 0:
+        power = float(np.log(second / last) / np.log(h[1] / h[2]))
+    slow, far = near and order >= SLOW, order >= SLOWEST and abs(left) <= AWAY * abs(last)
+    if slow or far or abs(power) < LEVEL:
         return Trend(Verdict.UNDECIDED)
-    power = float(np.log(second / last) / np.log(h[1] / h[2])) if second * last > 0 else nan
     return Trend(Verdict.FALLS if now * last < 0 or last == 0.0 else Verdict.GROWS, order=power)
 
 
