@@ -32,7 +32,7 @@ from shakedown.fem import (
     corner_field,
 )
 from shakedown.report.text_table import table
-from shakedown.studies.meshes.refined import COLUMNS, Refinement
+from shakedown.studies.meshes.refined import Refinement
 
 TITLE = "What converges under mesh refinement"
 STEEL = Material(200e3, 0.3)  # N, mm
@@ -102,6 +102,7 @@ JOINTS: dict[str, tuple[Callable[[int], Problem], float, int]] = {
     "cantilevered block (chapter V), f = 0.4": (lambda elements: cantilevered_block(elements // 8), 3.0, 32),
 }
 SIZES = (8, 16, 32, 64)
+NO_NUMBERS = {"joint", "elements", "size", "nodes", "radius", "load_factor"}  # of a row
 SHARE = 8  # of the contact: the radius over which slips are averaged
 
 
@@ -134,7 +135,8 @@ def refinements(rows: list[dict[str, Any]]) -> dict[str, Refinement]:
         if own:
             columns = {
                 name: np.array([np.nan if row[name] is None else float(row[name]) for row in own])
-                for name in COLUMNS
+                for name in own[0]
+                if name not in NO_NUMBERS
             }
             size, nodes = (np.array([row[name] for row in own]) for name in ("elements", "nodes"))
             last = own[-1]

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 
 from shakedown.assessment.three_numbers import (
-    Limits,
+    NumberedLimits,
     impossible_above,
     proved_from_every_state,
     proved_from_this_state,
@@ -22,7 +22,7 @@ from shakedown.joint.hat_functions import coarsened
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
-FEWEST = {1: 9, 2: 16}  # nodes, by tangential directions: fewer are too coarse to make coarser
+FEWEST = {True: 9, False: 16}  # nodes, in the plane or in space: fewer are too coarse to make coarser
 MUCH = 0.1  # by which a limit changes on every second node: more than that is said
 MOST = 0.5  # of the multipliers at the edge: then it decides
 NAMED = 4  # nodes, each with more than MUCH of the multipliers
@@ -33,7 +33,7 @@ NUMBERS: dict[str, tuple[str, Callable[[Any], float]]] = {
     "proved_from_every_state": ("what is proved from every state", proved_from_every_state),
 }
 
-T = TypeVar("T", bound=Limits)
+T = TypeVar("T", bound=NumberedLimits)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,19 +68,24 @@ class MeshCheck(Result):
         return self.warning is not None and self.edge_share >= MOST
 
 
-def mesh_check(limits: Limits) -> MeshCheck:
+def mesh_check(limits: NumberedLimits) -> MeshCheck:
     """What one mesh tells of limits: whether its edge decides λ_max, and what they are twice as coarse."""
     problem = limits.problem
-    surface = None if problem.n < FEWEST[problem.directions] else surface_of(problem)
-    if surface is None or limits.open_nodes or limits.upper.open_nodes:
+    surface = surface_of(problem)
+    if (
+        surface is None
+        or problem.n < FEWEST[surface.in_plane]
+        or limits.open_nodes
+        or limits.upper.open_nodes
+    ):
         return MeshCheck(nan, (), {}, None)
     shares = _shares(limits)
     edge = shares * surface.edge
     ranked = np.argsort(-edge, kind="stable")
     deciding = tuple(int(node) for node in ranked[:NAMED] if edge[node] > MUCH)
     coarser = _coarser(limits)
-    share = float(edge.sum())
-    return MeshCheck(share, deciding, coarser, _warning(problem, share, sorted(deciding), coarser))
+    share, place = float(edge.sum()), "end" if surface.in_plane else "rim"
+    return MeshCheck(share, deciding, coarser, _warning(place, share, sorted(deciding), coarser))
 
 
 def on_mesh(limits: T, problem: Problem) -> T:
@@ -92,7 +97,7 @@ def on_mesh(limits: T, problem: Problem) -> T:
     return replace(limits, **changes)  # type: ignore[type-var]  # a dataclass
 
 
-def _shares(limits: Limits) -> FloatArray:
+def _shares(limits: NumberedLimits) -> FloatArray:
     """The part of every node in the multipliers that prove λ_max, (n,); NaN where there are none."""
     problem, upper = limits.problem, limits.upper
     rows = constraints(problem)
@@ -102,7 +107,7 @@ def _shares(limits: Limits) -> FloatArray:
     return np.asarray(parts / parts.sum())
 
 
-def _coarser(limits: Limits) -> dict[str, float]:
+def _coarser(limits: NumberedLimits) -> dict[str, float]:
     """By how much limits are larger on every second node, less 1, those that are known."""
     problem = limits.problem
     start = limits.energy.initial_slip
@@ -120,7 +125,7 @@ def _coarser(limits: Limits) -> dict[str, float]:
     return found
 
 
-def _warning(problem: Problem, share: float, nodes: Sequence[int], coarser: dict[str, float]) -> str | None:
+def _warning(place: str, share: float, nodes: Sequence[int], coarser: dict[str, float]) -> str | None:
     """The sentence, where a limit changes by more than a tenth."""
     changes: dict[str, list[str]] = {}
     for name, by in coarser.items():
@@ -129,7 +134,6 @@ def _warning(problem: Problem, share: float, nodes: Sequence[int], coarser: dict
     if not changes:
         return None
     told = [f"{_together(names)} {change}" for change, names in changes.items()]
-    place = "end" if problem.directions == 1 else "rim"
     many = "s" * (len(nodes) != 1)
     where = f"{place} node{many} {_listed([str(node) for node in nodes])}" if nodes else f"its {place}"
     decided = f"λ_max is decided by {where} ({100 * share:.0f} %). " if share >= MOST else ""

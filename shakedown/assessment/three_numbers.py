@@ -12,7 +12,7 @@ from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 
 
-class Limits(Protocol):
+class NumberedLimits(Protocol):
     """The limits that the numbers are made of."""
 
     @property
@@ -37,14 +37,14 @@ class Limits(Protocol):
     def open_nodes(self) -> tuple[int, ...]: ...
 
 
-def proved_from_every_state(limits: Limits) -> float:
+def proved_from_every_state(limits: NumberedLimits) -> float:
     """λ_U; 0 where nothing is proved, NaN where a program of the proof came to no end."""
     if limits.universal.status == Status.UNDECIDED:
         return nan
     return 0.0 if isnan(limits.universal.load_factor) else limits.universal.load_factor
 
 
-def proved_from_this_state(limits: Limits) -> float:
+def proved_from_this_state(limits: NumberedLimits) -> float:
     """The largest of what is proved of the state asked about; NaN where a program came to no end."""
     here = limits.from_state
     known = [nan if here.least_load_factor > 0 else here.load_factor, _as_one_of_all(limits)]
@@ -54,7 +54,7 @@ def proved_from_this_state(limits: Limits) -> float:
     return nan if limits.is_open_from_state else 0.0
 
 
-def _as_one_of_all(limits: Limits) -> float:
+def _as_one_of_all(limits: NumberedLimits) -> float:
     """Up to where this state is one of those that λ_U is about; NaN where that is not known."""
     if limits.open_nodes or limits.distance > 0 or limits.universal.after_transient:
         return nan
@@ -62,7 +62,7 @@ def _as_one_of_all(limits: Limits) -> float:
     return min(every, admitted_up_to(limits.problem, limits.energy.initial_slip, limits.tolerances))
 
 
-def impossible_above(limits: Limits) -> float:
+def impossible_above(limits: NumberedLimits) -> float:
     """λ_max, the upper end of what encloses it; inf where nodes are open, 0 where no slip is safe."""
     upper = limits.upper
     if upper.open_nodes:

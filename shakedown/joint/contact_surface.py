@@ -13,7 +13,6 @@ from shakedown.joint.faces import NONE
 from shakedown.joint.problem import Problem
 
 FLANK_GAP = 2.5  # a distance this many times the usual one, and those beside it, separates two flanks
-CLOSED = 1.5  # steps from the last node to the first, up to which a strip is a ring
 FACING = 0.5  # cosine of the angle between two normals below which their nodes are of two patches
 AROUND = 16  # nearest nodes among which the neighbours of a node are
 FAR = 40.0  # spacings: there points close the cells of nodes at the edge
@@ -89,7 +88,7 @@ def surface_of(problem: Problem) -> Surface | None:
     points = _points(problem)
     if points is None:
         return None
-    found = _line(problem, points) if problem.directions == 1 else _patches(problem, points)
+    found = (_line if points.shape[1] == 1 else _patches)(problem, points)
     return found if bool((found.spacing > 0).all()) else None
 
 
@@ -117,7 +116,7 @@ def _closing(problem: Problem, part: IntArray) -> float:
         return 0.0
     place = problem.coordinates[part]
     steps = np.linalg.norm(place - np.roll(place, 1, axis=0), axis=1)
-    return float(steps[0]) if steps[0] <= CLOSED * steps[1:].max() else 0.0
+    return float(steps[0]) if steps[0] <= FLANK_GAP * steps[1:].max() else 0.0
 
 
 def _patches(problem: Problem, points: FloatArray) -> Surface:
@@ -156,7 +155,7 @@ def _rim(surface: Surface) -> Mask:
     edge = np.ones(len(surface.points), dtype=np.bool_)
     for part in surface.parts:
         for node in part:
-            beside, offsets = around(surface, int(node), part[part != node], AROUND)
+            beside, offsets = around(surface, int(node), part[part != node])
             near = _neighbours(offsets) if len(beside) > 2 else offsets
             angles = np.sort(np.arctan2(near[:, 1], near[:, 0]))
             gaps = np.diff(np.append(angles, angles[:1] + 2 * np.pi))
@@ -171,14 +170,14 @@ def _neighbours(offsets: FloatArray) -> FloatArray:
     return np.asarray(near[size <= ACROSS * np.median(size)])
 
 
-def around(surface: Surface, node: int, among: IntArray, count: int) -> tuple[IntArray, FloatArray]:
+def around(surface: Surface, node: int, among: IntArray) -> tuple[IntArray, FloatArray]:
     """The nearest of some nodes, and where they are from a node in its tangent plane, as far as in space.
 
     (k,) and (k, 2) [length].
     """
     offsets = surface.points[among] - surface.points[node]
     size = np.linalg.norm(offsets, axis=1)
-    nearest = np.argsort(size, kind="stable")[:count]
+    nearest = np.argsort(size, kind="stable")[:AROUND]
     offsets, size = offsets[nearest], size[nearest]
     if offsets.shape[1] == 3:
         normal = None if surface.normals is None else surface.normals[node]

@@ -9,15 +9,11 @@ from scipy.linalg import block_diag
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.joint.arguments import checked, is_finite
 from shakedown.joint.contact_surface import Surface, around, cell_weights, surface_of
 from shakedown.joint.field_table import FIELDS
 from shakedown.joint.problem import Problem
-
-NEAREST = 12  # knots among which the neighbours of a node are
-DIGITS = 6  # of places, so that those of a regular mesh are in rows
-SAME = 1.0 - 1e-6  # of a distance: nodes of a regular mesh are this far apart, but for round-off
 
 IntArray = NDArray[np.intp]
 
@@ -116,7 +112,7 @@ def spread_knots(surface: Surface, apart: FloatArray) -> IntArray:
         )
         nearest = np.full(len(part), np.inf)
         for k in order:
-            if nearest[k] >= SAME * apart[part[k]]:
+            if nearest[k] >= (1.0 - SIX_DIGITS) * apart[part[k]]:
                 chosen.append(part[k])
                 nearest = np.minimum(nearest, np.linalg.norm(points - points[k], axis=1))
     return np.sort(np.array(chosen))
@@ -138,7 +134,7 @@ def hat_functions(surface: Surface, knots: IntArray) -> FloatArray:
             continue
         P[own, place[own]] = 1.0
         for node in part[place[part] < 0]:
-            beside, offsets = around(surface, int(node), own, NEAREST)
+            beside, offsets = around(surface, int(node), own)
             P[node, place[beside]] = cell_weights(offsets) if len(beside) > 1 else 1.0
     return P
 

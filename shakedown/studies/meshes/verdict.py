@@ -9,17 +9,15 @@ from scipy.optimize import brentq
 
 from shakedown.ground.float_array import FloatArray
 
-STILL = 1e-3  # of a number: changes up to that are none
+STILL = 1e-3  # of a number: changes up to that are none; ten times that ends a sequence that turns
 SLOWEST = 0.5  # order of convergence: below it what is left is too uncertain for a limit
 SLOW = 0.25  # order below which there is none: what is left cannot be told from a power of h, or log h
 LEVEL = 0.03  # power of h below which nothing is said to fall or grow
 FASTEST = 8.0  # order, above which the last change tells nothing
-NEAR = 0.25  # of a number: as far as that its limit may be
-AWAY = 0.5  # of a number: where its limit is farther than that it has none
-TURNED = 0.01  # of a number: a last change of the other sign that is smaller ends a sequence
+NEAR = 0.25  # of a number: as far as that its limit may be; twice as far leaves it open
 
 
-class Verdict(StrEnum):
+class Tendency(StrEnum):
     """What a number does as the mesh is refined."""
 
     CONVERGES = "converges"
@@ -42,7 +40,7 @@ class Trend(NamedTuple):
         falls or grows: the exponent s of h^s between the last two meshes. Else NaN.
     """
 
-    verdict: Verdict
+    verdict: Tendency
     limit: float = nan
     order: float = nan
 
@@ -60,25 +58,25 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
     ('falls', 'grows')
     """
     if len(values) < 3 or not all(map(isfinite, values[-3:])):
-        return Trend(Verdict.UNDECIDED)
+        return Trend(Tendency.UNDECIDED)
     h, (first, second, last) = size[-3:], map(float, values[-3:])
     before, now = second - first, last - second
     if max(abs(before), abs(now)) <= STILL * abs(last):
-        return Trend(Verdict.CONVERGES, last)
+        return Trend(Tendency.CONVERGES, last)
     if before * now <= 0.0:
-        ends = abs(now) <= min(0.5 * abs(before), TURNED * abs(last))
-        return Trend(Verdict.CONVERGES, last) if ends else Trend(Verdict.UNDECIDED)
+        ends = abs(now) <= min(0.5 * abs(before), 10.0 * STILL * abs(last))
+        return Trend(Tendency.CONVERGES, last) if ends else Trend(Tendency.UNDECIDED)
     order = _order(h, before / now)
     left = now / ((h[1] / h[2]) ** order - 1.0) if order > 0.0 else inf * now
     near, power = abs(left) <= NEAR * abs(last), nan
     if near and order >= SLOWEST:
-        return Trend(Verdict.CONVERGES, last + left, order)
+        return Trend(Tendency.CONVERGES, last + left, order)
     if second * last > 0:
         power = float(np.log(second / last) / np.log(h[1] / h[2]))
-    slow, far = near and order >= SLOW, order >= SLOWEST and abs(left) <= AWAY * abs(last)
+    slow, far = near and order >= SLOW, order >= SLOWEST and abs(left) <= 2.0 * NEAR * abs(last)
     if slow or far or abs(power) < LEVEL:
-        return Trend(Verdict.UNDECIDED)
-    return Trend(Verdict.FALLS if now * last < 0 or last == 0.0 else Verdict.GROWS, order=power)
+        return Trend(Tendency.UNDECIDED)
+    return Trend(Tendency.FALLS if now * last < 0 or last == 0.0 else Tendency.GROWS, order=power)
 
 
 def _order(h: FloatArray, ratio: float) -> float:
