@@ -119,7 +119,7 @@ def conjugate_displacement(problem: Problem, history: EventHistory | WithPath) -
 def load_loops(problem: Problem, history: EventHistory | WithPath) -> LoadLoops:
     """The loops of the loads over the path of one period, in so many points that straight lines follow them.
 
-    Raises as :func:`conjugate_displacement`.
+    With fixed load steps that is the polygon of these. Raises as :func:`conjugate_displacement`.
     """
     path = _path(history)
     fine = path.refined()

@@ -24,7 +24,7 @@ MARKS = {Outcome.RATCHETTING: "x", Outcome.SEPARATION: "o", SLIDES_AWAY: "v", Ou
 
 
 class OfJoint(Protocol):
-    """A long-term state, or a recorded simulation."""
+    """A long-term state, or a simulation."""
 
     @property
     def problem(self) -> Problem: ...
@@ -50,7 +50,7 @@ def loop(state: OfJoint, *, load: int = 0, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     state
-        A long-term state, or a recorded simulation.
+        A long-term state, or a simulation that found one.
     load
         Which load of the problem, by number.
     ax
@@ -75,7 +75,7 @@ def loop(state: OfJoint, *, load: int = 0, ax: Axes | None = None) -> Axes:
     'load 0, area 4 in one period'
     """
     problem = state.problem
-    loops = load_loops(problem, state)
+    loops = load_loops(problem, getattr(state, "settled", state))
     if not 0 <= load < loops.load.shape[1]:
         raise UsageError(f"load: expected a number from 0 to {loops.load.shape[1] - 1}, found {load}")
     axes = axes_for(ax)
