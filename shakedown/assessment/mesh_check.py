@@ -117,7 +117,12 @@ def _coarser(limits: NumberedLimits) -> dict[str, float]:
     found = {}
     for name, (_, number) in NUMBERS.items():
         try:
-            one, other = number(limits), number(coarse)
+            one = number(limits)
+            if (
+                one == 0 and number is proved_from_this_state
+            ):  # the costliest; nothing is proved to be compared
+                continue
+            other = number(coarse)
         except SolverError:
             continue
         if isfinite(one) and isfinite(other):
