@@ -47,10 +47,7 @@ def flat(places: FloatArray, normals: FloatArray | None, nodes: IntArray, faces:
     """One patch laid flat, in the way that fits it."""
     at = places[nodes]
     beside = None if normals is None else normals[nodes]
-    where, known = at, beside
-    if faces is not None:
-        corners = np.where(faces < 0, faces[:, :1], faces)
-        where, known = at[corners].mean(axis=1), normals_of(at, beside, faces)
+    known = beside if faces is None else _of_nodes(at, beside, faces)
     mean = _mean_normal(at, known)
     plane = _mean_normal(at, None)
     if abs(plane @ mean) > TURN:  # at its edges normals may be those of an edge
@@ -59,20 +56,29 @@ def flat(places: FloatArray, normals: FloatArray | None, nodes: IntArray, faces:
     size = float(np.linalg.norm(np.ptp(at, axis=0)))
     if known is None or sag <= OFF * size:
         return _projected(nodes, at, mean, faces)
-    found = _cone(nodes, at, (where, known), faces) or _cylinder(nodes, at, known, faces)
+    found = _cone(nodes, at, known, faces) or _cylinder(nodes, at, known, faces)
     return found or replace(_projected(nodes, at, mean, faces), kind="curved, projected")
 
 
 def normals_of(places: FloatArray, normals: FloatArray | None, faces: IntArray) -> FloatArray:
-    """Unit normals of faces, on the side of those of their nodes where these are known."""
+    """Normals of faces, twice as long as their areas, on the side of those of their nodes where known."""
     corners = np.where(faces < 0, faces[:, :1], faces)  # of a triangle the first one twice
     at = places[corners]
     across = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
-    across /= np.linalg.norm(across, axis=1).clip(np.finfo(float).tiny)[:, None]
     if normals is not None:
-        side = (across * normals[corners].sum(axis=1)).sum(axis=1)
-        across[side < 0] *= -1.0
+        across[(across * normals[corners].sum(axis=1)).sum(axis=1) < 0] *= -1.0
     return np.asarray(across)
+
+
+def _of_nodes(at: FloatArray, normals: FloatArray | None, faces: IntArray) -> FloatArray:
+    """Unit normals of nodes by the faces of their patch alone: at an edge not those of the other side."""
+    total, across = np.zeros_like(at), normals_of(at, normals, faces)
+    for corner in faces.T:
+        np.add.at(total, corner[corner >= 0], across[corner >= 0])
+    size = np.linalg.norm(total, axis=1)
+    bare = size == 0
+    total[bare] = across.sum(axis=0) if normals is None else normals[bare]
+    return np.asarray(total / np.linalg.norm(total, axis=1).clip(np.finfo(float).tiny)[:, None])
 
 
 def _mean_normal(at: FloatArray, known: FloatArray | None) -> FloatArray:
@@ -107,10 +113,10 @@ def _projected(nodes: IntArray, at: FloatArray, normal: FloatArray, faces: IntAr
     return Patch(nodes, at @ frame.T, np.tile(frame, (len(nodes), 1, 1)), names, "", faces)
 
 
-def _cylinder(nodes: IntArray, at: FloatArray, known: FloatArray, faces: IntArray | None) -> Patch | None:
+def _cylinder(nodes: IntArray, at: FloatArray, normals: FloatArray, faces: IntArray | None) -> Patch | None:
     """Unrolled, where the normals are across one axis and the nodes on a circle about it."""
-    axis = _upwards(np.linalg.eigh(known.T @ known)[1][:, 0])
-    if np.abs(known @ axis).max() > OFF:
+    axis = _upwards(np.linalg.eigh(normals.T @ normals)[1][:, 0])
+    if np.sqrt(np.mean((normals @ axis) ** 2)) > OFF:
         return None
     plane = _across(axis)
     flat = at @ plane.T
@@ -131,19 +137,16 @@ def _cylinder(nodes: IntArray, at: FloatArray, known: FloatArray, faces: IntArra
     return Patch(nodes, points, frame, (f"around, R = {few(radius, 3)}", name), "cylinder", faces)
 
 
-def _cone(
-    nodes: IntArray, at: FloatArray, known: tuple[FloatArray, FloatArray], faces: IntArray | None
-) -> Patch | None:
+def _cone(nodes: IntArray, at: FloatArray, normals: FloatArray, faces: IntArray | None) -> Patch | None:
     """Unrolled, where the normals make one angle with an axis that they meet."""
-    where, normals = known
     axis = _upwards(np.linalg.eigh(np.cov(normals.T))[1][:, 0])
     lean = normals @ axis
-    if np.ptp(lean) > 2 * OFF or abs(lean.mean()) < OFF:
+    if np.std(lean) > OFF or abs(lean.mean()) < OFF:
         return None
     plane = _across(axis)
     flat = normals @ plane.T
     rows = np.column_stack([flat[:, 1], -flat[:, 0]])  # the normal through each place meets the axis
-    centre = np.linalg.lstsq(rows, (rows * (where @ plane.T)).sum(axis=1), rcond=None)[0]
+    centre = np.linalg.lstsq(rows, (rows * (at @ plane.T)).sum(axis=1), rcond=None)[0]
     arms, height = at @ plane.T - centre, at @ axis
     radii = np.linalg.norm(arms, axis=1)
     if np.ptp(height) < OFF * np.ptp(radii):

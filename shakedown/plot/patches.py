@@ -45,18 +45,33 @@ def _with_faces(
     from scipy.spatial import KDTree
 
     across = normals_of(places, normals, faces)
+    across = across / np.linalg.norm(across, axis=1).clip(np.finfo(float).tiny)[:, None]
     owner = _components(len(faces), *_beside(faces, across, either_side=normals is None))
     corners = np.where(faces < 0, faces[:, :1], faces)
     covered = np.unique(corners)
     bare = np.setdiff1d(np.arange(len(places)), covered)
     nearest = covered[KDTree(places[covered]).query(places[bare])[1]] if len(bare) else bare
-    for number in range(owner.max() + 1):
+    owner = _with_slivers(owner, corners)
+    for number in np.unique(owner):
         own = faces[owner == number]
         nodes = np.unique(corners[owner == number])
         place = np.full(len(places) + 1, -1)
         nodes = np.concatenate([nodes, bare[np.isin(nearest, nodes)]])
         place[nodes] = np.arange(len(nodes))
         yield nodes, place[own]
+
+
+def _with_slivers(owner: IntArray, corners: IntArray) -> IntArray:
+    """Faces whose nodes all belong to another patch are of that: thin ones, whose normals tell nothing."""
+    whole = owner.copy()
+    for number in np.argsort(np.bincount(owner), kind="stable").tolist():
+        nodes = np.unique(corners[whole == number])
+        others = np.setdiff1d(whole[np.isin(corners, nodes[:1]).any(axis=1)], [number])
+        for other in others.tolist():
+            if np.isin(nodes, corners[whole == other]).all():
+                whole[whole == number] = other
+                break
+    return whole
 
 
 def _beside(faces: IntArray, across: FloatArray, *, either_side: bool) -> tuple[IntArray, IntArray]:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import Delaunay
 
 from shakedown import Problem, UsageError, plot
 from shakedown.models.condensation.tangent_pairs import tangent_pairs
@@ -126,6 +127,19 @@ def test_fine_rows_far_apart_are_one_patch_and_a_sphere_is_projected():
     points /= np.linalg.norm(points, axis=1)[:, None]
     (patch,) = laid_flat(5.0 * points, points, None)
     assert patch.kind == "curved, projected"
+
+
+@pytest.mark.parametrize("half", [0.0, 0.3])
+def test_a_free_mesh_of_triangles_is_unrolled_as_well(half):
+    """Its faces lean to all sides of the surface, by a share of their size over the radius."""
+    grid = np.array([(a, h) for a in np.linspace(0.0, 30.0, 21) for h in np.linspace(0.0, 30.0, 21)])
+    inner = ((grid > 0) & (grid < 30)).all(axis=1)[:, None]
+    along = grid + inner * np.random.default_rng(0).uniform(-0.5, 0.5, grid.shape)
+    angle, radius = along[:, 0] / 20.0, 20.0 + along[:, 1] * np.tan(half)
+    places = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), along[:, 1]])
+    faces = np.column_stack([Delaunay(along).simplices, np.full(800, -1)])
+    (patch,) = laid_flat(places, None, faces)
+    assert patch.kind.startswith("cone, 17.2°" if half else "cylinder")
 
 
 @pytest.mark.parametrize("scale", [2.0**-200, 2.0**200])
