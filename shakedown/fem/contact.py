@@ -27,8 +27,8 @@ from shakedown.models.condensation.condense import Condensation, condensed_stiff
 from shakedown.models.condensation.contact_frame import node_names
 from shakedown.models.condensation.coupled_frame import hat_areas
 from shakedown.models.condensation.load_case import LoadCase
-from shakedown.models.condensation.mortar.surface_coupling import SurfaceCoupling, surface_coupling
 from shakedown.models.condensation.tangent_pairs import patch_positions
+from shakedown.models.mortar.surface_coupling import SurfaceCoupling, surface_coupling
 
 COUPLINGS = ("nodes", "mortar")
 

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from shakedown.fem.body import ElasticBody, IntArray
 from shakedown.joint.faces import faces_among, split_face
-from shakedown.models.condensation.mortar.surface_mesh import ContactSurface
+from shakedown.models.mortar.surface_mesh import ContactSurface
 
 
 def contact_faces(body: ElasticBody, boundary: str, nodes: IntArray) -> NDArray[np.intp] | None:

@@ -1,6 +1,6 @@
 """From an elastic model with many degrees of freedom to the contact stiffness κ.
 
-Reading order: ``tangent_pairs``, ``mortar/`` (surfaces that do not match), ``contact_frame`` (contact nodes,
+Reading order: ``tangent_pairs``, ``contact_frame`` (contact nodes,
 normals, tangents), ``coupled_frame`` (what they follow where that is no node), ``load_case``,
 ``stiffness_checks``, ``loose_motion``, ``dissection``, ``fronts``, ``expense`` (large solids),
 ``factorised_interior``, ``condense`` (the public functions).

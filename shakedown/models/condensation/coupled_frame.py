@@ -10,8 +10,8 @@ from scipy import sparse
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.models.condensation.contact_frame import SPACE, ContactFrame
-from shakedown.models.condensation.mortar.facet_shapes import ALPHA
-from shakedown.models.condensation.mortar.surface_coupling import SurfaceCoupling
+from shakedown.models.mortar.facet_shapes import ALPHA
+from shakedown.models.mortar.surface_coupling import SurfaceCoupling
 
 IntArray = NDArray[np.intp]
 

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.errors import ProblemError, found_in
-from shakedown.models.condensation.mortar.surface_coupling import UNCOVERED, SurfaceCoupling, surface_coupling
-from shakedown.models.condensation.mortar.surface_mesh import ContactSurface
 from shakedown.models.importing.model_section import Model
+from shakedown.models.mortar.surface_coupling import UNCOVERED, SurfaceCoupling, surface_coupling
+from shakedown.models.mortar.surface_mesh import ContactSurface
 from shakedown.models.readers.mesh import CORNERS, Mesh
 from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, shown

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from shakedown import LoadCase, ProblemError, condense
-from shakedown.models.condensation.mortar.facet_shapes import basis_change, shapes
-from shakedown.models.condensation.mortar.surface_coupling import surface_coupling
-from shakedown.models.condensation.mortar.surface_mesh import ContactSurface
+from shakedown.models.mortar.facet_shapes import basis_change, shapes
+from shakedown.models.mortar.surface_coupling import surface_coupling
+from shakedown.models.mortar.surface_mesh import ContactSurface
 
 SIDES = (2.0, 1.5)
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import KDTree
 
-from shakedown.models.condensation.mortar.surface_mesh import ContactSurface, IntArray
+from shakedown.models.mortar.surface_mesh import ContactSurface, IntArray
 
 OPPOSED = -0.5  # cosine between the normals of facets that look at each other
 _SLACK = 1.0 + 1e-9

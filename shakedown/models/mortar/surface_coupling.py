@@ -12,11 +12,11 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
 from shakedown.joint.result import Result
-from shakedown.models.condensation.mortar.dual_basis import DualBasis, dual_basis
-from shakedown.models.condensation.mortar.exact_rotations import exact_rotations
-from shakedown.models.condensation.mortar.facet_pairs import facet_pairs
-from shakedown.models.condensation.mortar.facet_shapes import ALPHA
-from shakedown.models.condensation.mortar.surface_mesh import ContactSurface, IntArray
+from shakedown.models.mortar.dual_basis import DualBasis, dual_basis
+from shakedown.models.mortar.exact_rotations import exact_rotations
+from shakedown.models.mortar.facet_pairs import facet_pairs
+from shakedown.models.mortar.facet_shapes import ALPHA
+from shakedown.models.mortar.surface_mesh import ContactSurface, IntArray
 
 REACH = 0.25  # largest distance of the surfaces, in facets of the slave, where none is given
 UNCOVERED = 0.02  # share of the slave's area without a partner that is not worth a warning

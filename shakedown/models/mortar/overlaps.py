@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.models.condensation.mortar.facet_shapes import CORNERS, changed_shapes, local_places, shapes
-from shakedown.models.condensation.mortar.surface_mesh import ContactSurface, FacetBlock, IntArray
+from shakedown.models.mortar.facet_shapes import CORNERS, changed_shapes, local_places, shapes
+from shakedown.models.mortar.surface_mesh import ContactSurface, FacetBlock, IntArray
 
 SLIVER = 1e-11  # of a facet: segments that only round-off makes
 # Gauss points along each side of a triangle. Three are exact to degree 4: all that there is on triangles and

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.result import Result
-from shakedown.models.condensation.mortar.facet_shapes import CHANGED, CORNERS
+from shakedown.models.mortar.facet_shapes import CHANGED, CORNERS
 
 IntArray = NDArray[np.intp]
 
