@@ -111,8 +111,6 @@ def contact_problem(
     """
     joint = _assembled(_Bodies(body, boundary, against, bolts, coupling, reach), tangent, announce)
     cases = joint.cases(steps, modal)
-    if not cases:
-        raise ProblemError("loads: expected at least one load on a body, found none")
     frame = joint.reduced.frame
     plane = frame.directions == 1
     x = _along(joint.place) if plane else patch_positions(joint.place, frame.normals, tangent)
@@ -133,12 +131,16 @@ def contact_problem(
             Contact(
                 f, gap, steps, bolts, coupling, joint.free, [(load.mode, load.frequency) for load in modal]
             ),
-            (*bearing_no_pressure(area, label), *(joint.coupling.warnings if joint.coupling else ())),
+            (*bearing_no_pressure(area, label), *joint.warnings),
         ),
     )
+    return _with_gap(made, joint, gap)
+
+
+def _with_gap(made: Problem, joint: "_Joint", gap: ArrayLike | Callable[[FloatArray], ArrayLike]) -> Problem:
     initial = np.asarray(gap(joint.place.T) if callable(gap) else gap, dtype=float)
-    if initial.shape == (frame.n,):
-        initial = frame.weighted(initial)
+    if initial.ndim and len(initial) == made.n:
+        initial = joint.reduced.frame.weighted(initial)
     return with_initial_gap(made, initial) if initial.any() else made
 
 
@@ -219,6 +221,11 @@ class _Bodies(NamedTuple):
     coupling: str
     reach: float | None
 
+    @property
+    def shift(self) -> int:
+        """What the second body's nodes are counted from where both have one numbering."""
+        return int(self.body.dofs[:, 0].max()) + 1 + len(self.body.rigid)
+
     def coupled(self, shift: int) -> SurfaceCoupling | None:
         """The coupling of meshes that need not match; the second body's nodes are counted from ``shift``."""
         if self.coupling not in COUPLINGS:
@@ -253,6 +260,11 @@ class _Joint:
     coupling: SurfaceCoupling | None
     middle_nodes: IntArray
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is doubtful of the coupling."""
+        return () if self.coupling is None else self.coupling.warnings
+
     def areas(self, area: FloatArray, own: IntArray, thickness: float) -> FloatArray:
         """Areas of the nodes: of their facets, as far as these are covered, in the basis of the contact."""
         if self.coupling is None:
@@ -275,6 +287,8 @@ class _Joint:
             if load.force.shape != (self.size,):
                 raise ProblemError(f"mode {load.mode}: expected the mode of these bodies, found another")
             found.append(load.case(steps))
+        if not found:
+            raise ProblemError("loads: expected at least one load on a body, found none")
         if self.free:
             places = np.concatenate([b.basis.doflocs.T for b in self.bodies])
             check_balanced(found, places, np.concatenate([b.dofs[:, 1] for b in self.bodies]))
@@ -304,28 +318,16 @@ def _assembled(given: _Bodies, tangent: ArrayLike | None, announce: Callable[[st
     kept = _not_held(body, nodes)
     normals = _in_symmetry_planes(body, nodes, normals)
     place = body.positions(nodes)
-    bodies, contact, numbers, dofs, met = [body], nodes, nodes, body.dofs, [nodes]
-    shift = np.array([body.dofs[:, 0].max() + 1 + len(body.rigid), 0])
-    coupling = given.coupled(int(shift[0]))
-    if against is not None:
-        other = against[0]
-        if other.dimension != body.dimension:
-            raise ProblemError("contact: expected two plane bodies or two solid ones, found one of each")
-        bodies.append(other)
-        if coupling is None:
-            numbers = np.column_stack([nodes, _matching(place, *against)])
-            contact, met = numbers + shift[::-1], list(numbers.T)
-        else:
-            kept = kept[np.isin(nodes[kept], coupling.labels)]
-            met.append(coupling.master - shift[0])
-        dofs = np.vstack([body.dofs, other.dofs + shift])
+    bodies, numbers, met, coupling = _facing(given, nodes, place)
+    shift = np.array([given.shift, 0])
+    contact = numbers + shift[::-1] if numbers.ndim > 1 else nodes
+    dofs = np.vstack([b.dofs + k * shift for k, b in enumerate(bodies)])
+    if coupling is not None:
+        kept = kept[np.isin(nodes[kept], coupling.labels)]
     *starts, size = np.cumsum([0, *(b.basis.N for b in bodies)])
     K = sparse.block_diag([b.stiffness for b in bodies], format="csr")
     pulled = tuple((bolt, bolt.shortening(tuple(bodies), tuple(starts), size)) for bolt in bolts)
-    for bolt, shortening in pulled:
-        if bolt.stiffness:
-            e = sparse.csr_array(shortening[None])
-            K = K + bolt.stiffness * (e.T @ e)
+    K = _with_shanks(K, pulled)
     fixed = np.concatenate([b.held_rows() + start for b, start in zip(bodies, starts, strict=True)])
     ties, stiffness, free = None, sparse.csr_array(K), against is not None and not fixed.size
     if any(b.rigid for b in bodies):
@@ -351,6 +353,30 @@ def _assembled(given: _Bodies, tangent: ArrayLike | None, announce: Callable[[st
     )
     found = place[kept], numbers[kept], reduced, stiffness, free, coupling, middle_nodes
     return _Joint(tuple(bodies), tuple(starts), size, pulled, ties, *found)
+
+
+def _with_shanks(K: sparse.csr_array, pulled: Sequence[tuple[Bolt, FloatArray]]) -> sparse.csr_array:
+    for bolt, shortening in pulled:
+        if bolt.stiffness:
+            e = sparse.csr_array(shortening[None])
+            K = K + bolt.stiffness * (e.T @ e)
+    return K
+
+
+def _facing(
+    given: _Bodies, nodes: IntArray, place: FloatArray
+) -> tuple[list[ElasticBody], IntArray, list[IntArray], SurfaceCoupling | None]:
+    """The bodies, contact nodes or pairs, nodes of every body in contact, the coupling if there is one."""
+    coupling = given.coupled(given.shift)
+    if given.against is None:
+        return [given.body], nodes, [nodes], coupling
+    other = given.against[0]
+    if other.dimension != given.body.dimension:
+        raise ProblemError("contact: expected two plane bodies or two solid ones, found one of each")
+    if coupling is not None:
+        return [given.body, other], nodes, [nodes, coupling.master - given.shift], coupling
+    numbers = np.column_stack([nodes, _matching(place, *given.against)])
+    return [given.body, other], numbers, list(numbers.T), None
 
 
 def _middle_nodes(body: ElasticBody, boundary: str) -> IntArray:

@@ -43,7 +43,7 @@ def coupled_frame(
         If the contact nodes are not those of the coupling, or none of its master's has a row.
     """
     index = {(int(node), int(direction)): k for k, (node, direction) in enumerate(table)}
-    own = SPACE if frame.directions > 1 else axes
+    own = {len(axes): axes, len(SPACE): SPACE}[frame.normals.shape[1]]
     first = frame.labels.reshape(frame.n, -1)[:, 0]
     followed = None if coupling is None else _followed(coupling, frame, index, own, len(table))
     given = np.zeros((0, 3), np.intp) if middle_nodes is None else np.asarray(middle_nodes, dtype=np.intp)

@@ -14,7 +14,7 @@ from shakedown.models.condensation.tangent_pairs import patch_positions
 from shakedown.models.importing.contact_directions import Axes, contact_directions, in_space
 from shakedown.models.importing.contact_nodes import contact_nodes
 from shakedown.models.importing.contact_surfaces import coupled_surfaces, middle_nodes
-from shakedown.models.importing.initial_gap import initial_gap
+from shakedown.models.importing.initial_gap import InitialGap, initial_gap
 from shakedown.models.importing.model_section import Model
 from shakedown.models.mortar.surface_coupling import SurfaceCoupling
 from shakedown.models.readers.input_files import InputFiles
@@ -152,11 +152,9 @@ def contact_section(
     with found_in(table.where.removesuffix(": contact")):
         check_unique(labels)
     first = labels if labels.ndim == 1 else labels[:, 0]
-    gap_is_stated = table.has("gap")
-    gap = initial_gap(table, model, files)
+    gap_is_stated, gap = table.has("gap"), initial_gap(table, model, files)
     coupling, slave, surface = (None, None, None) if coupled is None else coupled
-    named = table.content.get("surface") if coupled is None else surface
-    between = middle_nodes(model.mesh, first, named if isinstance(named, str) else None)
+    between = middle_nodes(model.mesh, first, table.content.get("surface", surface))
     area = _areas(table, model, first, between, coupling)  # before the normals take 'surface'
     faces = None if coupling is None else in_space(coupling.normals, SPACE[: coupling.normals.shape[1]])
     found = contact_directions(table, model, first, assume_plane=assume_plane, faces=faces)
@@ -185,10 +183,14 @@ def contact_section(
     if contact.relative:
         _check_relative(contact, model, table.where)
     placed = _placed(contact, table.where) if found.axes != SPACE else _on_patch(contact)
-    normals = in_space(placed.normals, placed.axes)
-    if coupling is not None and gap.measured:
-        return replace(placed, gap=_drawn(coupling, placed, table.where))
-    return replace(placed, gap=gap.at(placed.labels, normals, placed.x, model.mesh))
+    return replace(placed, gap=_gap_of(placed, gap, model, table.where))
+
+
+def _gap_of(contact: ContactSection, gap: InitialGap, model: Model, where: str) -> FloatArray:
+    """The initial gap of a contact whose nodes stand in their order, () or (n,)."""
+    if contact.coupling is not None and gap.measured:
+        return _drawn(contact.coupling, contact, where)
+    return gap.at(contact.labels, in_space(contact.normals, contact.axes), contact.x, model.mesh)
 
 
 def _drawn(coupling: SurfaceCoupling, contact: ContactSection, where: str) -> FloatArray:

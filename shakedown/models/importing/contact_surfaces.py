@@ -59,13 +59,16 @@ def coupled_surfaces(
     return found, slave, key if key in model.mesh.surfaces else None
 
 
-def middle_nodes(mesh: Mesh | None, first: NDArray[np.intp], surface: str | None) -> NDArray[np.intp]:
-    """Nodes between corners of quadratic faces of solids at the contact, and these corners, (t, 3)."""
+def middle_nodes(mesh: Mesh | None, first: NDArray[np.intp], surface: object) -> NDArray[np.intp]:
+    """Nodes between corners of quadratic faces of solids at the contact, and these corners, (t, 3).
+
+    Of a surface where its name is given.
+    """
     if mesh is None or not mesh.elements:
         return np.zeros((0, 3), dtype=np.intp)
     between = {
         (face[corners + k], *sorted((face[k], face[(k + 1) % corners])))
-        for element, face in mesh.boundary(set(first.tolist()), surface)
+        for element, face in mesh.boundary(set(first.tolist()), surface if isinstance(surface, str) else None)
         if (corners := _corners(mesh, element, face)) > 2 and len(face) == 2 * corners
         for k in range(corners)
     }

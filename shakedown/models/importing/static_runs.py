@@ -196,17 +196,10 @@ def _found(moved: Values | None, reactions: FloatArray | None, clamped: Values |
     return f"{there[0]} alone" if there else "neither"
 
 
-def static_run(table: TomlTable, reduced: Condensation, context: ImportContext, stiffness_file: str) -> float:
-    """``[check]``: the largest difference from an independent static run, NaN where there is none.
-
-    Raises
-    ------
-    ProblemError
-        If it differs, or the run is the file that the stiffness was made from.
-    """
-    if not table.content:
-        return float("nan")
-    contact, files = context.contact, context.files
+def _check_independent(
+    table: TomlTable, contact: ContactSection, files: InputFiles, stiffness_file: str
+) -> None:
+    """That a run can tell something about the stiffness."""
     if contact.coupling is not None:
         raise ProblemError(
             f"{table.where}: expected none beside 'surfaces', because no static run moves the one against "
@@ -218,6 +211,20 @@ def static_run(table: TomlTable, reduced: Condensation, context: ImportContext, 
             f"{table.where}: key 'reactions': expected a run of its own, found the file that the stiffness "
             "was made from, which agrees with itself"
         )
+
+
+def static_run(table: TomlTable, reduced: Condensation, context: ImportContext, stiffness_file: str) -> float:
+    """``[check]``: the largest difference from an independent static run, NaN where there is none.
+
+    Raises
+    ------
+    ProblemError
+        If it differs, or the run is the file that the stiffness was made from.
+    """
+    if not table.content:
+        return float("nan")
+    contact, files = context.contact, context.files
+    _check_independent(table, contact, files, stiffness_file)
     moved = context.model.values(table, "displacements")
     reactions, clamped = clamped_run(table, contact, files, context.model.mesh)
     table.done()

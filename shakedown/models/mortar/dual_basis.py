@@ -78,24 +78,9 @@ def dual_basis(
     share = [own / total for own, total in zip(covered, size, strict=True)]
     kept = _kept(slave, weights, whole, share)
     duals = [_dual(*given) for given in zip(weights, masses, kept, strict=True)]
-    rows, columns, values, sizes = [], [], [], []
-    for number, part in parts:
-        own = kept[number][part.facets]
-        facets = part.facets[own]
-        entries = np.einsum("sjl,slk->sjk", duals[number][facets], part.across[own], optimize=True)
-        nodes = slave.blocks[number].nodes[facets]
-        rows.append(np.broadcast_to(nodes[:, :, None], entries.shape).ravel())
-        columns.append(np.broadcast_to(part.nodes[own][:, None, :], entries.shape).ravel())
-        values.append(entries.ravel())
-        sizes.append(np.abs(part.across[own]).ravel())
-    count, other = len(slave.labels), len(master.labels)
     area = _by_node(slave, [own * use[:, None] for own, use in zip(weights, kept, strict=True)])
     nodes = np.flatnonzero(area > 0)
-    where = np.concatenate(rows), np.concatenate(columns)
-    P, near = (
-        _scaled(sparse.coo_array((np.concatenate(own), where), shape=(count, other)), nodes, area)
-        for own in (values, sizes)
-    )
+    P, near = (_scaled(own, nodes, area) for own in _entries(slave, master, parts, duals, kept))
     P.data[np.abs(P.data) < _ZERO] = 0.0
     apart = np.concatenate([part.distance for _, part in parts])
     area_of = np.concatenate([part.area for _, part in parts])
@@ -109,6 +94,28 @@ def dual_basis(
         found=_by_facet(slave, share),
         distance=(float(apart.min()), float(apart @ area_of / area_of.sum()), float(apart.max())),
     )
+
+
+def _entries(
+    slave: ContactSurface,
+    master: ContactSurface,
+    parts: list[tuple[int, Overlaps]],
+    duals: list[FloatArray],
+    kept: list[NDArray[np.bool_]],
+) -> list[sparse.coo_array]:
+    """∫ψ_j N_k, and Σ |∫N̂_j N_k| in the same places."""
+    found: list[list[FloatArray]] = [[], []]
+    rows, columns = [], []
+    for number, part in parts:
+        own = kept[number][part.facets]
+        facets, across = part.facets[own], part.across[own]
+        nodes = slave.blocks[number].nodes[facets]
+        rows.append(np.broadcast_to(nodes[:, :, None], across.shape).ravel())
+        columns.append(np.broadcast_to(part.nodes[own][:, None, :], across.shape).ravel())
+        found[0].append(np.einsum("sjl,slk->sjk", duals[number][facets], across, optimize=True).ravel())
+        found[1].append(np.abs(across).ravel())
+    where, shape = (np.concatenate(rows), np.concatenate(columns)), (len(slave.labels), len(master.labels))
+    return [sparse.coo_array((np.concatenate(own), where), shape=shape) for own in found]
 
 
 def _scaled(entries: sparse.coo_array, nodes: IntArray, area: FloatArray) -> sparse.csr_array:

@@ -1,7 +1,7 @@
 """The coupling of two surfaces whose meshes do not match, with the evidence that it was done right."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -193,18 +193,12 @@ def surface_coupling(
 def _coupling(
     slave: ContactSurface, master: ContactSurface, found: DualBasis, reach: float, accepted: float
 ) -> SurfaceCoupling:
-    places = hat_places(slave)[found.nodes]
-    P = found.P
+    places, P, d = hat_places(slave)[found.nodes], found.P, slave.dimension
     normals = _nodal_normals(slave)[found.nodes]
     apart = places - P @ master.places
     gap = (apart * normals).sum(axis=1)
     along = apart - gap[:, None] * normals
-    blocks, d = exact_rotations(P, found.near, places, master.places), slave.dimension
-    every = sparse.csr_array(
-        sparse.bsr_array((blocks, P.indices, P.indptr), shape=(d * P.shape[0], d * P.shape[1]))
-    )
-    every.data[np.abs(every.data) <= ROUND_OFF] = 0.0
-    every.eliminate_zeros()
+    every = _by_direction(P, exact_rotations(P, found.near, places, master.places))
     touched = np.unique(every.indices // d)
     flat = _is_flat(slave, found.share > 0, along)
     size = float(np.median(master.areas ** (1 / (d - 1))))
@@ -233,9 +227,19 @@ def _coupling(
         warnings=(),
     )
     weak = made.labels[found.area < SMALL * found.whole]
-    object.__setattr__(made, "warnings", tuple(_warnings(made, accepted, weak)))
-    object.__setattr__(made, "notes", weighted_nodes(len(made.middle_nodes)))
-    return made
+    doubts = tuple(_warnings(made, accepted, weak))
+    return replace(made, warnings=doubts, notes=weighted_nodes(len(made.middle_nodes)))
+
+
+def _by_direction(P: sparse.csr_array, blocks: FloatArray) -> sparse.csr_array:
+    """Blocks (nnz, d, d) in the places of P as one matrix (d n, d m), without what is round-off."""
+    d = blocks.shape[1]
+    found = sparse.csr_array(
+        sparse.bsr_array((blocks, P.indices, P.indptr), shape=(d * P.shape[0], d * P.shape[1]))
+    )
+    found.data[np.abs(found.data) <= ROUND_OFF] = 0.0
+    found.eliminate_zeros()
+    return found
 
 
 def hat_places(surface: ContactSurface) -> FloatArray:
