@@ -15,13 +15,14 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.limit_names import SYMBOLS
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.long_term.known_bounds import bound_of_start, bound_proves, is_known
 from shakedown.long_term.passage import Approach, Passage
 from shakedown.long_term.slip_proof import slip_proof
 
 
-@dataclass(frozen=True)
-class EnergyProof:
+@dataclass(frozen=True, eq=False, repr=False)
+class EnergyProof(Result):
     """Whether shakedown is proved, and how far the final state may be off, as in :class:`LongTermState`.
 
     Attributes

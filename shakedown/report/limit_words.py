@@ -117,8 +117,9 @@ def proved_by_following(limits: JointLimits) -> tuple[str, str, str]:
     Examples
     --------
     >>> import shakedown
-    >>> print(*proved_by_following(shakedown.assess(shakedown.example("block-9")).details), sep=" | ")
-    proved by following | λ = 4.702979 | at this λ, after 5 cycles
+    >>> name, value, remark = proved_by_following(shakedown.assess(shakedown.example("block-9")).details)
+    >>> name, value[:8], remark
+    ('proved by following', 'λ = 4.70', 'at this λ, after 5 cycles')
     """
     name, limit = "proved by following", limits.transient
     if limit is None:

@@ -59,7 +59,7 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
     """
     if len(values) < 3 or not all(map(isfinite, values[-3:])):
         return Trend(Tendency.UNDECIDED)
-    h, (first, second, last) = size[-3:], map(float, values[-3:])
+    h, (first, second, last) = size[-3:].tolist(), map(float, values[-3:])
     before, now = second - first, last - second
     if max(abs(before), abs(now)) <= STILL * abs(last):
         return Trend(Tendency.CONVERGES, last)
@@ -79,7 +79,7 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
     return Trend(Tendency.FALLS if now * last < 0 or last == 0.0 else Tendency.GROWS, order=power)
 
 
-def _order(h: FloatArray, ratio: float) -> float:
+def _order(h: list[float], ratio: float) -> float:
     """p of a + c h^p, of which the ratio of two changes is known; 0 where no p > 0 has it."""
 
     def excess(p: float) -> float:
