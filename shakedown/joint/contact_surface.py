@@ -88,8 +88,7 @@ def surface_of(problem: Problem) -> Surface | None:
     points = _points(problem)
     if points is None:
         return None
-    found = (_line if points.shape[1] == 1 else _patches)(problem, points)
-    return found if bool((found.spacing > 0).all()) else None
+    return (_line if points.shape[1] == 1 else _patches)(problem, points)
 
 
 def _points(problem: Problem) -> FloatArray | None:
@@ -100,14 +99,15 @@ def _points(problem: Problem) -> FloatArray | None:
     return None if problem.x is None or problem.x.ndim < 2 else problem.x
 
 
-def _line(problem: Problem, points: FloatArray) -> Surface:
+def _line(problem: Problem, points: FloatArray) -> Surface | None:
     parts, edge = tuple(flanks(points[:, 0])), np.zeros(problem.n, dtype=np.bool_)
     rings = []
     for part in parts:
         rings.append(_closing(problem, part))
         if not rings[-1]:
             edge[part[[0, -1]]] = True
-    return Surface(points, None, parts, edge, tuple(rings))
+    found = Surface(points, None, parts, edge, tuple(rings))
+    return found if (found.spacing > 0).all() else None
 
 
 def _closing(problem: Problem, part: IntArray) -> float:
@@ -119,7 +119,7 @@ def _closing(problem: Problem, part: IntArray) -> float:
     return float(steps[0]) if steps[0] <= FLANK_GAP * steps[1:].max() else 0.0
 
 
-def _patches(problem: Problem, points: FloatArray) -> Surface:
+def _patches(problem: Problem, points: FloatArray) -> Surface | None:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import KDTree
@@ -134,6 +134,8 @@ def _patches(problem: Problem, points: FloatArray) -> Surface:
     count, number = connected_components(coo_array((np.ones(len(one[0])), one), shape=(n, n)), directed=False)
     parts = tuple(np.flatnonzero(number == k) for k in range(count))
     bare = Surface(points, normals, parts, np.zeros(n, dtype=np.bool_))
+    if not (bare.spacing > 0).all():
+        return None
     edge = _rim(bare) if problem.faces is None else _rim_of_faces(problem.faces, n)
     return Surface(points, normals, parts, edge)
 

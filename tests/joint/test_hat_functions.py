@@ -142,3 +142,17 @@ def test_a_joint_has_to_know_where_its_nodes_are():
     with pytest.raises(UsageError, match="expected positions x"):
         averaged(shakedown.example("two-node"), 1.0)
     assert coarsened(replace(shakedown.example("block-9"), x=np.zeros(9))) is None
+    assert coarsened(on_places(np.repeat(GRID, 2, axis=0)[:12])) is None
+
+
+def test_a_ring_has_no_end_and_its_hats_go_around():
+    angle = 2 * np.pi * np.arange(12) / 12
+    joint = shakedown.Problem(
+        A=np.eye(12), B=np.zeros((12, 12)), f=0.3, q_w=np.ones((2, 12)), p_w=np.ones((2, 12)), x=angle,
+        coordinates=np.column_stack([np.cos(angle), np.sin(angle), 0 * angle]),
+    )  # fmt: skip
+    surface = surface_of(joint)
+    assert not surface.edge.any()
+    assert averaged(joint, 2 * np.pi / 6).n == coarsened(joint).n == 6
+    P = hat_functions(surface, np.arange(0, 12, 2))
+    assert np.allclose(P[11], [0.5, 0, 0, 0, 0, 0.5])
