@@ -146,13 +146,13 @@ def test_a_joint_has_to_know_where_its_nodes_are():
 
 
 def test_a_ring_has_no_end_and_its_hats_go_around():
-    angle = 2 * np.pi * np.arange(12) / 12
+    angle, side = 2 * np.pi * np.arange(12) / 12, 2 * np.sin(np.pi / 12)
     joint = shakedown.Problem(
-        A=np.eye(12), B=np.zeros((12, 12)), f=0.3, q_w=np.ones((2, 12)), p_w=np.ones((2, 12)), x=angle,
+        A=np.eye(12), B=np.zeros((12, 12)), f=0.3, q_w=np.ones((2, 12)), p_w=np.ones((2, 12)), x=side * np.arange(12),
         coordinates=np.column_stack([np.cos(angle), np.sin(angle), 0 * angle]),
     )  # fmt: skip
     surface = surface_of(joint)
     assert not surface.edge.any()
-    assert averaged(joint, 2 * np.pi / 6).n == coarsened(joint).n == 6
+    assert averaged(joint, 2 * side).n == coarsened(joint).n == 6
     P = hat_functions(surface, np.arange(0, 12, 2))
     assert np.allclose(P[11], [0.5, 0, 0, 0, 0, 0.5])
