@@ -315,9 +315,8 @@ def _reduced(case: LoadCase, ties: sparse.csr_array) -> LoadCase:
 def _assembled(given: _Bodies, tangent: ArrayLike | None, announce: Callable[[str], None] | None) -> _Joint:
     body, boundary, against, bolts, *_ = given
     nodes, normals = body.normals_on(boundary)
-    kept = _not_held(body, nodes)
+    kept, place = _not_held(body, nodes), body.positions(nodes)
     normals = _in_symmetry_planes(body, nodes, normals)
-    place = body.positions(nodes)
     bodies, numbers, met, coupling = _facing(given, nodes, place)
     shift = np.array([given.shift, 0])
     contact = numbers + shift[::-1] if numbers.ndim > 1 else nodes

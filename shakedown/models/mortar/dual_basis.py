@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ROUND_OFF
 from shakedown.models.mortar.overlaps import Overlaps, overlaps
 from shakedown.models.mortar.surface_mesh import ContactSurface, FacetBlock, IntArray
 
 # Share of a facet, and of what a node has there without the edge of the master, below which it counts as
 # uncovered: ψ is then no longer determined by what is covered (the mass matrix is singular but for round-off)
 LEAST = 1e-3
-_ZERO = 1e-13  # entries of P: round-off of facets that touch at an edge
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +81,7 @@ def dual_basis(
     area = _by_node(slave, [own * use[:, None] for own, use in zip(weights, kept, strict=True)])
     nodes = np.flatnonzero(area > 0)
     P, near = (_scaled(own, nodes, area) for own in _entries(slave, master, parts, duals, kept))
-    P.data[np.abs(P.data) < _ZERO] = 0.0
+    P.data[np.abs(P.data) < ROUND_OFF] = 0.0
     apart = np.concatenate([part.distance for _, part in parts])
     area_of = np.concatenate([part.area for _, part in parts])
     return DualBasis(

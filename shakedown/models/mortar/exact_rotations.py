@@ -4,12 +4,9 @@ import numpy as np
 from scipy import sparse
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF
 
 _ROUNDS = 2  # the second one takes away what round-off left of the first
-_SINGULAR = (
-    1e-9  # of rigid motions that the nodes of a row do not feel: turning about the line that they lie on
-)
 
 
 def rigid_rows(arms: FloatArray) -> FloatArray:
@@ -61,7 +58,8 @@ def exact_rotations(
     own = rigid_rows(np.zeros((n, d)))
     gram = np.zeros((n, R.shape[2], R.shape[2]))
     np.add.at(gram, row, np.einsum("k,kar,kas->krs", near, R, R, optimize=True))
-    inverse = np.linalg.pinv(gram, rcond=_SINGULAR, hermitian=True)
+    # nodes of a row that lie on a line do not feel a turn about it
+    inverse = np.linalg.pinv(gram, rcond=NEGLIGIBLE, hermitian=True)
     for _ in range(_ROUNDS):
         left = own.copy()
         np.subtract.at(left, row, np.einsum("kab,kbr->kar", blocks, R))

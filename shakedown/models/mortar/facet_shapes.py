@@ -6,6 +6,7 @@ A facet of a kind has its corners in order, then the nodes between them, then on
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ITERATIONS
 
 CORNERS = {(2, 2): 2, (2, 3): 2, (3, 3): 3, (3, 6): 3, (3, 4): 4, (3, 8): 4, (3, 9): 4}  # by dimension, nodes
 # u_middle = α (u_corner + u_corner) + (1 − 2 α) û_middle: ∫N̂ is then 2/15 and 1/5 of a triangle of six nodes,
@@ -13,7 +14,6 @@ CORNERS = {(2, 2): 2, (2, 3): 2, (3, 3): 3, (3, 6): 3, (3, 4): 4, (3, 8): 4, (3,
 ALPHA = 0.2
 CHANGED = {(3, 6), (3, 8)}
 _SIGNS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-_STEPS = 30  # of Newton's method; it is at round-off after five on any facet that is convex
 
 
 def shapes(kind: tuple[int, int], place: FloatArray) -> FloatArray:
@@ -62,7 +62,7 @@ def local_places(corners: FloatArray, points: FloatArray) -> FloatArray:
         )
     along = np.zeros_like(points)
     size = np.ptp(corners, axis=1).max()
-    for _ in range(_STEPS):
+    for _ in range(ITERATIONS):
         sides = 1 + along[:, :, None, :] * _SIGNS
         left = points - np.einsum("ngc,ncd->ngd", 0.25 * sides[..., 0] * sides[..., 1], corners)
         slopes = 0.25 * np.stack([_SIGNS[:, 0] * sides[..., 1], _SIGNS[:, 1] * sides[..., 0]], axis=-1)

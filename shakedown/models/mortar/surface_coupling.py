@@ -10,7 +10,7 @@ from scipy import sparse
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.round_off import ROUND_OFF, SIX_DIGITS
 from shakedown.joint.result import Result
 from shakedown.models.mortar.dual_basis import DualBasis, dual_basis
 from shakedown.models.mortar.exact_rotations import exact_rotations
@@ -23,8 +23,6 @@ UNCOVERED = 0.02  # share of the slave's area without a partner that is not wort
 FAR = 0.5  # of the reach: beyond, the surfaces may be drawn too far apart
 FINER = 0.67  # size of the slave's facets in the master's: below, λ_E and λ_U of the same joint are lower
 SMALL = 0.01  # of its area: a node that only a corner of the master covers
-_TWICE = 1.0 + 1e-6  # of a facet: more is covered by two layers of the master
-_FLAT = 1e-6  # by which unit normals of flat faces differ, and distances of parallel ones in their size
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -181,7 +179,7 @@ def surface_coupling(
     found = dual_basis(slave, master, facet_pairs(slave, master, longest), longest, revolved=revolved)
     if found is None or not len(found.nodes):
         raise ProblemError(_nothing(slave, master, longest))
-    if found.found.max() > _TWICE:
+    if found.found.max() > 1.0 + SIX_DIGITS:  # more is covered twice
         worst = slave.facets[int(np.argmax(found.found))]
         raise ProblemError(
             f"surfaces: expected facets of the master side by side, found {found.found.max():.3g} times the "
@@ -270,13 +268,13 @@ def _corners_and_more(surface: ContactSurface) -> IntArray:
 def _is_flat(slave: ContactSurface, used: NDArray[np.bool_], along: FloatArray) -> bool:
     """Whether facets that meet are parallel and P x₂ lies straight across from x₁."""
     size = max(float(np.ptp(slave.places, axis=0).max()), np.finfo(float).tiny)
-    if np.abs(along).max() > _FLAT * size:
+    if np.abs(along).max() > SIX_DIGITS * size:
         return False
     normals = _nodal_normals(slave)
     for _, nodes, numbers in slave.blocks:
         own = numbers[used[numbers]]
         turned = normals[nodes[used[numbers]]] - slave.normals[own][:, None, :]
-        if np.abs(turned).max(initial=0.0) > _FLAT:
+        if np.abs(turned).max(initial=0.0) > SIX_DIGITS:
             return False
     return True
 
