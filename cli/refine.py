@@ -70,13 +70,17 @@ def refine(
     three tell.
     """
     joints = {problem.n: problem for problem in problems}
-    if len(joints) < len(problems):
-        raise click.UsageError("FILE: expected meshes with different numbers of nodes, found two with one")
+    counts = [problem.n for problem in problems]
+    if counts != sorted(set(counts)):
+        raise click.UsageError(f"FILE: expected finer and finer meshes, found {counts} contact nodes")
+    if len({problem.units for problem in problems}) > 1:
+        units = ", ".join(repr(problem.units) for problem in problems)
+        raise click.UsageError(f"FILE: expected one joint in the same units, found {units}")
     record_of(context, output, resume)
     with progress("meshes") as update:
         found = shakedown.refine(
             joints,
-            [problem.n for problem in problems],
+            counts,
             radius=average,
             load_factor=load_factor,
             workers=workers,

@@ -19,7 +19,7 @@ from shakedown.fem.rigid import tied
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.arguments import node_numbers
+from shakedown.joint.arguments import node_numbers, real_array
 from shakedown.joint.loading import with_initial_gap
 from shakedown.joint.places import bearing_no_pressure, without_cancelled
 from shakedown.joint.problem import Problem
@@ -109,6 +109,7 @@ def contact_problem(
     >>> contact_problem(body, "bottom", 0.5, steps=8).q_w.shape
     (8, 5)
     """
+    f, gap = real_array("f", f), gap if callable(gap) else real_array("gap", gap)
     joint = _assembled(_Bodies(body, boundary, against, bolts, coupling, reach), tangent, announce)
     cases = joint.cases(steps, modal)
     frame = joint.reduced.frame
@@ -366,12 +367,12 @@ def _facing(
     given: _Bodies, nodes: IntArray, place: FloatArray
 ) -> tuple[list[ElasticBody], IntArray, list[IntArray], SurfaceCoupling | None]:
     """The bodies, contact nodes or pairs, nodes of every body in contact, the coupling if there is one."""
+    if given.against is not None and given.against[0].dimension != given.body.dimension:
+        raise ProblemError("contact: expected two plane bodies or two solid ones, found one of each")
     coupling = given.coupled(given.shift)
     if given.against is None:
         return [given.body], nodes, [nodes], coupling
     other = given.against[0]
-    if other.dimension != given.body.dimension:
-        raise ProblemError("contact: expected two plane bodies or two solid ones, found one of each")
     if coupling is not None:
         return [given.body, other], nodes, [nodes, coupling.master - given.shift], coupling
     numbers = np.column_stack([nodes, _matching(place, *given.against)])

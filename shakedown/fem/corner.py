@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
@@ -36,7 +36,9 @@ class WeldedCorner:
 
 
 @checked
-def welded_corner(angle: float, poisson: float, plane: str = "strain") -> WeldedCorner:
+def welded_corner(
+    angle: float, poisson: float, plane: Literal["strain", "stress"] = "strain"
+) -> WeldedCorner:
     """Tractions near the end of a contact, for a body that meets the plane at an angle.
 
     The strongest field φ = r^(e+1) F(θ) of a wedge with one face welded and one
@@ -101,7 +103,7 @@ def corner_field(
     *,
     against: Material | None = None,
     against_angle: float = np.pi,
-    plane: str = "strain",
+    plane: Literal["strain", "stress"] = "strain",
 ) -> CornerField:
     """The critical friction of a corner, and with less how fast λ_max falls as the mesh is refined.
 
@@ -182,7 +184,9 @@ def _welded(pair: _Pair) -> WeldedCorner:
     values = [determinant(e) for e in EXPONENTS]
     changes = np.flatnonzero(np.diff(np.sign(values)))
     if not changes.size:
-        raise UsageError(f"angle: no singular field at a corner of {np.degrees(pair.angle):g} degrees")
+        raise UsageError(
+            f"angle: no singular field with a real exponent at a corner of {np.degrees(pair.angle):g} degrees"
+        )
     exponent = float(brentq(determinant, *EXPONENTS[changes[0] : changes[0] + 2], xtol=1e-14))
     shear, normal = _contact_tractions(exponent, pair, welded=True)
     return WeldedCorner(exponent, float(abs(shear / normal)))

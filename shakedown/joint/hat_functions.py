@@ -96,9 +96,10 @@ def _knots_along(surface: Surface, radius: float) -> IntArray:
     found, x = [], surface.points[:, 0]
     for part, closing in zip(surface.parts, surface.rings, strict=True):
         length = x[part[-1]] - x[part[0]] + closing
-        count = max(1, round(length / radius))
-        places = x[part[0]] + length * np.arange(count + (not closing)) / count
-        found.append(part[np.abs(x[part][:, None] - places).argmin(axis=0)])
+        count = max(1, round(length / max(radius, NEGLIGIBLE * length)))
+        middles = (x[part[1:]] + x[part[:-1]]) / 2 - x[part[0]]
+        before = np.floor(count * middles / length)  # the last place that is nearer to the node on the left
+        found.append(part[np.diff(before, prepend=-1, append=count - bool(closing)) > 0])
     return np.unique(np.concatenate(found))
 
 

@@ -67,3 +67,5 @@ def test_bad_numbers_are_refused(words, said):
         corner_field(*words)
     with pytest.raises(UsageError, match="against_angle"):
         corner_field(1.0, STEEL, 0.1, against=STEEL, against_angle=7.0)
+    with pytest.raises(UsageError, match="plane: expected"):
+        corner_field(1.0, STEEL, 0.1, plane="strian")

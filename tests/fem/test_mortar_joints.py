@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from skfem import MeshQuad
 
-from shakedown import ProblemError, upper_bound
+from shakedown import ProblemError, UsageError, upper_bound
 from shakedown.fem import (
     Displacement,
     ElasticBody,
@@ -189,3 +189,9 @@ def test_what_cannot_be_coupled_is_refused():
         contact_problem(upper, "bottom", 0.4, coupling="mortar")
     with pytest.raises(ProblemError, match="reach: expected beside coupling = 'mortar' only"):
         contact_problem(upper, "bottom", 0.4, against=(lower, "top"), reach=1.0)
+    with pytest.raises(ProblemError, match="expected two plane bodies or two solid ones"):
+        contact_problem(upper, "bottom", 0.4, against=(BODIES["hexahedra"][1], "top"), coupling="mortar")
+    with pytest.raises(UsageError, match="gap: expected real numbers, found 'coordinates'"):
+        contact_problem(upper, "bottom", 0.4, against=(lower, "top"), coupling="mortar", gap="coordinates")
+    with pytest.raises(UsageError, match="f: expected finite numbers, found nan"):
+        contact_problem(upper, "bottom", np.nan)

@@ -41,7 +41,17 @@ def test_reactions_of_slips_between_knots_are_averaged_ones():
 
 def test_a_radius_below_the_mesh_leaves_the_joint_as_it_is():
     block = shakedown.example("block-9")
-    assert averaged(block, 0.1).fingerprint == replace(block, faces=None).fingerprint
+    for radius in (0.1, 1e-9, 5e-324):
+        assert averaged(block, radius).fingerprint == replace(block, faces=None).fingerprint
+
+
+def test_knots_are_the_nodes_nearest_to_places_a_radius_apart():
+    x = np.array([0.0, 0.1, 0.25, 0.6, 0.95, 1.2, 1.4, 1.75, 2.0])
+    block = replace(shakedown.example("block-9"), x=x)
+    for radius in (0.3, 0.51, 0.7, 5.0):
+        count = max(1, round(2.0 / radius))
+        nearest = np.abs(x[:, None] - np.linspace(0.0, 2.0, count + 1)).argmin(axis=0)
+        assert averaged(block, radius).x.tolist() == x[np.unique(nearest)].tolist()
 
 
 def test_the_hats_of_one_radius_are_those_of_any_mesh_with_these_knots():

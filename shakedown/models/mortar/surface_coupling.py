@@ -10,7 +10,7 @@ from scipy import sparse
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ROUND_OFF, SIX_DIGITS
+from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
 from shakedown.joint.result import Result
 from shakedown.models.mortar.dual_basis import DualBasis, dual_basis
 from shakedown.models.mortar.exact_rotations import exact_rotations
@@ -175,6 +175,8 @@ def surface_coupling(
         )
     if reach is not None and not 0 < reach < np.inf:
         raise ProblemError(f"reach: expected a length > 0, found {reach:g}")
+    if not 0 <= uncovered <= 1:
+        raise ProblemError(f"uncovered: expected a share from 0 to 1, found {uncovered:g}")
     longest = REACH * slave.size if reach is None else reach
     found = dual_basis(slave, master, facet_pairs(slave, master, longest), longest, revolved=revolved)
     if found is None or not len(found.nodes):
@@ -281,23 +283,25 @@ def _is_flat(slave: ContactSurface, used: NDArray[np.bool_], along: FloatArray) 
 
 def _nothing(slave: ContactSurface, master: ContactSurface, reach: float) -> str:
     """Why no facets lie on each other."""
-    one, other = facet_pairs(slave, master, 10 * reach + float(np.ptp(slave.places, axis=0).max()))
+    every = np.ptp(np.vstack([slave.places, master.places]), axis=0)
+    one, other = facet_pairs(slave, master, 10 * reach + float(np.linalg.norm(every)))
     if not one.size:
         return (
             "surfaces: expected surfaces that look at each other, found normals that are not opposed (the "
             "same side twice, or the wrong one)"
         )
     apart = np.abs(((slave.middles[one] - master.middles[other]) * slave.normals[one]).sum(axis=1)).min()
+    where = f"are at least {apart:.3g} apart" if apart > reach else "lie beside each other"
     return (
         f"surfaces: expected facets that lie on each other within 'reach' = {reach:.3g}, found none; "
-        f"they are {apart:.3g} apart or beside each other"
+        f"they {where}"
     )
 
 
 def _warnings(made: SurfaceCoupling, accepted: float, weak: IntArray) -> Iterator[str]:
     """What is doubtful."""
     without = 1 - made.share[0]
-    if without > accepted:
+    if without > accepted + NEGLIGIBLE:
         more = f", {len(made.uncovered)} node(s), first {made.uncovered[0]}" if made.uncovered.size else ""
         yield (
             f"{100 * without:.2g} % of the area of the first surface lies beside the second or too far from "

@@ -63,6 +63,8 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
     before, now = second - first, last - second
     if max(abs(before), abs(now)) <= STILL * abs(last):
         return Trend(Tendency.CONVERGES, last)
+    if second == last == 0.0:
+        return Trend(Tendency.FALLS if first > 0.0 else Tendency.UNDECIDED)
     if before * now <= 0.0:
         ends = abs(now) <= min(0.5 * abs(before), 10.0 * STILL * abs(last))
         return Trend(Tendency.CONVERGES, last) if ends else Trend(Tendency.UNDECIDED)

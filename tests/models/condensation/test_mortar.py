@@ -1,5 +1,7 @@
 """Surfaces that do not match: constant pressures, rigid motions, trimmed edges, matching meshes, curved faces."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -223,6 +225,8 @@ def test_two_layers_and_other_dimensions_are_refused():
     )
     with pytest.raises(ProblemError, match=r"facets of the master side by side, found 2 times the area"):
         surface_coupling(slave, twice)
+    with pytest.raises(ProblemError, match="found none; they lie beside each other"):
+        surface_coupling(slave, replace(master, places=master.places + np.array([50.0, 0, 0])))
     with pytest.raises(ProblemError, match="normals that are not opposed"):
         surface_coupling(slave, grid((3, 2), 900, 1.0))
     found = surface_coupling(slave, master)

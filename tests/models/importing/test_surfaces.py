@@ -138,11 +138,12 @@ def test_the_check_says_how_the_surfaces_lie(folder):
     [
         ('surfaces = ["UPPER"]', "expected two names, of the first body and of the second"),
         ('surfaces = ["UPPER", "UPPER"]', "expected bodies with nodes of their own, found node 1 on both"),
-        ('surfaces = ["UPPER", "TOP"]', "found none; they are 1 apart or beside each other"),
+        ('surfaces = ["UPPER", "TOP"]', "found none; they are at least 1 apart"),
         ('surfaces = ["UPPER", "NOWHERE"]', "expected the node set or surface 'NOWHERE'"),
         (f'{SURFACES}\nnodes = "TOP"', "expected no key 'nodes' beside 'surfaces', found both"),
         ('nodes = "UPPER"\nreach = 1.0', "key 'reach': expected beside 'surfaces' only"),
         (f"{SURFACES}\nreach = -1.0", "reach: expected a length > 0, found -1"),
+        (f"{SURFACES}\nuncovered = -1.0", "uncovered: expected a share from 0 to 1, found -1"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(folder, contact, said):

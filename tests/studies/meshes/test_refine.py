@@ -1,5 +1,7 @@
 """Which numbers converge with the mesh: verdicts of known sequences, tables, runs that are killed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from command import document, run
@@ -35,7 +37,8 @@ def test_a_power_of_the_element_size_has_no_limit(power):
 
 def test_what_changes_by_a_constant_amount_falls_to_zero():
     assert trend(H, np.array([3.0, 2.3, 1.6, 0.9, 0.2])).verdict == "falls"
-    assert trend(H, np.array([3.0, 2.1, 1.2, 0.3, 0.0])).verdict == "falls"
+    for last in ([1.2, 0.3, 0.0], [1.2, 0.0, 0.0]):
+        assert trend(H, np.array([3.0, 2.1, *last])).verdict == "falls"
 
 
 def test_too_little_to_tell():
@@ -104,9 +107,11 @@ def test_the_command_says_the_same(found, tmp_path):
     assert code == 0
     assert "undecided" in out
     assert max(map(len, out.splitlines())) <= 80
+    shakedown.save_problem(paths[1], replace(by_dozen(4), units="N, m"))
+    assert "same units" in run("refine", *paths)[2]
     assert run("refine", *reversed(paths))[::2] == (
         2,
-        "shakedown-bounds: sizes: expected meshes of one joint, the coarsest first, found [9, 5] contact nodes\n",
+        "shakedown-bounds: FILE: expected finer and finer meshes, found [9, 5] contact nodes\n",
     )
 
 
