@@ -1,4 +1,4 @@
-"""Points with numbers as VTK XML files: an unstructured grid (.vtu) or poly data (.vtp), a vertex per point.
+"""Points with numbers as VTK XML files, an unstructured grid (.vtu) or poly data (.vtp): faces, or vertices.
 
 The format is that of https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html, serial,
 with inline binary arrays: base64 of their size in bytes (UInt64) and of the bytes. Text has no
@@ -20,20 +20,28 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 
 GRIDS = {".vtu": "UnstructuredGrid", ".vtp": "PolyData"}
-VERTEX = 1  # VTK's number of a cell that is a point
+CELL_TYPES = np.array(
+    [0, 1, 0, 5, 9], dtype=np.uint8
+)  # VTK's: a vertex, a triangle, a quadrilateral, by corners
 
 
 def write_points(
-    path: str | PathLike[str], points: FloatArray, numbers: Mapping[str, NDArray[np.generic]]
+    path: str | PathLike[str],
+    points: FloatArray,
+    numbers: Mapping[str, NDArray[np.generic]],
+    faces: NDArray[np.integer] | None = None,
 ) -> None:
-    """Write points (n, 3) with whole or floating-point numbers (n,) at each, by name.
+    """Write points (n, 3) with whole or floating-point numbers (n,) or (n, 3) at each, by name.
+
+    Faces (k, 4) have numbers of points in order around each, −1 as the last of a triangle. A point of no
+    face is a vertex.
 
     Raises
     ------
     UsageError
         If the name of the file ends in neither .vtu nor .vtp, or it cannot be written.
     """
-    text = _document(path, points, numbers)
+    text = _document(path, points, numbers, faces)
     with atomic_write(path) as file:
         file.write(text)
 
@@ -43,6 +51,7 @@ def write_points_series(
     points: FloatArray,
     times: Sequence[float],
     numbers: Sequence[Mapping[str, NDArray[np.generic]]],
+    faces: NDArray[np.integer] | None = None,
 ) -> tuple[Path, ...]:
     """Write points with numbers that change: NAME_000.vtp, …, and NAME.pvd that says when; all or none.
 
@@ -56,6 +65,8 @@ def write_points_series(
         One per file, for ParaView.
     numbers
         By name, (n,) or (n, 3) at each instant.
+    faces
+        As for :func:`write_points`.
 
     Returns
     -------
@@ -69,7 +80,7 @@ def write_points_series(
     """
     files = series_paths(path, len(times))
     texts = [_collection(files[1:], times)]
-    texts += [_document(file, points, each) for file, each in zip(files[1:], numbers, strict=True)]
+    texts += [_document(file, points, each, faces) for file, each in zip(files[1:], numbers, strict=True)]
     with atomic_write_together(files) as parts:
         for part, text in zip(parts, texts, strict=True):
             part.write(text)
@@ -100,7 +111,10 @@ def _collection(files: Sequence[Path], times: Sequence[float]) -> bytes:
 
 
 def _document(
-    path: str | PathLike[str], points: FloatArray, numbers: Mapping[str, NDArray[np.generic]]
+    path: str | PathLike[str],
+    points: FloatArray,
+    numbers: Mapping[str, NDArray[np.generic]],
+    faces: NDArray[np.integer] | None,
 ) -> bytes:
     """One file."""
     grid = GRIDS.get(Path(path).suffix.lower())
@@ -112,7 +126,12 @@ def _document(
     )
     piece = SubElement(SubElement(root, grid), "Piece", {"NumberOfPoints": str(n)})
     _add(SubElement(piece, "Points"), "Points", points)
-    piece.append(_vertices(piece, n) if grid == "PolyData" else _cells(piece, n))
+    corners = np.zeros((0, 4), dtype=np.intp) if faces is None else faces
+    alone = np.setdiff1d(np.arange(n), corners)[:, None]
+    if grid == "PolyData":
+        _add_poly_data(piece, alone, corners)
+    else:
+        _add_cells(piece, alone, corners)
     of_points = SubElement(piece, "PointData")
     for name, values in numbers.items():
         _add(of_points, name, values)
@@ -124,26 +143,33 @@ def _as_bytes(root: Element) -> bytes:
     return bytes(tostring(root, encoding="utf-8", xml_declaration=True))
 
 
-def _cells(piece: Element, n: int) -> Element:
-    """One vertex per point of an unstructured grid."""
-    piece.set("NumberOfCells", str(n))
-    cells = _connected(Element("Cells"), n)
-    _add(cells, "types", np.full(n, VERTEX, dtype=np.uint8))
-    return cells
+def _add_cells(piece: Element, alone: NDArray[np.integer], faces: NDArray[np.integer]) -> None:
+    """The cells of an unstructured grid: points alone, and then faces."""
+    sizes = np.concatenate([_sizes(alone), _sizes(faces)])
+    piece.set("NumberOfCells", str(len(sizes)))
+    cells = SubElement(piece, "Cells")
+    _connect(cells, alone, faces)
+    _add(cells, "types", CELL_TYPES[sizes])
 
 
-def _vertices(piece: Element, n: int) -> Element:
-    """One vertex per point of poly data."""
-    for kind, count in (("Verts", n), ("Lines", 0), ("Strips", 0), ("Polys", 0)):
+def _add_poly_data(piece: Element, alone: NDArray[np.integer], faces: NDArray[np.integer]) -> None:
+    """The same of poly data."""
+    for kind, count in (("Verts", len(alone)), ("Lines", 0), ("Strips", 0), ("Polys", len(faces))):
         piece.set(f"NumberOf{kind}", str(count))
-    return _connected(Element("Verts"), n)
+    for kind, cells in (("Verts", alone), ("Polys", faces)):
+        if len(cells):
+            _connect(SubElement(piece, kind), cells)
 
 
-def _connected(cells: Element, n: int) -> Element:
-    """Cell k has point k."""
-    _add(cells, "connectivity", np.arange(n))
-    _add(cells, "offsets", np.arange(1, n + 1))
-    return cells
+def _connect(parent: Element, *kinds: NDArray[np.integer]) -> None:
+    """The points of every cell, and where they end."""
+    _add(parent, "connectivity", np.concatenate([cells[cells >= 0] for cells in kinds]))
+    _add(parent, "offsets", np.concatenate([_sizes(cells) for cells in kinds]).cumsum())
+
+
+def _sizes(cells: NDArray[np.integer]) -> NDArray[np.intp]:
+    """How many points each cell has."""
+    return np.asarray((cells >= 0).sum(axis=1))
 
 
 def _add(parent: Element, name: str, values: NDArray[np.generic]) -> None:

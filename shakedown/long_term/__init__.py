@@ -10,7 +10,8 @@ proved), ``find_state`` (for one initial state), ``many_states`` (for many);
 ``fixed_step_verdict`` (what the last cycles of any motion show), ``recorded_walk`` (cycles of a run
 that can be resumed), ``simulation`` (from event to event or at fixed load steps, and the path as a file).
 
-What a period does to each node: ``node_table`` (the answer, and its files), ``node_results`` (how it follows
-from the path), ``diameters`` (of paths in a plane), ``node_instants`` (the state at instants, as files),
+What a period does to each node: ``node_points`` (where it is, for ParaView), ``node_table`` (the answer, and
+its files), ``node_results`` (how it follows from the path), ``diameters`` (of paths in a plane),
+``node_instants`` (the state at instants, as files),
 ``slip_criterion`` (whether it slips little enough). What it does to each load: ``conjugate_displacement``.
 """

@@ -10,18 +10,18 @@ from shakedown.ground.float_array import FloatArray
 _BLOCK = 128  # places of a path that are looked at together
 
 
-def diameter(places: FloatArray) -> float:
-    """The largest distance between two of some places (k, 2): between corners of their convex hull.
+def diameter(places: FloatArray) -> FloatArray:
+    """The way between the two of some places (k, 2) that lie farthest apart: corners of their convex hull.
 
     Examples
     --------
-    >>> diameter(np.array([[0.0, 0.0], [3.0, 4.0], [1.0, 1.0], [0.0, 1.0]]))
-    5.0
+    >>> diameter(np.array([[0.0, 0.0], [3.0, 4.0], [1.0, 1.0], [0.0, 1.0]])).tolist()
+    [3.0, 4.0]
     """
     return _farthest(corners := _hull(places), corners)
 
 
-def diameter_within(places: FloatArray, time: NDArray[np.intp], window: int) -> float:
+def diameter_within(places: FloatArray, time: NDArray[np.intp], window: int) -> FloatArray:
     """The same of places whose times, (k,) increasing, differ by less than a window.
 
     Blocks of places between which every pair counts are looked at by the corners of their hulls.
@@ -29,26 +29,36 @@ def diameter_within(places: FloatArray, time: NDArray[np.intp], window: int) -> 
     Examples
     --------
     >>> steady = np.column_stack([np.arange(9.0), np.zeros(9)])
-    >>> diameter_within(steady, np.arange(9), 4)
-    3.0
+    >>> diameter_within(steady, np.arange(9), 4).tolist()
+    [3.0, 0.0]
     """
     blocks = [(places[k : k + _BLOCK], time[k : k + _BLOCK]) for k in range(0, len(places), _BLOCK)]
     hulls = [_hull(own) for own, _ in blocks]
-    largest = 0.0
+    found = [np.zeros(2)]
     for i, j in combinations_with_replacement(range(len(blocks)), 2):
         (one, first), (two, second) = blocks[i], blocks[j]
         if second[-1] - first[0] < window:
-            largest = max(largest, _farthest(hulls[i], hulls[j]))
+            found.append(_farthest(hulls[i], hulls[j]))
         elif second[0] - first[-1] < window:
             near = np.abs(second[None, :] - first[:, None]) < window
-            largest = max(largest, float(_apart(one, two)[near].max(initial=0.0)))
-    return largest
+            found.append(_way(one, two, np.where(near, _apart(one, two), 0.0)))
+    return _longest(found)
 
 
-def _farthest(one: FloatArray, two: FloatArray) -> float:
-    """The largest distance of a place of one kind from one of another, some of them at a time."""
-    rows = (_apart(one[k : k + _BLOCK], two).max(initial=0.0) for k in range(0, len(one), _BLOCK))
-    return float(max(rows, default=0.0))
+def _farthest(one: FloatArray, two: FloatArray) -> FloatArray:
+    """The longest way from a place of one kind to one of another, some of them at a time."""
+    parts = (one[k : k + _BLOCK] for k in range(0, len(one), _BLOCK))
+    return _longest([_way(part, two, _apart(part, two)) for part in parts])
+
+
+def _way(one: FloatArray, two: FloatArray, apart: FloatArray) -> FloatArray:
+    """From a place of one kind to that of another that is the farthest from it, by their distances."""
+    i, j = np.unravel_index(apart.argmax(), apart.shape)
+    return np.asarray(two[j] - one[i])
+
+
+def _longest(ways: list[FloatArray]) -> FloatArray:
+    return max(ways, key=lambda way: float(np.hypot(*way)))
 
 
 def _apart(one: FloatArray, two: FloatArray) -> FloatArray:

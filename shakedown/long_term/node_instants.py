@@ -15,8 +15,16 @@ from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
-from shakedown.long_term.node_results import coordinates_of, settled_of
-from shakedown.long_term.node_table import points_of
+from shakedown.long_term.node_points import (
+    axes_of,
+    coordinates_of,
+    faces_of,
+    fixed_numbers,
+    labels_of,
+    normals_of,
+    points_of,
+)
+from shakedown.long_term.node_results import settled_of
 from shakedown.long_term.state import LongTermState, SteppedState
 from shakedown.motion.event_history import EventHistory
 
@@ -29,9 +37,11 @@ def save_node_instants(
 ) -> tuple[Path, ...]:
     """Write the nodes at instants of a period: NAME_000.vtp, …, and NAME.pvd, which ParaView opens as one.
 
-    At every point: ``node``; ``status`` 0 stick, 1 slip, 2 open; slip ``v`` and tangential reaction ``q``,
-    vectors of three components along the axes of the model where the joint knows its tangents, else in x
-    and y of the node; gap ``w`` and normal reaction ``p``. Units stand in brackets after the names.
+    Time is the phase, from 0 to 1 over the recorded period. At every point: ``cycle``, when that is, in
+    cycles of the loading; names, ``normal`` and faces as :meth:`NodeResults.save` has them; ``status`` 0
+    stick, 1 slip, 2 open; slip ``v`` and tangential reaction ``q``, vectors of three components along the
+    axes of the model where the joint knows its tangents, else in x and y of the node; gap ``w`` and normal
+    reaction ``p``. Units stand in brackets after the names.
 
     Parameters
     ----------
@@ -67,15 +77,17 @@ def save_node_instants(
         raise UsageError("save_node_instants: expected a steady period from event to event, found none")
     times = np.linspace(max(float(history.cycle[0]), 0.0), float(history.cycle[-1]), instants)
     at = history.at(times)
-    numbers = [_numbers(problem, at, row) for row in range(instants)]
-    return write_points_series(path, points_of(coordinates_of(problem)), times.tolist(), numbers)
+    fixed = fixed_numbers(labels_of(problem), normals_of(problem))
+    numbers = [fixed | _numbers(problem, at, row) for row in range(instants)]
+    points, phase = points_of(coordinates_of(problem)), np.linspace(0.0, 1.0, instants)
+    return write_points_series(path, points, phase.tolist(), numbers, faces_of(problem))
 
 
 def _numbers(problem: Problem, at: EventHistory, row: int) -> dict[str, NDArray[np.generic]]:
     """What is written of one instant."""
     force, length = units_of(problem)
     return {
-        "node": np.arange(problem.n),
+        "cycle": np.full(problem.n, at.cycle[row]),
         "status": np.abs(at.state[row]),
         with_unit("v", length): _in_space(problem, at.v[row]),
         with_unit("w", length): at.w[row],
@@ -86,11 +98,7 @@ def _numbers(problem: Problem, at: EventHistory, row: int) -> dict[str, NDArray[
 
 def _in_space(problem: Problem, parts: FloatArray) -> FloatArray:
     """Slips or tangential reactions of the nodes, flat, as vectors (n, 3) of the model."""
-    by_node, d = problem.layout.by_node(parts), problem.directions
-    if d == 2 and problem.tangents is not None:
-        axes = problem.tangents
-    elif d == 1 and problem.tangent is not None:
-        axes = problem.tangent[:, None]
-    else:
-        axes = np.tile(np.eye(3)[:d], (problem.n, 1, 1))
-    return np.asarray(np.einsum("nd,ndk->nk", by_node, axes))
+    axes = axes_of(problem)
+    if axes is None:
+        axes = np.tile(np.eye(3)[: problem.directions], (problem.n, 1, 1))
+    return np.asarray(np.einsum("nd,ndk->nk", problem.layout.by_node(parts), axes))

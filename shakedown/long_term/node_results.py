@@ -12,9 +12,9 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, is_finite
-from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.diameters import diameter, diameter_within
+from shakedown.long_term.node_points import axes_of, coordinates_of, faces_of, labels_of, normals_of
 from shakedown.long_term.node_table import MIXED, NOT_KNOWN, SLIPS, STAYS_OPEN, STICKS, NodeResults
 from shakedown.long_term.state import LongTermState, SteppedState
 from shakedown.motion.contact_law import path_resolution, scales
@@ -83,6 +83,7 @@ def node_results(
     area = nothing if problem.node_area is None else problem.node_area
     known = settled.period > 0
     parts = known and problem.directions > 1
+    extents, axes = slip_extents(settled, tolerances), axes_of(problem)
     with np.errstate(over="ignore"):  # what is too large is refused
         worn = k * pressed_slip(settled) if known else nothing
         if np.isinf([worn, worn / np.where(area > 0, area, 1.0)]).any():
@@ -94,11 +95,11 @@ def node_results(
         period=settled.period,
         force_unit=force,
         length_unit=length,
-        label=problem.label or tuple(map(str, range(problem.n))),
+        label=labels_of(problem),
         coordinates=coordinates_of(problem),
         area=area,
         status=status,
-        slip_range=slip_ranges(settled, tolerances),
+        slip_range=problem.law.size(extents),
         slip_range_of_directions=_direction_ranges(settled, tolerances) if parts else None,
         accumulated_slip=settled.slip_per_cycle / settled.period if known else nothing,
         p_min=np.maximum(p.min(axis=0), 0.0) if known else nothing,
@@ -109,6 +110,11 @@ def node_results(
         total_slip_bound=_total_slip_bound(settled),
         wear_coefficient=float(k),
         wear_volume=worn,
+        slip_range_vector=None
+        if axes is None
+        else np.einsum("nd,ndk->nk", problem.layout.by_node(extents), axes),
+        normal=normals_of(problem),
+        faces=faces_of(problem),
     )
 
 
@@ -132,23 +138,17 @@ def settled_of(given: object, who: str = "node_results") -> Settled:
     return settled
 
 
-def coordinates_of(problem: Problem) -> FloatArray:
-    """Where the nodes are, (n, 3); of a joint that knows only x, that."""
-    if problem.coordinates is not None:
-        return problem.coordinates
-    places = np.full((problem.n, 3), np.nan)
-    if problem.x is not None:
-        known = problem.x.reshape(problem.n, -1)  # one, two or three of them
-        places[:, : known.shape[1]] = known
-    return places
-
-
 def slip_ranges(settled: Settled, tolerances: Tolerances) -> FloatArray:
     """How far each node moves in contact within a period, (n,) [length]; 0 where it is never closed."""
+    return settled.problem.law.size(slip_extents(settled, tolerances))
+
+
+def slip_extents(settled: Settled, tolerances: Tolerances) -> FloatArray:
+    """The same as the way between the two places, (dn,) [length]."""
     if not settled.period:
-        return np.full(settled.problem.n, np.nan)
+        return np.full(settled.problem.layout.slip_size, np.nan)
     if settled.problem.directions > 1:
-        return _widths(settled, tolerances)
+        return _ways(settled, tolerances).ravel()
     path = settled.history
     closed = _closed(settled, path, tolerances)
     return _ranges(settled, path.v, closed, settled.drift)
@@ -170,20 +170,20 @@ def _ranges(settled: Settled, v: FloatArray, closed: NDArray[np.bool_], drift: F
     return np.where(closed.any(axis=0), found, 0.0)
 
 
-def _widths(settled: Settled, tolerances: Tolerances) -> FloatArray:
-    """The largest distance between two places that a node with two directions takes within a period."""
+def _ways(settled: Settled, tolerances: Tolerances) -> FloatArray:
+    """Between the two places of a node with two directions that are farthest apart in a period, (n, 2)."""
     path, layout = settled.history.refined(), settled.problem.layout
     closed = _closed(settled, path, tolerances)
     places, drift = layout.by_node(path.v), layout.by_node(settled.drift)
-    widths = np.zeros(layout.n)
+    ways = np.zeros((layout.n, 2))
     for node in np.flatnonzero(closed.any(axis=0)):
         time, where = np.flatnonzero(closed[:, node]), places[closed[:, node], node]
         if settled.outcome != Outcome.RATCHETTING:
-            widths[node] = diameter(where)
+            ways[node] = diameter(where)
             continue
         time = np.concatenate([time, time + len(closed) - 1])  # a window of one period may lie across its end
-        widths[node] = diameter_within(np.concatenate([where, where + drift[node]]), time, len(closed))
-    return widths
+        ways[node] = diameter_within(np.concatenate([where, where + drift[node]]), time, len(closed))
+    return ways
 
 
 def _direction_ranges(settled: Settled, tolerances: Tolerances) -> FloatArray:

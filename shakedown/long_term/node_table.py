@@ -13,12 +13,12 @@ from shakedown.files.vtk_points import write_points
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
-from shakedown.ground.size_limits import LARGEST_LABEL
 from shakedown.ground.status import Outcome
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked
 from shakedown.joint.result import Result
 from shakedown.joint.units import Units
+from shakedown.long_term.node_points import fixed_numbers, points_of
 
 STATUSES = STICKS, SLIPS, STAYS_OPEN, MIXED, NOT_KNOWN = "stick", "slip", "open", "mixed", "undecided"
 ENDINGS = (".csv", ".vtu", ".vtp")
@@ -27,7 +27,6 @@ TABLE = (
     "p_min", "p_max", "q_max", "work", "tau_delta", "total_slip_bound",
 )  # fmt: skip
 TRACTIONS = ("pressure_min", "pressure_max", "shear_max", "work_per_area")
-LONGEST_NUMBER = len(str(LARGEST_LABEL)) - 1  # digits of a label that is written as a whole number
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -66,6 +65,13 @@ class NodeResults(Result):
     slip_range_of_directions, q_max_of_directions : (n, 2) or None
         With two tangential directions: the range of either component of the slip, max − min [length], and
         the largest size of either component of q [force]; columns of files end in ``_x`` and ``_y``.
+    slip_range_vector : (n, 3) or None
+        From one to the other of the two places that are ``slip_range`` apart, along x, y, z of the model
+        [length], where the joint knows its tangents; either sign of it says the same.
+    normal : (n, 3) or None
+        Unit vectors into the first body, where they are known.
+    faces : (k, 4) or None
+        Corners of the faces of the contact, as of the problem, where their places are known.
     work : (n,)
         What friction takes per cycle, −∮ q dv / P in contact, jumps included [force × length].
     work_per_area : (n,)
@@ -114,6 +120,9 @@ class NodeResults(Result):
     wear_volume: FloatArray
     slip_range_of_directions: FloatArray | None = None
     q_max_of_directions: FloatArray | None = None
+    slip_range_vector: FloatArray | None = None
+    normal: FloatArray | None = None
+    faces: NDArray[np.intp] | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The words of ``DOCUMENT``, and with two tangential directions the components."""
@@ -193,8 +202,10 @@ class NodeResults(Result):
         Units stand in brackets after the names. A table has ``label`` to ``tau_delta``, with
         ``tractions`` also those and the work per area, and with a wear coefficient the wear depth. A
         VTK file has all of these as numbers at points, for ParaView: ``node`` from 0, ``label`` where
-        all labels are whole numbers, ``status`` 0 stick, 1 slip, 2 open, 3 mixed, 4 undecided. Where a
-        coordinate is not known its points are at 0; where none is, nodes stand in a row.
+        all labels are whole numbers, ``node_1`` and ``node_2`` where all are pairs of them (12/7),
+        ``status`` 0 stick, 1 slip, 2 open, 3 mixed, 4 undecided; and as far as they are known the faces,
+        ``normal`` and ``slip_range_vector``. Where a coordinate is not known its points are at 0; where
+        none is, nodes stand in a row.
 
         Raises
         ------
@@ -217,28 +228,18 @@ class NodeResults(Result):
         if ending == ".csv":
             write_csv(path, {word: list(column) for word, column in columns.items()})
         else:
-            write_points(path, points_of(self.coordinates), _numbers(columns))
+            write_points(path, points_of(self.coordinates), self._numbers(columns), self.faces)
+
+    def _numbers(self, columns: dict[str, Any]) -> dict[str, NDArray[np.generic]]:
+        """Columns as numbers at points, and what is known of directions in space: the status by number."""
+        label, status = columns.pop("label"), columns.pop("status")
+        found = fixed_numbers(label, self.normal) | {"status": np.array(list(map(STATUSES.index, status)))}
+        if self.slip_range_vector is not None:
+            found[with_unit("slip_range_vector", self.length_unit)] = self.slip_range_vector
+        return found | columns
 
     def _per_area(self, values: FloatArray) -> FloatArray:
         """Values over the area; NaN where a node has none, or one next to nothing."""
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
             found = values / self.area
         return np.where(np.isfinite(found), found, np.nan)
-
-
-def points_of(coordinates: FloatArray) -> FloatArray:
-    """Where nodes are drawn, (n, 3) [length]: in a row where nothing is known of their places."""
-    points = coordinates.copy()
-    if np.isnan(points).all():
-        points[:, 0] = np.arange(len(points))
-    return np.nan_to_num(points)
-
-
-def _numbers(columns: dict[str, Any]) -> dict[str, NDArray[np.generic]]:
-    """Columns as numbers at points: the node, labels where they are whole numbers, the status by number."""
-    label, status = columns.pop("label"), columns.pop("status")
-    found: dict[str, NDArray[np.generic]] = {"node": np.arange(len(label))}
-    if all(text.isascii() and text.isdigit() and len(text) <= LONGEST_NUMBER for text in label):
-        found["label"] = np.array([int(text) for text in label])
-    found["status"] = np.array([STATUSES.index(word) for word in status])
-    return found | columns

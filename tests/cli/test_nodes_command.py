@@ -1,8 +1,6 @@
 """`nodes`: the table that spreadsheets and pandas read, the files that ParaView reads, the JSON, and the text."""
 
-import base64
 import csv
-import struct
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -11,6 +9,7 @@ import numpy as np
 import pandas
 import pytest
 from command import document, run
+from vtk_arrays import arrays
 
 import shakedown
 
@@ -104,13 +103,17 @@ def test_meshio_reads_the_grid(tmp_path):
     assert [words[code] for code in mesh.point_data["status"]] == found["status"]
     assert mesh.point_data["node"].tolist() == list(range(9))
     assert "label" not in mesh.point_data  # 36/0 is no number
+    assert mesh.point_data["node_1"].tolist() == [int(text.partition("/")[0]) for text in found["label"]]
+    joint, slip = shakedown.example("press-fit"), mesh.point_data["slip_range [mm]"]
+    np.testing.assert_allclose(mesh.point_data["slip_range_vector [mm]"], slip[:, None] * joint.tangent)
+    assert np.array_equal(mesh.point_data["normal"], joint.normal)
 
 
 def test_poly_data_hold_the_same_arrays(tmp_path):
     """As https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html has it; VTK 9.7 reads it."""
     for ending in ("vtu", "vtp"):
         assert run("nodes", *AT_TWO, "-o", str(tmp_path / f"nodes.{ending}"))[0] == 0
-    grid, poly = (arrays(tmp_path / f"nodes.{ending}") for ending in ("vtu", "vtp"))
+    grid, poly = (arrays(ElementTree.parse(tmp_path / f"nodes.{ending}")) for ending in ("vtu", "vtp"))
     root = ElementTree.parse(tmp_path / "nodes.vtp").getroot()
     assert root.attrib == {
         "type": "PolyData", "version": "1.0", "byte_order": "LittleEndian", "header_type": "UInt64",
@@ -125,19 +128,6 @@ def test_poly_data_hold_the_same_arrays(tmp_path):
     assert {name: known(values) for name, values in grid.items() if name != "types"} == {
         name: known(values) for name, values in poly.items()
     }
-
-
-def arrays(path):
-    """Every array of a VTK file, by name."""
-    kinds = {"Float64": "d", "Int64": "q", "UInt8": "B"}
-    found = {}
-    for array in ElementTree.parse(path).iter("DataArray"):
-        data = base64.b64decode(array.text)
-        (size,) = struct.unpack_from("<Q", data)
-        assert size == len(data) - 8
-        kind = kinds[array.get("type")]
-        found[array.get("Name")] = struct.unpack_from(f"<{size // struct.calcsize(kind)}{kind}", data, 8)
-    return found
 
 
 def test_nodes_without_a_place_stand_in_a_row_and_whole_labels_are_numbers(tmp_path):

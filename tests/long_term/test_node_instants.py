@@ -22,6 +22,7 @@ def state():
         coordinates=np.arange(12.0).reshape(4, 3),
         tangents=np.tile(TURNED, (4, 1, 1)),
         normal=np.tile([1.0, 0.0, 0.0], (4, 1)),
+        faces=[[2, 1, 0, -1]],
         units="N, mm",
     )
     return shakedown.long_term_state(joint, 1.4)
@@ -34,13 +35,20 @@ def test_every_instant_is_a_file_with_the_path_at_its_time(state, tmp_path):
     named = list(ElementTree.parse(written[0]).iter("DataSet"))
     assert [each.get("file") for each in named] == [path.name for path in written[1:]]
     times = np.array([float(each.get("timestep")) for each in named])
-    assert times[[0, -1]].tolist() == state.history.cycle[[0, -1]].tolist()
-    at = state.history.at(times)
+    np.testing.assert_array_equal(times, np.linspace(0.0, 1.0, 5))
+    begin, end = state.history.cycle[[0, -1]]
+    at = state.history.at(begin + times * (end - begin))
     for k, path in enumerate(written[1:]):
         found = meshio.read(path)
         np.testing.assert_array_equal(found.points, state.problem.coordinates)
         np.testing.assert_array_equal(found.point_data["v [mm]"], at.v[k].reshape(4, 2) @ TURNED)
         np.testing.assert_array_equal(found.point_data["q [N]"], at.q[k].reshape(4, 2) @ TURNED)
+        np.testing.assert_array_equal(found.point_data["normal"], state.problem.normal)
+        np.testing.assert_array_equal(found.point_data["cycle"], at.cycle[k])
+        assert [(cells.type, cells.data.tolist()) for cells in found.cells] == [
+            ("vertex", [[3]]),
+            ("triangle", [[2, 1, 0]]),
+        ]
         for word, values in (("p [N]", at.p), ("w [mm]", at.w), ("status", at.state)):
             np.testing.assert_array_equal(found.point_data[word], values[k])
 

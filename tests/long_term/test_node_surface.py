@@ -1,0 +1,73 @@
+"""Faces of a contact in files for ParaView: the cells, the directions in space, the names of the nodes."""
+
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import meshio
+import numpy as np
+import pytest
+from vtk_arrays import arrays
+
+import shakedown
+
+
+@pytest.fixture(scope="module")
+def flange():
+    """Turned so that no direction of it is an axis; the first five faces only, one of them a triangle."""
+    joint = shakedown.example("bolted-flange")
+    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    faces = joint.faces.copy()
+    faces[0, 3] = -1
+    placed = {key: getattr(joint, key) @ turn for key in ("coordinates", "normal", "tangents")}
+    return replace(joint, faces=faces[:5], **placed)
+
+
+@pytest.fixture(scope="module")
+def state(flange):
+    return shakedown.long_term_state(flange, 1.2 * shakedown.upper_bound(flange).load_factor)
+
+
+def test_the_faces_are_cells_and_the_other_nodes_vertices(flange, state, tmp_path):
+    shakedown.node_results(state).save(tmp_path / "n.vtu")
+    mesh = meshio.read(tmp_path / "n.vtu")
+    cells = {block.type: block.data for block in mesh.cells}
+    assert cells["triangle"].tolist() == flange.faces[:1, :3].tolist()
+    assert cells["quad"].tolist() == flange.faces[1:].tolist()
+    assert sorted([*cells["vertex"].ravel(), *{*flange.faces.ravel()} - {-1}]) == list(range(flange.n))
+    labels = [f"{a}/{b}" for a, b in zip(mesh.point_data["node_1"], mesh.point_data["node_2"], strict=True)]
+    assert labels == list(flange.label)
+
+
+def test_poly_data_have_the_same_cells_in_the_order_of_the_format(flange, state, tmp_path):
+    for ending in ("vtu", "vtp"):
+        shakedown.node_results(state).save(tmp_path / f"n.{ending}")
+    piece = ElementTree.parse(tmp_path / "n.vtp").getroot().find("PolyData/Piece")
+    assert [child.tag for child in piece] == ["Points", "Verts", "Polys", "PointData"]
+    grid = arrays(ElementTree.parse(tmp_path / "n.vtu").getroot())
+    verts, polys = (arrays(piece.find(kind)) for kind in ("Verts", "Polys"))
+    assert (piece.get("NumberOfVerts"), piece.get("NumberOfPolys")) == (str(len(verts["offsets"])), "5")
+    assert verts["connectivity"] + polys["connectivity"] == grid["connectivity"]
+    assert polys["offsets"] == (3, 7, 11, 15, 19)
+    assert grid["types"] == (1,) * len(verts["offsets"]) + (5, 9, 9, 9, 9)
+
+
+def test_slip_vectors_lie_in_the_surface_and_are_as_long_as_the_range(flange, state):
+    found = shakedown.node_results(state)
+    assert found.slip_range.max() > 0
+    np.testing.assert_allclose(np.linalg.norm(found.slip_range_vector, axis=1), found.slip_range, rtol=1e-12)
+    across = np.einsum("nk,nk->n", found.slip_range_vector, flange.normal)
+    assert np.abs(across).max() <= 1e-9 * found.slip_range.max()
+    by_node = state.history.refined().v.reshape(-1, flange.n, 2)
+    whole = np.einsum("snd,ndk->snk", by_node, flange.tangents)
+    apart = np.linalg.norm(whole[:, None] - whole[None], axis=-1)
+    closed = np.isin(found.status, ["stick", "slip"])  # what moves while a node is open is no slip
+    assert "slip" in found.status
+    np.testing.assert_allclose(
+        apart.max(axis=(0, 1))[closed], found.slip_range[closed], atol=1e-9 * found.slip_range.max()
+    )
+
+
+def test_the_normal_follows_from_both_tangents(flange, state):
+    without = shakedown.node_results(replace(state, problem=replace(flange, normal=None)))
+    np.testing.assert_allclose(without.normal, flange.normal, atol=1e-12)
