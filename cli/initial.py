@@ -6,7 +6,6 @@ import os
 from typing import Literal
 
 import click
-import numpy as np
 
 import shakedown
 from shakedown import Problem
@@ -40,30 +39,11 @@ def initial_state(
     word, colon, index = initial.partition(":")
     if colon and word in ("zero", "safe", "witness"):
         raise click.UsageError(f"--initial {shortened(initial)}: only given takes a state number")
-    if word == "zero":
-        return np.zeros(problem.layout.slip_size)
     if word == "given":
         return _given(problem, index)
-    if word == "safe":
-        lasting = not open_nodes and not moved_by_transient(problem, load_factor)
-        safe = shakedown.safe_slip(problem, load_factor, open_nodes=open_nodes, transient=lasting)
-        return _existing(safe.slip, "a safe slip", load_factor)
-    if word == "witness":
-        if problem.directions > 1:
-            raise click.UsageError(
-                "--initial witness: expected one tangential direction, found two (it is of a first collapse)"
-            )
-        return _existing(
-            shakedown.lower_bound(problem).slip, "a critical slip state of the first collapse", load_factor
-        )
-    return _from_file(initial)
+    from shakedown.bounds.named_start import NAMES, named_start
 
-
-def moved_by_transient(problem: Problem, load_factor: float) -> bool:
-    """Whether transient load steps move every slip that is safe in the loop."""
-    if problem.q_transient is None:
-        return False
-    return shakedown.safe_slip(problem, load_factor, transient=True).status == "infeasible"
+    return named_start(problem, load_factor, word, open_nodes) if word in NAMES else _from_file(initial)
 
 
 def _given(problem: Problem, index: str) -> FloatArray:
@@ -76,12 +56,6 @@ def _given(problem: Problem, index: str) -> FloatArray:
     if len(index) > LONGEST_INDEX or int(index or 0) >= len(states):
         raise click.UsageError(f"--initial given:{shown}: the problem has {len(states)} state(s), from 0")
     return states[int(index or 0)]
-
-
-def _existing(slip: FloatArray, what: str, load_factor: float) -> FloatArray:
-    if np.isnan(slip).any():
-        raise click.UsageError(f"there is no such initial state: {what} does not exist at {load_factor:g}")
-    return slip
 
 
 def _from_file(path: str) -> FloatArray:

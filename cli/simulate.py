@@ -18,7 +18,7 @@ from shakedown.report.node_words import by_direction, open_in_words, resolution,
 from shakedown.report.run_words import SEPARATION, margin_at_rest, sliding_in_words
 
 from .claims import OutputFile, TableFile, record_of
-from .initial import moved_by_transient, start_of
+from .initial import start_of
 from .options import (
     method_option,
     output_options,
@@ -152,6 +152,8 @@ def _proof_facts(run: shakedown.Simulation) -> list[tuple[str, str, str]]:
 
 def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
     work, length = units_of(problem).work, units_of(problem).length
+    from shakedown.bounds.named_start import moved_by_transient
+
     none_of_slip, none_of_work = resolution(problem, run.load_factor)
     (dissipation,) = without_round_off([run.dissipation_per_cycle], none_of_work)
     lines = [headline(problem), ""]

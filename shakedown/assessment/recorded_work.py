@@ -109,7 +109,7 @@ def other_evidence(
     second = work.done(lambda: second_bounds(problem, limits.bounds, limits.tolerances))
     absent = "guarantee_curve" in limits.absent
     curve = work.done(lambda: None if absent else limits.curve(CURVE_RADII))
-    critical = work.done(lambda: critical_load_factors(problem) if few else None)
+    critical = work.done(lambda: critical_load_factors(problem, values=False) if few else None)
     limits.keep("friction", work.done(lambda: limits.friction))
     slip = work.done(lambda: None if below is None else limits.slip(below))
     return OtherEvidence(second, curve, critical, present(limits.friction), limits.transient, slip)

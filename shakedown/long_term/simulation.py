@@ -11,6 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shakedown.bounds.named_start import named_start
 from shakedown.campaign.recorded_steps import RecordedSteps, recorded_steps
 from shakedown.files.atomic_write import atomic_write
 from shakedown.ground.errors import UsageError
@@ -137,7 +138,7 @@ class Simulation(SettledState):
 def simulate(
     problem: Problem,
     load_factor: float,
-    initial_slip: ArrayLike | None = None,
+    initial_slip: ArrayLike | str | None = None,
     *,
     open_nodes: Iterable[int] = (),
     cycles: int = 1000,
@@ -158,7 +159,8 @@ def simulate(
     load_factor
         λ ≥ 0, multiplies the periodic part of the loading.
     initial_slip : (n,), optional
-        Slip at the start [length]; zero by default.
+        Slip at the start [length], or ``"safe"``, ``"witness"`` (the critical slip state), ``"given"`` (the
+        first of the problem's own), ``"zero"``; zero by default.
     open_nodes
         Nodes that are open at the start, as for :func:`evolve`.
     cycles
@@ -199,6 +201,8 @@ def simulate(
         check_slip_below(slip_below)
     if method not in METHODS:
         raise UsageError(f"method: expected one of {', '.join(METHODS)}, found '{method}'")
+    if isinstance(initial_slip, str):
+        initial_slip = named_start(problem, load_factor, initial_slip, tuple(open_nodes))
     asked = _Request(float(load_factor), initial_slip, tuple(open_nodes), cycles, method, record, slip_below)
     header = {} if partial is None else asked.header(problem, tolerances)
     with recorded_steps(partial, header, problem, resume=resume) as steps:

@@ -309,3 +309,14 @@ def test_mirroring_the_slip_mirrors_the_evolution(method):
         simulate(TWO_NODE, 0.7, LOWER.slip, method=method),
     )
     assert np.allclose(run.final_slip, -reference.final_slip, rtol=1e-12)
+
+
+def test_an_initial_slip_may_be_named():
+    joint = shakedown.example("two-node")
+    critical = shakedown.lower_bound(joint).slip
+    assert shakedown.simulate(joint, 0.7, "witness") == shakedown.simulate(joint, 0.7, critical)
+    assert not shakedown.simulate(joint, 0.7, "safe").slip_per_cycle.any()
+    with pytest.raises(shakedown.UsageError, match="one of zero, given, safe, witness, found 'best'"):
+        shakedown.simulate(joint, 0.7, "best")
+    with pytest.raises(shakedown.UsageError, match="'given': expected a problem with initial_slip"):
+        shakedown.simulate(joint, 0.7, "given")

@@ -33,7 +33,7 @@ from shakedown.programs.integer_algebra import solve_integers
 
 Progress = Callable[[int, int], None]
 LISTED = 1000
-SMALL = 20_000  # up to here batches are done before compiled code is loaded
+SMALL = 20_000  # up to here batches are done before compiled code is loaded, and all values are kept
 COUNTABLE = 10**40  # so many subsets and more are not even sampled
 MOST_NODES = 10_000  # a number of subsets has no more digits than anyone can write
 
@@ -106,7 +106,7 @@ def critical_load_factors(
     problem: Problem,
     *,
     budget: int = 200_000_000,
-    values: bool = False,
+    values: bool | None = None,
     progress: Progress | None = None,
     threads: int | None = None,
     tolerances: Tolerances = DEFAULT,
@@ -120,7 +120,7 @@ def critical_load_factors(
     budget
         Largest number of subsets to work through.
     values
-        Whether to keep, and sort, all load factors (8 bytes each).
+        Whether to keep, and sort, all load factors (8 bytes each); by default where there are at most 20,000.
     progress
         Called as ``progress(done, total)`` from time to time.
     threads
@@ -138,7 +138,7 @@ def critical_load_factors(
     Examples
     --------
     >>> import shakedown
-    >>> critical = shakedown.critical_load_factors(shakedown.example("two-node"), values=True)
+    >>> critical = shakedown.critical_load_factors(shakedown.example("two-node"))
     >>> critical.total, critical.degenerate, critical.load_factors.round(6)
     (4, 0, array([0.657373, 0.739146, 1.05252 , 2.93485 ]))
     """
@@ -149,6 +149,7 @@ def critical_load_factors(
     if not isinstance(budget, int):
         raise UsageError(f"budget: expected a whole number, found {budget!r}")
     _check_budget(rows, total, budget)
+    values = total <= SMALL if values is None else values
     known = NONE if total <= SMALL else _first_one_pair(rows, threads, tolerances)
     found = [replace(joined([]), smallest_feasible=known)]
     done = 0

@@ -6,7 +6,7 @@ import numpy as np
 
 from shakedown.joint.problem import Problem
 
-LARGEST_USUAL_FRICTION = 5.0
+LARGEST_USUAL_FRICTION = 2.0
 UNALIKE = 100.0  # times: stiffnesses of one body that differ by more are probably in different units
 
 
