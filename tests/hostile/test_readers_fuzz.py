@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import writers
 from command import run
-from model_files import BLOCK
+from model_files import BLOCK, HEAT
 from scipy import sparse
 
 from shakedown import ProblemError, import_model
@@ -214,6 +214,11 @@ def test_damaged_text_ends_in_an_answer_or_one_line(tmp_path, kind):
 @pytest.mark.parametrize("kind", BINARY)
 def test_damaged_output4_ends_in_an_answer_or_one_line(tmp_path, kind):
     batter(tmp_path, op4_bytes(tmp_path, binary=True, **BINARY[kind]), stiffness)
+
+
+def test_damaged_binary_results_end_in_an_answer_or_one_line(tmp_path):
+    content = (HEAT / "open_binary.frd").read_bytes()
+    batter(tmp_path, content, lambda path: read_nodal_vectors(path, "displacements"))
 
 
 def test_damaged_configurations_end_in_an_answer_or_one_line(tmp_path):

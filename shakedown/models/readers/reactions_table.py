@@ -5,7 +5,7 @@ import os
 import numpy as np
 
 from shakedown.ground.errors import ProblemError
-from shakedown.models.readers.calculix_frd import is_frd, read_frd
+from shakedown.models.readers.calculix_frd import is_binary_frd, is_frd, read_binary_frd, read_frd
 from shakedown.models.readers.calculix_reactions import is_calculix_output, read_calculix_output
 from shakedown.models.readers.nodal_vectors import NodalVectors, What
 from shakedown.models.readers.table import NumberTable, read_table
@@ -44,6 +44,8 @@ def is_reactions_table(lines: list[str]) -> bool:
 
 def read_nodal_vectors(path: str | os.PathLike[str], what: What = "reactions") -> list[NodalVectors]:
     """Read reactions or displacements: a ``.dat`` or ``.frd`` file of CalculiX, or a table: by content."""
+    if is_binary_frd(path):
+        return read_binary_frd(path, what)
     lines = read_lines(path)
     if is_frd(lines):
         return read_frd(path, what)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import writers
+from model_files import HEAT
 
 from shakedown import ProblemError
 from shakedown.models.readers.nodal_vectors import combined
@@ -57,7 +58,7 @@ def test_a_result_file_has_reactions_apart_from_displacements(tmp_path):
     [
         ("-1.42857E-01", "", "line 10: expected a node with three numbers"),
         ("-1.42857E-01", "-1.4x857E-01", "line 10: expected a number, found '-1.4x857E-01'"),
-        (" 1\n -4", " 2\n -4", "line 10: expected a block in text form, found the format '2'"),
+        (" 1\n -4", " 7\n -4", "line 10: expected a block in text form, found the format '7'"),
         (f"{1042:10d}", f"{7:10d}", "expected every node once in a table, found node 7 twice"),
         (f" -1{7:10d}", " -9", "expected a number"),
     ],
@@ -93,3 +94,50 @@ def test_headings_of_the_other_kind_are_not_taken(tmp_path):
         ProblemError, match=r"expected one column 'fx', found 0 \(step, node, fx, fy and maybe fz\)"
     ):
         read_nodal_vectors(write(tmp_path, TABLE))
+
+
+BINARY = (HEAT / "open_binary.frd").read_bytes()
+
+
+def test_a_binary_result_file_has_the_displacements_of_the_printed_ones():
+    """CalculiX wrote all three in one run, or of one deck; the binary one is the most accurate."""
+    single, printed, text = (
+        read_nodal_vectors(HEAT / file, "displacements")
+        for file in ("open_binary.frd", "open.dat", "open.frd")
+    )
+    assert [step.time for step in single] == [step.time for step in text] == [1.0, 2.0, 3.0]
+    for one, two, three in zip(single, text, printed, strict=True):
+        assert one.nodes.tolist() == two.nodes.tolist()
+        assert (np.abs(one.vectors - two.vectors) <= one.rounding + two.rounding).all()
+        rows = np.searchsorted(one.nodes, three.nodes)
+        assert (np.abs(one.vectors[rows] - three.vectors) <= one.rounding[rows] + three.rounding).all()
+        assert 50 * one.rounding.max() < two.rounding.max()
+
+
+def test_a_file_may_have_blocks_of_both_kinds(tmp_path):
+    """As CalculiX writes where a deck has *NODE OUTPUT in one step and *NODE FILE in the next."""
+    added = writers.calculix_frd(STEPS[:1], ("DISP",)).partition(" -3\n")[2].encode()
+    (tmp_path / "job").write_bytes(BINARY.removesuffix(b" 9999\n") + added)
+    *binary, text = read_nodal_vectors(tmp_path / "job", "displacements")
+    assert len(binary) == 3
+    np.testing.assert_allclose(text.vectors, STEPS[0][1], rtol=5e-6)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (b"DISP", b"DISQ", r"expected displacements \(\*NODE OUTPUT, U\), found no block DISP"),
+        (b"          12  ", b"          13  ", "expected three components of 13 nodes in 16 bytes each"),
+        (b"          12  ", b"          1x  ", "expected a whole number, found '1x'"),
+        (b" -5  D3 ", b" -4  D3 ", "found 2 components"),
+        (BINARY[-9:], b"", "found 3 components and 189 bytes"),
+        (b"1ALL\n\1\0\0\0", b"1ALL\n\0\0\0\0", "expected nodes from 1 with finite numbers, found node 0"),
+        (b"1ALL\n\1\0\0\0\0\0\0\0", b"1ALL\n\1\0\0\0\0\0\xc0\x7f", r"found node 1 with \[nan"),
+        (b"    1           2\n", b"    1           3\n", "byte .*: expected a block of text .*, found the format '3'"),
+    ],
+)  # fmt: skip
+def test_a_damaged_binary_file_is_refused(tmp_path, old, new, message):
+    assert old in BINARY
+    (tmp_path / "job").write_bytes(BINARY.replace(old, new))
+    with pytest.raises(ProblemError, match=message):
+        read_nodal_vectors(tmp_path / "job", "displacements")
