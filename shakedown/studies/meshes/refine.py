@@ -147,8 +147,9 @@ class _Meshes:
 def mesh_row(problem: Problem, radius: float | None, load_factor: float) -> dict[str, Any]:
     """One mesh: its nodes, and the numbers of ``COLUMNS``."""
     row: dict[str, Any] = {"nodes": problem.n, "directions": problem.directions}
+    limits = assess(problem)
     for name in LIMITS[:3]:
-        row[name] = _number(assess(problem), name)
+        row[name] = _number(limits, name)
     coarse = None if radius is None else assess(averaged(problem, radius))
     row[LIMITS[3]] = nan if coarse is None else _number(coarse, LIMITS[0])
     nodes = node_results(long_term_state(problem, load_factor))
