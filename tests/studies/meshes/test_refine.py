@@ -107,6 +107,9 @@ def test_the_command_says_the_same(found, tmp_path):
     assert code == 0
     assert "undecided" in out
     assert max(map(len, out.splitlines())) <= 80
+    assert run("refine", *paths)[2].count("differ") == 0
+    shakedown.save_problem(paths[1], replace(by_dozen(4), f=np.full(9, 0.3)))
+    assert "the files differ in friction: are they one joint?" in run("refine", *paths)[2]
     shakedown.save_problem(paths[1], replace(by_dozen(4), units="N, m"))
     assert "same units" in run("refine", *paths)[2]
     assert run("refine", *reversed(paths))[::2] == (
