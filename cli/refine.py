@@ -101,7 +101,7 @@ def _check_one_joint(problems: tuple[Problem, ...]) -> None:
     if len({problem.units for problem in problems}) > 1:
         units = ", ".join(repr(problem.units) for problem in problems)
         raise click.UsageError(f"FILE: expected one joint in the same units, found {units}")
-    kept = {
+    kept: dict[str, list[object]] = {
         "friction": [(float(problem.f.min()), float(problem.f.max())) for problem in problems],
         "load steps": [problem.m for problem in problems],
         "loads": [problem.load_names for problem in problems],
