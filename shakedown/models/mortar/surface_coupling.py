@@ -167,6 +167,8 @@ def surface_coupling(
     >>> found.area.round(12).tolist(), found.P.toarray()[::2].sum(axis=1).round(12).tolist()
     ([1.5, 3.0, 1.5], [1.0, 1.0, 1.0])
     """
+    if slave.dimension != master.dimension:
+        raise ProblemError("surfaces: expected two in the plane or two in space, found one of each")
     shared = np.intersect1d(slave.labels, master.labels)
     if shared.size:
         raise ProblemError(

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.arguments import real_array
 from shakedown.joint.result import Result
 from shakedown.models.mortar.facet_shapes import CHANGED, CORNERS
 
@@ -58,16 +59,24 @@ class ContactSurface(Result):
         ) -> None: ...
 
     def __post_init__(self) -> None:
+        labels = real_array("labels", self.labels)
         for name, value in (
-            ("labels", np.asarray(self.labels, dtype=np.intp)),
-            ("places", np.asarray(self.places, dtype=float)),
+            ("labels", labels.astype(np.intp)),
+            ("places", real_array("places", self.places)),
             ("facets", [tuple(int(node) for node in facet) for facet in self.facets]),
-            ("inside", np.asarray(self.inside, dtype=float)),
+            ("inside", real_array("inside", self.inside)),
         ):
             object.__setattr__(self, name, value)
         super().__post_init__()
         if not self.facets:
             raise ProblemError("surface: expected facets, found none")
+        if labels.ndim != 1 or (labels % 1).any() or len(np.unique(labels)) < len(labels):
+            raise ProblemError("labels: expected one whole number for each node, no two the same")
+        for name, count in (("places", len(labels)), ("inside", len(self.facets))):
+            if (shape := getattr(self, name).shape) not in [(count, 2), (count, 3)]:
+                raise ProblemError(f"{name}: expected shape ({count}, 2) or ({count}, 3), found {shape}")
+        if self.inside.shape[1] != self.dimension:
+            raise ProblemError("inside: expected places of as many coordinates as the nodes have")
         known = set(self.labels.tolist())
         for facet in self.facets:
             if (self.dimension, len(facet)) not in CORNERS or not known.issuperset(facet):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from shakedown import LoadCase, ProblemError, condense
+from shakedown import LoadCase, ProblemError, ShakedownError, condense
 from shakedown.models.mortar.facet_shapes import basis_change, shapes
 from shakedown.models.mortar.surface_coupling import surface_coupling
 from shakedown.models.mortar.surface_mesh import ContactSurface
@@ -213,6 +213,29 @@ def test_units_do_not_matter():
     one, other = surface_coupling(slave, master), surface_coupling(*scaled)
     np.testing.assert_allclose(other.P.toarray(), one.P.toarray(), rtol=0, atol=1e-14)
     np.testing.assert_allclose(other.area, 2.0**40 * one.area, rtol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"labels": [1.5, 2]}, "labels: expected one whole number for each node"),
+        ({"labels": [2, 2]}, "labels: expected one whole number for each node"),
+        ({"labels": ["a", 2]}, "labels: expected real numbers"),
+        ({"places": [[0, 0], [1]]}, "places: expected a regular array"),
+        ({"places": [[0, 0], [np.nan, 0]]}, "places: expected finite numbers"),
+        ({"places": [[0, 0]]}, "places: expected shape"),
+        ({"inside": [[0.5, 1], [0.5, 1]]}, "inside: expected shape"),
+        ({"inside": [[0.5, 1, 0]]}, "inside: expected places of as many coordinates"),
+        ({"facets": [(1, 3)]}, "surface: expected facets of 2 or 3 nodes"),
+    ],
+)
+def test_what_is_no_surface_is_refused(given, said):
+    good = {"labels": [1, 2], "places": [[0, 0], [1, 0]], "facets": [(1, 2)], "inside": [[0.5, 1]]}
+    surface = ContactSurface(**good)
+    with pytest.raises(ShakedownError, match=said):
+        ContactSurface(**good | given)
+    with pytest.raises(ProblemError, match="expected two in the plane or two in space"):
+        surface_coupling(surface, grid((3, 2), 900, -1.0))
 
 
 def test_two_layers_and_other_dimensions_are_refused():
