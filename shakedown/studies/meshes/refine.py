@@ -139,7 +139,9 @@ class _Meshes:
             joints = [self.make[size].fingerprint for size in self.sizes]
         else:
             name = getattr(self.make, "__qualname__", repr(self.make))
-            joints = [f"{getattr(self.make, '__module__', '')}.{name}"]
+            coarsest = self.make(self.sizes[0])  # a function of the same name may have been changed
+            require_problem(coarsest)
+            joints = [f"{getattr(self.make, '__module__', '')}.{name}", coarsest.fingerprint]
         asked = self.sizes, self.radius, self.load_factor
         return {"joints": repr(joints), "question": repr(asked), "version": version("shakedown-bounds")}
 

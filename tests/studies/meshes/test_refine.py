@@ -95,6 +95,26 @@ def test_a_killed_run_goes_on_where_it_was(found, tmp_path, monkeypatch):
     assert not (tmp_path / "t.csv.partial").exists()
 
 
+def test_a_function_that_was_changed_does_not_go_on(tmp_path, monkeypatch):
+    output, friction = tmp_path / "t.csv", [0.2]
+
+    def make(size):
+        return block_on_plane(2 * size, friction[0])
+
+    def killed(problem, *_):
+        if problem.n == 7:
+            raise KeyboardInterrupt
+        return dict.fromkeys(COLUMNS, 1.0)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(module, "mesh_row", killed)
+        with pytest.raises(KeyboardInterrupt):
+            shakedown.refine(make, [2, 3], output=output)
+    friction[0] = 0.4
+    with pytest.raises(UsageError, match="expected the same run to resume"):
+        shakedown.refine(make, [2, 3], output=output, resume=True)
+
+
 def test_the_command_says_the_same(found, tmp_path):
     paths = [str(tmp_path / f"{size}.npz") for size in (2, 4)]
     for path, size in zip(paths, (2, 4), strict=True):
