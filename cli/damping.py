@@ -11,7 +11,7 @@ import numpy as np
 import shakedown
 from shakedown import Outcome, Problem
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import down
+from shakedown.ground.shown_values import count, down
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.units import units_of
 from shakedown.report.text_table import table
@@ -159,7 +159,7 @@ def _text(problem: Problem, curve: DampingCurve) -> str:
     lines = [
         headline(problem),
         "",
-        paragraph(f"Load {curve.load}{name} at {len(curve.amplitude)} amplitudes."),
+        paragraph(f"Load {curve.load}{name} at {count(len(curve.amplitude), 'amplitude')}."),
     ]
     lines += [paragraph(sentence) for sentence in _limits_in_words(curve)]
     if np.isnan(curve.displacement).all():
@@ -181,7 +181,7 @@ def _limits_in_words(curve: DampingCurve) -> list[str]:
     if np.isinf(curve.simulated_limit):
         found.append("At all of them the joint shakes down: no friction damping was found.")
     elif not np.isnan(curve.simulated_limit):
-        found.append(f"None was found up to {down(curve.simulated_limit, 4)} (λ_T, from the first state).")
+        found.append(f"None was found up to {down(curve.simulated_limit, 6)} (λ_T, from the first state).")
     return found
 
 
@@ -192,7 +192,7 @@ def _table(problem: Problem, curve: DampingCurve) -> str:
         "displacement": curve.displacement,
         with_unit("loss", units_of(problem).work): curve.dissipation,
         **(
-            {"frequency": curve.frequency / (2 * np.pi), "ζ": curve.damping_ratio}
+            {"ω / 2π": curve.frequency / (2 * np.pi), "ζ": curve.damping_ratio}
             if modal
             else {"stiffness": curve.secant_stiffness, "η": curve.loss_factor}
         ),

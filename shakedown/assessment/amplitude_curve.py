@@ -136,8 +136,8 @@ class DampingCurve(Result):
 
     @property
     def secant_stiffness(self) -> FloatArray:
-        """Load amplitude over displacement amplitude, (k,)."""
-        return _ratio(self.force, self.displacement)
+        """Load amplitude over displacement amplitude, (k,); NaN of a load that does not vary."""
+        return _ratio(np.where(self.force > 0, self.force, np.nan), self.displacement)
 
     @property
     def loss_factor(self) -> FloatArray:

@@ -234,7 +234,7 @@ class _Amplitudes:
 def _checked_amplitudes(amplitudes: ArrayLike) -> FloatArray:
     values = real_array("amplitudes", amplitudes)
     if values.ndim != 1 or not len(values) or not (np.diff(values) > 0).all() or values[0] < 0:
-        raise UsageError("amplitudes: expected numbers >= 0 that rise, at least one, found others")
+        raise UsageError(f"amplitudes: expected numbers >= 0 that rise, at least one, found {short(values)}")
     check_load_factor(float(values[-1]))
     return values
 

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from shakedown.assessment.amplitude_curve import DampingCurve
 from shakedown.ground.errors import UsageError
-from shakedown.ground.shown_values import few, sized
+from shakedown.ground.shown_values import down, sized
 from shakedown.ground.status import Outcome
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.arguments import checked
@@ -135,10 +135,10 @@ def _limits_marked(axes: Axes, curve: DampingCurve) -> list[Any]:
     """Lines at λ_E and λ_T."""
     found = []
     if 0 < curve.proved_limit < np.inf:
-        label = f"λ_E = {few(curve.proved_limit)}: none below, proved"
+        label = f"λ_E = {down(curve.proved_limit, 6)}: none below, proved"
         found.append(axes.axvline(curve.proved_limit, color=GREEN, lw=1.2, label=label))
     if 0 < curve.simulated_limit < np.inf:
-        label = f"λ_T = {few(curve.simulated_limit)}: none found below"
+        label = f"λ_T = {down(curve.simulated_limit, 6)}: none found below"
         found.append(axes.axvline(curve.simulated_limit, color=GREY, lw=1.2, ls=":", label=label))
     return found
 

@@ -32,6 +32,7 @@ def test_the_document_the_table_and_the_file_tell_the_curve(joint, tmp_path):
     code, out, err = run(*asked, "-o", str(tmp_path / "x.csv"), "--picture", str(tmp_path / "x.svg"))
     assert (code, err) == (0, "")
     assert "Below 1 there is no friction damping: proved (λ_E)." in out
+    assert "at 5 amplitudes." in out
     assert max(map(len, out.splitlines())) <= 80
     rows = list(csv.DictReader((tmp_path / "x.csv").read_text().splitlines()))
     assert [float(row["dissipation"]) for row in rows] == found["dissipation"]
@@ -41,7 +42,7 @@ def test_the_document_the_table_and_the_file_tell_the_curve(joint, tmp_path):
 WRONG = [
     (["--amplitudes", "1:2"], "--amplitudes: expected LOW:HIGH:COUNT"),
     (["--amplitudes", "1,x"], "--amplitudes: expected LOW:HIGH:COUNT"),
-    (["--amplitudes", "2,1"], "amplitudes: expected numbers >= 0 that rise"),
+    (["--amplitudes", "2,1"], "amplitudes: expected numbers >= 0 that rise, at least one, found [2, 1]"),
     (["--amplitudes", "1,2", "--load", "pull"], "load: expected one of 0 to 0, 'push', found 'pull'"),
     (["--amplitudes", "1,2", "--initial", "safe"], "--initial safe: expected zero, given"),
 ]
