@@ -10,7 +10,7 @@ from shakedown.report.html import write_report
 
 JOINT = shakedown.example("two-node")
 MISUSE = {
-    "slip a word": lambda: shakedown.simulate(JOINT, 0.5, "zero"),
+    "slip a word": lambda: shakedown.simulate(JOINT, 0.5, "nought"),
     "slip complex": lambda: shakedown.simulate(JOINT, 0.5, [0, 1j]),
     "slip ragged": lambda: shakedown.simulate(JOINT, 0.5, [[0.0], [1.0, 2.0]]),
     "load factor a word": lambda: shakedown.simulate(JOINT, "a", [0, 0]),

@@ -386,6 +386,8 @@ ANSWERS = {
     "units_of",
     # bounds
     "conic_upper_bound",
+    "moved_by_transient",
+    "named_start",
     "safe_slip",
     "upper_bound",
     # from a given state
