@@ -330,6 +330,7 @@ def _verified(
     work.show(lambda: _so_far(found, runs, "all other runs", settings))  # before the others are planned
     cases = planned_cases(limits, asked.load_factors, *random, work.steps)
     work.count, work.pieces = len(runs), len(runs) + len(cases) + len(OtherEvidence._fields)
+    work.show(lambda: _so_far(found, runs, "all other runs", settings))  # where it was too early before
     steps: list[Callable[[], Any]] = [functools.partial(run_of, limits, case, *how) for case in cases]
     first = sum(case.load_factor == AS_GIVEN for case in cases)  # λ = 1 comes first, then λ_T
     steps.insert(first, lambda: limits.transient)
