@@ -169,6 +169,18 @@ def _cone(nodes: IntArray, at: FloatArray, normals: FloatArray, faces: IntArray 
     return Patch(nodes, points - points.mean(axis=0), frame, ("around the cone", "along it"), kind, faces)
 
 
+def _start(angle: FloatArray) -> float:
+    """The angle after the largest gap; of gaps that are alike but for round-off, that of the first node."""
+    order = np.sort(angle)
+    gaps = np.diff(np.append(order, order[0] + 2 * np.pi))
+    alike = np.flatnonzero(gaps >= (1.0 - SIX_DIGITS) * gaps.max())
+    begins = order[(alike + 1) % len(order)]
+    away = np.abs(np.mod(angle[None] - begins[:, None] + np.pi, 2 * np.pi) - np.pi)
+    first = (away <= SIX_DIGITS).argmax(axis=1)  # the first node there
+    start = begins[int(first.argmin())] + np.pi - SIX_DIGITS
+    return float(np.mod(start, 2 * np.pi) - np.pi + SIX_DIGITS)  # π and −π are one
+
+
 def _unrolled(
     angle: FloatArray, nodes: IntArray, faces: IntArray | None
 ) -> tuple[FloatArray, IntArray, IntArray | None, IntArray]:
@@ -176,9 +188,7 @@ def _unrolled(
 
     With the nodes and faces, and which of the nodes given each one is.
     """
-    order = np.sort(angle)
-    gaps = np.diff(np.append(order, order[0] + 2 * np.pi))
-    start = order[(int(gaps.argmax()) + 1) % len(order)]
+    start = _start(angle)
     angle = np.mod(angle - start + SIX_DIGITS, 2 * np.pi) - SIX_DIGITS
     copies = np.arange(len(nodes))
     if faces is not None:
