@@ -7,6 +7,7 @@ from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound
 from shakedown.bounds.collapse.box_bound import BoxBound, box_bound
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
 from shakedown.bounds.methods import methods_of
+from shakedown.bounds.upper import upper_bound
 from shakedown.ground.evidence import Missing, allowed
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.tolerances import DEFAULT
@@ -98,6 +99,15 @@ def _known_bounds(problem: Problem) -> dict[object, EnergyBound | Missing]:
 def known_limits(problem: Problem) -> dict[str, float]:
     """λ_max and λ_U of a problem with all nodes closed, by their words, where they are known already."""
     return {}
+
+
+def bound_of_all(problem: Problem) -> float:
+    """λ_max with all nodes closed, worked out once; inf where that has no end, NaN where none is safe."""
+    known = known_limits(problem)
+    if "upper" not in known:
+        found = allowed(upper_bound, problem)
+        known["upper"] = inf if isinstance(found, Missing) else found.load_factor
+    return known["upper"]
 
 
 def beyond_all(begun: Passage) -> bool:

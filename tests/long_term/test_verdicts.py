@@ -202,6 +202,16 @@ def test_slip_next_to_round_off_of_the_loads_at_rest_is_not_told(name):
     assert shakedown.verify(problem, random_states=0, load_factors=[above]).disagreements == ()
 
 
+@pytest.mark.parametrize("name", ["two-node", "two-node-3d"])
+def test_an_undecided_run_says_what_is_known_above_the_upper_bound(name):
+    joint = shakedown.example(name)
+    upper = shakedown.upper_bound(joint).load_factor
+    for load_factor in (0.99 * upper, 1.01 * upper):
+        state = shakedown.long_term_state(joint, load_factor, max_cycles=1)
+        assert state.outcome == "undecided"
+        assert ("cannot come to rest" in state.reason) == (load_factor > upper)
+
+
 def one_slow_node() -> shakedown.Problem:
     """A node half a million times softer across its load: what it slips there takes thousands of cycles."""
     t = 2.0 * np.pi * np.arange(14)[:, None] / 14

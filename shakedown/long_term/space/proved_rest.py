@@ -16,8 +16,10 @@ from shakedown.ground.shown_values import short
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.long_term.known_bounds import (
+    ABOVE,
     BELOW,
     beyond_all,
+    bound_of_all,
     bound_of_start,
     bound_proves,
     known_limits,
@@ -45,11 +47,22 @@ def heeding_proofs(state: S) -> S:
     if state.outcome == Outcome.SHAKEDOWN or state.stop is not None or _closes(state, CLEAR):
         return state
     if not (state.goal.contact == OPEN).any() and beyond_all(state.begun):
-        return state
+        return _slips_on(state)
     proof = proof_of_bounds(state.begun, state.goal)
     if not proof and not _closes(state, CLEAR_ENOUGH):
         proof = proof_by_ball(state.begun, state.goal)
-    return _at_rest(state, proof) if proof else state
+    return _at_rest(state, proof) if proof else _slips_on(state)
+
+
+def _slips_on(state: S) -> S:
+    """The same; of a search without an end it is said where λ_max tells that it cannot come to rest."""
+    if state.outcome != Outcome.UNDECIDED or (state.goal.contact == OPEN).any():
+        return state
+    above = bound_of_all(state.begun.problem)
+    if not state.load_factor > ABOVE * above:
+        return state
+    known = f"above λ_max = {short(above)} it cannot come to rest while all nodes stay in contact"
+    return replace(state, reason=f"{state.reason}; {known}")
 
 
 @on_one_thread
