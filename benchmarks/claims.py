@@ -3,6 +3,7 @@
 import json
 import statistics
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks import blade_root, bolted_flange, damping, headline, lap_joint, rolled_sphere, space_classical
@@ -327,42 +328,57 @@ def _calculix_solids() -> list[str]:
     ]
 
 
+def _over_meshes(found: list[dict], loads: Sequence[float], load: float) -> str:
+    """The friction work at one load, and the pairs, mesh by mesh."""
+    k = loads.index(load)
+    works = _listed([f"{row['work'][k]:.3g}" for row in found])
+    return f"{works} N mm with {_listed([str(row['n']) for row in found])} pairs"
+
+
+def _listed(words: list[str]) -> str:
+    return f"{', '.join(words[:-1])} and {words[-1]}"
+
+
 def _lap_joint() -> list[str]:
-    coarse, *_, fine = rows("lap_joint")
+    found, loads = rows("lap_joint"), lap_joint.LOADS
+    coarse, fine = found[0], found[-1]
+    still = max(load for load, count in zip(loads, fine["slipping"], strict=True) if count == 0)
     return [
-        f"A bolted lap joint in space with {fine['n']} pairs, after the Brake–Reuß beam: model, λ_max, λ_E and seven loads "
-        f"followed over three cycles take {sum(fine['seconds']):.0f} s of one core. λ_E is "
-        f"{fine['energy'] / fine['upper']:.4f} of λ_max; at 0.9 λ_max no pair slips in the end, above λ_max the friction work of a cycle "
-        f"grows with the amplitude to the power {exponent(fine, lap_joint.RELATIVE):.2g} ({exponent(coarse, lap_joint.RELATIVE):.2g} with {coarse['n']} pairs). λ_max "
-        f"falls with the mesh, from {10 * coarse['upper']:.0f} N to {10 * fine['upper']:.0f} N: it is about the first pair at "
-        "the edge of a pad (`lap_joint`)."
+        f"A bolted lap joint in space with {fine['n']} pairs, after the Brake–Reuß beam: model, λ_max, λ_E and {len(loads)} loads "
+        f"followed over {lap_joint.CYCLES} cycles take {sum(fine['seconds']):.0f} s of one core. λ_E is "
+        f"{fine['energy'] / fine['upper']:.4f} of λ_max; at {still:g} N at the tip no pair slips in the end. At 40 N the friction work "
+        f"of a cycle is {_over_meshes(found, loads, 40.0)}; from {loads[-2]:g} to {loads[-1]:g} N it grows with the amplitude to "
+        f"the power {exponent(fine, loads):.2g}. λ_max falls with the mesh, from {10 * coarse['upper']:.0f} N to {10 * fine['upper']:.0f} N: "
+        "it is about the first pair at the edge of a pad (`lap_joint`)."
     ]
 
 
 def _bolted_flange() -> list[str]:
-    *_, before, fine = rows("bolted_flange")
-    coarse, load = rows("bolted_flange")[0], bolted_flange.SHEAR
+    found, loads, scale = rows("bolted_flange"), bolted_flange.LOADS, bolted_flange.SHEAR
+    coarse, *_, before, fine = found
     return [
         f"A sector of a bolted flange, {fine['n']} pairs on a ring around the bolt, pulled and sheared a quarter of a period "
-        f"apart: model, limits and {len(bolted_flange.RELATIVE)} loads followed over {bolted_flange.CYCLES} cycles take "
-        f"{sum(fine['seconds']):.0f} s of one core. λ_max is a shear of {load * fine['upper']:.3g} kN "
-        f"({load * before['upper']:.3g} kN with {before['n']} pairs, {load * coarse['upper']:.3g} kN with {coarse['n']}), "
-        f"λ_E {1 - fine['energy'] / fine['upper']:.0e} below it. The friction work of a cycle grows with the amplitude to the power {exponent(fine, bolted_flange.RELATIVE):.2g} "
-        f"from {bolted_flange.RELATIVE[-2]:g} to {bolted_flange.RELATIVE[-1]:g} λ_max, where {fine['slipping'][-1]} pairs "
-        "slip (`bolted_flange`)."
+        f"apart: model, limits and {len(loads)} loads followed over {bolted_flange.CYCLES} cycles take "
+        f"{sum(fine['seconds']):.0f} s of one core. λ_max is a shear of {scale * fine['upper']:.3g} kN "
+        f"({scale * before['upper']:.3g} kN with {before['n']} pairs, {scale * coarse['upper']:.3g} kN with {coarse['n']}), "
+        f"λ_E {1 - fine['energy'] / fine['upper']:.0e} below it. At {loads[-1]:g} kN the friction work of a cycle is "
+        f"{_over_meshes(found, loads, loads[-1])}, of which {fine['slipping'][-1]} slip; from {loads[-2]:g} kN on it grows with the "
+        f"amplitude to the power {exponent(fine, loads):.2g} (`bolted_flange`)."
     ]
 
 
 def _blade_root() -> list[str]:
-    *_, before, fine = rows("blade_root")
-    still = max(r for r, count in zip(blade_root.RELATIVE, fine["slipping"], strict=True) if count == 0)
+    found, loads, scale = rows("blade_root"), blade_root.LOADS, blade_root.BENDING
+    *_, before, fine = found
+    still = max(load for load, count in zip(loads, fine["slipping"], strict=True) if count == 0)
+    below = max(load for load in loads if load < scale * fine["upper"])
     return [
         f"The dovetail root of a blade, {fine['n']} pairs on two flanks, slips out along them as the rotor gets to speed: from "
-        f"the state after that λ_E is {fine['energy'] / fine['upper']:.2f} of λ_max, no pair slips in the end at "
-        f"{still:g} λ_max, and {fine['slipping'][blade_root.RELATIVE.index(0.9)]} do at 0.9 λ_max, of which only another state "
-        f"would be safe. λ_max is {blade_root.BENDING * fine['upper']:.0f} N at the tip "
-        f"({blade_root.BENDING * before['upper']:.0f} N with {before['n']} pairs, in proportion to the element's size), the exponent "
-        f"of the friction work {exponent(fine, blade_root.RELATIVE):.2g} (`blade_root`)."
+        f"the state after that λ_E is {scale * fine['energy']:.0f} N at the tip and λ_max {scale * fine['upper']:.0f} N "
+        f"({scale * before['energy']:.0f} N and {scale * before['upper']:.0f} N with {before['n']} pairs). No pair slips in the end at "
+        f"{still:g} N, and {fine['slipping'][loads.index(below)]} do at {below:g} N, of which only another state would be safe. The "
+        f"friction work of a cycle at {loads[-2]:g} N is {_over_meshes(found, loads, loads[-2])}, its exponent there "
+        f"{exponent(fine, loads):.2g} (`blade_root`)."
     ]
 
 

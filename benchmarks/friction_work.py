@@ -1,4 +1,7 @@
-"""Limits of a joint in space and the friction work of a cycle over the amplitude, for its studies."""
+"""Limits of a joint in space and the friction work of a cycle over the amplitude, for its studies.
+
+Loads are those of the joint, the same on every mesh: λ_max may be about one of its elements.
+"""
 
 import time
 from collections.abc import Callable, Sequence
@@ -14,17 +17,18 @@ from shakedown.joint.loading import loading
 from shakedown.motion.implicit.implicit_step import ImplicitJoint
 from shakedown.plot.patch_places import Places, patch_axes, places_of
 from shakedown.report.text_table import table
+from shakedown.studies.meshes.verdict import trend
 
 PARTS = 8  # equal parts of every load step
 SLIPS = 1e-6  # of the longest way: what counts as slip
 MARKED = 25.0  # area of a mark on the patch [points²]
 
 
-def measured(make: Callable[[], Problem], relative: Sequence[float], cycles: int) -> dict:
-    """Limits; work, slipping and open pairs in the last of so many cycles at every λ = relative · λ_max.
+def measured(make: Callable[[], Problem], load_factors: Sequence[float], cycles: int) -> dict:
+    """Limits; work, slipping and open pairs in the last of so many cycles at every load factor.
 
-    The joint begins with the slip that it gives, else with none. The patch is that at the first and at the
-    last load factor above λ_max.
+    The joint begins with the slip that it gives, else with none. The patch is that at the first load factor
+    above λ_max, and at the last.
     """
     began = time.process_time()
     problem = make()
@@ -33,8 +37,8 @@ def measured(make: Callable[[], Problem], relative: Sequence[float], cycles: int
     upper, energy = shakedown.upper_bound(problem), shakedown.energy_bound(problem, start)
     universal = shakedown.universal_bound(problem)
     bounded = time.process_time()
-    runs = [_cycle(problem, factor * upper.load_factor, start, cycles) for factor in relative]
-    shown = [next(k for k, factor in enumerate(relative) if factor > 1.0), -1]
+    runs = [_cycle(problem, factor, start, cycles) for factor in load_factors]
+    shown = [next(k for k, factor in enumerate(load_factors) if factor > upper.load_factor), -1]
     places, area = places_of(problem), problem.node_area
     at_rest = loading(problem).at(0.0)[1].mean(axis=0) + problem.B @ start
     return {
@@ -49,7 +53,7 @@ def measured(make: Callable[[], Problem], relative: Sequence[float], cycles: int
         "drawn": places.nodes.tolist(),  # those of the first patch
         "axes": [*places.axes, places.unit],
         "pressure": (at_rest / area).tolist(),
-        "shown": [float(relative[k]) for k in shown],
+        "shown": [float(load_factors[k]) for k in shown],
         "way": [runs[k]["way"].tolist() for k in shown],
         "seconds": [made - began, bounded - made, time.process_time() - bounded],
     }
@@ -76,52 +80,61 @@ def _slips(way: np.ndarray, longest: np.ndarray) -> np.ndarray:
     return way > SLIPS * longest.max()
 
 
-def exponent(row: dict, relative: Sequence[float]) -> float:
+def exponent(row: dict, loads: Sequence[float]) -> float:
     """Of the power law of friction work over the amplitude, between the two largest amplitudes."""
-    return float(np.log(row["work"][-1] / row["work"][-2]) / np.log(relative[-1] / relative[-2]))
+    return float(np.log(row["work"][-1] / row["work"][-2]) / np.log(loads[-1] / loads[-2]))
 
 
-def work_table(rows: list[dict], relative: Sequence[float], amplitude: float, unit: str) -> str:
-    """Limits, friction work and slipping pairs of every mesh; ``amplitude`` is the load at λ = 1."""
+def work_table(rows: list[dict], loads: Sequence[float], scale: float, unit: str) -> str:
+    """Limits, friction work and slipping pairs of every mesh; ``scale`` is the load at λ = 1."""
     lines = [
         [
-            " x ".join(map(str, row["elements"])), str(row["n"]), f"{amplitude * row['upper']:.4g}",
+            " x ".join(map(str, row["elements"])), str(row["n"]), f"{scale * row['upper']:.4g}",
             f"{row['energy'] / row['upper']:.4f}", f"{row['universal'] / row['upper']:.2g}",
             *(f"{work:.2e} ({count})" for work, count in zip(row["work"], row["slipping"], strict=True)),
-            f"{exponent(row, relative):.2f}", f"{sum(row['seconds']):.1f}",
+            f"{exponent(row, loads):.2f}", f"{sum(row['seconds']):.1f}",
         ]
         for row in rows
     ]  # fmt: skip
     headers = [
-        "elements", "pairs", f"at λ_max [{unit}]", "λ_E/λ_max", "λ_U/λ_max",
-        *(f"{r:g} λ_max" for r in relative), "exponent", "s",
+        "elements", "pairs", f"λ_max [{unit}]", "λ_E/λ_max", "λ_U/λ_max",
+        *(f"{load:g} {unit}" for load in loads), "exponent", "s",
     ]  # fmt: skip
+    lines.append(["refined", *[""] * 4, *_trends(rows), "", ""])
     about = "Friction work per cycle [N mm], and how many pairs slip, over the load:"
     return f"{about}\n{table(headers, lines)}"
 
 
-def work_picture(rows: list[dict], relative: Sequence[float], amplitude: float, load: str) -> Figure:
+def _trends(rows: list[dict]) -> list[str]:
+    """What the work at every load does over the last three meshes."""
+    size = np.array([row["n"] for row in rows]) ** -0.5
+    works = np.array([np.where(row["slipping"], row["work"], 0.0) for row in rows])  # else round-off
+    found = [trend(size, work) for work in works.T]
+    return [f"{each.limit:.2e}" if each.verdict == "converges" else str(each.verdict) for each in found]
+
+
+def work_picture(rows: list[dict], loads: Sequence[float], scale: float, load: str) -> Figure:
     """Friction work over the amplitude; pressure and slip over the patch of the finest mesh."""
     figure = Figure(figsize=(9.6, 7.6), layout="constrained")
     panels = figure.subplots(2, 2)
     row = rows[-1]
-    _work_curves(panels[0, 0], rows, relative, amplitude, load)
+    _work_curves(panels[0, 0], rows, loads, load)
     _patch(panels[0, 1], row, np.array(row["pressure"]), "mean pressure [MPa]", None)
+    unit = load[load.rindex("[") + 1 : -1]
     for axes, factor, way in zip(panels[1], row["shown"], row["way"], strict=True):
         slips = _slips(np.array(way), np.array(row["way"][-1]))
         _patch(axes, row, 1e3 * np.array(way), "way of a cycle [µm]", slips)
-        axes.set_title(f"{factor:g} λ_max: {slips.sum()} of {row['n']} pairs slip", fontsize="medium")
+        axes.set_title(
+            f"{scale * factor:g} {unit}: {slips.sum()} of {row['n']} pairs slip", fontsize="medium"
+        )
     panels[0, 1].set_title(f"{row['n']} pairs before the vibration", fontsize="medium")
     return figure
 
 
-def _work_curves(
-    axes: Axes, rows: list[dict], relative: Sequence[float], amplitude: float, load: str
-) -> None:
+def _work_curves(axes: Axes, rows: list[dict], loads: Sequence[float], load: str) -> None:
     for row in rows:
         kept = [k for k, count in enumerate(row["slipping"]) if count]
-        loads = [amplitude * row["upper"] * relative[k] for k in kept]
-        axes.loglog(loads, [row["work"][k] for k in kept], "o-", label=f"{row['n']} pairs")
+        axes.loglog([loads[k] for k in kept], [row["work"][k] for k in kept], "o-", label=f"{row['n']} pairs")
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 5.0, 7.0)))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter(NullFormatter())
