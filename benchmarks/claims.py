@@ -4,9 +4,19 @@ import json
 import statistics
 import sys
 from collections.abc import Sequence
+from math import isfinite
 from pathlib import Path
 
-from benchmarks import blade_root, bolted_flange, damping, headline, lap_joint, rolled_sphere, space_classical
+from benchmarks import (
+    blade_root,
+    bolted_flange,
+    damping,
+    headline,
+    lap_joint,
+    refinement,
+    rolled_sphere,
+    space_classical,
+)
 from benchmarks.calculix_contact import is_compared, verdict
 from benchmarks.friction_work import exponent
 from benchmarks.runner import RESULTS
@@ -40,6 +50,7 @@ def lines() -> list[str]:
         *_lap_joint(),
         *_bolted_flange(),
         *_blade_root(),
+        *_refinement(),
         *_space_classical(),
         *_rolled_sphere(),
         *_damping(),
@@ -379,6 +390,22 @@ def _blade_root() -> list[str]:
         f"{still:g} N, and {fine['slipping'][loads.index(below)]} do at {below:g} N, of which only another state would be safe. The "
         f"friction work of a cycle at {loads[-2]:g} N is {_over_meshes(found, loads, loads[-2])}, its exponent there "
         f"{exponent(fine, loads):.2g} (`blade_root`)."
+    ]
+
+
+def _refinement() -> list[str]:
+    found = refinement.refinements(rows("refinement")).values()
+    meshes = [len(each.nodes) for each in found]
+
+    def counted(name: str) -> str:
+        """Of how many joints a number converges, where they have it on the finest mesh."""
+        verdicts = [each.verdict[name] for each in found if isfinite(each.numbers[name][-1])]
+        return f"{verdicts.count('converges')} of {len(verdicts)}"
+
+    return [
+        f"{len(found)} joints on {min(meshes)} to {max(meshes)} meshes each, in the plane and in space: friction work at one load converges "
+        f"on {counted('work')}, λ_max averaged over a length on {counted('averaged_impossible_above')}, λ_max itself on "
+        f"{counted('impossible_above')}, where friction holds the edges of the contact or there are none ([what a limit means on a mesh](mesh.md), `refinement`)."
     ]
 
 

@@ -3,20 +3,22 @@
 Every joint on a sequence of meshes with the number of contact elements doubled: blocks and a pad with
 sharp corners, below and above the critical friction of these (:func:`shakedown.fem.corner_field`);
 elastically similar blocks and a press fit, which have no such corner; a cylinder on a flat, whose pressure
-ends like a root; the slanted block of thesis chapter V. Of each :func:`shakedown.refine` tells which of the
-limits, of λ_max averaged over an eighth of the contact, of friction work and of the largest slip at one load
-have a limit, and which one.
+ends like a root; the slanted block of thesis chapter V. In space a brick, a sphere on a flat and a bolted
+lap joint. Of each :func:`shakedown.refine` tells which of the limits, of λ_max averaged over a length, of
+friction work and of the largest slip at one load have a limit, and which one.
 """
 
 import argparse
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks.bodies.blocks import cantilevered_block
 from benchmarks.bodies.classical import cylinder_on_flat, press_fit
+from benchmarks.bodies.lap_joint import lap_joint
+from benchmarks.bodies.sphere import sphere_on_flat
 from benchmarks.runner import run_study
 from shakedown import Problem, plot, refine
 from shakedown.fem import (
@@ -28,6 +30,7 @@ from shakedown.fem import (
     Support,
     Traction,
     block_mesh,
+    brick_mesh,
     contact_problem,
     corner_field,
 )
@@ -90,41 +93,71 @@ def pad(elements: int, f: float) -> Problem:
     return contact_problem(upper, "bottom", f, against=(lower, "contact"), steps=24)
 
 
-# From contact elements to each joint, the load factor at which it is simulated, the most elements.
-JOINTS: dict[str, tuple[Callable[[int], Problem], float, int]] = {
-    "block on a rigid plane, moved, f = 0.2": (lambda elements: block_on_plane(elements, 0.2), 4.0, 64),
-    "block on a rigid plane, pushed, f = 0.4": (lambda elements: pushed_block(elements, 0.4), 3.8, 64),
-    "pad on a block, f = 0.3": (lambda elements: pad(elements, 0.3), 2.8, 64),
-    "pad on a block, f = 0.7": (lambda elements: pad(elements, 0.7), 6.5, 32),
-    "two similar blocks, f = 0.3": (lambda elements: similar_blocks(elements, 0.3), 4.0, 32),
-    "press fit, f = 0.2": (lambda elements: press_fit(elements // 8), 1.0, 64),
-    "cylinder on a flat, f = 0.3": (lambda elements: cylinder_on_flat(elements // 8), 1.0, 32),
-    "cantilevered block (chapter V), f = 0.4": (lambda elements: cantilevered_block(elements // 8), 3.0, 32),
+def brick(elements: int, f: float) -> Problem:
+    """A brick 2 × 2 × 1 on a rigid plane, moved as the block is."""
+    loads = [
+        Displacement("top", x=2.5e-4, y=0.0, z=0.0, history=lambda t: np.cos(2 * np.pi * t)),
+        Displacement("top", x=0.0, y=0.0, z=-1e-3, history=lambda t: 1 + 0.15 * np.sin(2 * np.pi * t)),
+    ]
+    mesh = brick_mesh((2.0, 2.0, 1.0), (elements, elements, elements // 2))
+    return contact_problem(ElasticBody(mesh, STEEL, loads=loads), "bottom", f, steps=24)
+
+
+def bolted_lap(elements: int) -> Problem:
+    """The lap joint of the study of that name."""
+    return lap_joint((elements, elements // 6 + 2, elements // 12 + 1))
+
+
+class Joint(NamedTuple):
+    """From contact elements to a joint, the load factor of its simulation, and how many elements there are.
+
+    And the radius over which slips are averaged [length]; by default an eighth of the contact.
+    """
+
+    make: Callable[[int], Problem]
+    load_factor: float
+    sizes: tuple[int, ...] = (8, 16, 32, 64)
+    radius: float | None = None
+
+
+JOINTS = {
+    "block on a rigid plane, moved, f = 0.2": Joint(lambda elements: block_on_plane(elements, 0.2), 4.0),
+    "block on a rigid plane, pushed, f = 0.4": Joint(lambda elements: pushed_block(elements, 0.4), 3.8),
+    "pad on a block, f = 0.3": Joint(lambda elements: pad(elements, 0.3), 2.8, (8, 16, 32, 64, 128)),
+    "pad on a block, f = 0.7": Joint(lambda elements: pad(elements, 0.7), 6.5),
+    "two similar blocks, f = 0.3": Joint(lambda elements: similar_blocks(elements, 0.3), 4.0, (8, 16, 32)),
+    "press fit, f = 0.2": Joint(lambda elements: press_fit(elements // 8), 1.0),
+    "cylinder on a flat, f = 0.3": Joint(lambda elements: cylinder_on_flat(elements // 8), 1.0, (8, 16, 32)),
+    "cantilevered block (chapter V), f = 0.4": Joint(
+        lambda elements: cantilevered_block(elements // 8), 3.0, (8, 16, 32)
+    ),
+    "brick on a rigid plane, moved, f = 0.2": Joint(
+        lambda elements: brick(elements, 0.2), 4.0, (4, 8, 12, 16), 0.5
+    ),
+    "sphere on a flat, f = 0.5": Joint(sphere_on_flat, 1.0, (3, 6, 12), 0.25),
+    "bolted lap joint, f = 0.5": Joint(bolted_lap, 4.0, (12, 24, 36), 10.0),
 }
-SIZES = (8, 16, 32, 64)
-NO_NUMBERS = {"joint", "elements", "size", "nodes", "radius", "load_factor"}  # of a row
+NO_NUMBERS = {"joint", "elements", "size", "nodes", "directions", "radius", "load_factor"}  # of a row
 SHARE = 8  # of the contact: the radius over which slips are averaged
 
 
 def cases(short: bool) -> list[dict[str, Any]]:
-    """Every joint on meshes of 8, 16, … contact elements."""
+    """Every joint on its meshes, or on the two coarsest."""
     return [
         {"joint": joint, "elements": elements}
-        for joint, (_, _, most) in JOINTS.items()
-        for elements in SIZES
-        if elements <= (16 if short else most)
+        for joint, each in JOINTS.items()
+        for elements in (each.sizes[:2] if short else each.sizes)
     ]
 
 
 def measure(case: dict[str, Any]) -> dict[str, Any]:
     """All numbers of one joint on one mesh."""
-    make, load_factor, _ = JOINTS[case["joint"]]
+    make, load_factor, _, radius = JOINTS[case["joint"]]
     problem = make(case["elements"])
     assert problem.x is not None
-    radius = float(np.ptp(problem.x)) / SHARE
+    radius = float(np.ptp(problem.x)) / SHARE if radius is None else radius
     found = refine({case["elements"]: problem}, [case["elements"]], radius=radius, load_factor=load_factor)
-    row = {name: values[0] for name, values in found.to_dict()["table"].items()}
-    return row | {"radius": radius, "load_factor": load_factor}
+    return {name: values[0] for name, values in found.to_dict()["table"].items() if name != "fingerprint"}
 
 
 def refinements(rows: list[dict[str, Any]]) -> dict[str, Refinement]:
@@ -139,8 +172,8 @@ def refinements(rows: list[dict[str, Any]]) -> dict[str, Refinement]:
                 if name not in NO_NUMBERS
             }
             size, nodes = (np.array([row[name] for row in own]) for name in ("elements", "nodes"))
-            last = own[-1]
-            found[joint] = Refinement(last["load_factor"], last["radius"], size, nodes, 1, columns)
+            about = (own[-1][name] for name in ("load_factor", "radius"))
+            found[joint] = Refinement(*about, size, nodes, own[-1]["directions"], columns, ())
     return found
 
 
