@@ -15,7 +15,7 @@ from shakedown.report.text_table import table
 
 from .claims import PICTURES, OutputFile, TableFile, record_of
 from .options import ProblemFile, average_option, output_options, resume_option
-from .output import echo_json, headline, number, paragraph, progress, remark, say
+from .output import echo_json, headline, number, paragraph, progress, say
 
 if TYPE_CHECKING:
     from shakedown.studies.meshes.refined import Refinement
@@ -69,16 +69,11 @@ def refine(
     work and the largest slip at one load factor, from slip zero. The coarsest mesh comes first;
     three tell.
     """
-    joints = {problem.n: problem for problem in problems}
-    counts = [problem.n for problem in problems]
-    if counts != sorted(set(counts)):
-        raise click.UsageError(f"FILE: expected finer and finer meshes, found {counts} contact nodes")
-    _check_one_joint(problems)
     record_of(context, output, resume)
     with progress("meshes") as update:
         found = shakedown.refine(
-            joints,
-            counts,
+            {problem.n: problem for problem in problems},
+            [problem.n for problem in problems],
             radius=average,
             load_factor=load_factor,
             workers=workers,
@@ -94,21 +89,6 @@ def refine(
         echo_json({"problem": problems[-1].to_dict()} | found.to_dict())
     else:
         say(_text(problems[-1], found))
-
-
-def _check_one_joint(problems: tuple[Problem, ...]) -> None:
-    """Refuse other units; say what else differs, which a mesh does not change."""
-    if len({problem.units for problem in problems}) > 1:
-        units = ", ".join(repr(problem.units) for problem in problems)
-        raise click.UsageError(f"FILE: expected one joint in the same units, found {units}")
-    kept: dict[str, list[object]] = {
-        "friction": [(float(problem.f.min()), float(problem.f.max())) for problem in problems],
-        "load steps": [problem.m for problem in problems],
-        "loads": [problem.load_names for problem in problems],
-    }
-    differ = [name for name, values in kept.items() if len(set(values)) > 1]
-    if differ:
-        remark(f"the files differ in {' and '.join(differ)}: are they one joint?")
 
 
 def _text(finest: Problem, found: Refinement) -> str:

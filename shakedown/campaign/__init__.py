@@ -28,6 +28,6 @@ results depends neither on who did the work nor on how often it was interrupted.
 
 Reading order: ``journal`` (what is done, on disk), ``payload`` (arrays as bytes), ``crew`` (who
 works: this process, several, a cluster), ``processes``, ``cluster`` with
-``worker_versions``, ``pieces`` (the run);
+``worker_versions``, ``pieces`` (the run); ``function_stamp`` (a function that makes joints, known again);
 ``stored_result``, ``recorded_steps`` (a long run whose steps follow from each other).
 """

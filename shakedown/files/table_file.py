@@ -9,13 +9,15 @@ from os import PathLike
 from typing import Any
 
 from shakedown.files.atomic_write import atomic_write, check_target
+from shakedown.files.regular_file import open_regular
 from shakedown.ground.argument_kinds import checked
-from shakedown.ground.errors import UsageError
+from shakedown.ground.errors import ProblemError, UsageError, found_in
 from shakedown.ground.visible_text import shortened, visible
 from shakedown.joint.result import frame
 
 Columns = Mapping[str, Sequence[Any]]
 FORMULA = tuple("=+-@＝＋－＠")  # what a spreadsheet takes for the beginning of a formula
+MOST_BYTES = 1 << 26  # of a table that is read
 NUMBER = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?")
 
 
@@ -31,6 +33,22 @@ def write_csv(path: str | PathLike[str], columns: Columns) -> None:
     table.writerows([cell(entry) for entry in row] for row in zip(*columns.values(), strict=True))
     with atomic_write(path) as file:
         file.write(text.getvalue().encode())
+
+
+def read_csv(path: str | PathLike[str], headings: Sequence[str]) -> dict[str, list[str]]:
+    """The columns of a CSV with these headings, as texts.
+
+    Raises
+    ------
+    ProblemError
+        If there is no such file, or it is another one.
+    """
+    with found_in(shortened(str(path))), open_regular(path) as file:
+        text = file.read(MOST_BYTES).decode(errors="replace")
+        rows = list(csv.reader(text.splitlines()))
+        if not rows or rows[0] != list(headings) or any(len(row) != len(headings) for row in rows):
+            raise ProblemError(f"expected a table with the columns {', '.join(headings)}, found another file")
+    return {name: [row[k] for row in rows[1:]] for k, name in enumerate(headings)}
 
 
 def write_parquet(path: str | PathLike[str], columns: Columns) -> None:

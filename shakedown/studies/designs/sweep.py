@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from shakedown.bounds.methods import methods_of
 from shakedown.campaign.crew import Crew
+from shakedown.campaign.function_stamp import function_stamp
 from shakedown.campaign.journal import journal_at
 from shakedown.campaign.pieces import run_campaign
 from shakedown.files.atomic_write import record_beside
@@ -127,7 +128,8 @@ def sweep(
     crew, partial = Crew(workers, scheduler), None if output is None else record_beside(output)
     if output is not None:
         check_table(output)
-    with journal_at(partial, work.header(), resume=resume) as journal:
+    header = {} if partial is None else work.header()
+    with journal_at(partial, header, resume=resume) as journal:
         run_campaign(work, int(np.prod(work.shape)), journal, crew, progress, work.fits)
         points = tuple(DesignPoint.from_bytes(piece) for piece in journal.pieces())
         found = Sweep(
@@ -209,9 +211,9 @@ class _Points:
 
     def header(self) -> dict[str, str]:
         """All that the points depend on."""
-        base, initial = self.variation.base, self.question.initial_slip
+        joint, base, initial = self.variation.joint, self.variation.base, self.question.initial_slip
         return {
-            "joint": _named(self.variation.joint) if base is None else base.fingerprint,
+            "joint": function_stamp(joint, *self._at(0)) if base is None else base.fingerprint,  # type: ignore[arg-type]
             "configuration": _sources(self.variation),
             "values": repr(
                 dict(zip(self.variation.parameters, (v.tolist() for v in self.values), strict=True))
@@ -231,11 +233,6 @@ def _asked(point: DesignPoint) -> float | None:
 def _sources(variation: Variation) -> str:
     """SHA-256 of what an imported joint was made from."""
     return repr(variation.joint.made.sources) if isinstance(variation.joint, Configured) else ""
-
-
-def _named(joint: object) -> str:
-    """What tells one function from another."""
-    return f"{getattr(joint, '__module__', '')}.{getattr(joint, '__qualname__', repr(joint))}"
 
 
 def point_at(

@@ -1,6 +1,7 @@
 """One joint on finer and finer meshes: which of its numbers converge."""
 
 import json
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -13,11 +14,13 @@ from numpy.typing import ArrayLike
 
 from shakedown.assessment.assess import assess
 from shakedown.campaign.crew import Crew
+from shakedown.campaign.function_stamp import function_stamp
 from shakedown.campaign.journal import journal_at
 from shakedown.campaign.pieces import run_campaign
 from shakedown.files.atomic_write import record_beside
 from shakedown.files.table_file import check_table
 from shakedown.ground.errors import SolverError, UsageError
+from shakedown.ground.visible_text import shortened
 from shakedown.joint.arguments import check_load_factor, checked, is_finite, real_array, require_problem
 from shakedown.joint.hat_functions import averaged
 from shakedown.joint.problem import Problem
@@ -27,6 +30,7 @@ from shakedown.studies.meshes.refined import COLUMNS, LIMITS, Refinement
 
 Progress = Callable[[int, int], None]
 Make = Callable[[Any], Problem] | Mapping[Any, Problem]
+LOGGER = logging.getLogger("shakedown")
 
 
 @checked
@@ -71,7 +75,7 @@ def refine(
     Raises
     ------
     UsageError
-        If an argument is out of range, no joint is made, or the meshes do not get finer.
+        If an argument is out of range, no joint is made, the meshes do not get finer, or their units differ.
 
     Examples
     --------
@@ -92,9 +96,13 @@ def refine(
     partial = None if output is None else record_beside(output)
     if output is not None:
         check_table(output)
-    with journal_at(partial, work.header(), resume=resume) as journal:
+    if isinstance(make, Mapping):  # what a function makes is known afterwards
+        _check_one_joint([_about(make[size]) for size in wanted])
+    with journal_at(partial, {} if partial is None else work.header(), resume=resume) as journal:
         run_campaign(work, len(wanted), journal, Crew(workers), progress)
         rows = [json.loads(piece) for piece in journal.pieces()]
+        if not isinstance(make, Mapping):
+            _check_one_joint(rows)
         found = _refinement(wanted, rows, radius, float(load_factor))
         if output is not None:
             found.save(output)
@@ -102,18 +110,47 @@ def refine(
     return found
 
 
+def _about(problem: Problem) -> dict[str, Any]:
+    """What a mesh is, and what of the joint it does not change."""
+    require_problem(problem)
+    return {
+        "nodes": problem.n,
+        "directions": problem.directions,
+        "fingerprint": problem.fingerprint,
+        "units": problem.units,
+        "friction": [float(problem.f.min()), float(problem.f.max())],
+        "load steps": problem.m,
+        "loads": list(problem.load_names or ()),
+    }
+
+
+def _check_one_joint(meshes: Sequence[Mapping[str, Any]]) -> None:
+    """Refuse meshes that do not get finer, and other units; say what else differs, which no mesh changes."""
+    nodes = [mesh["nodes"] for mesh in meshes]
+    spaces, units = (list(dict.fromkeys(mesh[name] for mesh in meshes)) for name in ("directions", "units"))
+    if (np.diff(nodes) <= 0).any() or len(spaces) > 1:
+        found = f"{shortened(str(nodes))} contact nodes" + " in the plane and in space" * (len(spaces) > 1)
+        raise UsageError(f"meshes: expected one joint, the coarsest first, found {found}")
+    if len(units) > 1:
+        raise UsageError(f"meshes: expected one joint in the same units, found {shortened(repr(units))}")
+    kept = ("friction", "load steps", "loads")
+    differ = [name for name in kept if any(mesh[name] != meshes[0][name] for mesh in meshes)]
+    if differ:
+        LOGGER.warning("the meshes differ in %s: are they one joint?", " and ".join(differ))
+
+
 def _refinement(
     sizes: tuple[float, ...], rows: Sequence[dict[str, Any]], radius: float | None, load_factor: float
 ) -> Refinement:
-    nodes = np.array([row["nodes"] for row in rows])
-    directions = {row["directions"] for row in rows}
-    if (np.diff(nodes) <= 0).any() or len(directions) > 1:
-        raise UsageError(
-            f"sizes: expected meshes of one joint, the coarsest first, found {nodes.tolist()} contact nodes"
-            + " in the plane and in space" * (len(directions) > 1)
-        )
-    numbers = {name: np.array([row[name] for row in rows], dtype=float) for name in COLUMNS}
-    return Refinement(load_factor, radius, np.array(sizes, dtype=float), nodes, directions.pop(), numbers)
+    return Refinement(
+        load_factor,
+        radius,
+        np.array(sizes, dtype=float),
+        np.array([row["nodes"] for row in rows]),
+        rows[0]["directions"],
+        {name: np.array([row[name] for row in rows], dtype=float) for name in COLUMNS},
+        tuple(row["fingerprint"] for row in rows),
+    )
 
 
 @dataclass(frozen=True)
@@ -128,27 +165,22 @@ class _Meshes:
     def __call__(self, number: int) -> bytes:
         size = self.sizes[number]
         problem = self.make[size] if isinstance(self.make, Mapping) else self.make(size)
-        require_problem(problem)
-        return json.dumps(mesh_row(problem, self.radius, self.load_factor)).encode()
+        row = _about(problem) | mesh_row(problem, self.radius, self.load_factor)
+        return json.dumps(row).encode()
 
     def header(self) -> dict[str, str]:
         """All that the rows depend on."""
         if isinstance(self.make, Mapping):
-            for size in self.sizes:
-                require_problem(self.make[size])
             joints = [self.make[size].fingerprint for size in self.sizes]
         else:
-            name = getattr(self.make, "__qualname__", repr(self.make))
-            coarsest = self.make(self.sizes[0])  # a function of the same name may have been changed
-            require_problem(coarsest)
-            joints = [f"{getattr(self.make, '__module__', '')}.{name}", coarsest.fingerprint]
+            joints = [function_stamp(self.make, self.sizes[0])]
         asked = self.sizes, self.radius, self.load_factor
         return {"joints": repr(joints), "question": repr(asked), "version": version("shakedown-bounds")}
 
 
 def mesh_row(problem: Problem, radius: float | None, load_factor: float) -> dict[str, Any]:
-    """One mesh: its nodes, and the numbers of ``COLUMNS``."""
-    row: dict[str, Any] = {"nodes": problem.n, "directions": problem.directions}
+    """The numbers of one mesh, by ``COLUMNS``."""
+    row: dict[str, Any] = {}
     limits = assess(problem)
     for name in LIMITS[:3]:
         row[name] = _number(limits, name)

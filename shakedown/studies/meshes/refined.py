@@ -1,15 +1,18 @@
 """What limits, friction work and slips a joint has on meshes that get finer."""
 
 from dataclasses import dataclass
+from math import isnan, nan
 from os import PathLike
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.files.table_file import check_table, write_csv, write_parquet
+from shakedown.files.table_file import check_table, read_csv, write_csv, write_parquet
+from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain, short
+from shakedown.ground.visible_text import shortened
 from shakedown.joint.result import Result
 from shakedown.studies.meshes.verdict import Trend, trend
 
@@ -20,6 +23,7 @@ LIMITS = (
     "averaged_impossible_above",
 )
 COLUMNS = (*LIMITS, "work", "largest_slip")
+HEADINGS = ("size", "nodes", *COLUMNS, "directions", "load_factor", "radius", "fingerprint")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -43,6 +47,8 @@ class Refinement(Result):
         friction work per cycle of all nodes [force · length] and the largest slip range of a node [length]
         in the long run at the load factor, from slip zero. NaN where there is none, inf where nothing
         limits it.
+    fingerprints
+        Of the joints (``Problem.fingerprint``), by which a report knows its own.
     """
 
     DOCUMENT: ClassVar[str] = "load_factor radius"
@@ -53,10 +59,41 @@ class Refinement(Result):
     nodes: NDArray[np.intp]
     directions: int
     numbers: dict[str, FloatArray]
+    fingerprints: tuple[str, ...]
 
     def table(self) -> dict[str, NDArray[Any]]:
-        """The columns by name, one row per mesh."""
-        return {"size": self.size, "nodes": self.nodes, **self.numbers}
+        """The columns by name, one row per mesh; what all meshes have in common is said of each."""
+        same = {"directions": self.directions, "load_factor": self.load_factor, "radius": self.radius}
+        return {
+            "size": self.size,
+            "nodes": self.nodes,
+            **self.numbers,
+            **{name: np.full(len(self.nodes), nan if each is None else each) for name, each in same.items()},
+            "fingerprint": np.array(self.fingerprints),
+        }
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> "Refinement":
+        """The table that :meth:`save` wrote as CSV.
+
+        Raises
+        ------
+        ProblemError
+            If there is no such file, or it is another one.
+        """
+        found = read_csv(path, HEADINGS)
+        fingerprints = tuple(found.pop("fingerprint"))
+        with found_in(shortened(str(path))):
+            try:
+                nodes, directions = [np.array(list(map(int, found.pop(n)))) for n in ("nodes", "directions")]
+                numbers = {name: np.array([float(x or nan) for x in texts]) for name, texts in found.items()}
+                load_factor, radius = (float(numbers.pop(name)[0]) for name in ("load_factor", "radius"))
+            except (ValueError, IndexError) as error:
+                raise ProblemError(f"expected numbers of one mesh or more, found {error}") from None
+            if set(directions) not in ({1}, {2}) or (np.diff(nodes, prepend=0) <= 0).any():
+                raise ProblemError("expected meshes of one joint that get finer, found others")
+        about = load_factor, None if isnan(radius) else radius, numbers.pop("size"), nodes
+        return cls(*about, int(directions[0]), numbers, fingerprints)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the table: CSV in full precision, or Parquet where the name ends in .parquet.

@@ -158,6 +158,23 @@ def test_processes_and_a_resumed_journal_give_the_same(tmp_path):
     assert output.read_bytes() == (tmp_path / "plain.csv").read_bytes()
 
 
+def test_a_function_that_was_changed_does_not_go_on(tmp_path):
+    friction, options = [0.3], {"bounds": ["upper"], "output": tmp_path / "sweep.csv"}
+
+    def stop(done, of):
+        if done == 1:
+            raise KeyboardInterrupt
+
+    def of_any(mean):
+        return replace(of_mean(mean), f=np.full(2, friction[0]))
+
+    with pytest.raises(KeyboardInterrupt):
+        shakedown.sweep(of_any, {"mean": [1.0, 2.0]}, **options, progress=stop)
+    friction[0] = 0.4
+    with pytest.raises(UsageError, match="expected the same run to resume"):
+        shakedown.sweep(of_any, {"mean": [1.0, 2.0]}, **options, resume=True)
+
+
 @pytest.mark.parametrize(
     "change", [{"values": [9.0]}, {"limits": {}}, {"outcomes": ["shakedown"]}, {"reason": 7}, None]
 )

@@ -8,9 +8,9 @@ from command import document, run
 
 import shakedown
 from benchmarks.refinement import block_on_plane
-from shakedown import UsageError, plot
+from shakedown import ProblemError, UsageError, plot
 from shakedown.studies.meshes import refine as module
-from shakedown.studies.meshes.refined import COLUMNS
+from shakedown.studies.meshes.refined import COLUMNS, HEADINGS, Refinement
 from shakedown.studies.meshes.verdict import trend
 
 H = 2.0 ** -np.arange(5)
@@ -60,13 +60,13 @@ def found():
 
 def test_the_block_below_the_critical_friction(found):
     table = found.table()
-    assert list(table) == ["size", "nodes", *COLUMNS]
+    assert list(table) == list(HEADINGS)
     assert table["nodes"].tolist() == [5, 9, 17]
     assert found.verdict["impossible_above"] == "falls"
     assert 0.084 < found.order["impossible_above"] < 0.13  # from above: Williams
     assert found.verdict["averaged_impossible_above"] == "converges"
     assert table["averaged_impossible_above"][0] == table["impossible_above"][0]
-    assert found.to_frame().shape == (3, 8)
+    assert found.to_frame().shape == (3, len(HEADINGS))
     assert set(found.to_dict()) == {"load_factor", "radius", "table", "verdict", "limit", "order"}
     assert plot.refinement(found).get_ylim()[0] == 0.0
 
@@ -127,15 +127,54 @@ def test_the_command_says_the_same(found, tmp_path):
     assert code == 0
     assert "undecided" in out
     assert max(map(len, out.splitlines())) <= 80
-    assert run("refine", *paths)[2].count("differ") == 0
-    shakedown.save_problem(paths[1], replace(by_dozen(4), f=np.full(9, 0.3)))
-    assert "the files differ in friction: are they one joint?" in run("refine", *paths)[2]
-    shakedown.save_problem(paths[1], replace(by_dozen(4), units="N, m"))
-    assert "same units" in run("refine", *paths)[2]
     assert run("refine", *reversed(paths))[::2] == (
         2,
-        "shakedown-bounds: FILE: expected finer and finer meshes, found [9, 5] contact nodes\n",
+        "shakedown-bounds: meshes: expected one joint, the coarsest first, found [9, 5] contact nodes\n",
     )
+
+
+def test_meshes_are_those_of_one_joint(caplog, monkeypatch):
+    monkeypatch.setattr(module, "mesh_row", lambda *_: dict.fromkeys(COLUMNS, 1.0))
+    coarse, fine = by_dozen(2), by_dozen(4)
+    shakedown.refine({2: coarse, 4: fine}, [2, 4])
+    assert not caplog.messages
+    for other in (
+        replace(fine, f=np.full(9, 0.3)),
+        lambda size: replace(by_dozen(size), f=np.full(2 * size + 1, size / 10)),
+    ):
+        caplog.clear()
+        shakedown.refine(other if callable(other) else {2: coarse, 4: other}, [2, 4])
+        assert caplog.messages == ["the meshes differ in friction: are they one joint?"]
+    for units in (
+        {2: coarse, 4: replace(fine, units="N, m")},
+        lambda size: replace(by_dozen(size), units=f"{size} N"),
+    ):
+        with pytest.raises(UsageError, match="meshes: expected one joint in the same units"):
+            shakedown.refine(units, [2, 4])
+
+
+@pytest.mark.parametrize("radius", [0.5, None])
+def test_a_table_is_read_as_it_was_written(found, tmp_path, radius):
+    path = tmp_path / "t.csv"
+    replace(found, radius=radius).save(path)
+    read = Refinement.load(path)
+    assert read.fingerprints == tuple(by_dozen(size).fingerprint for size in (2, 4, 8))
+    assert read.to_dict() == replace(found, radius=radius).to_dict()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "expected a table with the columns size, nodes"),
+        (",".join(HEADINGS), "expected numbers of one mesh or more"),
+        (f"{','.join(HEADINGS)}\n{',' * (len(HEADINGS) - 1)}", "expected numbers of one mesh or more"),
+        (f"{','.join(HEADINGS)}\n2,5,1,1,1,1,1,1,3,1,1,a", "get finer, found others"),
+    ],
+)
+def test_another_file_is_refused(tmp_path, text, said):
+    (tmp_path / "t.csv").write_text(text)
+    with pytest.raises(ProblemError, match=f"t.csv: .*{said}"):
+        Refinement.load(tmp_path / "t.csv")
 
 
 @pytest.mark.parametrize(
