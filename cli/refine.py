@@ -9,31 +9,15 @@ import click
 
 import shakedown
 from shakedown import Problem
-from shakedown.ground.visible_text import with_unit
-from shakedown.joint.units import units_of
+from shakedown.report.map_words import refinement_notes
 from shakedown.report.text_table import table
 
 from .claims import PICTURES, OutputFile, TableFile, record_of
 from .options import ProblemFile, average_option, output_options, resume_option
-from .output import echo_json, headline, number, paragraph, progress, say
+from .output import echo_json, headline, paragraph, progress, say
 
 if TYPE_CHECKING:
     from shakedown.studies.meshes.refined import Refinement
-
-NAMES = {
-    "impossible_above": "impossible above",
-    "proved_from_this_state": "proved, this state",
-    "proved_from_every_state": "proved, every state",
-    "averaged_impossible_above": "averaged, impossible",
-    "work": "work",
-    "largest_slip": "largest slip",
-}
-SHOWN = 3  # meshes beside each other, the finest
-SAID = (
-    "A number converges where a + c h^p fits the last three meshes with p ≥ 0.5: evidence, no proof. What "
-    "falls or grows says something about one element, and no mesh gives its value; order is then the power "
-    "of the element size."
-)
 
 
 @click.command(short_help="Which numbers converge with the mesh.")
@@ -93,22 +77,10 @@ def refine(
 
 def _text(finest: Problem, found: Refinement) -> str:
     """A row per number: its values on the last meshes, what it does, its limit and order."""
-    last, units = slice(max(0, len(found.nodes) - SHOWN), None), units_of(finest)
-    unit = {"work": units.work, "largest_slip": units.length}
-    width = max(len(with_unit(text, unit.get(name, ""))) for name, text in NAMES.items())
-    rows = [
-        [
-            with_unit(NAMES[name], unit.get(name, "")).ljust(width),
-            *(number(float(value), 4) for value in found.numbers[name][last]),
-            str(trend.verdict),
-            number(trend.limit, 4),
-            number(trend.order, 2),
-        ]
-        for name, trend in found.trends.items()
-        if found.radius is not None or name != "averaged_impossible_above"
-    ]
-    head = ["", *(f"{count} nodes" for count in found.nodes[last]), "verdict", "limit", "order"]
-    about = [headline(finest), "", table(head, rows), ""]
-    radius = "" if found.radius is None else f" Averaged over {found.radius:g} {units.length}".rstrip() + "."
-    said = f"Friction work per cycle and slip at λ = {found.load_factor:g}, simulated from slip zero.{radius}"
-    return "\n".join([*about, paragraph(said), paragraph(SAID)])
+    from shakedown.report.page_tables import refinement_table  # loads compiled code
+
+    shown = refinement_table(found, finest)
+    width = max(len(row[0]) for row in shown.rows)
+    rows = [[row[0].ljust(width), *row[1:]] for row in shown.rows]
+    notes = [paragraph(sentence) for sentence in refinement_notes(found, finest)]
+    return "\n".join([headline(finest), "", table(shown.head, rows), "", *notes])

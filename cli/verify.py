@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import click
 
@@ -11,17 +11,19 @@ import shakedown
 from shakedown import Problem
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.units import units_of
-from shakedown.report.assessment_words import certain_in_words
+from shakedown.report.assessment_words import averaged_in_words, certain_in_words
 from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.friction_words import friction_in_words
 from shakedown.report.hint_words import doubts_in_words, hints_in_words
+from shakedown.report.json_documents import verification_document
 from shakedown.report.limit_words import transient_in_words
 from shakedown.report.node_words import slip_limit_in_words
 from shakedown.report.run_words import SEPARATION, as_given_in_words
 from shakedown.report.text_table import table
 
-from .claims import NODE_FILES, OutputFile, record_of, writes
+from .claims import NODE_FILES, OutputFile, reads, record_of, writes
 from .options import (
+    average_option,
     cycles_option,
     method_option,
     open_option,
@@ -69,6 +71,13 @@ SUMMED = "slip per period of the node that slips most, to and fro added up."
     help="Seed of the random loads.",
 )
 @open_option
+@average_option
+@click.option(
+    "--refinement",
+    type=click.Path(),
+    metavar="TABLE",
+    help="What `refine … -o TABLE.csv` wrote, FILE among its meshes: a section of the report.",
+)
 @cycles_option
 @method_option
 @slip_below_option
@@ -89,6 +98,8 @@ def verify(
     random_states: int | None,
     seed: int,
     open_nodes: tuple[int, ...] | Literal["auto"],
+    average: float | None,
+    refinement: str | None,
     cycles: int,
     method: str,
     slip_below: float | None,
@@ -98,6 +109,7 @@ def verify(
     as_json: bool,
 ) -> None:
     """Hold the bounds of FILE against time integration from several states."""
+    beside = _beside(context, problem, average, refinement)
     if output is not None:
         from shakedown.report.html import report_path  # what draws is wanted only here
 
@@ -117,20 +129,39 @@ def verify(
             slip_below=slip_below,
             partial=record,
             resume=resume,
-            save=None if output is None else lambda found: _written(output, found),
+            save=None if output is None else lambda found: _written(output, found, beside),
             so_far=None if output is None else lambda found: _shown_so_far(output, found),
             progress=update,
         )
     if nodes is not None:
         result.nodes.save(nodes)
     if as_json:
-        echo_json(result.to_dict())
+        echo_json(verification_document(result, **beside))
     else:
         say(_text(problem, result, details))
+        if average is not None:
+            say("\n" + paragraph(averaged_in_words(result.assessment.averaged(average), average)))
         if output is not None:
             say(f"\nreport: {output}, {output.with_suffix('.json')}")
     if not result.agrees:
         context.exit(1)
+
+
+def _beside(
+    context: click.Context, problem: Problem, average: float | None, path: str | None
+) -> dict[str, Any]:
+    """What else is reported, refused before the work where it is about another joint."""
+    if average is not None:
+        shakedown.averaged(problem, average)
+    found = None
+    if path is not None:
+        from shakedown.report.html import check_refinement
+        from shakedown.studies.meshes.refined import Refinement
+
+        reads(context, "--refinement", path)
+        found = Refinement.load(path)
+        check_refinement(found, problem)
+    return {"average": average, "refinement": found}
 
 
 def _page_so_far(output: Path) -> Path:
@@ -144,10 +175,10 @@ def _shown_so_far(output: Path, found: shakedown.Verification) -> None:
     write_page(_page_so_far(output), found)
 
 
-def _written(output: Path, found: shakedown.Verification) -> None:
+def _written(output: Path, found: shakedown.Verification, beside: dict[str, Any]) -> None:
     from shakedown.report.html import write_report
 
-    write_report(output, found)
+    write_report(output, found, **beside)
     _page_so_far(output).unlink(missing_ok=True)
 
 

@@ -47,7 +47,8 @@ def read_csv(path: str | PathLike[str], headings: Sequence[str]) -> dict[str, li
         text = file.read(MOST_BYTES).decode(errors="replace")
         rows = list(csv.reader(text.splitlines()))
         if not rows or rows[0] != list(headings) or any(len(row) != len(headings) for row in rows):
-            raise ProblemError(f"expected a table with the columns {', '.join(headings)}, found another file")
+            first = ", ".join(headings[:3])
+            raise ProblemError(f"expected a table with the columns {first}, …, found another file")
     return {name: [row[k] for row in rows[1:]] for k, name in enumerate(headings)}
 
 

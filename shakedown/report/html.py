@@ -21,7 +21,7 @@ from shakedown.ground.visible_text import SUBSCRIPT, shortened, visible
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.report.answer_words import answer_in_words, margin_of_answer
-from shakedown.report.assessment_words import certain_in_words
+from shakedown.report.assessment_words import averaged_in_words, certain_in_words
 from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.conclusion import banner_class, limits_in_words, verdict_in_words
 from shakedown.report.data_page import (
@@ -36,9 +36,10 @@ from shakedown.report.data_page import (
 from shakedown.report.first_page import large_numbers, rest_table
 from shakedown.report.friction_words import critical_in_words, friction_in_words
 from shakedown.report.hint_words import hints_in_words
-from shakedown.report.json_documents import as_text
+from shakedown.report.json_documents import as_text, verification_document
 from shakedown.report.limit_words import sensitivities_in_words, transient_in_words
 from shakedown.report.load_figures import problem_pictures
+from shakedown.report.map_words import refinement_in_words, refinement_notes
 from shakedown.report.node_words import slip_limit_in_words, total_slip_in_words
 from shakedown.report.page_tables import (
     PageTable,
@@ -46,6 +47,7 @@ from shakedown.report.page_tables import (
     nodes_note,
     nodes_table,
     printed_nodes,
+    refinement_table,
     runs_table,
     worst_table,
 )
@@ -53,33 +55,61 @@ from shakedown.report.period_figures import contact_to_turn, no_pictures, state_
 from shakedown.report.run_words import SEPARATION, as_given_in_words
 from shakedown.report.verification_figures import (
     guarantee_picture,
+    refinement_picture,
     run_pictures,
     scale_picture,
     sensitivity_picture,
     slip_picture,
 )
+from shakedown.studies.meshes.refined import Refinement
 
 REPORT = "shakedown-bounds verify"  # what a report's JSON begins with
 
 
 @checked
 @on_one_thread
-def write_report(path: str | os.PathLike[str], verification: Verification) -> None:
+def write_report(
+    path: str | os.PathLike[str],
+    verification: Verification,
+    *,
+    average: float | None = None,
+    refinement: Refinement | None = None,
+) -> None:
     """Write a verification as HTML, and as JSON beside it (same name, suffix .json).
+
+    Parameters
+    ----------
+    path
+        Where the page goes.
+    verification
+        What is reported.
+    average
+        Also the three numbers of slips averaged over this length (:func:`averaged`) [length].
+    refinement
+        Also which numbers of the joint converge with its mesh (:func:`refine`), of which it is one.
 
     Raises
     ------
     UsageError
-        If a file cannot be written.
+        If a file cannot be written, or the joint is on none of the meshes of the refinement.
     """
     if not isinstance(verification, Verification):
         raise UsageError(f"verification: expected a Verification, found {type(verification).__name__}")
     target = report_path(path)
-    document = {"report": REPORT} | verification.to_dict()
-    page = render(verification)
+    document = {"report": REPORT} | verification_document(verification, average, refinement)
+    page = render(verification, average, refinement)
     with atomic_write_together([target, target.with_suffix(".json")]) as (html_file, json_file):
         html_file.write(page.encode())
         json_file.write(as_text(document).encode())
+
+
+def check_refinement(refinement: Refinement | None, problem: Problem) -> None:
+    """Raise ``UsageError`` where a refinement is one of other joints."""
+    if refinement is not None and problem.fingerprint not in refinement.fingerprints:
+        raise UsageError(
+            "refinement: expected meshes of which the joint has one, found only others "
+            f"({shortened(str(refinement.nodes.tolist()))} contact nodes)"
+        )
 
 
 @checked
@@ -124,9 +154,35 @@ def _is_a_reports(path: Path) -> bool:
 
 
 @on_one_thread
-def render(verification: Verification) -> str:
+def render(
+    verification: Verification, average: float | None = None, refinement: Refinement | None = None
+) -> str:
     """A verification as one self-contained HTML page."""
-    return environment().get_template("report.html.j2").render(_context(verification))
+    check_refinement(refinement, verification.problem)
+    known = _context(verification) | _meshes(verification.problem, refinement)
+    known["reservations"] += _beside(verification, average, refinement)
+    return environment().get_template("report.html.j2").render(known)
+
+
+def _beside(v: Verification, average: float | None, refinement: Refinement | None) -> list[str]:
+    """What is said of averaged slips, and of other meshes, below the answer."""
+    averaged = [] if average is None else [averaged_in_words(v.assessment.averaged(average), average)]
+    others = [] if refinement is None else [f"{refinement_in_words(refinement)} See “Meshes”."]
+    return averaged + others
+
+
+def _meshes(problem: Problem, refinement: Refinement | None) -> dict[str, Any]:
+    """The section about meshes; None where there is none."""
+    if refinement is None:
+        return {"meshes": None}
+    notes = refinement_in_words(refinement), *refinement_notes(refinement, problem)
+    return {
+        "meshes": {
+            "table": refinement_table(refinement, problem, len(refinement.nodes)),
+            "picture": refinement_picture(refinement),
+            "notes": notes,
+        }
+    }
 
 
 def environment() -> Environment:

@@ -13,9 +13,11 @@ from shakedown.joint.problem import Problem
 
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
+    from shakedown.assessment.verify import Verification
     from shakedown.bounds.energy.energy_bound import EnergyBound
     from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
     from shakedown.bounds.results import UpperBound
+    from shakedown.studies.meshes.refined import Refinement
 
 
 def as_text(document: dict[str, Any]) -> str:
@@ -54,6 +56,14 @@ def assessment_document(
             **({"missing": {word: each.reason for word, each in absent.items()}} if absent else {}),
         }
     )
+
+
+def verification_document(
+    v: "Verification", average: float | None = None, refinement: "Refinement | None" = None
+) -> dict[str, Any]:
+    """What ``shakedown-bounds verify --json`` writes, and a report beside its page."""
+    averaged = {} if average is None else averaged_document(v.assessment.averaged(average), average)
+    return v.to_dict() | averaged | ({} if refinement is None else {"refinement": refinement.to_dict()})
 
 
 def averaged_document(found: "Assessment", radius: float) -> dict[str, Any]:

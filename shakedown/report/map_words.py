@@ -1,4 +1,7 @@
-"""What a map of initial states says: how many shake down, why some are undecided, whether all end alike."""
+"""What a map of initial states says: how many shake down, why some are undecided, whether all end alike.
+
+And what meshes of one joint say that get finer: which of its numbers converge.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +15,24 @@ from shakedown.joint.units import units_of
 from shakedown.report.node_words import resolution, without_round_off
 
 if TYPE_CHECKING:  # it loads what computes
+    from shakedown.joint.problem import Problem
     from shakedown.studies.maps.basin_map import InitialStateMap
+    from shakedown.studies.meshes.refined import Refinement
 
+MESH_NUMBERS = {  # of a refinement: first what has a limit on most joints
+    "work": "friction work",
+    "largest_slip": "largest slip",
+    "averaged_impossible_above": "impossible above (averaged)",
+    "impossible_above": "impossible above",
+    "proved_from_this_state": "proved from this state",
+    "proved_from_every_state": "proved from every state",
+}
+VERDICTS = {"converges": "converging", "undecided": "undecided", "falls": "falling", "grows": "growing"}
+TREND = (
+    "A number converges where a + c h^p fits the last three meshes with p ≥ 0.5: evidence, no proof. What "
+    "falls or grows says something about one element, and no mesh gives its value; order is then the power "
+    "of the element size."
+)
 SAMPLED = {  # after "of N states"
     "grid": "on a grid about {centre}",
     "sobol": "in a box about {centre}",
@@ -150,3 +169,38 @@ def interval_in_words(found: InitialStateMap) -> str:
     """Between which shares that of all states lies, with 95 % confidence; empty where that is not known."""
     low, high = found.interval
     return "" if low != low else f"{100 * low:.1f}–{100 * high:.1f} %"
+
+
+def refinement_in_words(found: Refinement) -> str:
+    """Which numbers converge with the mesh, in one sentence.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joints = {n: shakedown.example(f"block-{n}") for n in (9, 33)}
+    >>> print(refinement_in_words(shakedown.refine(joints, [9, 33])))
+    On meshes of 9 to 33 contact nodes – undecided: friction work, largest slip, impossible above, proved from
+    this state, proved from every state.
+    """
+    names: dict[str, list[str]] = {}
+    for name in told_of_meshes(found):
+        if not found.numbers[name].any():  # nothing on any mesh: no slip, or no proof
+            continue
+        names.setdefault(found.verdict[name], []).append(MESH_NUMBERS[name])
+    said = [f"{word}: {', '.join(names[verdict])}" for verdict, word in VERDICTS.items() if verdict in names]
+    return f"On meshes of {found.nodes[0]} to {found.nodes[-1]} contact nodes – {'; '.join(said)}."
+
+
+def told_of_meshes(found: Refinement) -> list[str]:
+    """The columns of a refinement that are told, what is most likely to converge first."""
+    return [name for name in MESH_NUMBERS if found.radius is not None or "averaged" not in name]
+
+
+def refinement_notes(found: Refinement, problem: Problem) -> list[str]:
+    """What the numbers of a refinement are, and what is meant by their verdicts."""
+    length = units_of(problem).length
+    radius = "" if found.radius is None else f" Averaged over {sized(found.radius, length)}."
+    about = (
+        f"Friction work per cycle and slip at λ = {found.load_factor:g}, simulated from slip zero.{radius}"
+    )
+    return [about, TREND]

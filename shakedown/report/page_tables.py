@@ -1,4 +1,4 @@
-"""The tables of a report about bounds, runs and nodes: texts ready to be shown."""
+"""The tables of a report about bounds, runs, nodes and meshes: texts ready to be shown."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -17,6 +17,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.simulation import Simulation
 from shakedown.report.limit_words import transient_limit_as_text
+from shakedown.report.map_words import MESH_NUMBERS, told_of_meshes
 from shakedown.report.node_words import (
     bound_columns,
     node_columns,
@@ -26,6 +27,7 @@ from shakedown.report.node_words import (
     worst_first,
 )
 from shakedown.report.run_words import start_in_words
+from shakedown.studies.meshes.refined import Refinement
 
 WORST = 10  # nodes that the page shows of many
 FEW_NODES = 24  # up to so many a table is printed whole
@@ -224,3 +226,17 @@ def nodes_note(v: Verification) -> str:
         "largest p. All nodes with all digits are in the JSON beside this page (“nodes”), and as a table or "
         "for ParaView: shakedown-bounds nodes FILE --load-factor 1 -o nodes.csv (or .vtu)."
     )
+
+
+def refinement_table(found: Refinement, problem: Problem, meshes: int = 3) -> PageTable:
+    """Number by number the values on the finest meshes, what they do, their limit and order."""
+    units, last = units_of(problem), slice(max(0, len(found.nodes) - meshes), None)
+    unit = {"work": units.work, "largest_slip": units.length}
+    rows = []
+    for name in told_of_meshes(found):
+        trend = found.trends[name]
+        values = [number(float(value), FEW_DIGITS) for value in found.numbers[name][last]]
+        about = [str(trend.verdict), number(trend.limit, FEW_DIGITS), number(trend.order, 2)]
+        rows.append([with_unit(MESH_NUMBERS[name], unit.get(name, "")), *values, *about])
+    nodes = [f"{count} nodes" for count in found.nodes[last]]
+    return PageTable(["", *nodes, "verdict", "limit", "order"], rows, words=(0, len(nodes) + 1))

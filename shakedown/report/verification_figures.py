@@ -21,6 +21,7 @@ from shakedown.plot.style import BLACK, BLUE, GREEN, MANY, ORANGE, PURPLE, RED
 from shakedown.report.load_figures import drawn_patches, left_out, patch_size
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.page_tables import limits_on_page, transient_is_proved
+from shakedown.studies.meshes.refined import Refinement
 
 COLOURS = {"zero": BLACK, "safe": GREEN, "witness": RED, "given": PURPLE, "random": BLUE, "ball": ORANGE}
 DASHES = ("-", "--", ":", "-.")
@@ -137,6 +138,16 @@ def sensitivity_picture(v: Verification) -> Picture | None:
         * hollow
     )
     return picture(caption, *panels, one_legend=True)
+
+
+def refinement_picture(found: Refinement) -> Picture:
+    """Every number of a refinement over the nodes of its mesh."""
+    caption = (
+        "Every number over the contact nodes of its mesh, in shares of that on the finest: what is level has "
+        "converged. Dashed: extrapolated limits."
+    )
+    alt = f"Numbers of the joint on meshes of {found.nodes[0]} to {found.nodes[-1]} contact nodes"
+    return picture(caption, Drawing(alt, lambda ax: plot.refinement(found, ax=ax)))
 
 
 def slip_picture(v: Verification) -> Picture | None:
