@@ -102,8 +102,8 @@ def limits_in_words(v: Verification) -> list[str]:
     )
     model = (
         f"Model: {count(problem.n, 'contact node')}; the numbers are those of this discrete joint. With a "
-        f"finer mesh {'λ_1 usually falls; ' * plane}λ_max converges where the friction holds the ends of the "
-        "contact."
+        "finer mesh slips and friction work at one load converge, λ_max where friction holds the ends of the "
+        f"contact{'; λ_1 usually falls' * plane}."
     )
     assumed = f"{ASSUMPTIONS}{'; slip in one tangential direction' * plane}."
     return [zone, loads, states, model, assumed, NOT_SAID]

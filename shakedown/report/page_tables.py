@@ -223,8 +223,9 @@ def nodes_note(v: Verification) -> str:
     shown = "Every node" if v.problem.n <= WORST else f"The {WORST} worst nodes of {v.problem.n}"
     return (
         f"{shown} over one period of the long-term state at λ = 1, the largest slip range first, then the "
-        "largest p. All nodes with all digits are in the JSON beside this page (“nodes”), and as a table or "
-        "for ParaView: shakedown-bounds nodes FILE --load-factor 1 -o nodes.csv (or .vtu)."
+        "largest p. At a sharp edge pressure, wear and τ δ of the last node depend on the mesh, however fine "
+        "it is; slips do not. All nodes with all digits are in the JSON beside this page (“nodes”), and as a "
+        "table or for ParaView: shakedown-bounds nodes FILE --load-factor 1 -o nodes.csv (or .vtu)."
     )
 
 
