@@ -12,8 +12,8 @@ def function_stamp(make: Callable[..., Problem], *first: object) -> str:
     Examples
     --------
     >>> import shakedown
-    >>> function_stamp(shakedown.example, "two-node")[:50]
-    'shakedown.files.examples.example 3053854690cec9a47'
+    >>> function_stamp(shakedown.example, "two-node")[:45]
+    'shakedown.files.examples.example 3053854690ce'
     """
     try:
         made = make(*first)

@@ -179,8 +179,7 @@ def refinement_in_words(found: Refinement) -> str:
     >>> import shakedown
     >>> joints = {n: shakedown.example(f"block-{n}") for n in (9, 33)}
     >>> print(refinement_in_words(shakedown.refine(joints, [9, 33])))
-    On meshes of 9 to 33 contact nodes – undecided: friction work, largest slip, impossible above, proved from
-    this state, proved from every state.
+    On meshes of 9 to 33 contact nodes – undecided: impossible above, proved from this state.
     """
     names: dict[str, list[str]] = {}
     for name in told_of_meshes(found):
