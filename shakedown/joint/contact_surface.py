@@ -1,19 +1,18 @@
 """Where the nodes of a contact lie beside each other: its strips or patches, and their edges."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.contact_patches import GAP, contact_patches
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.faces import NONE
 from shakedown.joint.problem import Problem
 
-FLANK_GAP = 2.5  # a distance this many times the usual one, and those beside it, separates two flanks
-FACING = 0.5  # cosine of the angle between two normals below which their nodes are of two patches
 AROUND = 16  # nearest nodes among which the neighbours of a node are
 FAR = 40.0  # spacings: there points close the cells of nodes at the edge
 ACROSS = 1.9  # times the usual distance of a neighbour: what is farther lies across a hole
@@ -37,7 +36,7 @@ def flanks(x: FloatArray) -> Iterator[IntArray]:
         yield order
         return
     beside = np.maximum(np.append(0.0, steps[:-1]), np.append(steps[1:], 0.0))
-    far = (steps > FLANK_GAP * beside) & (steps > FLANK_GAP * np.median(steps))
+    far = (steps > GAP * beside) & (steps > GAP * np.median(steps))
     yield from np.split(order, np.flatnonzero(far) + 1)
 
 
@@ -116,28 +115,20 @@ def _closing(problem: Problem, part: IntArray) -> float:
         return 0.0
     place = problem.coordinates[part]
     steps = np.linalg.norm(place - np.roll(place, 1, axis=0), axis=1)
-    return float(steps[0]) if steps[0] <= FLANK_GAP * steps[1:].max() else 0.0
+    return float(steps[0]) if steps[0] <= GAP * steps[1:].max() else 0.0
 
 
 def _patches(problem: Problem, points: FloatArray) -> Surface | None:
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import KDTree
-
-    n, normals = len(points), problem.normal
-    distance, beside = KDTree(points).query(points, k=min(AROUND // 2 + 1, n))
-    distance, beside = distance.reshape(n, -1), beside.reshape(n, -1)
-    linked = distance <= FLANK_GAP * distance[:, [min(3, distance.shape[1] - 1)]]
-    if normals is not None:
-        linked &= np.einsum("id,ijd->ij", normals, normals[beside]) > FACING
-    one = np.repeat(np.arange(n), linked.sum(axis=1)), beside[linked]
-    count, number = connected_components(coo_array((np.ones(len(one[0])), one), shape=(n, n)), directed=False)
-    parts = tuple(np.flatnonzero(number == k) for k in range(count))
-    bare = Surface(points, normals, parts, np.zeros(n, dtype=np.bool_))
+    places = points if points.shape[1] == 3 else np.column_stack([points, np.zeros(len(points))])
+    owner = np.full(len(points), -1)
+    for k, (nodes, _) in enumerate(contact_patches(places, problem.normal, problem.faces)):
+        owner[nodes[owner[nodes] < 0]] = k  # at an edge between two patches of the larger one
+    parts = tuple(np.flatnonzero(owner == k) for k in np.unique(owner))
+    bare = Surface(points, problem.normal, parts, np.zeros(len(points), dtype=np.bool_))
     if not (bare.spacing > 0).all():
         return None
-    edge = _rim(bare) if problem.faces is None else _rim_of_faces(problem.faces, n)
-    return Surface(points, normals, parts, edge)
+    edge = _rim(bare) if problem.faces is None else _rim_of_faces(problem.faces, len(points))
+    return replace(bare, edge=edge)
 
 
 def _rim_of_faces(faces: IntArray, n: int) -> Mask:

@@ -10,7 +10,7 @@ a module below works out what is seen, ``style`` has what all of them look like 
 - the joint as given: ``joint`` (nodes, loads, what limits it), ``loops`` (the loading of a node)
 - a number per node, lines along a contact, colours over a patch: ``over_contact``
 - an arrow or a mark per node of a patch, at an instant: ``patch_arrows`` (on the places of
-  ``patch_places``, where ``patches`` finds them and ``flat_patch`` unrolls them)
+  ``patch_places``, where ``flat_patch`` unrolls them)
 - loops of a node (hysteresis, orbits), reactions in time: ``loops``
 - the loop of a load, damping and stiffness over its amplitude: ``over_amplitude``
 - where and when a contact sticks, slips, opens: ``zone_map``

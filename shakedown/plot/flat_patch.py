@@ -1,4 +1,4 @@
-"""One patch of a contact laid flat: a plane as it is, a cylinder or a cone unrolled, others projected."""
+"""Patches of a contact laid flat: a plane as it is, a cylinder or a cone unrolled, others projected."""
 
 from dataclasses import dataclass, replace
 
@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import few
+from shakedown.joint.contact_patches import TURN, IntArray, contact_patches, normals_of
 
-IntArray = NDArray[np.intp]
-TURN = float(np.cos(np.radians(40.0)))  # of two normals beside each other, of one patch
 OFF = 0.05  # shares by which places and normals may be off the shape that a patch is taken for
 ALONG_AN_AXIS = 0.99  # of a direction along an axis of the model, which then names it
 
@@ -43,6 +42,14 @@ class Patch:
     faces: IntArray | None = None
 
 
+def laid_flat(
+    places: FloatArray, normals: FloatArray | None, faces: NDArray[np.integer] | None
+) -> list[Patch]:
+    """The patches of a contact, the one with the most nodes first (:func:`contact_patches`)."""
+    parts = contact_patches(places, normals, faces)
+    return [flat(places, normals, nodes, between) for nodes, between in parts]
+
+
 def flat(places: FloatArray, normals: FloatArray | None, nodes: IntArray, faces: IntArray | None) -> Patch:
     """One patch laid flat, in the way that fits it."""
     at = places[nodes]
@@ -58,16 +65,6 @@ def flat(places: FloatArray, normals: FloatArray | None, nodes: IntArray, faces:
         return _projected(nodes, at, mean, faces)
     found = _cone(nodes, at, known, faces) or _cylinder(nodes, at, known, faces)
     return found or replace(_projected(nodes, at, mean, faces), kind="curved, projected")
-
-
-def normals_of(places: FloatArray, normals: FloatArray | None, faces: IntArray) -> FloatArray:
-    """Normals of faces, twice as long as their areas, on the side of those of their nodes where known."""
-    corners = np.where(faces < 0, faces[:, :1], faces)  # of a triangle the first one twice
-    at = places[corners]
-    across = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
-    if normals is not None:
-        across[(across * normals[corners].sum(axis=1)).sum(axis=1) < 0] *= -1.0
-    return np.asarray(across)
 
 
 def _of_nodes(at: FloatArray, normals: FloatArray | None, faces: IntArray) -> FloatArray:

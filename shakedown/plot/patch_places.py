@@ -17,8 +17,7 @@ from shakedown.joint.arguments import require_problem
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
-from shakedown.plot.flat_patch import Patch
-from shakedown.plot.patches import laid_flat
+from shakedown.plot.flat_patch import Patch, laid_flat
 from shakedown.plot.style import GREY, MARGIN, axes_for
 
 # Of the usual longest side and circle about a triangle: larger ones lie across a hole (whose rim may be one

@@ -86,6 +86,14 @@ def test_faces_say_where_the_rim_is():
     assert np.array_equal(surface_of(flange).edge, surface_of(replace(flange, faces=None)).edge)
 
 
+def test_pads_an_element_apart_share_no_hat_where_faces_are_known():
+    x, _ = GRID.T
+    quads = [node + np.array([0, 5, 6, 1]) for node in range(30) if node % 5 < 4 and x[node] not in (1, 4)]
+    known = replace(on_places(np.column_stack([GRID, 0 * x])), faces=np.array(quads))
+    assert [sorted(set(x[part])) for part in surface_of(known).parts] == [[2, 3, 4], [0, 1], [5, 6]]
+    assert len(surface_of(replace(known, faces=None)).parts) == 1
+
+
 def test_two_patches_that_face_each_other_share_no_hat():
     upper = np.column_stack([GRID, np.full(len(GRID), 0.2)])
     both = np.vstack([np.column_stack([GRID, np.zeros(len(GRID))]), upper])

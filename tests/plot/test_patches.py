@@ -6,8 +6,8 @@ from scipy.spatial import Delaunay
 
 from shakedown import Problem, UsageError, plot
 from shakedown.models.condensation.tangent_pairs import tangent_pairs
+from shakedown.plot.flat_patch import laid_flat
 from shakedown.plot.patch_places import places_of, triangles_of
-from shakedown.plot.patches import laid_flat
 
 
 def strips(rows: int, columns: int, closed: bool = False) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The patches of a contact in space, each laid flat.
+"""The patches of a contact in space.
 
 A patch is a part of the contact along which the normal nowhere turns by more than 40° from one face to the
 next; where no faces are known, from one node to its neighbours.
@@ -10,32 +10,40 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.contact_surface import FLANK_GAP
-from shakedown.plot.flat_patch import TURN, IntArray, Patch, flat, normals_of
 
+IntArray = NDArray[np.intp]
+TURN = float(np.cos(np.radians(40.0)))  # of two normals beside each other, of one patch
+GAP = 2.5  # a distance this many times the usual one separates two patches
 NEIGHBOURS = 8  # of a node, nearest first
 ROW = 1 / 3  # width by length of the neighbourhood of a node that is one of a row
 
 
-def laid_flat(
+def contact_patches(
     places: FloatArray, normals: FloatArray | None, faces: NDArray[np.integer] | None
-) -> list[Patch]:
-    """The patches of a contact, the one with the most nodes first.
+) -> list[tuple[IntArray, IntArray | None]]:
+    """Nodes of each patch, and its faces between them, the one with the most nodes first.
 
     Parameters
     ----------
     places, normals : (n, 3)
         Of the nodes; the normals where they are known.
     faces : (m, 4), optional
-        Corners of the faces, numbers of nodes.
+        Corners of the faces, numbers of nodes; −1 as the last of a triangle. A node at the edge between two
+        patches is one of both.
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]])
+    >>> both = np.concatenate([corners, corners + [7.0, 0.0, 0.0]])
+    >>> [nodes.tolist() for nodes, _ in contact_patches(both, None, None)]
+    [[0, 1, 2, 3], [4, 5, 6, 7]]
     """
     parts: list[tuple[IntArray, IntArray | None]]
     if faces is None:
         parts = [(nodes, None) for nodes in _without_faces(places, normals)]
     else:
         parts = list(_with_faces(places, normals, faces.astype(np.intp)))
-    parts.sort(key=lambda part: (-len(part[0]), part[0][0]))
-    return [flat(places, normals, nodes, between) for nodes, between in parts]
+    return sorted(parts, key=lambda part: (-len(part[0]), part[0][0]))
 
 
 def _with_faces(
@@ -88,6 +96,16 @@ def _beside(faces: IntArray, across: FloatArray, *, either_side: bool) -> tuple[
     return first[gentle], second[gentle]
 
 
+def normals_of(places: FloatArray, normals: FloatArray | None, faces: IntArray) -> FloatArray:
+    """Normals of faces, twice as long as their areas, on the side of those of their nodes where known."""
+    corners = np.where(faces < 0, faces[:, :1], faces)  # of a triangle the first one twice
+    at = places[corners]
+    across = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
+    if normals is not None:
+        across[(across * normals[corners].sum(axis=1)).sum(axis=1) < 0] *= -1.0
+    return np.asarray(across)
+
+
 def _without_faces(places: FloatArray, normals: FloatArray | None) -> list[IntArray]:
     """Nodes of each patch: neighbours whose normals are near; rows of nodes join what is beside them."""
     from scipy.spatial import KDTree
@@ -99,7 +117,7 @@ def _without_faces(places: FloatArray, normals: FloatArray | None) -> list[IntAr
     apart, near = KDTree(places).query(places, k=count + 1)
     usual = apart[:, min(3, count)]
     first, second = np.repeat(np.arange(n), count), near[:, 1:].ravel()
-    linked = apart[:, 1:].ravel() <= FLANK_GAP * np.minimum(usual[first], usual[second])
+    linked = apart[:, 1:].ravel() <= GAP * np.minimum(usual[first], usual[second])
     if normals is not None:
         linked &= (normals[first] * normals[second]).sum(axis=1) > TURN
     owner = _components(n, first[linked], second[linked])
@@ -124,7 +142,7 @@ def _joined(places: FloatArray, normals: FloatArray | None, owner: IntArray, wid
         np.minimum.at(gaps, owner[near].ravel(), apart.ravel())
         gaps[k] = np.inf
         nearest = int(gaps.argmin())
-        for other in np.flatnonzero(gaps <= FLANK_GAP * gaps[nearest]).tolist():
+        for other in np.flatnonzero(gaps <= GAP * gaps[nearest]).tolist():
             if looks is None or looks[other] @ looks[nearest] > TURN * np.prod(
                 np.linalg.norm(looks[[other, nearest]], axis=1)
             ):
@@ -143,6 +161,7 @@ def _widths(places: FloatArray, near: IntArray, linked: NDArray[np.bool_]) -> Fl
 
 
 def _components(count: int, first: IntArray, second: IntArray) -> IntArray:
+    """For each of so many things the number of the component that pairs of them link it to."""
     from scipy import sparse
     from scipy.sparse.csgraph import connected_components
 
