@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import shlex
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -20,6 +21,9 @@ from .output import QUIET
 F = TypeVar("F", bound=Callable[..., Any])
 
 
+NAMED = f"{__name__}.file"  # in a context: the file or built-in problem that a command was given
+
+
 class ProblemFile(click.ParamType):
     """A problem file or the name of a built-in problem; a file of that name wins."""
 
@@ -30,6 +34,8 @@ class ProblemFile(click.ParamType):
             return value
         if not value:
             raise click.UsageError("FILE: expected a file or the name of a built-in problem, found ''")
+        if ctx is not None:
+            ctx.meta[NAMED] = shlex.quote(value)
         if not os.path.exists(value) and value in shakedown.example_names():
             return shakedown.example(value)
         if not os.path.exists(value) and Path(value).suffix == "" and "/" not in value:

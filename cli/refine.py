@@ -50,7 +50,7 @@ def refine(
     """Which numbers of one joint converge, from files of it on finer and finer meshes.
 
     The three numbers of `solve`, λ_max of slips averaged over a length (--average), friction
-    work and the largest slip at one load factor, from slip zero. The coarsest mesh comes first;
+    work and the largest slip at one load factor, starting without slip. The coarsest mesh comes first;
     three tell.
     """
     record_of(context, output, resume)

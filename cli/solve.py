@@ -16,7 +16,7 @@ from shakedown.report.assessment_words import averaged_in_words
 from shakedown.report.json_documents import assessment_document, averaged_document, quick_document
 
 from .initial import initial_state
-from .options import average_option, open_option, output_options, problem_argument
+from .options import NAMED, average_option, open_option, output_options, problem_argument
 from .output import echo_json, paragraph, say
 from .solve_text import details_text, quick_text, solve_text
 
@@ -151,7 +151,7 @@ def solve(
         asked |= averaged_document(*between) if between else {}
         echo_json(assessment_document(found, curve, follow=follow) | asked)
     else:
-        say(solve_text(found, details=details, follow=follow))
+        say(solve_text(found, context.meta[NAMED], details=details, follow=follow))
         if between:
             say(paragraph(averaged_in_words(*between)))
         if details:

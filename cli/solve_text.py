@@ -25,7 +25,7 @@ from shakedown.report.limit_words import (
     proved_by_following,
     sensitivities_in_words,
 )
-from shakedown.report.next_words import decides_in_words, margin_of_bounds, next_in_words
+from shakedown.report.next_words import decides_in_words, margin_in_words, next_in_words
 from shakedown.report.node_words import bound_columns, node_in_words, open_in_words
 from shakedown.report.zone_words import zone_in_words
 
@@ -65,7 +65,7 @@ def quick_text(
     return "\n".join([*lines, *table])
 
 
-def solve_text(found: shakedown.Assessment, *, details: bool, follow: bool = False) -> str:
+def solve_text(found: shakedown.Assessment, file: str, *, details: bool, follow: bool = False) -> str:
     """The three numbers, the margin, what decides, and the one thing to do next.
 
     Also what is proved once cycles are followed, where that is asked for.
@@ -76,11 +76,18 @@ def solve_text(found: shakedown.Assessment, *, details: bool, follow: bool = Fal
     ]
     if follow:
         numbers.insert(2, proved_by_following(found.details))
-    warned = [paragraph(text) for text in doubts_in_words(found.problem)]
-    warned += [paragraph(f"Mesh: {text}") for text in [found.details.mesh.warning] if text]
-    said = " ".join(filter(None, [said_as_given_in_words(found), margin_of_bounds(found)]))
-    sentences = filter(None, [said, decides_in_words(found), next_in_words(found), None if details else MORE])
-    return "\n".join([headline(found.problem), "", listing(numbers), "", *warned, *map(paragraph, sentences)])
+    mesh = found.details.mesh.warning
+    sentences = [
+        *doubts_in_words(found.problem),
+        " ".join(filter(None, [said_as_given_in_words(found), margin_in_words(found)])),
+        f"Mesh warning: {mesh}" if mesh else "",
+        decides_in_words(found),
+        next_in_words(found, file),
+        "" if details else MORE,
+    ]
+    return "\n".join(
+        [headline(found.problem), "", listing(numbers), "", *map(paragraph, filter(None, sentences))]
+    )
 
 
 def details_text(found: shakedown.Assessment, curve: shakedown.GuaranteeCurve | Missing | None) -> str:
@@ -131,7 +138,7 @@ def _of_first_collapse(lower: shakedown.LowerBound) -> list[Fact]:
     return [
         (named("λ_1"), bound(lower.load_factor), f"{collapse}{_certified(lower.certified, 'exact')}"),
         ("  guarantee", lower.guarantee, ""),
-        ("  single-node bound", bound(lower.single_node_bound), "no node cycles alone below"),
+        ("  single-node bound", bound(lower.single_node_bound), "below it no single node slips for ever"),
         ("  coupling ratio ρ*", number(ratio, FEW_DIGITS), coupling_in_words(ratio).partition(":")[0]),
     ]
 

@@ -62,11 +62,6 @@ class MeshCheck(Result):
     coarser: dict[str, float]
     warning: str | None
 
-    @property
-    def names_what_decides(self) -> bool:
-        """Whether the warning says that the edge decides λ_max."""
-        return self.warning is not None and self.edge_share >= MOST
-
 
 def mesh_check(limits: NumberedLimits) -> MeshCheck:
     """What one mesh tells of limits: whether its edge decides λ_max, and what they are twice as coarse."""
@@ -84,8 +79,8 @@ def mesh_check(limits: NumberedLimits) -> MeshCheck:
     ranked = np.argsort(-edge, kind="stable")
     deciding = tuple(int(node) for node in ranked[:NAMED] if edge[node] > MUCH)
     coarser = _coarser(limits)
-    share, place = float(edge.sum()), "end" if surface.in_plane else "rim"
-    return MeshCheck(share, deciding, coarser, _warning(place, share, sorted(deciding), coarser))
+    share = float(edge.sum())
+    return MeshCheck(share, deciding, coarser, _warning(share, sorted(deciding), coarser))
 
 
 def on_mesh(limits: T, problem: Problem) -> T:
@@ -130,30 +125,42 @@ def _coarser(limits: NumberedLimits) -> dict[str, float]:
     return found
 
 
-def _warning(place: str, share: float, nodes: Sequence[int], coarser: dict[str, float]) -> str | None:
+def _warning(share: float, nodes: Sequence[int], coarser: dict[str, float]) -> str | None:
     """The sentence, where a limit changes by more than a tenth."""
-    changes: dict[str, list[str]] = {}
-    for name, by in coarser.items():
-        if abs(by) > MUCH:
-            changes.setdefault(_change(by), []).append(NUMBERS[name][0])
-    if not changes:
+    changed = {name: by for name, by in coarser.items() if abs(by) > MUCH}
+    if not changed:
         return None
-    told = [f"{_together(names)} {change}" for change, names in changes.items()]
-    many = "s" * (len(nodes) != 1)
-    where = f"{place} node{many} {_listed([str(node) for node in nodes])}" if nodes else f"its {place}"
-    decided = f"λ_max is decided by {where} ({100 * share:.0f} %). " if share >= MOST else ""
-    return f"{decided}Twice as coarse, {_listed(told)}: statements about one element."
+    if len(changed) == len(NUMBERS) and min(changed.values()) > 0 and isfinite(sum(changed.values())):
+        told = [f"all three limits are {_rise(min(changed.values()), max(changed.values()))}"]
+    else:
+        told = [f"{NUMBERS[name][0]} is {_change(by)}" for name, by in changed.items()]
+    where, verb = "Nodes", "determine"
+    if nodes:
+        one = len(nodes) == 1
+        numbers = _listed([str(node) for node in nodes])
+        where, verb = (f"Node {numbers}", "determines") if one else (f"Nodes {numbers}", "determine")
+    determined = f"{where} at the edge {verb} λ_max. " if share >= MOST else ""
+    finer = "; a finer mesh may well give lower ones" if max(coarser.values()) > MUCH else ""
+    return (
+        f"{determined}On every second node, {_listed(told)}{finer}. The numbers hold for this mesh only (see "
+        "shakedown-bounds refine)."
+    )
 
 
-def _together(names: Sequence[str]) -> str:
-    if len(names) == len(NUMBERS):
-        return "all three limits are"
-    return f"{_listed(names)} {'is' if len(names) == 1 else 'are'}"
+def _rise(low: float, high: float) -> str:
+    """By how much limits are higher, from the least to the most."""
+    if _change(low) == _change(high):
+        return _change(low)
+    if high > TIMES:
+        return f"{1 + low:.3g} to {1 + high:.3g} times as high"
+    return f"{100 * low:.0f} to {100 * high:.0f} % higher"
 
 
 def _change(by: float) -> str:
     if isinf(by):
-        return "above 0 (here 0)"
+        return "above 0"
+    if by == -1.0:
+        return "0"
     return (
         f"{1 + by:.3g} times as high"
         if by > TIMES

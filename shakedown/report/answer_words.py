@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.assessment.assess import ProvedLimit, proved_limit
+from shakedown.assessment.assess import proved_limit
 from shakedown.ground.shown_values import down, sized, up
 from shakedown.ground.status import Outcome
 from shakedown.joint.units import constant_loads_in_words, units_of, varying_loads_in_words
-from shakedown.report.assessment_words import admissible_in_words, at_load_factor, percent
+from shakedown.report.assessment_words import admissible_in_words, at_load_factor, start_in_words
+from shakedown.report.next_words import margin_in_words
 from shakedown.report.node_words import node_in_words, open_in_words
 from shakedown.report.run_words import sliding_in_words
 
@@ -30,39 +31,54 @@ def answer_in_words(v: Verification) -> str:
     ...     load_mean=[12, 20], load_amplitude=[0, 20], load_units=["kN", "kN"],
     ... )
     >>> print(answer_in_words(shakedown.verify(joint, load_factors=[1.0], random_states=0)))
-    Axial load 20 ± 20 kN given: the joint slips in every cycle, with a slip range of up to 1.511
-    at node 1, simulated; reduced to 20 ± 14.63 kN (λ = 0.7315934) it shakes down, proved; bolt
-    preload 12 kN, unchanged.
+    At axial load 20 ± 20 kN (λ = 1) the joint slips in every cycle, with a slip range of up to 1.511
+    at node 1, in the simulation. Starting without slip, it is proved to shake down up to 20 ± 14.63 kN
+    (λ = 0.7315934); bolt preload 12 kN, unchanged.
     """
     loads = varying_loads_in_words(v.problem)
-    given = f"{loads[:1].upper()}{loads[1:]} given" if loads else "The nominal load (λ = 1)"
+    given = f"At {loads} (λ = 1)" if loads else "At the nominal load (λ = 1)"
+    sentences = [f"{given} {_what(v)}.", _proved(v)]
     constant = constant_loads_in_words(v.problem) if loads else ""
-    return f"{given}: {'; '.join(filter(None, [_what(v), constant]))}."
+    said = " ".join(filter(None, sentences))
+    return f"{said[:-1]}; {constant}." if constant else said
 
 
 def _what(v: Verification) -> str:
-    """What the joint does, and how far that is proved."""
+    """What the joint does, and how that is known."""
     run, limit = v.as_given.simulation, proved_limit(v.assessment)
-    state = _of_state(v, limit)
     path = ", with the corners of the load domain in their order" * v.problem.is_domain
     if run.slides_away:
         return f"the joint does not hold: {sliding_in_words(run)}"
     if run.outcome == Outcome.UNDECIDED:
         return f"it is undecided what the joint does: {run.reason}"
-    if run.outcome == Outcome.SHAKEDOWN:
-        with_open = f" with {open_in_words(run.open_nodes, v.problem)} open" if run.open_nodes else ""
-        if limit.load_factor > 1:
-            least = 0.0 if limit.of_every_state else v.limits.from_state.least_load_factor
-            begins = f" from λ = {up(least)} on" if least > 0 else ""
-            until = up_to(v.problem, limit.load_factor)
-            return f"the joint shakes down{with_open}{begins} {until}, proved{state}"
-        how = "proved" if run.proved else f"simulated{path}, not proved"
-        return f"the joint shakes down{with_open}, {how}"
-    reduced = ""
-    if 0 < limit.load_factor < 1:
-        less = at_load_factor(v.problem, limit.load_factor, down)
-        reduced = f"; reduced to {less} it shakes down, proved{state}"
-    return f"{_does(v)}, simulated{path}{reduced}"
+    if run.outcome != Outcome.SHAKEDOWN:
+        return f"{_does(v)}, in the simulation{path}"
+    with_open = f" with {open_in_words(run.open_nodes, v.problem)} open" if run.open_nodes else ""
+    if limit.load_factor > 1:
+        return f"the joint shakes down{with_open}"
+    how = "proved" if run.proved else f"in the simulation{path}, not proved"
+    return f"the joint shakes down{with_open}, {how}"
+
+
+def _proved(v: Verification) -> str:
+    """Up to which loads shakedown is proved; empty where it is not, or nothing holds the joint."""
+    run, limit = v.as_given.simulation, proved_limit(v.assessment)
+    rests = run.outcome == Outcome.SHAKEDOWN
+    if (
+        run.slides_away
+        or run.outcome == Outcome.UNDECIDED
+        or not (limit.load_factor > 1 if rests else 0 < limit.load_factor < 1)
+    ):
+        return ""
+    energy, universal = v.limits.energy, v.limits.universal
+    closed = np.delete(energy.initial_slip, v.problem.layout.slips_of(energy.open_nodes))
+    here = f"Starting {start_in_words(closed)}"
+    if limit.of_every_state:
+        here = f"From every state {admissible_in_words(universal)}"
+    least = 0.0 if limit.of_every_state else v.limits.from_state.least_load_factor
+    begins = f" from λ = {up(least)} on" if least > 0 else ""
+    again = "do so" if rests else "shake down"
+    return f"{here}, it is proved to {again}{begins} {up_to(v.problem, limit.load_factor)}."
 
 
 def _does(v: Verification) -> str:
@@ -76,11 +92,6 @@ def _does(v: Verification) -> str:
     size = sized(nodes.slip_range[most], units_of(v.problem).length)
     where = node_in_words(v.problem, most)
     return f"the joint {verb} in every cycle, with a slip range of up to {size} at {where}"
-
-
-def _of_state(v: Verification, limit: ProvedLimit) -> str:
-    """Of which states a limit is proved besides the one asked about."""
-    return f" from every state, {admissible_in_words(v.limits.universal)}" * limit.of_every_state
 
 
 def up_to(problem: Problem, load_factor: float) -> str:
@@ -97,15 +108,8 @@ def margin_of_answer(v: Verification) -> str:
     --------
     >>> import shakedown
     >>> print(margin_of_answer(shakedown.verify(shakedown.example("block-9"), random_states=0)))
-    Margin on the amplitude: 369.9 % proved, 370.2 % simulated.
+    The varying part of the load alone may be 369.9 % larger, proved, 370.2 % in the simulation.
     """
-    limit, known = proved_limit(v.assessment), []
-    if limit.load_factor > 0:
-        known.append((limit.load_factor, f"proved{_of_state(v, limit)}"))
-    if v.transient is not None and v.transient.monotone and v.transient.load_factor > 0:
-        known.append((v.transient.load_factor, "simulated"))
-    if v.as_given.simulation.outcome == Outcome.SHAKEDOWN:
-        parts = [f"{percent(value, down)} {how}" for value, how in known if value > 1]
-        return f"Margin on the amplitude: {', '.join(parts)}." if parts else ""
-    parts = [f"{percent(value, up)}, {how}" for value, how in known if 0 < value < 1]
-    return f"Reduce the amplitude by {'; by '.join(parts)}." if parts else ""
+    limit = v.transient
+    known = limit is not None and limit.monotone and limit.load_factor > 0
+    return margin_in_words(v.assessment, limit.load_factor if limit is not None and known else np.nan)

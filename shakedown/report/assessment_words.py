@@ -21,16 +21,19 @@ if TYPE_CHECKING:
     from shakedown.bounds.energy.energy_bound import EnergyBound
     from shakedown.bounds.every_state.universal_bound import UniversalBound
     from shakedown.bounds.results import UpperBound
+    from shakedown.ground.float_array import FloatArray
     from shakedown.joint.problem import Problem
 
 PROOFS = {
     BOX: "by the box of slips that it cannot leave",
     SLIP: "by how far its nodes can slip in all",
 }
+IN_CONTACT = "while all nodes stay in contact"
 ARGUMENTS = {  # what the names of the arguments for λ_U stand for, where they do not speak for themselves
     "Melan": "slip changes no pressure",
     "differences": "no slip raises the differences between nodes",
     "swing": "a potential falls with every slip",
+    "least pressures": "the least pressure of each node holds it, whatever the others do",
 }
 
 
@@ -42,22 +45,31 @@ def numbers_in_words(found: Assessment) -> list[tuple[str, str, str]]:
     >>> import shakedown
     >>> for line in numbers_in_words(shakedown.assess(shakedown.example("two-node"))):
     ...     print(*line, sep=" | ")
-    proved from every state | λ = 0.6573734 | all nodes closed
-    proved from this state | λ = 0.7315934 | slip zero
-    impossible above | λ = 0.7391456 | with all nodes in contact
+    proved from every state | λ = 0.6573734 | while all nodes stay in contact
+    proved from this state | λ = 0.7315934 | starting without slip
+    impossible above | λ = 0.7391456 | while all nodes stay in contact
     """
     limits = found.details
-    over = ", transient over" * limits.universal.after_transient
     core = limits.core
-    inside = "" if core is None else f"; {down(core.load_factor, FEW_DIGITS)} if edges rest"
+    inside = "" if core is None else f"; {down(core.load_factor, FEW_DIGITS)} if edge nodes do not slip"
+    values = [
+        _number(found.proved_from_every_state, down),
+        _number(found.proved_from_this_state, down),
+        _number(found.impossible_above, up),
+    ]
+    names = ["proved from every state", "proved from this state", "impossible above"]
+    remarks = [f"{IN_CONTACT}{inside}", _this_state(limits), _where_impossible(limits)]
+    return list(zip(names, _aligned(values), remarks, strict=True))
+
+
+def _aligned(numbers: list[str]) -> list[str]:
+    """Numbers with as many decimals as the longest of those that are alike before the point."""
+    decimals: dict[str, int] = {}
+    for whole, _, rest in (number.partition(".") for number in numbers):
+        decimals[whole] = max(decimals.get(whole, 0), len(rest) * ("e" not in rest))
     return [
-        (
-            "proved from every state",
-            _number(found.proved_from_every_state, down),
-            f"all nodes closed{over}{inside}",
-        ),
-        ("proved from this state", _number(found.proved_from_this_state, down), _this_state(limits)),
-        ("impossible above", _number(found.impossible_above, up), _where_impossible(limits)),
+        f"{whole}.{rest.ljust(decimals[whole], '0')}" if rest and "e" not in rest else whole + point + rest
+        for whole, point, rest in (number.partition(".") for number in numbers)
     ]
 
 
@@ -76,15 +88,20 @@ def _where_impossible(limits: JointLimits) -> str:
     if limits.upper.status == Status.UNDECIDED:
         return "not known: no zone with a safe slip was found"
     every = limits.upper.status == Status.UNBOUNDED
-    return "some slip is safe at every λ" if every else "with all nodes in contact"
+    return "some slip is safe at every λ" if every else IN_CONTACT
 
 
 def _this_state(limits: JointLimits) -> str:
     """The state that is asked about."""
     opened = limits.problem.layout.slips_of(limits.open_nodes)
     slip = np.delete(limits.energy.initial_slip, opened)
-    start = "the given slip" if slip.any() else "slip zero"
-    return "near " * (limits.distance > 0) + start + (f", {_open(limits)}" if limits.open_nodes else "")
+    near = "near " * (limits.distance > 0)
+    return f"starting {near}{start_in_words(slip)}" + (f", {_open(limits)}" if limits.open_nodes else "")
+
+
+def start_in_words(slip: FloatArray | bool) -> str:
+    """Where a motion starts, after the word that says so."""
+    return "from the given slip" if np.any(slip) else "without slip"
 
 
 def _open(limits: JointLimits) -> str:
@@ -166,16 +183,18 @@ def said_as_given_in_words(found: Assessment) -> str:
     --------
     >>> import shakedown
     >>> said_as_given_in_words(shakedown.assess(shakedown.example("block-9")))
-    'The nominal load (λ = 1): shakes down, proved from this state.'
+    'At the nominal load (λ = 1) the joint shakes down, proved from this state.'
     """
-    given = "The nominal load (λ = 1)"
+    given = "At the nominal load (λ = 1)"
     if found.said_as_given == Said.SHAKEDOWN and found.proved_from_every_state > 1:
-        return f"{given}: shakes down, proved from every state."
+        return f"{given} the joint shakes down, proved from every state."
     if found.said_as_given == Said.SHAKEDOWN:
-        return f"{given}: shakes down, proved from this state."
+        return f"{given} the joint shakes down, proved from this state."
     if found.said_as_given == Said.IMPOSSIBLE:
-        return f"{given}: cannot shake down with all nodes in contact."
-    return f"{given}: the bounds do not decide."
+        return f"{given} the joint cannot shake down {IN_CONTACT}."
+    energy = found.details.energy
+    why = f": {energy.reason}" if energy.status == Status.INFEASIBLE and not energy.open_nodes else ""
+    return f"{given} the bounds do not decide{why}."
 
 
 def certain_in_words(limits: JointLimits) -> list[str]:
@@ -189,9 +208,10 @@ def certain_in_words(limits: JointLimits) -> list[str]:
     >>> import shakedown
     >>> for line in certain_in_words(shakedown.assess(shakedown.example("two-node")).details):
     ...     print(line)
-    From slip zero the joint is proved to shake down up to λ = 0.7315934 (by the box of slips that it
-    cannot leave; by energy up to λ_E = 0.6619611); from every initial state, closed and admissible,
-    up to λ_U = 0.6573734 (first collapse); with all nodes in contact it cannot above λ_max = 0.7391456.
+    Starting without slip, the joint is proved to shake down up to λ = 0.7315934 (by the box of slips that
+    it cannot leave; by energy up to λ_E = 0.6619611); from every initial state with all nodes in contact
+    and within their friction limits up to λ_U = 0.6573734 (first collapse); above λ_max = 0.7391456 it
+    cannot shake down while all nodes stay in contact.
     """
     here = _proved_from_here(limits.energy, limits.from_state, limits.problem)
     certain, *more = _certain([here, _proved_from_everywhere(limits.universal)], limits.upper, limits.problem)
@@ -205,23 +225,23 @@ def _decided_at_the_edge(limits: JointLimits) -> list[str]:
         return []
     where = open_in_words((limits.universal.node,), limits.problem)
     sentences = [
-        f"λ_U is decided at an edge, by {where}: slip of the size of one element, locked in there, may keep "
-        "that edge slipping."
+        f"λ_U is determined at an edge of the contact, by {where}: where slip of the size of one element is "
+        "locked in there, that edge may slip for ever."
     ]
     since = from_state(energy, slip=limits.accumulated)  # of every order of the loads, too
     since_assembly = not energy.initial_slip.any() and energy.distance == since.least_load_factor == 0
     if since_assembly and since.load_factor > limits.universal.load_factor:
         up_to = f"{since.symbol} = {down(since.load_factor)}"
         sentences.append(
-            "Loads in this envelope do not produce such a state: from every state that they have produced "
-            f"since assembly, the joint is proved to shake down up to {up_to}."
+            "If the joint has only seen loads within this range since assembly, shakedown is proved up to "
+            f"{up_to}."
         )
     nodes, unit = len(core.near_edge), units_of(limits.problem).length
     depth = f"{few(core.depth)} {unit}".rstrip()
     sentences.append(
-        "From any state at all, with all nodes closed, no cycle goes on below "
-        f"λ = {down(core.load_factor)} in which the {nodes} nodes nearer than {depth} to an edge rest; "
-        "the others slip at most in proportion to these."
+        f"Whatever slip is locked in, below λ = {down(core.load_factor, FEW_DIGITS)} no slip goes on while "
+        f"the {nodes} nodes nearer than {depth} to an edge do not slip; if they do, the others slip at most "
+        "in proportion."
     )
     return [" ".join(sentences)]
 
@@ -233,37 +253,38 @@ def quickly_in_words(energy: EnergyBound, upper: UpperBound, problem: Problem) -
 
 def _certain(parts: list[str], upper: UpperBound, problem: Problem) -> list[str]:
     if upper.status == Status.OPTIMAL and not upper.open_nodes:
-        parts.append(f"with all nodes in contact it cannot above λ_max = {up(upper.load_factor)}")
+        parts.append(f"above λ_max = {up(upper.load_factor)} it cannot shake down {IN_CONTACT}")
     sentence = "; ".join(part for part in parts if part)
     return [sentence + ".", *last_digit_in_words(problem), *([LOAD_DOMAIN] if problem.is_domain else [])]
 
 
 def _proved_from_here(energy: EnergyBound, here: FromState, problem: Problem) -> str:
     closed = np.delete(energy.initial_slip, problem.layout.slips_of(energy.open_nodes))
-    start = "the given slip" if np.any(closed) else "slip zero"
+    start = f"Starting {start_in_words(closed)}"
     if energy.distance > 0:
-        start = f"every state within the energy distance {few(energy.distance)} of {start}"
+        near = "the given slip" if np.any(closed) else "zero slip"
+        start = f"Starting from any slip within the energy distance {few(energy.distance)} of {near}"
     if energy.open_nodes:
-        start += f", with {open_in_words(energy.open_nodes, problem)} open and in equilibrium,"
+        start += f", with {open_in_words(energy.open_nodes, problem)} open and in equilibrium"
     if here.symbol != ENERGY:
         how = PROOFS[here.symbol]
         if np.isinf(here.load_factor):
-            return f"From {start} the joint is proved to shake down at every load factor ({how})"
+            return f"{start}, the joint is proved to shake down at every load factor ({how})"
         also = "" if np.isnan(energy.load_factor) else f"; by energy up to λ_E = {down(energy.load_factor)}"
         up_to = f"λ = {down(here.load_factor)} ({how}{also})"
-        return f"From {start} the joint is proved to shake down up to {up_to}"
+        return f"{start}, the joint is proved to shake down up to {up_to}"
     if energy.status == Status.UNDECIDED:
-        return f"From {start} it is open what is proved ({energy.reason})"
+        return f"{start}, it is open what is proved ({energy.reason})"
     if energy.status == Status.INFEASIBLE:
         hint = (
             "a smaller distance may do" if energy.distance > 0 else "following its first cycles may prove one"
         )
-        return f"From {start} no load factor is proved at once ({energy.reason}; {hint})"
+        return f"{start}, no load factor is proved at once ({energy.reason}; {hint})"
     least = energy.least_load_factor
     begins = f" from λ = {up(least)} on" if least > 0 else ""
     if energy.status == Status.UNBOUNDED:
-        return f"From {start} the joint is proved to shake down at every load factor{begins}"
-    return f"From {start} the joint is proved to shake down{begins} up to λ_E = {down(energy.load_factor)}"
+        return f"{start}, the joint is proved to shake down at every load factor{begins}"
+    return f"{start}, the joint is proved to shake down{begins} up to λ_E = {down(energy.load_factor)}"
 
 
 def _proved_from_everywhere(universal: UniversalBound) -> str:
@@ -271,20 +292,20 @@ def _proved_from_everywhere(universal: UniversalBound) -> str:
         return f"from every initial state it is open what is proved ({universal.reason})"
     if np.isnan(universal.load_factor):
         return ""
-    more = ARGUMENTS.get(universal.argument)
-    how = f"{universal.argument}: {more}" if more else universal.argument
+    argument, _, aside = universal.argument.partition(", ")
+    how = ": ".join(filter(None, [argument, ARGUMENTS.get(argument)])) + (f"; {aside}" if aside else "")
     if universal.load_factor == 0:
         return f"from every initial state no load factor is proved ({universal.reason})"
     if np.isinf(universal.load_factor):
-        return f"from every initial state, {admissible_in_words(universal)}, at every load factor ({how})"
+        return f"from every initial state {admissible_in_words(universal)} at every load factor ({how})"
     number = f"λ_U = {down(universal.load_factor)}"
-    return f"from every initial state, {admissible_in_words(universal)}, up to {number} ({how})"
+    return f"from every initial state {admissible_in_words(universal)} up to {number} ({how})"
 
 
 def admissible_in_words(universal: UniversalBound | None) -> str:
     """Which initial states λ_U is about."""
     over = universal is not None and universal.after_transient
-    return "closed and admissible" + " after the transient" * over
+    return "with all nodes in contact and within their friction limits" + " after the transient" * over
 
 
 def proved_up_to(universal: UniversalBound | None) -> float:

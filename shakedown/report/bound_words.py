@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from shakedown.assessment.from_state import ENERGY
 from shakedown.ground.evidence import Missing, present
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Guarantee, Status
 from shakedown.joint.loading import loading
-from shakedown.report.assessment_words import admissible_in_words, proved_up_to
+from shakedown.report.assessment_words import IN_CONTACT, admissible_in_words, proved_up_to, start_in_words
 from shakedown.report.node_words import node_in_words
 from shakedown.report.zone_words import without_safe_slip_in_words, zone_in_words
 
@@ -40,7 +38,7 @@ def bounds_in_words(limits: JointLimits) -> list[str]:
     >>> for line in bounds_in_words(shakedown.assess(shakedown.example("uncoupled")).details):
     ...     print(line)
     Below λ_1 = 0.646554 the joint, closed at all nodes, shakes down from every initial state (no ...).
-    Above λ_max = 0.6465541 it cannot shake down with all nodes in contact.
+    Above λ_max = 0.6465541 it cannot shake down while all nodes stay in contact.
     The nominal load (λ = 1) lies at or above λ_max.
     """
     upper, lower = limits.upper, present(limits.lower)
@@ -91,10 +89,10 @@ def _below(limits: JointLimits, lower: LowerBound) -> str:
             f"{where} the joint, closed at all nodes{_transient_over(lower)}, shakes down from every initial "
             f"state ({lower.reason})."
         )
-    claim = "no node collapses, but it is not proved that the joint shakes down from every initial state"
+    claim = "no single node slips for ever, but shakedown is not proved from every initial state"
     known = proved_up_to(universal)
     if down(known) == down(lower.load_factor):
-        states = f"every initial state that is {admissible_in_words(universal)}"
+        states = f"every initial state {admissible_in_words(universal)}"
         return f"{where} (= λ_U) the joint shakes down from {states}: it is proved."
     if known > 0:
         where = f"Between λ_U = {down(known)} and λ_1 = {down(lower.load_factor)}"
@@ -175,7 +173,7 @@ def above_in_words(upper: UpperBound, problem: Problem) -> str:
     if upper.status == Status.UNBOUNDED:
         return f"With all nodes in contact a safe slip exists at every load factor: {upper.reason}."
     often = " on a path that returns to all corners" * problem.is_domain
-    return f"Above λ_max = {up(upper.load_factor)} it cannot shake down{often} with all nodes in contact."
+    return f"Above λ_max = {up(upper.load_factor)} it cannot shake down{often} {IN_CONTACT}."
 
 
 def _nominal_load(limits: JointLimits, lower: LowerBound | None) -> str:
@@ -185,7 +183,7 @@ def _nominal_load(limits: JointLimits, lower: LowerBound | None) -> str:
     if upper.least_load_factor > 1:
         return "below λ_lo"
     if known > 1:
-        return f"below λ_U: proved from every initial state that is {admissible_in_words(limits.universal)}"
+        return f"below λ_U: proved from every initial state {admissible_in_words(limits.universal)}"
     if upper.load_factor <= 1:
         return "at or above λ_max"
     if lower is not None and lower.load_factor > 1:
@@ -206,12 +204,12 @@ def from_here_in_words(limits: JointLimits) -> str:
     energy, here = limits.energy, limits.from_state
     if energy.open_nodes:
         return ""
-    start = "the given slip" if np.any(energy.initial_slip) else "slip zero"
+    start = f"starting {start_in_words(energy.initial_slip)}"
     if here.symbol != ENERGY and here.load_factor > 1:
-        return f"; from {start} the joint is proved to shake down there"
+        return f"; {start} the joint is proved to shake down there"
     if energy.least_load_factor < 1 < energy.load_factor:
-        return f", and below λ_E: from {start} the joint is proved to shake down"
-    return f"; from {start} shakedown is not proved there"
+        return f", and below λ_E: {start} the joint is proved to shake down"
+    return f"; {start} shakedown is not proved there"
 
 
 def reservations_in_words(limits: JointLimits) -> list[str]:
@@ -234,10 +232,10 @@ def _slip_bound_ends(limits: JointLimits) -> Iterator[str]:
     slip = limits.accumulated
     where = f", at {node_in_words(limits.problem, slip.node)}" if slip.node >= 0 else ""
     if slip.status in (Status.INFEASIBLE, Status.UNDECIDED):
-        yield f"λ_S proves nothing from this state: {slip.reason}{where}."
+        yield f"There is no bound on total slip (λ_S) from this state: {slip.reason}{where}."
     elif slip.load_factor < MUCH_LESS * limits.energy.load_factor:
-        ends = f"λ_S = {down(slip.load_factor)} is the end of what total slip proves"
-        yield f"{ends}: above it {slip.limited_because}{where}."
+        until = f"Up to λ_S = {down(slip.load_factor)} the total slip of every node is bounded"
+        yield f"{until}, in any order of the loads; not above, as {slip.limited_because}{where}."
 
 
 def _missing(limits: JointLimits) -> Iterator[str]:

@@ -4,6 +4,7 @@ from shakedown.assessment.verify import Verification
 from shakedown.ground.shown_values import count
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
+from shakedown.report.assessment_words import IN_CONTACT
 from shakedown.report.hint_words import LOAD_DOMAIN
 from shakedown.report.node_words import open_in_words
 
@@ -79,18 +80,18 @@ def limits_in_words(v: Verification) -> list[str]:
     """For which zone, loads and initial states the answer holds, and what is assumed."""
     problem, upper, asked = v.problem, v.limits.upper, v.settings
     plane = problem.directions == 1
-    zone = "Zone: the bounds are about the joint with all nodes in contact."
+    zone = f"Zone: the bounds hold {IN_CONTACT}."
     if upper.open_nodes:
         opened = open_in_words(upper.open_nodes, v.problem)
         zone = (
             f"Zone: λ_max and λ_E are about the joint with {opened} open and all others closed throughout; "
-            f"{'λ_1, λ_U, λ_box' if plane else 'λ_U'} and λ_S about all nodes in contact."
+            f"{'λ_1, λ_U, λ_box' if plane else 'λ_U'} and λ_S hold while all nodes stay in contact."
         )
     if problem.C is None:
         zone += " The problem has no normal stiffness C: whether nodes open and close again is not followed."
-    start = "slip zero" if problem.initial_slip is None else "the first given slip"
+    start = "zero slip" if problem.initial_slip is None else "the first given slip"
     states = (
-        f"Initial states: λ = 1, λ_E{', λ_box' * plane}, λ_S and λ_T begin at {start}, all nodes closed. "
+        f"Initial states: λ = 1, λ_E{', λ_box' * plane}, λ_S and λ_T start from {start} in contact. "
         f"Simulated besides: the safe slip, {'the critical slip state, ' * plane}"
         f"what {count(asked.random_states, 'random transient')} with up to twice the load amplitudes "
         f"{'leaves' if asked.random_states == 1 else 'leave'} behind (seed {asked.seed})."
@@ -101,9 +102,9 @@ def limits_in_words(v: Verification) -> list[str]:
         + f" as given. {_paths_in_words(problem, plane)}"
     )
     model = (
-        f"Model: {count(problem.n, 'contact node')}; the numbers are those of this discrete joint. With a "
-        "finer mesh slips and friction work at one load converge, λ_max where friction holds the ends of the "
-        f"contact{'; λ_1 usually falls' * plane}."
+        f"Model: {count(problem.n, 'contact node')}; the numbers are those of this mesh. As it gets finer, "
+        "slips and friction work at one load tend to a limit, λ_max only where the edges of the contact do not slip"
+        f"{'; λ_1 usually falls' * plane} (shakedown-bounds refine)."
     )
     assumed = f"{ASSUMPTIONS}{'; slip in one tangential direction' * plane}."
     return [zone, loads, states, model, assumed, NOT_SAID]

@@ -9,7 +9,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
-from shakedown.ground.shown_values import few, sized
+from shakedown.ground.shown_values import count, few, sized
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.loading import loading
@@ -52,7 +52,7 @@ def stiffness_rows(problem: Problem, coupling_ratio: float) -> list[tuple[str, s
         (
             f"{name} positive semi-definite",
             f"eigenvalues {few(values[0])} … {sized(values[-1], unit)}",
-            f"passed; {free} free motion{'s' * (free != 1)}",
+            f"passed; {_free_motions(free)}",
         ),
         ("friction coefficients", friction(problem), "passed: none is negative"),
     ]
@@ -63,6 +63,13 @@ def stiffness_rows(problem: Problem, coupling_ratio: float) -> list[tuple[str, s
     if problem.normal is not None:
         rows.append(("normals", "unit vectors", "passed"))
     return rows
+
+
+def _free_motions(free: int) -> str:
+    """How many motions no stiffness resists, and what that means."""
+    if not free:
+        return "every motion is resisted"
+    return f"{count(free, 'motion')} of one body on the other resisted by friction only, as in a bolted joint"
 
 
 def friction(problem: Problem) -> str:

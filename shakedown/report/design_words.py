@@ -26,7 +26,7 @@ SAID = {
     "proved from every state": "proved to shake down from every state",
     "proved from this state": "proved to shake down from the state asked about",
     "depends on the state": "open, or dependent on the state,",
-    "never": "certain not to shake down with all nodes in contact",
+    "never": "certain not to shake down while all nodes stay in contact",
 }
 SHOWN = 6  # digits of a parameter
 TIED = 10.0**-DIGITS  # of the largest limit: what is not shown
@@ -46,7 +46,7 @@ def sweep_in_words(sweep: "Sweep", load_factor: float = 1.0) -> list[str]:
     >>> first, best, *_ = sweep_in_words(found, 0.7)
     >>> print(first)
     At λ = 0.7 the joint is proved to shake down from every state at f = 0.4; proved to shake down from
-    the state asked about at f = 0.6; certain not to shake down with all nodes in contact at f = 0.2.
+    the state asked about at f = 0.6; certain not to shake down while all nodes stay in contact at f = 0.2.
     Between these values nothing is proved.
     >>> print(best)
     The largest λ_U (from every state) is 0.7198472, at f = 0.4.

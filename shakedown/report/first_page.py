@@ -87,17 +87,17 @@ def _limit_rows(v: Verification) -> list[Sequence[str]]:
     rows, problem = list[Sequence[str]](), v.problem
     limit = v.transient
     if limit is not None and np.isfinite(limit.load_factor):
-        proved = ", proved there" * transient_is_proved(v)
+        proved = " (rest then proved)" * transient_is_proved(v)
         digits = digits_of_transient_limit(limit)
-        what = f"λ_T: it shakes down from this state up to there, simulated{proved}"
+        what = f"λ_T: largest load factor at which the simulation from this state came to rest{proved}"
         rows.append(["simulated limit", at_load_factor(problem, limit.load_factor, down, digits), what])
     collapse = v.limits.lower
     if isinstance(collapse, LowerBound) and np.isfinite(collapse.load_factor):
         where = f", at {node_in_words(problem, collapse.node)}" if collapse.node >= 0 else ""
-        what = f"λ_1: below it no node can cycle alone{where}"
+        what = f"λ_1: below it no single node can slip for ever{where}"
         rows.append(["first collapse", at_load_factor(problem, collapse.load_factor, down), what])
     small = v.slip_limit
     if small is not None and np.isfinite(small.load_factor):
-        what = f"every slip range stays below {sized(small.below, units_of(problem).length)}, simulated"
+        what = f"simulated: every slip range stays below {sized(small.below, units_of(problem).length)}"
         rows.append(["small slips", at_load_factor(problem, small.load_factor, down), what])
     return rows

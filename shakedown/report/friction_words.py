@@ -10,6 +10,7 @@ import numpy as np
 from shakedown.ground.evidence import Missing
 from shakedown.ground.shown_values import down, up
 from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.report.assessment_words import IN_CONTACT
 
 if TYPE_CHECKING:
     from shakedown.assessment.shakedown_bounds import ShakedownBounds
@@ -34,23 +35,19 @@ def friction_in_words(problem: Problem, limits: FrictionThresholds | Missing) ->
     >>> import shakedown
     >>> joint = shakedown.example("jump")
     >>> friction_in_words(joint, shakedown.friction_thresholds(joint))[0]
-    'The friction lies above the threshold of uniqueness (0.3556757): the evolution may have ...'
+    'The friction lies above the threshold of uniqueness (0.3556757): a motion may have several ...'
     """
     if isinstance(limits, Missing):
         return [NO_THRESHOLDS]
     friction = 1.0 if limits.factor else float(problem.f.max())
     closed, opened = limits.uniqueness_in_contact, limits.uniqueness
     if opened is None:
-        pairs = [(" with all nodes in contact", closed)]
+        pairs = [(f" {IN_CONTACT}", closed)]
     elif (opened.low, opened.high) == (closed.low, closed.high):
         pairs = [("", closed)]
     else:
-        pairs = [(" with all nodes in contact", closed), (" where nodes separate", opened)]
+        pairs = [(f" {IN_CONTACT}", closed), (" where nodes separate", opened)]
     sentences = [_uniqueness(friction, where, threshold) for where, threshold in pairs]
-    if any(sentence.startswith("It is open") for sentence in sentences):
-        sentences.append(
-            "Below it a motion has one continuation; above it may have several or none, and then it jumps."
-        )
     wedging = limits.wedging
     if wedging.high <= friction:
         sentences.append(
@@ -64,22 +61,25 @@ def friction_in_words(problem: Problem, limits: FrictionThresholds | Missing) ->
 
 
 def _uniqueness(friction: float, where: str, threshold: Threshold) -> str:
-    name = f"the threshold of uniqueness{where}"
+    name = "the threshold of uniqueness" + where * (friction >= threshold.high or friction < threshold.low)
     if friction >= threshold.high:
         return (
-            f"The friction lies above {name} ({up(threshold.high)}): the evolution may have several "
+            f"The friction lies above {name} ({up(threshold.high)}): a motion may have several "
             "continuations or none, and then it jumps."
         )
     if threshold.low == threshold.high == np.inf:
-        return f"Friction of any size leaves the evolution unique{where}."
+        return f"Friction of any size leaves every motion{where} one continuation."
     if friction < threshold.low:
         limit = down(threshold.low)
         limit = limit if threshold.low == threshold.high else f"at least {limit}"
-        return f"The friction lies below {name} ({limit})."
+        return f"The friction lies below {name} ({limit}): every motion there has one continuation."
     between = f"between {down(threshold.low)} and {up(threshold.high)}"
     if np.isinf(threshold.high):
         between = f"at {down(threshold.low)} or above"
-    return f"It is open whether the friction lies below {name}, which is only known to lie {between}."
+    return (
+        f"Whether every motion{where} has one continuation is open: {name} lies {between}. Above it a motion "
+        "may have several continuations or none, and then it jumps."
+    )
 
 
 def critical_in_words(

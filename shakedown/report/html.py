@@ -226,13 +226,13 @@ def _context(v: Verification) -> dict[str, Any]:
         f"friction {friction(problem)}" + (f", units {shortened(problem.units)}" if problem.units else ""),
         "answer": answer_in_words(v),
         "margin_of_answer": margin_of_answer(v),
+        "mesh_warning": v.limits.mesh.warning,
         "total_slip": total_slip_in_words(v.nodes, problem),
         "headline": as_given_in_words(v.as_given, units_of(problem).length, problem, v.limits.universal),
         "reservations": [
             *filter(None, [v.unfinished]),
             *(f"Warning: {warning}." for warning in problem.warnings),
             *reservations,
-            *(f"Mesh: {text}" for text in [v.limits.mesh.warning] if text),
             *hints_in_words(problem, v.limits.open_nodes),
         ],
         "verdict": verdict_in_words(v),
@@ -307,7 +307,7 @@ def _runs_note(plane: bool) -> str:
 RUNS_NOTE = (
     "Agreement is judged only where the bounds predict something: below λ_U every initial state, closed and "
     "admissible, is proved to shake down; {predicted}"
-    "above λ_max none can with all nodes in contact; the safe slip shakes down below λ_max, "
+    "above λ_max none can while all nodes stay in contact; the safe slip shakes down below λ_max, "
     "and so does every state inside the energy ball (“ball”: drawn just inside its surface, but no farther "
     "from its centre than the other states){box}. "
     "Transient load steps come first: "

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
     from shakedown.joint.problem import Problem
 
-CAUSES = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
+CAUSES = {"friction": "friction there", "constant": "constant load", "amplitude": "load amplitude"}
 IN_SPACE = (
     "Which node limits λ_max and λ_E most, and by how much, is computed in the plane only, so far. Those "
     "that reach their limits at λ_max, and in which load steps, stand in the table above."
@@ -77,18 +77,18 @@ def transient_in_words(
     path = ", with the corners of the load domain in their order," * (
         problem is not None and problem.is_domain
     )
-    here = f"From its initial state{path}"
-    scan = f"{len(limit.scanned)} load factors up to {few(limit.scanned[-1])} simulated"
+    here = f"In the simulation from its initial state{path}"
+    scan = f"{len(limit.scanned)} load factors up to {few(limit.scanned[-1])}"
     if np.isnan(limit.load_factor):
         return f"{here} the joint shakes down at no load factor ({scan})."
     if not np.isfinite(limit.high):
-        return f"{here} the joint shakes down at every load factor scanned ({scan})."
+        return f"{here} the joint shakes down at every load factor ({scan})."
     order = "" if limit.monotone else "; below it there are load factors at which it does not"
     proved = ""
     if np.isfinite(limit.proved):
-        proved = f"; {followed_in_words(limit)} shakedown is proved at λ = {down(limit.proved)}"
+        proved = f"; at λ = {down(limit.proved)} that is proved {followed_in_words(limit)}"
         if np.isfinite(limit.cycling):
-            proved += f", {_found_above(limit)} at λ = {up(limit.cycling)}"
+            proved += f", at λ = {up(limit.cycling)} {_found_above(limit)}"
     if limit.at_high is not None and limit.at_high.outcome == "undecided":
         proved += f"; just above λ_T it is undecided after {limit.at_high.cycles_simulated} cycles"
         if proved_below > limit.load_factor:
@@ -152,10 +152,10 @@ def sensitivities_in_words(limits: JointLimits) -> list[str]:
     >>> import shakedown
     >>> for line in sensitivities_in_words(shakedown.assess(shakedown.example("two-node")).details):
     ...     print(line)
-    λ_max is limited most at node 1: +0.92 % for 1 % more friction, +0.96 % for 1 % more constant
-    load, −0.97 % for 1 % more load amplitude there.
-    λ_E is limited most at node 1: +0.95 % for 1 % more friction, +0.95 % for 1 % more constant
-    load, −0.97 % for 1 % more load amplitude there.
+    λ_max depends most on node 1: +0.92 % with 1 % more friction there, +0.96 % with 1 % more constant
+    load, −0.97 % with 1 % more load amplitude.
+    λ_E depends most on node 1: +0.95 % with 1 % more friction there, +0.95 % with 1 % more constant
+    load, −0.97 % with 1 % more load amplitude.
     """
     if "sensitivities" in limits.absent:
         return [IN_SPACE]
@@ -177,7 +177,7 @@ def limited_in_words(found: Sensitivities, problem: Problem) -> str:
     node = int(ranked[0])
     effects = [_effect(getattr(found, kind).elasticity[node], name) for kind, name in CAUSES.items()]
     where = node_in_words(problem, node)
-    return f"{found.symbol} is limited most at {where}: {', '.join(filter(None, effects))} there."
+    return f"{found.symbol} depends most on {where}: {', '.join(filter(None, effects))}."
 
 
 def _effect(sides: FloatArray, name: str) -> str:
@@ -185,10 +185,10 @@ def _effect(sides: FloatArray, name: str) -> str:
     fallen, grown = sides
     if np.isnan(fallen) or np.isnan(grown):
         return ""
-    more = f"{_signed(grown)} for 1 % more {name}"
+    more = f"{_signed(grown)} with 1 % more {name}"
     alike = abs(grown - fallen) <= SLIGHT * max(1.0, abs(grown))
-    return more if alike else f"{more} ({_signed(-fallen)} for 1 % less)"
+    return more if alike else f"{more} ({_signed(-fallen)} with 1 % less)"
 
 
 def _signed(percent: float) -> str:
-    return f"{percent:+.2g} %".replace("-", "−") if abs(percent) >= SLIGHT else "0 %"
+    return f"{percent:+.2g} %".replace("-", "−") if abs(percent) >= SLIGHT else "unchanged"

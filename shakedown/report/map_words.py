@@ -199,7 +199,5 @@ def refinement_notes(found: Refinement, problem: Problem) -> list[str]:
     """What the numbers of a refinement are, and what is meant by their verdicts."""
     length = units_of(problem).length
     radius = "" if found.radius is None else f" Averaged over {sized(found.radius, length)}."
-    about = (
-        f"Friction work per cycle and slip at λ = {found.load_factor:g}, simulated from slip zero.{radius}"
-    )
-    return [about, TREND]
+    about = f"Friction work per cycle and slip at λ = {found.load_factor:g}, simulated starting without slip."
+    return [about + radius, TREND]

@@ -10,7 +10,7 @@ from shakedown.assessment.from_state import ENERGY
 from shakedown.ground.evidence import Missing
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Said, Status
-from shakedown.report.assessment_words import percent
+from shakedown.report.assessment_words import percent, start_in_words
 from shakedown.report.bound_words import above_in_words, is_constant
 from shakedown.report.limit_words import limited_in_words
 from shakedown.report.node_words import open_in_words
@@ -20,37 +20,50 @@ if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
 
 NEXT = {
-    Said.SHAKEDOWN: "Next: shakedown-bounds verify FILE -o report.html (checks it by simulation).",
-    Said.OPEN: "Next: shakedown-bounds simulate FILE (what becomes of it under this load).",
-    Said.IMPOSSIBLE: "Next: shakedown-bounds nodes FILE (where and how far it slips).",
+    Said.SHAKEDOWN: ("verify {} -o report.html", "simulates it"),
+    Said.OPEN: ("simulate {}", "follows this load"),
+    Said.IMPOSSIBLE: ("nodes {}", "where, how far it slips"),
 }
-GIVEN = "Next: shakedown-bounds solve FILE --initial given (the file has initial slips)."
+GIVEN = ("solve {} --initial given", "it has initial slips")
 
 
-def margin_of_bounds(found: Assessment) -> str:
-    """By how much the amplitude may grow, or how much less is enough, as far as that is proved.
+def margin_in_words(found: Assessment, simulated: float = np.nan) -> str:
+    """By how much the amplitude may grow, or how much less is enough; with λ_T also by simulation.
 
     Examples
     --------
     >>> import shakedown
-    >>> margin_of_bounds(shakedown.assess(shakedown.example("two-node")))
-    'Reduce the amplitude by 26.85 %: then it is proved to shake down.'
+    >>> margin_in_words(shakedown.assess(shakedown.example("two-node")))
+    'With the varying part of the load 26.85 % smaller it is proved to shake down.'
     """
     every, here = np.nan_to_num([found.proved_from_every_state, found.proved_from_this_state], posinf=np.inf)
     proved = max(every, here)
     if found.details.open_nodes:
         return ""
-    if found.said_as_given == Said.SHAKEDOWN:
-        margins = [f"{percent(value, down)} proved" for value in (every, here) if value > 1]
-        if len(set(margins)) > 1:
-            margins = [f"{margins[0]} from every state", f"{margins[1]} from this one"]
-        return f"Margin on the amplitude: {', '.join(dict.fromkeys(margins))}." if margins else ""
-    if not 0 < proved < 1:
-        return ""
-    less = percent(proved, up)
-    if found.said_as_given == Said.IMPOSSIBLE:
-        return f"Reduce the amplitude by {less}: then it is proved to shake down."
-    return f"With the amplitude reduced by {less} it is proved to shake down."
+    if proved > 1:
+        return _larger(found, every, here, simulated)
+    known = [f"{percent(proved, up)} smaller it is proved to shake down"] if 0 < proved < 1 else []
+    if 0 < simulated < 1 and percent(simulated, up) != percent(proved, up):
+        shakes_down = "it does so" if known else "it shakes down"
+        known.append(f"{percent(simulated, up)} smaller {shakes_down} in the simulation")
+    return f"With the varying part of the load {', '.join(known)}." if known else ""
+
+
+def _larger(found: Assessment, every: float, here: float, simulated: float) -> str:
+    """By how much the varying part of the load may grow."""
+    start = start_in_words(np.nan_to_num(found.details.energy.initial_slip))
+    margins = {percent(every, down): "from every state"} if every > 1 else {}
+    if here > 1:
+        shown = percent(here, down)
+        margins[shown] = f"starting {start}" if shown not in margins else ""
+    mesh = " for this mesh" * bool(found.details.mesh.warning)
+    known = " and ".join(f"{margin} larger {from_here}".rstrip() for margin, from_here in margins.items())
+    if len(margins) == 1:
+        known = f"{next(iter(margins))} larger"
+    more = ""
+    if simulated > 1 and percent(simulated, down) not in margins:
+        more = f", {percent(simulated, down)} in the simulation"
+    return f"The varying part of the load alone may be {known}, proved{mesh}{more}."
 
 
 def decides_in_words(found: Assessment) -> str:
@@ -60,7 +73,7 @@ def decides_in_words(found: Assessment) -> str:
     --------
     >>> import shakedown
     >>> print(decides_in_words(shakedown.assess(shakedown.example("one-node-3d"))))
-    λ_max is decided at node 0, which reaches its friction limit there.
+    λ_max is determined by node 0, which reaches its friction limit there.
     """
     limits = found.details
     upper, problem = limits.upper, limits.problem
@@ -70,8 +83,8 @@ def decides_in_words(found: Assessment) -> str:
         return nothing_safe
     if is_constant(problem):
         return "The loading does not change over the period, so the load factor makes no difference."
-    if found.said_as_given == Said.OPEN and limits.energy.status == Status.INFEASIBLE:
-        return f"From this state no load factor is proved at once: {limits.energy.reason}."
+    if limits.mesh.warning:
+        return ""
     order = ["energy", "upper"]
     if found.said_as_given == Said.IMPOSSIBLE or limits.from_state.symbol != ENERGY:
         order.reverse()
@@ -83,15 +96,15 @@ def decides_in_words(found: Assessment) -> str:
     if upper.status == Status.UNBOUNDED:
         return above_in_words(upper, problem)
     nodes = tuple(sorted({node for node, _ in upper.active}))
-    if not nodes or limits.mesh.names_what_decides:
+    if not nodes:
         return ""
     named = "all nodes" if 1 < len(nodes) == problem.n else open_in_words(nodes, problem)
     verb, whose = ("reach", "their friction limits") if len(nodes) > 1 else ("reaches", "its friction limit")
-    return f"λ_max is decided at {named}, which {verb} {whose} there."
+    return f"λ_max is determined by {named}, which {verb} {whose} there."
 
 
-def next_in_words(found: Assessment) -> str:
-    """The one thing to do next, a command.
+def next_in_words(found: Assessment, file: str = "FILE") -> str:
+    """The one thing to do next, a command on the file, and why.
 
     Examples
     --------
@@ -101,5 +114,7 @@ def next_in_words(found: Assessment) -> str:
     """
     from_zero = not np.nan_to_num(found.details.energy.initial_slip).any()
     if found.said_as_given == Said.OPEN and found.problem.initial_slip is not None and from_zero:
-        return GIVEN
-    return NEXT[found.said_as_given]
+        command, why = GIVEN
+    else:
+        command, why = NEXT[found.said_as_given]
+    return f"Next: shakedown-bounds {command.format(file)} ({why})."

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from shakedown.bounds.upper import UpperBound
     from shakedown.long_term.node_table import NodeResults
 
+AXES = "xy"  # of the two tangential directions of a node
 LONGEST_LABEL = 16  # characters of a label in a table
 COLUMNS = (  # of a table of what nodes go through, those first that stand where it is narrow
     "slip_range", "accumulated_slip", "work", "p_max", "q_max", "p_min",
@@ -65,20 +66,23 @@ def open_in_words(nodes: tuple[int, ...], problem: Problem | None = None) -> str
 
 
 def pinned_in_words(pinned: tuple[int, ...], problem: Problem | None = None) -> str:
-    """What slips are relative to where friction alone holds a body; empty for a joint that is held.
+    """Which components are zero where friction alone holds a body; empty for a joint that is held.
 
     The slips that are set to zero are given by number: with one direction they are nodes.
 
     Examples
     --------
-    >>> pinned_in_words((2,)), pinned_in_words(())
-    ('The joint can move as a whole, only friction holds it: slips are given relative to node 2.', '')
+    >>> print(pinned_in_words((2,)))
+    Only friction keeps one body from sliding or turning on the other, as in a bolted joint: slips are
+    measured with that of node 2 set to zero.
     """
     if not pinned:
         return ""
+    d = 1 if problem is None else problem.directions
+    named = [f"{node_in_words(problem, k // d)}{'' if d == 1 else f' {AXES[k % d]}'}" for k in pinned]
     return (
-        "The joint can move as a whole, only friction holds it: slips are given relative to "
-        f"{open_in_words(pinned if problem is None else problem.layout.nodes_of(pinned), problem)}."
+        "Only friction keeps one body from sliding or turning on the other, as in a bolted joint: slips are "
+        f"measured with {'that' if len(named) == 1 else 'those'} of {', '.join(named)} set to zero."
     )
 
 
@@ -144,15 +148,15 @@ def total_slip_in_words(nodes: NodeResults, problem: Problem) -> str:
     >>> import shakedown
     >>> joint = shakedown.example("two-node")
     >>> total_slip_in_words(shakedown.node_results(shakedown.long_term_state(joint, 0.7)), joint)
-    'Proved: no node will ever slip more than 1.252 from here.'
+    'Proved: at λ = 0.7, from this initial state on, no node ever slips more than 1.252 in all.'
     """
     most = float(nodes.total_slip_bound.max())
     if np.isnan(most):
         return ""
+    here = f"Proved: at λ = {nodes.load_factor:g}, from this initial state on, no node ever slips"
     if most == 0.0:
-        return "Proved: no node will ever slip from here."
-    far = f"{up(most, FEW_DIGITS)} {units_of(problem).length}".rstrip()
-    return f"Proved: no node will ever slip more than {far} from here."
+        return f"{here}."
+    return f"{here} more than {up(most, FEW_DIGITS)} {units_of(problem).length}".rstrip() + " in all."
 
 
 def worst_first(nodes: NodeResults, problem: Problem) -> list[int]:
@@ -203,7 +207,7 @@ def by_direction(problem: Problem, name: str, slips: FloatArray) -> dict[str, li
 
 def of_directions(problem: Problem, name: str, between: str = " ") -> list[str]:
     """The name of a tangential quantity, or with two directions of both of its components."""
-    return [name] if problem.directions == 1 else [f"{name}{between}{axis}" for axis in "xy"]
+    return [name] if problem.directions == 1 else [f"{name}{between}{axis}" for axis in AXES]
 
 
 def bound_columns(

@@ -16,6 +16,7 @@ from shakedown.ground.visible_text import with_unit
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.simulation import Simulation
+from shakedown.report.assessment_words import IN_CONTACT
 from shakedown.report.limit_words import transient_limit_as_text
 from shakedown.report.map_words import MESH_NUMBERS, told_of_meshes
 from shakedown.report.node_words import (
@@ -26,7 +27,7 @@ from shakedown.report.node_words import (
     without_round_off,
     worst_first,
 )
-from shakedown.report.run_words import start_in_words
+from shakedown.report.run_words import start_remark
 from shakedown.studies.meshes.refined import Refinement
 
 WORST = 10  # nodes that the page shows of many
@@ -54,11 +55,11 @@ def bounds_table(v: Verification) -> PageTable:
     if isinstance(lower, LowerBound) and again is not None:
         pairs.insert(0, (named("λ_1"), lower.load_factor, again.load_factor))
     proved = [
-        (f"{named('λ_U')}, all nodes closed{_over(v)}", _bound(v.limits.universal.load_factor)),
+        (f"{named('λ_U')}, {IN_CONTACT}{_over(v)}", _bound(v.limits.universal.load_factor)),
         (f"{named('λ_E')}{least}", _bound(v.limits.energy.load_factor)),
         *_other_rows(v),
         (
-            named("λ_T") + ", proved there" * transient_is_proved(v),
+            named("λ_T") + ", rest then proved" * transient_is_proved(v),
             "–" if transient is None else _bound(float(transient_limit_as_text(transient))),
         ),
     ]
@@ -148,7 +149,7 @@ def _run_row(problem: Problem, run: Run) -> list[str]:
     return [
         number(s.load_factor),
         run.region,
-        run.initial + start_in_words(run),
+        run.initial + start_remark(run),
         run.predicted,
         str(s.outcome),
         remarks(s),

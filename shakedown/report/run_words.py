@@ -11,7 +11,7 @@ from shakedown.assessment.from_state import BOX, SLIP
 from shakedown.ground.shown_values import FEW_DIGITS, count, down, up
 from shakedown.ground.status import Outcome
 from shakedown.joint.units import units_of
-from shakedown.report.assessment_words import admissible_in_words, proved_up_to
+from shakedown.report.assessment_words import admissible_in_words, proved_up_to, start_in_words
 from shakedown.report.node_words import open_in_words, slipping_nodes
 
 if TYPE_CHECKING:
@@ -40,15 +40,15 @@ def as_given_in_words(
     >>> import shakedown
     >>> result = shakedown.verify(shakedown.example("two-node"), load_factors=[1.0], random_states=0)
     >>> print(as_given_in_words(result.as_given))
-    At the nominal load (λ = 1), from slip zero, the joint slips in every cycle (node 1): cyclic
-    slip, simulated.
+    At the nominal load (λ = 1), starting without slip, the joint slips in every cycle (node 1): cyclic
+    slip, in the simulation.
     """
     state = run.simulation
-    start = "slip zero" if run.initial == "zero" else "the given slip"
     order = ", with the corners of the load domain in their order" * (
         problem is not None and problem.is_domain
     )
-    here = f"At the nominal load (λ = 1){order}, from {start}, the joint"
+    start = start_in_words(run.initial != "zero")
+    here = f"At the nominal load (λ = 1){order}, starting {start}, the joint"
     slipping = open_in_words(slipping_nodes(state.slip_per_cycle), problem)
     if state.outcome == Outcome.SHAKEDOWN:
         kept = f" with {open_in_words(state.open_nodes, problem)} open" if len(state.open_nodes) else ""
@@ -56,15 +56,15 @@ def as_given_in_words(
     if state.slides_away:
         return f"{here} does not hold: {sliding_in_words(state)}."
     words = {
-        Outcome.CYCLIC_SLIP: f"slips in every cycle ({slipping}): cyclic slip, simulated.",
-        Outcome.RATCHETTING: f"slips on and on in every cycle ({slipping}): ratchetting, simulated.",
-        Outcome.SEPARATION: f"is in separation, simulated: {state.reason}.",
+        Outcome.CYCLIC_SLIP: f"slips in every cycle ({slipping}): cyclic slip, in the simulation.",
+        Outcome.RATCHETTING: f"slips on and on in every cycle ({slipping}): ratchetting, in the simulation.",
+        Outcome.SEPARATION: f"is in separation, in the simulation: {state.reason}.",
         Outcome.UNDECIDED: f"is undecided: {state.reason}.",
     }
     return f"{here} {words[state.outcome]}"
 
 
-def start_in_words(run: Run) -> str:
+def start_remark(run: Run) -> str:
     """Beside the name of an initial state: whether nodes are open in it, or it is one after the transient."""
     if run.open_nodes:
         return " (zone)"
@@ -83,7 +83,7 @@ def _certainty(
 ) -> str:
     """How far the shakedown at λ = 1 is proved, and what the state at rest may be off by."""
     everywhere = proved_up_to(universal) > 1
-    from_all = f"from every initial state that is {admissible_in_words(universal)}"
+    from_all = f"from every initial state {admissible_in_words(universal)}"
     if not state.proved or state.long_term is None:
         return f"simulated; it is proved {from_all}" if everywhere else "simulated, not proved"
     proved = f"proved, and so it is {from_all} (λ = 1 < λ_U)" if everywhere else "proved"
@@ -123,8 +123,8 @@ def margin_at_rest(state: Simulation, unit: str, problem: Problem | None = None)
     if one >= most:
         held = f"{up(most, FEW_DIGITS)} {unit}".rstrip()
         return (
-            f"This stays so wherever friction holds any one node, the others in place: at most {held} off "
-            "from its slip at rest"
+            "This stays so wherever friction can hold any one node, the others in place: up to "
+            f"{held} away from its slip at rest"
         )
     work = units_of(problem).work
     energy_unit = f"√({work})" if work else ""
@@ -133,6 +133,6 @@ def margin_at_rest(state: Simulation, unit: str, problem: Problem | None = None)
         for margin, name in ((one, unit), (found.energy_margin, energy_unit))
     )
     return (
-        f"This stays so if the slip of any one node is off from its slip at rest by {one_node}, the others "
-        f"in place, or slips of several nodes by {all_nodes} in the energy norm"
+        f"This stays so if any one node is moved by up to {one_node} away from its slip at rest, the others "
+        f"in place, or several nodes by {all_nodes} in the energy norm"
     )

@@ -62,7 +62,7 @@ def scale_picture(v: Verification) -> Picture:
             if proved[1] > 0
             else ""
         )
-        + ("Red: no safe state with all nodes in contact. " if "excluded" in bands else "")
+        + ("Red: no safe state while all nodes stay in contact. " if "excluded" in bands else "")
         + "λ_1: first collapse. " * ("λ_1" in marks)
         + "λ_T: up to there it shakes down from this state, simulated"
         + ", proved there" * transient_is_proved(v)
@@ -133,7 +133,7 @@ def sensitivity_picture(v: Verification) -> Picture | None:
     caption = (
         "By how many per cent λ_max and λ_E change with 1 % more friction, constant load or load amplitude "
         "at one node, all else as it is: the nodes that count most. With 1 % more of all constant loads they "
-        "are 1 % larger (λ_E from slip zero), with 1 % more of all amplitudes 1 % smaller."
+        "are 1 % larger (λ_E starting without slip), with 1 % more of all amplitudes 1 % smaller."
         + " Hollow: what 1 % less does, with its sign turned, where that differs."
         * hollow
     )

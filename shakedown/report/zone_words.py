@@ -56,7 +56,7 @@ def without_safe_slip_in_words(upper: UpperBound) -> str:
     if upper.status == Status.UNDECIDED:
         return f"No safe slip was found at any load factor: {upper.reason}."
     safe = upper.status != Status.INFEASIBLE
-    return "" if safe else f"No load factor is safe with all nodes in contact: {upper.reason}."
+    return "" if safe else f"No load factor is safe while all nodes stay in contact: {upper.reason}."
 
 
 def _place(upper: UpperBound) -> str:

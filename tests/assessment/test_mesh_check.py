@@ -17,8 +17,8 @@ def test_it_warns_where_the_corner_slips_at_any_load(joint):
     assert mesh.edge_share > 0.7
     assert sorted(mesh.edge_nodes) == [0, joint.n - 1]
     assert mesh.coarser["impossible_above"] > 0.1
-    assert mesh.warning.startswith("λ_max is decided by end nodes 0 and 8 (")
-    assert "Twice as coarse, " in mesh.warning
+    assert mesh.warning.startswith("Nodes 0 and 8 at the edge determine λ_max. ")
+    assert "On every second node, " in mesh.warning
 
 
 @pytest.mark.parametrize("joint", [press_fit(1), similar_blocks(8, 0.3)])

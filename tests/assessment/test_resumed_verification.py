@@ -86,9 +86,9 @@ def test_what_is_known_can_be_read_while_the_work_goes_on(joint, asked, tmp_path
     monkeypatch.setattr("shakedown.assessment.recorded_work.LEISURE", 0.0)
     written = html.render
 
-    def rendered(found):
+    def rendered(found, *more):
         """Pages between the first one and the last are the first one again."""
-        page = written(found) if not pages or not found.unfinished else pages[0][-1]
+        page = written(found, *more) if not pages or not found.unfinished else pages[0][-1]
         pages.append((found.unfinished, [run.simulation.load_factor for run in found.runs], page))
         return page
 

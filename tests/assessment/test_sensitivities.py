@@ -218,7 +218,7 @@ def test_words_name_the_node_and_both_sides_of_a_kink():
     joint = replace(shakedown.example("uncoupled"), label=["a", "b"])
     said = sensitivities_in_words(shakedown.assess(joint).details)
     worst = sensitivities(joint, upper(joint)).ranked()[0]
-    assert f"limited most at node {worst} (FE {'ab'[worst]})" in said[0]
-    assert "−1 % for 1 % more load amplitude" in said[0]
+    assert f"depends most on node {worst} (FE {'ab'[worst]})" in said[0]
+    assert "−1 % with 1 % more load amplitude" in said[0]
     kinked = sensitivities_in_words(shakedown.assess(twice(shakedown.example("one-node"))).details)
-    assert "0 % for 1 % more constant load (−1 % for 1 % less)" in kinked[0]
+    assert "unchanged with 1 % more constant load (−1 % with 1 % less)" in kinked[0]

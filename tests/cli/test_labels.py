@@ -38,11 +38,11 @@ def test_nodes_have_their_labels_and_numbers_their_units(file, words, shown):
 @pytest.mark.parametrize(
     ("words", "shown"),
     [
-        (["solve"], "proved from this state λ = 0.7315934 20 ± 14.63 kN; slip zero"),
-        (["solve"], "impossible above λ = 0.7391456 20 ± 14.79 kN; with all nodes in contact"),
+        (["solve"], "proved from this state λ = 0.7315934 20 ± 14.63 kN; starting without slip"),
+        (["solve"], "impossible above λ = 0.7391456 20 ± 14.79 kN; while all nodes stay in contact"),
         (
             ["verify", "--random", "0", "--load-factor", "1"],
-            "reduced to 20 ± 14.63 kN (λ = 0.7315934) it shakes",
+            "it is proved to shake down up to 20 ± 14.63 kN (λ = 0.7315934)",
         ),
         (["solve", "--quick"], "loads at λ = 1: axial load 20 ± 20 kN; bolt preload 12 kN, unchanged"),
         (

@@ -93,7 +93,10 @@ def test_the_energy_bound_is_that_of_the_zone(tmp_path):
     energy = document(*words, cwd=tmp_path)["energy"]
     assert 0 < energy["load_factor"] <= upper.load_factor
     text = " ".join(run(*words, "--details", cwd=tmp_path)[1].split())
-    assert "From the given slip, with nodes 0–4, 28–32 open and in equilibrium, the joint is proved" in text
+    assert (
+        "Starting from the given slip, with nodes 0–4, 28–32 open and in equilibrium, the joint is proved"
+        in text
+    )
 
 
 def test_simulate_starts_with_open_nodes(tmp_path):

@@ -16,19 +16,23 @@ def test_solve_says_first_what_is_certain():
     out = run("solve", "block-9", "--details")[1]
     lines = out.splitlines()
     assert [" ".join(line.split()) for line in lines[2:6]] == [
-        "proved from every state none all nodes closed; 4.1 if edges rest",
-        "proved from this state λ = 4.699826 slip zero",
-        "impossible above λ = 4.715033 with all nodes in contact",
-        "",
+        "proved from every state none while all nodes stay in contact; 4.1",
+        "if edge nodes do not slip",
+        "proved from this state λ = 4.699826 starting without slip",
+        "impossible above λ = 4.715033 while all nodes stay in contact",
     ]
-    assert lines[6].startswith("Mesh: Twice as coarse, what is proved from every state is above 0 (here 0):")
-    assert lines[8].startswith("The nominal load (λ = 1): shakes down, proved from this state. Margin on the")
+    assert lines[7].startswith(
+        "At the nominal load (λ = 1) the joint shakes down, proved from this state. The"
+    )
+    assert lines[9].startswith(
+        "Mesh warning: On every second node, what is proved from every state is above 0"
+    )
     assert "--details" not in out
-    first = " ".join(out.partition("\nFrom slip")[2].splitlines()[:5])
-    assert "zero the joint is proved to shake down up to λ = 4.699826 (by the box" in first
+    first = " ".join(out.partition("\nStarting without slip")[2].splitlines()[:6])
+    assert "the joint is proved to shake down up to λ = 4.699826 (by the box" in first
     assert "by energy up to λ_E = 4.66339" in first
     assert "from every initial state no load factor is proved" in first
-    assert "with all nodes in contact it cannot above λ_max = 4.715033" in first
+    assert "above λ_max = 4.715033 it cannot shake down while all nodes stay in contact" in first
 
 
 def test_json_has_what_is_proved_off_the_edges():
@@ -64,11 +68,11 @@ def test_what_is_proved_by_following_stands_beside_the_three_numbers():
 
 
 @pytest.mark.parametrize(
-    ("joint", "said"), [("bolted-flange", "is the end of"), ("blade-root", "proves nothing")]
+    ("joint", "said"), [("bolted-flange", "not above, as"), ("blade-root", "There is no bound")]
 )
 def test_it_is_said_why_total_slip_proves_little(joint, said):
     details = shakedown.assess(shakedown.example(joint)).details
-    (line,) = (each for each in bounds_in_words(details) if each.startswith("λ_S"))
+    (line,) = (each for each in bounds_in_words(details) if "λ_S" in each)
     assert said in line
     assert f", at node {details.accumulated.node} (" in line
 
@@ -130,9 +134,13 @@ def test_bad_states_and_distances_are_one_line(words, message):
         (
             "two-node",
             "disagree",
-            "the joint slips in every cycle, with a slip range of up to 1.511 at node 1, simulated",
+            "the joint slips in every cycle, with a slip range of up to 1.511 at node 1, in the simulation",
         ),
-        ("block-9", "agree", "the joint shakes down up to λ = 4.699826, proved."),
+        (
+            "block-9",
+            "agree",
+            "the joint shakes down. Starting without slip, it is proved to do so up to λ = 4.699826.",
+        ),
     ],
 )
 def test_the_report_begins_with_the_answer_for_the_loading_as_given(tmp_path, name, colour, answer):
@@ -164,9 +172,7 @@ def test_quick_leaves_out_what_takes_one_program_per_node():
     assert result["upper"]["load_factor"] == pytest.approx(5.0076730187, abs=1e-8)
     assert result["upper"]["open_nodes"] == []
     out = run("solve", "block-33", "--quick")[1]
-    assert "λ_E = 4.706712; with all nodes in contact it cannot above λ_max = 5.007674" in " ".join(
-        out.split()
-    )
+    assert "λ_E = 4.706712; above λ_max = 5.007674 it cannot shake down" in " ".join(out.split())
     assert max(map(len, out.splitlines())) <= 80
 
 
@@ -182,7 +188,7 @@ def test_solve_fits_fourteen_lines_and_says_every_number_once(name):
     ]
     assert all(out.count(f"λ = {number} ") == numbers.count(number) for number in numbers)
     assert "_max = " not in out or "open and all others closed" in out
-    assert re.search(r"^Next: shakedown-bounds (solve|simulate|verify|nodes) FILE", out, re.MULTILINE)
+    assert re.search(rf"^Next: shakedown-bounds (solve|simulate|verify|nodes) {name} ", out, re.MULTILINE)
     assert out.count("\nNext: ") == 1
 
 

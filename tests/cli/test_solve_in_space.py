@@ -108,8 +108,8 @@ def test_a_body_that_only_friction_holds_and_its_open_node_are_said(tmp_path):
     code, out, err = run("solve", "p.npz", "--details", cwd=tmp_path)
     assert (code, err) == (0, "")
     said = " ".join(out.split())
-    assert "only friction holds it: slips are given relative to node" in said
-    assert "From slip zero, with node 0 open and in equilibrium, the joint is proved" in said
+    assert "Only friction keeps one body from sliding or turning on the other" in said
+    assert "Starting without slip, with node 0 open and in equilibrium, the joint is proved" in said
     found = document("solve", "p.npz", cwd=tmp_path)
     assert found["upper"]["open_nodes"] == [0]
     assert len(found["pinned"]) == 2

@@ -19,7 +19,7 @@ def test_the_first_sentence_is_the_answer_for_the_loading_as_given():
     said = " ".join(out.split())
     assert "At the nominal load (λ = 1) the joint is proved to shake down from the state asked" in said
     assert (
-        "certain not to shake down with all nodes in contact at f = 0.2 and 0.4. Between these values nothing is proved."
+        "certain not to shake down while all nodes stay in contact at f = 0.2 and 0.4. Between these values nothing is proved."
         in said
     )
     assert max(map(len, out.splitlines())) <= 80
@@ -69,7 +69,7 @@ def test_what_is_proved_is_rounded_down_and_the_upper_bound_up():
     [
         (
             "0.2,0.3,0.6",
-            "at f = 0.6; certain not to shake down with all nodes in contact at f = 0.2 and 0.3.",
+            "at f = 0.6; certain not to shake down while all nodes stay in contact at f = 0.2 and 0.3.",
         ),
         ("0.1:0.4:5", "in contact at all 5 values of f from 0.1 to 0.4. Between these values nothing is"),
         ("0.1,0.2,0.3,0.4,0.6", "in contact at the 4 values of f from 0.1 to 0.4."),

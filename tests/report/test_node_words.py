@@ -72,9 +72,12 @@ def scaled(factor: float):
 @pytest.mark.parametrize(
     ("factor", "words"),
     [
-        (0.5, "lies below λ_U: proved from every initial state that is closed and admissible."),
-        (0.7, "lies between λ_1 and λ_max; from slip zero the joint is proved to shake down there."),
-        (0.735, "lies between λ_1 and λ_max; from slip zero shakedown is not proved there."),
+        (
+            0.5,
+            "lies below λ_U: proved from every initial state with all nodes in contact and within their friction limits.",
+        ),
+        (0.7, "lies between λ_1 and λ_max; starting without slip the joint is proved to shake down there."),
+        (0.735, "lies between λ_1 and λ_max; starting without slip shakedown is not proved there."),
         (0.8, "lies at or above λ_max."),
     ],
 )
@@ -83,7 +86,9 @@ def test_the_loading_as_given_lies_where_it_lies(factor, words):
 
 
 def test_where_only_the_energy_proves_the_loading_as_given_it_is_said_so():
-    words = "lies between λ_U and λ_1, and below λ_E: from slip zero the joint is proved to shake down."
+    words = (
+        "lies between λ_U and λ_1, and below λ_E: starting without slip the joint is proved to shake down."
+    )
     near = shakedown.assess(shakedown.example("three-node"), distance=0.01)  # no other bound is about a ball
     assert words in " ".join(bounds_in_words(near.details))
 
@@ -100,6 +105,7 @@ def test_how_far_no_node_will_ever_slip_is_said_where_it_is_proved():
     bound = total_slip_bound(joint, 0.7).total_slip
     assert np.array_equal(below.total_slip_bound, bound)
     said = total_slip_in_words(below, joint)
-    assert float(said.removeprefix("Proved: no node will ever slip more than ").split()[0]) >= bound.max()
+    assert said.startswith("Proved: at λ = 0.7, from this initial state on, no node ever slips more than ")
+    assert float(said.partition("more than ")[2].split()[0]) >= bound.max()
     assert np.isnan(above.total_slip_bound).all()
     assert total_slip_in_words(above, joint) == ""

@@ -77,14 +77,14 @@ def test_what_is_proved_from_every_state_is_said_of_the_loading_as_given() -> No
     joint = half_load()
     v = shakedown.verify(joint, load_factors=[1.0], random_states=0)
     said = as_given_in_words(v.as_given, "", joint, v.limits.universal)
-    assert "proved, and so it is from every initial state that is closed and admissible" in said
-    assert "off from its slip at rest by" in said
+    assert "proved, and so it is from every initial state with all nodes in contact and within" in said
+    assert "away from its slip at rest" in said
     assert "in the energy norm" in said
     assert "lies below λ_U" in " ".join(bounds_in_words(v.limits))
     larger = replace(v.limits.universal, load_factor=2 * v.limits.from_state.load_factor)
     wider = with_limits(v, universal=larger)
-    assert "proved from every state, closed and admissible" in margin_of_answer(wider)
-    assert "every state" not in margin_of_answer(v)
+    assert "larger from every state" in margin_of_answer(wider)
+    assert "larger from every state and" in margin_of_answer(v)
 
 
 def test_a_margin_beyond_what_friction_holds_is_not_said_in_lengths_that_no_slip_has() -> None:
@@ -96,7 +96,7 @@ def test_a_margin_beyond_what_friction_holds_is_not_said_in_lengths_that_no_slip
     own = [np.linalg.eigvalsh(stiffness[i, :, i])[0] for i in range(24)]
     largest = max(2.0 * limit / least for limit, least in zip(limits, own, strict=True))
     said = margin_at_rest(found, "mm", flange)
-    assert float(said.split("at most ")[1].split(" mm")[0]) == pytest.approx(largest, rel=1e-3)
+    assert float(said.split("up to ")[1].split(" mm")[0]) == pytest.approx(largest, rel=1e-3)
 
 
 def half_load() -> shakedown.Problem:
@@ -111,20 +111,18 @@ def test_between_proof_and_collapse_nothing_is_called_certain() -> None:
     limits = shakedown.assess(joint).details
     first = bounds_in_words(limits)[0]
     assert first.startswith(f"Between λ_U = {down(limits.universal.load_factor)} and λ_1 = 3.096 ")
-    assert "not proved that the joint shakes down from every initial state (evidence)" in first
+    assert "shakedown is not proved from every initial state (evidence)" in first
 
 
 def test_the_state_found_above_the_limit_is_named() -> None:
     limit = shakedown.transient_limit(shakedown.example("two-node"), accuracy=1e-3)
-    assert "cyclic slip was found at λ = " in transient_in_words(limit)
+    assert "cyclic slip was found" in transient_in_words(limit)
     outcomes = tuple(
         shakedown.Outcome.SEPARATION if x == limit.cycling else o
         for x, o in zip(limit.scanned, limit.outcomes, strict=True)
     )
     apart = replace(limit, outcomes=outcomes, at_high=replace(limit.at_high, opened=np.array([True, False])))
-    assert "separation was found (node 0 opens and closes, no slip in contact) at λ = " in transient_in_words(
-        apart
-    )
+    assert "separation was found (node 0 opens and closes, no slip in contact)" in transient_in_words(apart)
     assert "cycle was found" not in transient_in_words(apart)
     assert "undecided" not in transient_in_words(limit)
     slow = replace(

@@ -31,9 +31,9 @@ UNLIMITED = "no load factor takes any node nearer to slipping"
 FRICTIONLESS, ROUND_OFF_ALONE = "frictionless", "round-off"
 REASONS = {
     FRICTIONLESS: "a node without friction slips under any load",
-    START: "the first load step, or the mean load, takes the pressure from a node at the slip",
+    START: "the first load step, or the mean load, leaves a node without pressure there",
     OWN: "slip of a node does not relieve its own limit",
-    TOGETHER: "slips of the nodes drive each other on, to no end that is known",
+    TOGETHER: "slips of the nodes may drive each other on",
     ALL_AROUND: "a node may slip in every direction",
     ROUND_OFF_ALONE: "round-off decides whether the conditions hold",
 }
