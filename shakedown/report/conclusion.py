@@ -103,8 +103,8 @@ def limits_in_words(v: Verification) -> list[str]:
     )
     model = (
         f"Model: {count(problem.n, 'contact node')}; the numbers are those of this mesh. As it gets finer, "
-        "slips and friction work at one load tend to a limit, λ_max only where the edges of the contact do not slip"
-        f"{'; λ_1 usually falls' * plane} (shakedown-bounds refine)."
+        "slips and friction work at one load tend to a limit, λ_max only where the edges of the contact do "
+        f"not slip{'; λ_1 usually falls' * plane} (shakedown-bounds refine)."
     )
     assumed = f"{ASSUMPTIONS}{'; slip in one tangential direction' * plane}."
     return [zone, loads, states, model, assumed, NOT_SAID]
