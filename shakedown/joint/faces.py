@@ -59,6 +59,22 @@ def faces_among(faces: NDArray[np.integer], nodes: Sequence[int]) -> IntArray | 
     return kept if len(kept) else None
 
 
+def wound(faces: NDArray[np.integer], places: FloatArray, normals: FloatArray) -> IntArray:
+    """Faces, each with its corners in the order in which they go around the normals there, (n, 3).
+
+    Examples
+    --------
+    >>> places, up = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0]]), np.tile([0.0, 0, 1], (3, 1))
+    >>> wound(np.array([[0, 2, 1, -1]]), places, up)
+    array([[ 0,  1,  2, -1]])
+    """
+    first, second, third = (places[corner] for corner in faces.T[:3])
+    across = np.cross(second - first, third - first)
+    against = (across * normals[faces[:, 0]]).sum(axis=1) < 0
+    turned = np.where(faces[:, 3:] == NONE, faces[:, [0, 2, 1, 3]], faces[:, [0, 3, 2, 1]])
+    return np.where(against[:, None], turned, faces)
+
+
 def split_face(corners: Sequence[int], others: Sequence[int], place: FloatArray) -> list[tuple[int, ...]]:
     """A face of an element as faces without nodes between their corners, four numbers each.
 

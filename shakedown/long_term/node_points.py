@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.size_limits import LARGEST_LABEL
+from shakedown.joint.faces import wound
 from shakedown.joint.problem import Problem
 
 LONGEST_NUMBER = len(str(LARGEST_LABEL)) - 1  # digits of a label that is written as a whole number
@@ -37,8 +38,11 @@ def points_of(coordinates: FloatArray) -> FloatArray:
 
 
 def faces_of(problem: Problem) -> NDArray[np.intp] | None:
-    """The faces (k, 4) where their corners have a place in the model, or in a plane; else None."""
-    return problem.faces if np.isfinite(coordinates_of(problem)[:, :2]).all() else None
+    """The faces (k, 4), around the normals where known; None where corners have no place."""
+    places, normals = coordinates_of(problem), normals_of(problem)
+    if problem.faces is None or not np.isfinite(places[:, :2]).all():
+        return None
+    return problem.faces if normals is None else wound(problem.faces, np.nan_to_num(places), normals)
 
 
 def axes_of(problem: Problem) -> FloatArray | None:

@@ -62,6 +62,12 @@ class Picture:
     panels: tuple[Panel, ...]
     legend: Markup | None = None
 
+    @property
+    def heading(self) -> str:
+        """The name that all panels have, which stands above them once; empty where they differ."""
+        names = {panel.name for panel in self.panels}
+        return names.pop() if len(names) == 1 else ""
+
 
 class Draws(Protocol):
     """What draws on given axes, as every function of ``shakedown.plot`` does."""

@@ -32,7 +32,7 @@ from shakedown.plot.style import (
 )
 
 MANY_CYCLES = 100  # from here on the cycles are drawn on a logarithmic axis
-LETTER = 6.0  # width of one letter on the scale of load factors, in points
+LETTER = 5.0  # width of one letter on the scale of load factors, in points
 BAND, LOWEST_TEXT = 0.27, 0.95  # heights of the coloured band and of the axes with one level of text
 AXES = 0.8  # of the width of a picture, at least
 ROOM = 1e6  # above the floor where nothing slips, so that the floor is seen to be one
@@ -58,7 +58,7 @@ def load_factor_scale(
     given
         The load factor of the nominal load.
     short
-        Names alone, without values, where there is little room.
+        The nominal load by its λ alone, where there is little room.
     ax
         Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
@@ -69,11 +69,7 @@ def load_factor_scale(
     >>> [text.get_text() for text in axes.texts]
     ['λ_E = 0.66', 'λ_max = 0.74', 'nominal load, λ = 1']
     """
-    known = [
-        (value, name if short else f"{name} = {few(value, DIGITS)}")
-        for name, value in marks.items()
-        if np.isfinite(value)
-    ]
+    known = [(value, f"{name} = {few(value, DIGITS)}") for name, value in marks.items() if np.isfinite(value)]
     axes = axes_for(ax, (9.0, 1.6))
     as_given = f"λ = {given:g}" if short else f"nominal load, λ = {given:g}"
     texts = sorted([*known, (given, as_given)])

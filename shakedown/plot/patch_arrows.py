@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from shakedown.ground.contact_status import OPEN, SLIP, STICK
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import few, sized
+from shakedown.ground.shown_values import sized
 from shakedown.joint.arguments import checked, real_array
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
@@ -26,7 +26,9 @@ DISC, LONG = 0.47, 0.9  # of the distance of two nodes: radius of a disc, or of 
 SEEN = 0.08  # of the size of the patch: the longest arrow
 ROOM = 0.6  # about the outer nodes, of that distance
 SHORT = 3  # digits of a number in a title
+NEXT_TO_NOTHING = 1e-3  # of the largest of a period, or of a limit: what no arrow shows
 KINDS = ((0, "stick", "s", BLUE), (1, "slip", "o", RED), (2, "open", "o", "none"))
+DOT = 3.0  # of a node [points]
 LARGEST, SMALLEST, SHARE = 8.0, 2.5, 75.0  # of a marker [points]: about SHARE of them in a row fill a panel
 
 
@@ -40,6 +42,8 @@ def tractions_at(
     ax: Axes | None = None,
 ) -> Axes:
     """Tangential reactions of the nodes at one instant as arrows, told apart by whether the node slips.
+
+    The length of the arrows is that of the largest reaction of the whole path, on every patch.
 
     Parameters
     ----------
@@ -70,13 +74,14 @@ def tractions_at(
     'sticks'
     """
     require_space("picture of a patch", problem)
-    now, title = at_instant(path_of(result), cycle, sheared=True)
-    places = places_of(problem, patch)
+    path = path_of(result)
+    now, title = at_instant(path, cycle, sheared=True)
+    places, longest = places_of(problem, patch), float(problem.law.size(path.q).max())
     q = problem.layout.by_node(now.q)[0][places.nodes]
-    sizes = np.linalg.norm(q, axis=1)
     axes = _axes(places, ax)
-    _by_state(axes, places, _scale(places, sizes) * places.seen(q), now.state[0][places.nodes])
-    return _finished(axes, places, f"{title}, {_largest('|q|', sizes, units_of(problem).force)}")
+    _by_state(axes, places, _scale(places, longest) * places.seen(q), now.state[0][places.nodes])
+    most = _largest("|q|", np.linalg.norm(q, axis=1), units_of(problem).force, longest)
+    return _finished(axes, places, f"{title}, {most}")
 
 
 @checked
@@ -118,17 +123,18 @@ def friction_use_at(
     if discs:
         _discs(axes, places, np.where(held, reach, 0.0))
     _by_state(axes, places, reach * places.seen(use), state)
-    most = float(np.linalg.norm(use, axis=1).max())
-    return _finished(axes, places, f"{title}, largest |q| / f p = {few(min(most, 1.0), SHORT)}")
+    most = _largest("|q| / f p", np.linalg.norm(use, axis=1).clip(max=1.0), "", 1.0)
+    return _finished(axes, places, f"{title}, {most}")
 
 
 @checked
 def loads_over_patch(
     problem: Problem, *, load_factor: float = 1.0, patch: int = 0, ax: Axes | None = None
 ) -> Axes:
-    """Tangential welded reactions over a patch: the mean as an arrow, the way of its tip over a period.
+    """Tangential welded reactions over a patch: the mean as an arrow, the path of its tip over a period.
 
-    Of very many nodes some are drawn.
+    All patches have one scale. A mean that is next to nothing has no arrows. Of very many nodes some are
+    drawn.
 
     Parameters
     ----------
@@ -156,25 +162,24 @@ def loads_over_patch(
     """
     require_space("picture of a patch", problem)
     places, given = places_of(problem, patch), loading(problem)
-    loop, mean = (
-        problem.layout.by_node(q)[..., places.nodes, :] for q in (given.at(load_factor)[0], given.q0)
-    )
-    sizes = np.linalg.norm(loop, axis=2).max(axis=0)
-    n = len(places.points)
-    fewer = max(n / MOST_LOOPS, 1.0)  # so many times as much room has each
-    scale, axes = DISC / LONG * np.sqrt(fewer) * _scale(places, sizes), _axes(places, ax)
+    whole = given.at(load_factor)[0]
+    loop, mean = (problem.layout.by_node(q)[..., places.nodes, :] for q in (whole, given.q0))
+    longest = float(problem.law.size(whole).max())
+    fewer = max(len(places.points) / MOST_LOOPS, 1.0)  # so many times as much room has each
+    scale, axes = DISC / LONG * np.sqrt(fewer) * _scale(places, longest), _axes(places, ax)
     chosen = _spread(places.points, MOST_LOOPS)
-    axes.scatter(places.points[:, 0], places.points[:, 1], s=3.0, color=GREY, lw=0)
-    _arrows(axes, places.points[chosen], scale * places.seen(mean)[chosen], BLUE, "mean q_w")
+    _nodes(axes, places)
+    if problem.law.size(given.q0).max() > NEXT_TO_NOTHING * longest:
+        _arrows(axes, places.points[chosen], scale * places.seen(mean)[chosen], BLUE, "mean q_w")
     ways = places.points + scale * places.seen(loop)
     ways = np.concatenate([ways, ways[:1]])[:, chosen]
     axes.add_collection(
         LineCollection(list(ways.swapaxes(0, 1)), colors=RED, linewidths=0.9, label="q_w over a period")
     )
     numbered(axes, places)
-    return _finished(
-        axes, places, f"λ = {load_factor:g}, {_largest('|q_w|', sizes, units_of(problem).force)}"
-    )
+    sizes = np.linalg.norm(loop, axis=2)
+    most = _largest("|q_w|", sizes, units_of(problem).force, longest)
+    return _finished(axes, places, f"λ = {load_factor:g}, {most}")
 
 
 @checked
@@ -223,13 +228,15 @@ def slips_over_patch(
             raise UsageError(f"slips, {name}: expected shape ({size},), found {slip.shape}")
     vectors = {name: problem.layout.by_node(slip)[places.nodes] for name, slip in known.items()}
     sizes = np.concatenate([np.zeros(1), *(np.linalg.norm(each, axis=1) for each in vectors.values())])
-    scale, axes = _scale(places, sizes), _axes(places, ax)
-    axes.scatter(places.points[:, 0], places.points[:, 1], s=3.0, color=GREY, lw=0)
+    longest = max((float(np.nanmax(problem.law.size(slip))) for slip in known.values()), default=0.0)
+    scale, axes = _scale(places, longest), _axes(places, ax)
+    _nodes(axes, places)
     for k, (name, each) in enumerate(vectors.items()):
         look = style_of(name, k, styles)
-        _arrows(axes, places.points, scale * places.seen(each), look["color"], look["label"])
+        if each.any():
+            _arrows(axes, places.points, scale * places.seen(each), look["color"], look["label"])
     numbered(axes, places)
-    return _finished(axes, places, _largest(what, sizes, units_of(problem).length))
+    return _finished(axes, places, _largest(what, sizes, units_of(problem).length, longest))
 
 
 @checked
@@ -317,18 +324,27 @@ def _reach(places: Places) -> float:
     return max(LONG * places.room, SEEN * float(np.ptp(places.points, axis=0).max()))
 
 
-def _scale(places: Places, sizes: FloatArray) -> float:
-    """Lengths in the picture per force or slip."""
-    most = float(np.nanmax(sizes, initial=0.0))
-    return _reach(places) / most if most > 0 else 0.0
+def _scale(places: Places, longest: float) -> float:
+    """Lengths in the picture per force or slip, so that this one has the longest arrow."""
+    return _reach(places) / longest if longest > 0 else 0.0
 
 
-def _largest(what: str, sizes: FloatArray, unit: str) -> str:
-    return f"largest {what} = {sized(float(np.nanmax(sizes, initial=0.0)), unit, SHORT)}"
+def _largest(what: str, sizes: FloatArray, unit: str, longest: float) -> str:
+    """The largest on a patch; of what is next to nothing beside the longest arrow only that."""
+    most, shown = float(np.nanmax(sizes, initial=0.0)), NEXT_TO_NOTHING * longest
+    if most < shown:
+        return f"{what} < {sized(shown, unit, SHORT)}"
+    return f"largest {what} = {sized(most, unit, SHORT)}"
+
+
+def _nodes(axes: Axes, places: Places) -> None:
+    """Dots where the nodes are: of those with no arrow that could be seen nothing else shows it."""
+    axes.scatter(places.points[:, 0], places.points[:, 1], s=DOT**2, color=GREY, lw=0)
 
 
 def _by_state(axes: Axes, places: Places, arrows: FloatArray, state: NDArray[np.int64]) -> None:
     """Arrows of the nodes that stick and of those that slip; a ring where a node is open."""
+    _nodes(axes, places)
     for name, kind, colour in (("sticks", state == STICK, BLUE), ("slips", np.abs(state) == SLIP, RED)):
         if kind.any():
             _arrows(axes, places.points[kind], arrows[kind], colour, name)

@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 
 from shakedown import plot
+from shakedown.ground.shown_values import at_lambda
 from shakedown.joint.problem import Problem
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.long_term.state import LongTermState
@@ -20,7 +21,7 @@ AROUND, BESIDE = 0.85, 1.8  # inches: what stands above and below a patch, and b
 MOST_PATCHES = 4  # of one joint, with pictures of their own
 SIDES = (  # of a patch: what is to be seen, what draws it, whether it is numbers in colours
     (
-        "Tangential welded reactions over the patch: the mean as an arrow, the way of its tip over a period",
+        "Tangential welded reactions over the patch: the mean as an arrow, the path of its tip over a period",
         plot.loads_over_patch,
         False,
     ),
@@ -53,7 +54,7 @@ def load_loops_pictures(state: LongTermState, which: str) -> list[Picture]:
     drawings = []
     for j in chosen:
         alt = f"{load_title(problem, j)} against the displacement conjugate to it"
-        drawings.append(Drawing(alt, partial(plot.loop, state, load=j)))
+        drawings.append(Drawing(alt, partial(plot.loop, state, load=j), at_lambda(state.load_factor)))
     caption = (
         f"Loops of the loads over one period: {which}. A load against the displacement that it works along; "
         "the areas of all of them are together what friction (and the damping of jumps) takes."
@@ -94,9 +95,9 @@ def _loads_over_patches(problem: Problem, few: bool) -> tuple[str, list[Drawing]
         found[1:2] = [Drawing(alt, partial(plot.load_orbits, problem, range(problem.n)))]
     some = f" (of {MOST_LOOPS} nodes)" if problem.n > MOST_LOOPS else ""
     caption = (
-        f"{_where(problem)} The tangential welded reactions at λ = 1: an arrow for the mean, a line for the "
-        f"way of its tip over a period{some}; "
-        + ("the way of q_w within its limit f p_w" if few else "the mean normal welded reactions")
+        f"{_where(problem)} The tangential welded reactions at λ = 1: an arrow for a mean that is not zero, "
+        f"a line for the path of its tip over a period{some}; "
+        + ("the path of q_w within its limit f p_w" if few else "the mean normal welded reactions")
     )
     return caption, found
 

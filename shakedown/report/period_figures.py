@@ -52,6 +52,15 @@ class Pictured:
     state: LongTermState
     which: str
 
+    @property
+    def name(self) -> str:
+        """What stands above its pictures."""
+        return at_lambda(self.state.load_factor)
+
+    def picture(self, caption: str, *drawings: Drawing) -> Picture:
+        """Panels under one caption, with the load factor above them."""
+        return picture(caption, *(drawing._replace(name=self.name) for drawing in drawings))
+
 
 class Family(NamedTuple):
     """How states of joints with one tangential direction are drawn, or with two.
@@ -126,7 +135,7 @@ def contact_to_turn(v: Verification) -> dict[str, str] | None:
     pictured = cycling_state(v) or as_given_state(v)
     if pictured is None or _family(v.problem) is not IN_SPACE or places_of(v.problem).in_a_row:
         return None
-    return {"data": Markup(patch_data(pictured.state)), "which": pictured.which}
+    return {"data": Markup(patch_data(pictured.state)), "which": pictured.which, "name": pictured.name}
 
 
 def no_pictures(v: Verification) -> str:
@@ -143,7 +152,7 @@ def _hysteresis(pictured: Pictured, problem: Problem) -> Picture:
     """Loops of the nodes that dissipate most."""
     path, worst = pictured.state.history, _worst(pictured.state)
     names = [node_name(node, problem) for node in worst]
-    return picture(
+    return pictured.picture(
         f"Hysteresis loops of the nodes that dissipate most: {pictured.which}. The area of a loop is "
         f"what friction dissipates at the node in {_period(pictured.state)}; {_whole(pictured.state)}Beside "
         f"them the tangential reaction of {names[0]} between its limits.",
@@ -164,10 +173,15 @@ def _orbits(pictured: Pictured, problem: Problem) -> Picture:
     names = ", ".join(node_name(node, problem) for node in worst)
     slips = partial(plot.slip_orbits, state, problem, nodes=worst)
     reactions = partial(plot.reaction_orbits, state, problem, nodes=worst)
-    return picture(
+    closes = (
+        "Every path is closed: where it looks like an open line, the node returns the way it came; "
+        if state.outcome is Outcome.CYCLIC_SLIP
+        else ""
+    )
+    return pictured.picture(
         f"Slip orbits of the nodes that dissipate most, over {_period(state)}: {pictured.which}. "
-        f"Each is drawn about its own middle, the circle is its beginning; {_whole(state)}Beside them the "
-        "tangential reactions over their limits: on the rim a node slips, or is about to.",
+        f"Each is drawn about its own middle, the circle is its beginning. {closes}{_whole(state)}"
+        "Beside them the tangential reactions over their limits: on the rim a node slips, or is about to.",
         Drawing(f"Slip orbits of {names}", slips),
         Drawing(f"Tangential reactions of {names} within their limits", reactions),
     )
@@ -192,7 +206,7 @@ def _whole(state: LongTermState) -> str:
 def _reactions(pictured: Pictured, problem: Problem) -> Picture:
     """Tangential reactions of a few nodes over time."""
     drawings = _over_time(pictured, problem, "Tangential reaction", "between its friction limits")
-    return picture(f"Tangential reactions between their limits, {pictured.which}.", *drawings)
+    return pictured.picture(f"Tangential reactions between their limits, {pictured.which}.", *drawings)
 
 
 def _reactions_within(pictured: Pictured, problem: Problem) -> Picture:
@@ -200,7 +214,7 @@ def _reactions_within(pictured: Pictured, problem: Problem) -> Picture:
     drawings = _over_time(pictured, problem, "Size of the tangential reaction", "below its friction limit")
     rim = partial(plot.reaction_orbits, pictured.state.history, problem, nodes=range(problem.n))
     rims = Drawing("Tangential reactions of all nodes within their limits", rim)
-    return picture(f"Tangential reactions within their limits, {pictured.which}.", *drawings, rims)
+    return pictured.picture(f"Tangential reactions within their limits, {pictured.which}.", *drawings, rims)
 
 
 def _over_time(pictured: Pictured, problem: Problem, what: str, limit: str) -> list[Drawing]:
@@ -228,7 +242,7 @@ def _along(pictured: Pictured, problem: Problem) -> Picture:
         )
         for what, draw in (("Normal reactions", plot.pressure), ("Use of friction", plot.friction_use))
     ]
-    return picture(caption, *drawings)
+    return pictured.picture(caption, *drawings)
 
 
 def _tractions(pictured: Pictured, problem: Problem) -> Picture:
@@ -254,11 +268,11 @@ def _tractions(pictured: Pictured, problem: Problem) -> Picture:
     discs = " within a disc" * (problem.n <= MOST_DISCS)
     smallest = ", and when the total pressure is smallest" * (len(times) > 1)
     caption = (
-        f"Normal reactions; tangential reactions as arrows; the same over their limits, q / f p{discs}: "
-        f"a node at 1 slips or is about to; {pictured.which}; when the tangential reactions are largest in "
-        f"all{smallest}.{left_out(problem)}"
+        f"Normal reactions; tangential reactions as arrows, all of one scale; the same over their limits, "
+        f"q / f p{discs}: a node at 1 slips or is about to; {pictured.which}; when the tangential reactions "
+        f"are largest in all{smallest}.{left_out(problem)}"
     )
-    return picture(caption, *drawings)
+    return pictured.picture(caption, *drawings)
 
 
 def _zones(v: Verification, shown: Sequence[Pictured], problem: Problem) -> Picture:
@@ -326,7 +340,7 @@ def instants(path: EventHistory) -> list[float]:
 
 def _slips_along(pictured: Pictured, problem: Problem) -> Picture:
     """How far each node slips back and forth, and what friction dissipates there."""
-    return picture(
+    return pictured.picture(
         "How far each node slips back and forth in contact, and what friction dissipates there in one "
         f"period: {pictured.which}.",
         Drawing("Slip range along the contact", partial(plot.slip_range, pictured.state, problem)),
@@ -354,7 +368,7 @@ def _slips_over_patch(pictured: Pictured, problem: Problem) -> Picture:
         "How far each node slips in all in one period, in contact, and what friction dissipates there: "
         f"{pictured.which}.{left_out(problem)}"
     )
-    return picture(caption, *drawings)
+    return pictured.picture(caption, *drawings)
 
 
 IN_THE_PLANE = Family("hysteresis loops", _hysteresis, _reactions, _along, _slips_along, _zones, True)

@@ -15,7 +15,6 @@ from shakedown.ground.evidence import present
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import DIGITS, at_lambda, few, sized
 from shakedown.joint.units import units_of
-from shakedown.motion.contact_law import scales
 from shakedown.plot.inline_svg import Drawing, Picture, picture
 from shakedown.plot.style import BLACK, BLUE, GREEN, MANY, ORANGE, PURPLE, RED
 from shakedown.report.load_figures import drawn_patches, left_out, patch_size
@@ -37,7 +36,8 @@ SLIP_SPACE = (
     "them, and the paths from the initial states (circle: start, square: end)."
 )
 ALONE = ", of the one that slips farthest"
-WIDE, NARROW = (5.4, 2.1), (3.4, 2.6)  # of the scale of load factors [inch]
+AT_THE_END = "at the end of each run, at the load factors at which a node has slipped"
+WIDE, NARROW = (8.0, 1.8), (3.4, 2.6)  # of the scale of load factors [inch]
 
 
 def scale_picture(v: Verification) -> Picture:
@@ -80,8 +80,10 @@ def run_pictures(v: Verification) -> list[Picture]:
     several = [group for group in groups if len(group.runs) > 1]
     alone = [group for group in groups if len(group.runs) == 1]
     shown = [*several, *_together(alone)]
-    cycles = _drawings(v, "Slip per cycle against the cycle number", _slip_per_cycle, shown)
-    pictures = [picture(SLIP_PER_CYCLE, *cycles, alike=len(cycles), one_legend=True)]
+    moving = [group for group in shown if _moves(v, group)]
+    cycles = _drawings(v, "Slip per cycle against the cycle number", _slip_per_cycle, moving)
+    caption = f"{SLIP_PER_CYCLE * bool(cycles)}{_without_slip(v, shown)}".strip()
+    pictures = [picture(caption, *cycles, alike=len(cycles), one_legend=True)]
     if v.problem.directions == 2:
         pictures += _final_slips_over_patch(v, shown)
     elif v.problem.n == 2:
@@ -90,8 +92,9 @@ def run_pictures(v: Verification) -> list[Picture]:
         planes = _drawings(v, what, _slip_space, [*several, *given])
         pictures.append(picture(SLIP_SPACE, *planes, alike=len(several), one_legend=True))
     elif v.problem.n > 2:
-        ends = _drawings(v, "Final slip of every run along the contact", _final_slip, shown)
-        pictures.append(picture("Slip along the contact at the end of each run.", *ends, one_legend=True))
+        slipped = [group for group in shown if any(slip.any() for slip in _final_slips(v, group).values())]
+        ends = _drawings(v, "Final slip of every run along the contact", _final_slip, slipped)
+        pictures += [picture(f"Slip {AT_THE_END}.", *ends, one_legend=True)] if ends else []
     return pictures
 
 
@@ -211,7 +214,7 @@ def _drawings(
 
 def _slip_per_cycle(v: Verification, group: Group, axes: Axes) -> None:
     simulations = {name: run.simulation for name, run in group.runs.items()}
-    none = max(resolution(v.problem, run.load_factor)[0] for run in simulations.values())
+    none = _none(v, group)
     plot.slip_per_cycle(simulations, v.problem, styles=group.styles, resolution=none, ax=axes)
 
 
@@ -226,7 +229,7 @@ def _final_slips_over_patch(v: Verification, groups: Sequence[Group]) -> list[Pi
     """Arrows of all runs of a panel, over many nodes of one; no panel where nothing has slipped."""
     found: list[tuple[Group, dict[str, FloatArray]]] = []
     for group in groups:
-        slips, _ = _final_slips(v, group)
+        slips = _final_slips(v, group)
         farthest = max(slips, key=lambda name: float(np.abs(slips[name]).max()))
         if slips[farthest].any():
             found.append((group, {farthest: slips[farthest]} if v.problem.n > MANY else slips))
@@ -246,24 +249,38 @@ def _final_slips_over_patch(v: Verification, groups: Sequence[Group]) -> list[Pi
         for (group, slips), patch in product(found, patches)
     ]
     of = ALONE * (v.problem.n > MANY)
-    caption = f"Slip at the end of each run{of}, at the load factors at which something has slipped."
+    caption = f"Slip {AT_THE_END}{of}."
     caption += left_out(v.problem)
     return [picture(caption, *arrows)]
 
 
 def _final_slip(v: Verification, group: Group, axes: Axes) -> None:
-    slips, none = _final_slips(v, group)
+    slips = _final_slips(v, group)
     plot.slip_along(slips, v.problem, what="final slip", styles=group.styles, ax=axes)
-    if not any(slip.any() for slip in slips.values()):  # nothing to scale by but what slip would be safe
-        safe = float(np.nanmax(np.abs(v.limits.upper.slip), initial=0.0))
-        factors = [run.simulation.load_factor for run in group.runs.values()]
-        reach = safe if safe > none else max(scales(v.problem, factor).length for factor in factors)
-        axes.set_ylim(-reach, reach)
 
 
-def _final_slips(v: Verification, group: Group) -> tuple[dict[str, FloatArray], float]:
-    """Slips at the end of the runs of a panel, round-off as zero, and what counts as that."""
-    runs = {name: run.simulation for name, run in group.runs.items()}
-    none = max(resolution(v.problem, run.load_factor)[0] for run in runs.values())
-    slips = {name: np.array(without_round_off(run.final_slip, none)) for name, run in runs.items()}
-    return slips, none
+def _final_slips(v: Verification, group: Group) -> dict[str, FloatArray]:
+    """Slips at the end of the runs of a panel, round-off as zero."""
+    none = _none(v, group)
+    return {
+        name: np.array(without_round_off(run.simulation.final_slip, none)) for name, run in group.runs.items()
+    }
+
+
+def _moves(v: Verification, group: Group) -> bool:
+    """Whether a node slips in any run of a panel."""
+    none = _none(v, group)
+    return any(float(run.simulation.cycles.slip.max(initial=0.0)) > none for run in group.runs.values())
+
+
+def _without_slip(v: Verification, groups: Sequence[Group]) -> str:
+    """At which load factors nothing is drawn, as no node slips."""
+    factors = {
+        run.simulation.load_factor for group in groups if not _moves(v, group) for run in group.runs.values()
+    }
+    return f" At {', '.join(map(at_lambda, sorted(factors)))} no node slips in any run." if factors else ""
+
+
+def _none(v: Verification, group: Group) -> float:
+    """The slip that counts as none in the runs of a panel [length]."""
+    return max(resolution(v.problem, run.simulation.load_factor)[0] for run in group.runs.values())

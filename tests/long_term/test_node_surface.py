@@ -32,8 +32,12 @@ def test_the_faces_are_cells_and_the_other_nodes_vertices(flange, state, tmp_pat
     shakedown.node_results(state).save(tmp_path / "n.vtu")
     mesh = meshio.read(tmp_path / "n.vtu")
     cells = {block.type: block.data for block in mesh.cells}
-    assert cells["triangle"].tolist() == flange.faces[:1, :3].tolist()
-    assert cells["quad"].tolist() == flange.faces[1:].tolist()
+    assert np.sort(cells["triangle"]).tolist() == np.sort(flange.faces[:1, :3]).tolist()
+    assert np.sort(cells["quad"]).tolist() == np.sort(flange.faces[1:]).tolist()
+    for corners in cells["triangle"], cells["quad"]:  # counter-clockwise, seen against the normals
+        at = mesh.points[corners]
+        across = np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 1])
+        assert ((across * flange.normal[0]).sum(axis=1) > 0).all()
     assert sorted([*cells["vertex"].ravel(), *{*flange.faces.ravel()} - {-1}]) == list(range(flange.n))
     labels = [f"{a}/{b}" for a, b in zip(mesh.point_data["node_1"], mesh.point_data["node_2"], strict=True)]
     assert labels == list(flange.label)

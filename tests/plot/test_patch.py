@@ -1,9 +1,11 @@
 """Pictures of a patch show the numbers of the results, where the nodes are, whichever way tangents are turned."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.collections import EllipseCollection
 from matplotlib.quiver import Quiver
 
 import shakedown
@@ -43,12 +45,31 @@ def test_arrows_are_the_reactions_in_the_model_and_none_leaves_its_disc(cyclic):
     scale = np.linalg.norm(drawn[:, 2:]) / np.linalg.norm(q)
     np.testing.assert_allclose(drawn[:, 2:], scale * q[order], atol=1e-12)
     axes = plot.friction_use_at(cyclic, JOINT, time)
-    (discs,) = [c for c in axes.collections if not isinstance(c, Quiver)]
+    (discs,) = [c for c in axes.collections if isinstance(c, EllipseCollection)]
     radius = float(discs._widths[0])  # of an ellipse it keeps half the width
     np.testing.assert_allclose(discs._widths, radius)
     used = np.linalg.norm(arrows(axes)[:, 2:], axis=1) / radius
     np.testing.assert_allclose(used, (np.linalg.norm(q, axis=1) / limit)[order])
     assert used.max() <= 1 + 1e-7
+
+
+def test_small_reactions_have_small_arrows(cyclic):
+    path = cyclic.history
+    instants = path.at(np.linspace(path.cycle[0], path.cycle[-1], 60))
+    sizes = JOINT.law.size(instants.q).max(axis=1)
+    times = instants.cycle[[int(sizes.argmin()), int(sizes.argmax())]]
+    drawn = [np.linalg.norm(arrows(plot.tractions_at(cyclic, JOINT, t))[:, 2:], axis=1).max() for t in times]
+    assert drawn[0] / drawn[1] == pytest.approx(sizes.min() / sizes.max())
+    tiny = replace(path, q=np.where(path.cycle[:, None] == path.cycle[0], 1e-4, 1.0) * path.q)
+    title = plot.tractions_at(tiny, JOINT, float(path.cycle[0])).get_title()
+    assert re.search(r"\|q\| < [\d.]+ N$", title)
+
+
+def test_a_mean_of_nothing_has_no_arrow_and_no_name():
+    without = replace(JOINT, q_w=JOINT.q_w - JOINT.q_w.mean(axis=0), q_mean=None)
+    axes = plot.loads_over_patch(without)
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["q_w over a period"]
+    assert not any(isinstance(c, Quiver) for c in axes.collections)
 
 
 def test_turned_tangents_change_no_arrow():

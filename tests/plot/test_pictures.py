@@ -199,9 +199,9 @@ def test_slip_below_the_resolution_is_drawn_on_the_floor():
     assert any("1e-10" in text.get_text() for text in axes.texts)
 
 
-def test_a_short_scale_has_names_alone():
+def test_a_short_scale_leaves_out_words():
     axes = plot.load_factor_scale({"λ_E": 0.66, "λ_max": 0.74}, short=True)
-    assert [text.get_text() for text in axes.texts] == ["λ_E", "λ_max", "λ = 1"]
+    assert [text.get_text() for text in axes.texts] == ["λ_E = 0.66", "λ_max = 0.74", "λ = 1"]
     assert axes.texts[2].get_weight() == "bold"
 
 

@@ -51,7 +51,7 @@ def state():
 
 @pytest.fixture(scope="module")
 def view(state):
-    return {"data": Markup(patch_data(state)), "which": "at λ = 1.4"}
+    return {"data": Markup(patch_data(state)), "which": "at λ = 1.4", "name": "λ = 1.4"}
 
 
 def decoded(text: str, low: float, high: float) -> np.ndarray:
