@@ -7,6 +7,6 @@ nothing beside 1, and when an iteration has failed), ``size_limits`` (how much i
 program ended), ``limit_names`` (what limits are called), ``evidence`` (an optional step, and what is
 missing where it failed), ``blas_threads`` (one thread for small matrices), ``golden_section``. Of compiled
 loops: ``code_cache`` (where compiled code is kept), ``code_stamp`` (whether code on disk is of the present
-sources), ``linked_code`` (what is compiled into its callers alone), ``pointed_state`` and ``named_state``
-(how a state is handed down), ``contact_status`` (stick, slip, open, as compiled code numbers them).
+sources), ``linked_code`` (what is compiled into its callers alone), ``named_state`` (how functions are
+compiled and a state is handed down), ``contact_status`` (stick, slip, open, as compiled code numbers them).
 """

@@ -1,24 +1,32 @@
-"""Named states of the compiled loops: handed down as one pointer, their fields declared once.
+"""Compiled loops: how their functions are compiled, and named states, handed down as one address.
 
-A state is a class whose annotations name its fields and their types, for the
-reader, for mypy and for the compiler alike. Its arrays are made in Python and kept
-there: compiled code has their addresses only, so that passing a state on costs
-nothing, and what it writes Python sees. There they are one-dimensional, a matrix
-row after row, and not checked for their ends. The numbers of a state live in
-compiled code; Python reads and sets them in place.
+A state is a class whose annotations name its fields and their types, for the reader, for mypy and for the
+compiler alike: arrays, numbers, other states. Python makes and keeps all of them, and reads and sets them in
+place; compiled code has addresses only, counted by nobody, so that passing a state on, or reading one out of
+another, costs nothing. There arrays are one-dimensional, a matrix row after row, and not checked for their
+ends.
 """
 
 from collections.abc import Callable, Mapping
-from ctypes import Structure, c_bool, c_double, c_int64, c_size_t, c_uint64
-from functools import cache, cached_property
-from typing import Annotated, Any, TypeVar, get_args, get_origin
+from ctypes import Structure, addressof, c_bool, c_double, c_int64, c_size_t, c_uint64
+from typing import Annotated, Any, ClassVar, Self, get_args, get_origin
 
 import numba
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
 from numba import types
-from numba.experimental import structref
-from numba.extending import intrinsic
+from numba.core.datamodel.models import PrimitiveModel
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import (
+    NativeValue,
+    infer_getattr,
+    intrinsic,
+    lower_getattr_generic,
+    lower_setattr_generic,
+    register_model,
+    typeof_impl,
+    unbox,
+)
 from numba.np.numpy_support import as_dtype
 from numpy.typing import NDArray
 
@@ -70,8 +78,6 @@ summing: Any = numba.njit(  # type: ignore[call-overload]
 )
 """As ``inner``, for sums that may be taken in any order, so that they are vectorised."""
 
-State = TypeVar("State")
-
 
 def address_of(function: Any, *arguments: types.Type) -> int:
     """Where the compiled form of a function ``handed_on`` lies; it lives as long as the function.
@@ -98,14 +104,46 @@ def _call_at(typing: Any, address: Any, first: Any, second: Any, third: Any) -> 
 call_at: Any = _call_at
 
 
-class NamedState(structref.StructRefProxy):
-    """A state as Python holds it; its arrays and numbers are attributes."""
+class StateType(types.Type):
+    """Compiled type of a state: its address, and where its fields lie behind it."""
 
-    @cached_property
-    def content(self) -> Any:
-        """The fields where compiled code has them: addresses of arrays, and numbers."""
-        kind: Any = type(self)
-        return _content(kind).from_buffer(self._meminfo)
+    def __init__(self, name: str, kinds: dict[str, Any], offsets: dict[str, int]) -> None:
+        self.kinds, self.offsets = kinds, offsets
+        super().__init__(name=name)
+
+
+class NamedState:
+    """A state as Python holds it; its arrays, numbers and states are attributes.
+
+    Parameters
+    ----------
+    shapes
+        Of the arrays that are zero at first; numbers are.
+    held
+        Other arrays, and states.
+    """
+
+    compiled: ClassVar[StateType]
+    memory: ClassVar[type[Structure]]
+    content: Any
+
+    def __init_subclass__(cls) -> None:
+        kinds = {name: _compiled_type(declared) for name, declared in cls.__annotations__.items()}
+        placed = [(name, CONTENT.get(kind, c_size_t)) for name, kind in kinds.items()]
+        cls.memory = type(cls.__name__, (Structure,), {"_fields_": placed})
+        offsets = {name: getattr(cls.memory, name).offset for name in kinds}
+        cls.compiled = StateType(f"{cls.__module__}.{cls.__qualname__}", kinds, offsets)
+
+    def __init__(self, shapes: Mapping[str, Any], **held: Any) -> None:
+        vars(self)["content"] = self.memory()
+        kinds = self.compiled.kinds
+        self.hold(**{name: np.zeros(shape, as_dtype(kinds[name].dtype)) for name, shape in shapes.items()})
+        self.hold(**held)
+
+    @property
+    def address(self) -> int:
+        """Where compiled code finds it."""
+        return addressof(self.content)
 
     def __getattr__(self, name: str) -> Any:
         """A number, as it is now."""
@@ -113,70 +151,76 @@ class NamedState(structref.StructRefProxy):
 
     def set(self, **numbers: Any) -> None:
         """Set numbers."""
-        content = self.content
         for name, value in numbers.items():
-            setattr(content, name, value)
+            setattr(self.content, name, value)
 
-    def hold(self, **arrays: NDArray[Any]) -> None:
-        """Set arrays, which the state keeps."""
-        kind: Any = type(self)
-        elements = _elements(kind)
-        for name, array in arrays.items():
-            assert array.dtype == elements[name]
-            assert array.flags.c_contiguous
-            setattr(self.content, name, array.__array_interface__["data"][0])
-        vars(self).update(arrays)
+    def hold(self, **held: "NDArray[Any] | NamedState") -> None:
+        """Set arrays or states, which the state keeps."""
+        for name, part in held.items():
+            where = part.address if isinstance(part, NamedState) else self._start(name, part)
+            setattr(self.content, name, where)
+        vars(self).update(held)
 
-    def hold_zeros(self, shapes: Mapping[str, Any]) -> None:
-        """Set arrays of zeros."""
-        kind: Any = type(self)
-        elements = _elements(kind)
-        self.hold(**{name: np.zeros(shape, elements[name]) for name, shape in shapes.items()})
+    def _start(self, name: str, array: NDArray[Any]) -> int:
+        assert array.dtype == as_dtype(self.compiled.kinds[name].dtype)
+        assert array.flags.c_contiguous
+        return int(array.__array_interface__["data"][0])
 
-
-@cache
-def fields(state: Any) -> list[tuple[str, types.Type]]:
-    """Names and compiled types of the fields that the annotations of a class declare."""
-    return [(name, _compiled_type(kind)) for name, kind in state.__annotations__.items()]
+    def with_parts(self, **held: Any) -> Self:
+        """A state of the same parts, but for some."""
+        other = type(self)({})
+        vars(other)["content"] = self.memory.from_buffer_copy(self.content)
+        other.hold(**{name: part for name, part in vars(self).items() if name != "content"} | held)
+        return other
 
 
-def _compiled_type(kind: Any) -> types.Type:
-    return get_args(kind)[1] if get_origin(kind) is Annotated else NUMBERS[kind]
+def _compiled_type(declared: Any) -> Any:
+    if get_origin(declared) is Annotated:
+        return get_args(declared)[1]
+    return NUMBERS.get(declared) or declared.compiled
 
 
-@cache
-def _elements(state: Any) -> dict[str, np.dtype[Any]]:
-    """What the arrays are made of."""
-    arrays = [(name, kind) for name, kind in fields(state) if isinstance(kind, types.CPointer)]
-    return {name: as_dtype(kind.dtype) for name, kind in arrays}
+@register_model(StateType)
+class _Address(PrimitiveModel):
+    def __init__(self, manager: Any, kind: StateType) -> None:
+        super().__init__(manager, kind, ir.IntType(8).as_pointer())
 
 
-@cache
-def _content(state: Any) -> Any:
-    """How the fields lie in memory."""
-    kinds = [(name, CONTENT.get(kind, c_size_t)) for name, kind in fields(state)]
-    return type(state.__name__, (Structure,), {"_fields_": kinds})
+@typeof_impl.register(NamedState)
+def _kind(state: NamedState, context: Any) -> StateType:
+    return state.compiled
 
 
-def made(kind: types.StructRef, shapes: Mapping[str, Any], **arrays: NDArray[Any]) -> Any:
-    """A state of a compiled type with these arrays, and some of zeros; all numbers are zero."""
-    state = _maker(kind)()
-    state.hold_zeros(shapes)
-    state.hold(**arrays)
-    return state
+@unbox(StateType)
+def _address(kind: StateType, state: Any, c: Any) -> NativeValue:
+    number = c.pyapi.object_getattr_string(state, "address")
+    address = c.pyapi.long_as_voidptr(number)
+    c.pyapi.decref(number)
+    return NativeValue(address, is_error=c.pyapi.c_api_error())
 
 
-@cache
-def _maker(kind: types.StructRef) -> Any:
-    """Makes a state with nothing in it."""
+@infer_getattr
+class _Fields(AttributeTemplate):
+    key = StateType
 
-    def new():  # type: ignore[no-untyped-def]
-        return structref.new(kind)
-
-    return entered(new)
+    def generic_resolve(self, state: StateType, name: str) -> Any:  # type: ignore[override]
+        return state.kinds.get(name)
 
 
-def keeping(state: State, parts: Mapping[str, Any]) -> State:
-    """The state, keeping the arrays, or states, that it was made of as its attributes."""
-    vars(state).update(parts)
-    return state
+def _place(context: Any, builder: Any, state: StateType, address: Any, name: str) -> Any:
+    """Where a field lies."""
+    place = builder.gep(address, [context.get_constant(types.intp, state.offsets[name])])
+    return builder.bitcast(place, context.get_data_type(state.kinds[name]).as_pointer())
+
+
+@lower_getattr_generic(StateType)
+def _read(context: Any, builder: Any, state: StateType, address: Any, name: str) -> Any:
+    return context.unpack_value(builder, state.kinds[name], _place(context, builder, state, address, name))
+
+
+@lower_setattr_generic(StateType)
+def _write(context: Any, builder: Any, signature: Any, values: Any, name: str) -> None:
+    (state, given), (address, value) = signature.args, values
+    place = _place(context, builder, state, address, name)
+    value = context.cast(builder, value, given, state.kinds[name])
+    context.pack_value(builder, state.kinds[name], value, place)

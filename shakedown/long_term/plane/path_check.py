@@ -9,20 +9,10 @@ contact states (:attr:`shakedown.motion.event_history.EventHistory.signature`).
 from typing import NamedTuple
 
 import numpy as np
-from numba import types
-from numba.experimental import structref
 
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.named_state import (
-    Flags,
-    Hash,
-    NamedState,
-    Reals,
-    fields,
-    inner,
-    made,
-)
+from shakedown.ground.named_state import Flags, Hash, NamedState, Reals, inner
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.motion.plane.active_set import ActiveSet, add_product, larger
 from shakedown.motion.plane.moving_state import JUMPS, Course, Record
@@ -35,11 +25,6 @@ class Scale(NamedTuple):
     force: float
     length: float
     near: float
-
-
-@structref.register
-class PathCheckType(types.StructRef):
-    """Compiled type of :class:`PathCheck`."""
 
 
 class PathCheck(NamedState):
@@ -88,15 +73,11 @@ class PathCheck(NamedState):
     changes: Hash
 
 
-structref.define_boxing(PathCheckType, PathCheck)
-PATH_CHECK = PathCheckType(fields(PathCheck))
-
-
 def path_check(f: FloatArray, scale: Scale) -> PathCheck:
     """Arrays to check the path of nodes with these coefficients of friction."""
     n = len(f)
     shapes = dict.fromkeys(("u", "r", "elastic", "change"), 2 * n) | {"always_open": n}
-    check = made(PATH_CHECK, shapes, f=np.array(f, dtype=float))
+    check = PathCheck(shapes, f=np.array(f, dtype=float))
     check.set(**scale._asdict())
     return check
 

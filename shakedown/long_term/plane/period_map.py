@@ -5,19 +5,11 @@ and move within the period. The others keep their slips exactly, so that the map
 these nodes as it is: there lie all its powers of the increment, and their limit.
 """
 
-from numba import types
-from numba.experimental import structref
-
 from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.named_state import Integers, NamedState, Reals, fields, inner, made
+from shakedown.ground.named_state import Integers, NamedState, Reals, inner
 from shakedown.motion.plane.active_set import ActiveSet, larger
 from shakedown.motion.plane.moving_state import PlaneMotion
-
-
-@structref.register
-class PeriodMapType(types.StructRef):
-    """Compiled type of :class:`PeriodMap`."""
 
 
 class PeriodMap(NamedState):
@@ -72,15 +64,11 @@ class PeriodMap(NamedState):
     decaying: bool
 
 
-structref.define_boxing(PeriodMapType, PeriodMap)
-PERIOD_MAP = PeriodMapType(fields(PeriodMap))
-
-
 def period_map(n: int) -> PeriodMap:
     """Arrays for the map of n nodes."""
     shapes = {"start": 2 * n, "basis": (2 * n, n), "tangent": (2 * n, n)}
     shapes |= dict.fromkeys(("contact", "stuck", "moves", "delay", "change", "limit", "drift", "image"), n)
-    new = made(PERIOD_MAP, shapes | dict.fromkeys(("power", "work", "inverse"), (n, n)))
+    new = PeriodMap(shapes | dict.fromkeys(("power", "work", "inverse"), (n, n)))
     new.set(n=n, decaying=True)
     return new
 

@@ -1,17 +1,15 @@
 """A search for long-term states as compiled code holds it: its rules, where it has got to, its answers."""
 
-from typing import Annotated, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import types
-from numba.experimental import structref
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.named_state import Hash, Integers, NamedState, Reals, entered, fields, keeping
-from shakedown.long_term.plane.path_check import PATH_CHECK, PathCheck
-from shakedown.long_term.plane.period_map import PERIOD_MAP, PeriodMap
-from shakedown.motion.plane.run import RUN, PlaneRun
+from shakedown.ground.named_state import Hash, Integers, NamedState, Reals
+from shakedown.long_term.plane.path_check import PathCheck
+from shakedown.long_term.plane.period_map import PeriodMap
+from shakedown.motion.plane.run import PlaneRun
 
 START, WALK, MAP, LEAP, CONFIRM, REPEATS, LIMIT, NEXT_LEAP, LEAVE = range(9)  # phases
 # Verdicts; BLURRED: no slip, but beside the loads at rest those that change are next to round-off.
@@ -91,11 +89,6 @@ class SearchState(NamedTuple):
     signature: int | np.uint64
 
 
-@structref.register
-class SettlerType(types.StructRef):
-    """Compiled type of :class:`Settler`."""
-
-
 class Settler(NamedState):
     """One search after the other for the long-term states of a joint.
 
@@ -149,11 +142,11 @@ class Settler(NamedState):
         Followed in all; effort of the present call.
     """
 
-    first: Annotated[PlaneRun, RUN]
-    cyclic: Annotated[PlaneRun, RUN]
-    recorded: Annotated[PlaneRun, RUN]
-    map: Annotated[PeriodMap, PERIOD_MAP]
-    check: Annotated[PathCheck, PATH_CHECK]
+    first: PlaneRun
+    cyclic: PlaneRun
+    recorded: PlaneRun
+    map: PeriodMap
+    check: PathCheck
     past: Reals
     signatures: Integers
     wanted: Integers
@@ -202,28 +195,18 @@ class Settler(NamedState):
     blurred: bool
 
 
-structref.define_boxing(SettlerType, Settler)
-SEARCH = SettlerType(fields(Settler))
-
-
 def search(
     runs: tuple[PlaneRun, PlaneRun, PlaneRun], pm: PeriodMap, check: PathCheck, rules: SettlingRules
 ) -> Settler:
     """A search over three runs of one moving state: the first cycle, the others, the others recorded."""
     n = pm.contact.size
-    parts = dict(zip(("first", "cyclic", "recorded"), runs, strict=True)) | {"map": pm, "check": check}
-    new = keeping(_search(*parts.values()), parts)
-    new.hold_zeros(dict.fromkeys(("signatures", "wanted"), 2 * rules.longest_period))
-    new.hold_zeros({"past": (rules.capacity, 2 * n), "works": rules.longest_period})
-    new.hold_zeros(dict.fromkeys(("goal", "reached", "force", "drift"), 2 * n))
-    new.hold_zeros(dict.fromkeys(("contact", "slip", "opened"), n))
-    new.hold(weight=np.ones(2 * n))
+    shapes: dict[str, Any] = {"past": (rules.capacity, 2 * n), "works": rules.longest_period}
+    shapes |= dict.fromkeys(("signatures", "wanted"), 2 * rules.longest_period)
+    shapes |= dict.fromkeys(("goal", "reached", "force", "drift"), 2 * n)
+    shapes |= dict.fromkeys(("contact", "slip", "opened"), n)
+    first, cyclic, recorded = runs
+    new = Settler(
+        shapes, weight=np.ones(2 * n), first=first, cyclic=cyclic, recorded=recorded, map=pm, check=check
+    )
     new.set(**rules._asdict())
-    return new
-
-
-@entered
-def _search(first, cyclic, recorded, pm, check):  # type: ignore[no-untyped-def]
-    new = structref.new(SEARCH)
-    new.first, new.cyclic, new.recorded, new.map, new.check = first, cyclic, recorded, pm, check
     return new

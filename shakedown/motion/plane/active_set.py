@@ -26,18 +26,11 @@ from numpy.typing import NDArray
 
 from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.named_state import (
-    Integers,
-    Reals,
-    entered,
-    inner,
-    summing,
-)
-from shakedown.ground.pointed_state import PointedState
+from shakedown.ground.named_state import Integers, NamedState, Reals, entered, inner, summing
 from shakedown.ground.round_off import ROUND_OFF
 
 
-class ActiveSet(PointedState):
+class ActiveSet(NamedState):
     """Equations of the moving nodes and the inverse of their matrix (leading ``size`` rows and columns).
 
     Attributes

@@ -65,7 +65,7 @@ from shakedown.motion.plane.quiet_steps import (
     sign,
 )
 from shakedown.motion.plane.rate_problem import APEX, ON_BACKWARD, ON_FORWARD, Rates, locate, solve_rates
-from shakedown.motion.plane.run import RUN, PlaneRun
+from shakedown.motion.plane.run import PlaneRun
 
 # Load steps that an event counts for: it adds more round-off to κ u than one of them.
 EVENT = MOST_FOLLOWED // 8
@@ -100,7 +100,7 @@ def follow(run: PlaneRun, passes: int, effort: int) -> int:
 @cache
 def address_of_follow() -> int:
     """Where compiled code finds :func:`follow`, which is compiled once for all that calls it."""
-    return address_of(follow, RUN, types.int64, types.int64)
+    return address_of(follow, PlaneRun.compiled, types.int64, types.int64)
 
 
 @inner

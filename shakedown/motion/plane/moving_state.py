@@ -5,14 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.named_state import (
-    Flags,
-    Hash,
-    Integers,
-    Reals,
-    entered,
-)
-from shakedown.ground.pointed_state import PointedState
+from shakedown.ground.named_state import Flags, Hash, Integers, NamedState, Reals, entered
 
 DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED = range(7)  # ends of a loop
 EFFORT = 200_000_000  # multiplications and additions after which a loop returns, about a fifth of a second
@@ -28,7 +21,7 @@ class Precision(NamedTuple):
     settled: float
 
 
-class Course(PointedState):
+class Course(NamedState):
     """What the state is led along.
 
     Attributes
@@ -53,7 +46,7 @@ class Course(PointedState):
     settled: float
 
 
-class PlaneMotion(PointedState):
+class PlaneMotion(NamedState):
     """The moving state, its derivative and what has been counted since :func:`begin`.
 
     Attributes
@@ -122,7 +115,7 @@ class PlaneMotion(PointedState):
     signed: bool
 
 
-class Record(PointedState):
+class Record(NamedState):
     """Arrays for the states at events, filled from the first row on; no capacity: nothing is recorded.
 
     Attributes

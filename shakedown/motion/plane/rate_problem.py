@@ -30,8 +30,7 @@ touched tangentially is no slip.
 
 from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.named_state import Integers, Reals, inner
-from shakedown.ground.pointed_state import PointedState
+from shakedown.ground.named_state import Integers, NamedState, Reals, inner
 from shakedown.ground.round_off import ROUND_OFF
 from shakedown.motion.plane.active_set import (
     ActiveSet,
@@ -48,7 +47,7 @@ WORN = -1  # in place of a number of nodes: the inverse must be set up afresh
 INSIDE, ON_BACKWARD, ON_FORWARD, APEX, FRICTIONLESS, AIR = 0, 1, -1, 2, 3, 4
 
 
-class Rates(PointedState):
+class Rates(NamedState):
     """Places of the nodes at an instant and the rates that hold after it, per unit of time.
 
     Attributes

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from shakedown.ground.pointed_state import PointedState
+from shakedown.ground.named_state import NamedState
 from shakedown.motion.plane.active_set import ActiveSet
 from shakedown.motion.plane.moving_state import Course, PlaneMotion, Record
 from shakedown.motion.plane.rate_problem import Rates
@@ -26,7 +26,7 @@ class Progress(NamedTuple):
     concerned: int
 
 
-class PlaneRun(PointedState):
+class PlaneRun(NamedState):
     """A moving state with the equations and rates of its nodes, its course and its record."""
 
     active: ActiveSet
@@ -36,9 +36,6 @@ class PlaneRun(PointedState):
     course: Course
 
 
-RUN = PlaneRun.compiled
-
-
 def run_along(
     active: ActiveSet, rates: Rates, motion: PlaneMotion, record: Record, course: Course
 ) -> PlaneRun:
@@ -46,7 +43,7 @@ def run_along(
     return PlaneRun({}, active=active, rates=rates, motion=motion, record=record, course=course)
 
 
-def progress(motion: PointedState) -> Progress:
+def progress(motion: NamedState) -> Progress:
     """Where a moving state has got to on its course."""
     at = motion.content
     return Progress(at.passes, at.step, at.time, at.concerned)

@@ -3,14 +3,13 @@
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.named_state import Flags, Hash, Integers, Reals
-from shakedown.ground.pointed_state import PointedState
+from shakedown.ground.named_state import Flags, Hash, Integers, NamedState, Reals
 
 REACHES_LIMIT, STOPS, CURVES = range(6, 9)  # kinds of event, after those of motion.plane.moving_state
 DEGREE = 4  # of the polynomial between the ends of a step
 
 
-class CompiledJoint(PointedState):
+class CompiledJoint(NamedState):
     """The stiffness and the friction of n nodes, and which of them nothing holds.
 
     A *place* is a displacement with its reaction: those of slip, node by node, then those of the gaps,
@@ -39,7 +38,7 @@ class CompiledJoint(PointedState):
     exchanges: int
 
 
-class SpaceMotion(PointedState):
+class SpaceMotion(NamedState):
     """The moving state, and what has been counted since :func:`begin`.
 
     Attributes
@@ -101,7 +100,7 @@ class SpaceMotion(PointedState):
     last_states: Hash
 
 
-class CurveRecord(PointedState):
+class CurveRecord(NamedState):
     """Arrays for the steps of a path, filled from the first row on; no capacity: nothing is recorded.
 
     Attributes

@@ -1,11 +1,10 @@
 """What the rates of a motion in space are computed with: at an instant, and of the nodes that slip."""
 
-from shakedown.ground.named_state import Flags, Integers, Reals, Shorts
-from shakedown.ground.pointed_state import PointedState
+from shakedown.ground.named_state import Flags, Integers, NamedState, Reals, Shorts
 from shakedown.motion.implicit.dense_solver import solver_routines
 
 
-class SpaceRates(PointedState):
+class SpaceRates(NamedState):
     """Rates of n nodes from an instant on, and the choice between slip and stick that they follow from.
 
     Attributes
@@ -39,7 +38,7 @@ class SpaceRates(PointedState):
     held: Reals
 
 
-class Slipping(PointedState):
+class Slipping(NamedState):
     """The s nodes that slip, *packed*: one after the other; and the equations of their speeds.
 
     Attributes

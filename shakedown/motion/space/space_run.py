@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.pointed_state import PointedState
+from shakedown.ground.named_state import NamedState
 from shakedown.motion.contact_law import Scales
 from shakedown.motion.plane.moving_state import JUMPS, LOAD_STEP, Course, Precision
 from shakedown.motion.space.moving_state import (
@@ -55,7 +55,7 @@ class Measures(NamedTuple):
         return self.precision.settled
 
 
-class SpaceRun(PointedState):
+class SpaceRun(NamedState):
     """A joint and its moving state, with what its rates and steps are computed with, course and record."""
 
     joint: CompiledJoint

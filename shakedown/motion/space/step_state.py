@@ -1,7 +1,6 @@
 """What a step along the smooth path in space is taken with, and how long the next one is to be."""
 
-from shakedown.ground.named_state import Integers, Reals, Shorts
-from shakedown.ground.pointed_state import PointedState
+from shakedown.ground.named_state import Integers, NamedState, Reals, Shorts
 from shakedown.motion.space.moving_state import DEGREE
 
 EXPLICIT, RADAU = range(2)  # methods
@@ -10,7 +9,7 @@ PATIENCE = 20  # explicit steps after one of Radau's that was refused
 MOST_FAST = 8  # nodes whose angles are unknown in a step of Radau's
 
 
-class Step(PointedState):
+class Step(NamedState):
     """A step of the nodes that slip, packed as in :class:`.Slipping`, rows of arrays for n nodes.
 
     Attributes
@@ -47,7 +46,7 @@ class Step(PointedState):
     scratch: Reals
 
 
-class Turning(PointedState):
+class Turning(NamedState):
     """In a step of Radau's the angles of the nodes that turn fast, and their equations.
 
     Attributes
@@ -70,7 +69,7 @@ class Turning(PointedState):
     turn_order: Shorts
 
 
-class StepControl(PointedState):
+class StepControl(NamedState):
     """How accurate steps are to be, which one to try, and what they cost.
 
     Attributes

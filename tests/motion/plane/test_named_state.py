@@ -5,18 +5,17 @@ import gc
 import numpy as np
 import pytest
 
-from shakedown.ground.named_state import Flags, Hash, Reals, entered
-from shakedown.ground.pointed_state import PointedState
+from shakedown.ground.named_state import Flags, Hash, NamedState, Reals, entered
 
 
-class Part(PointedState):
+class Part(NamedState):
     """A state within another."""
 
     size: int
     values: Reals
 
 
-class Whole(PointedState):
+class Whole(NamedState):
     """Every kind of field."""
 
     known: bool
