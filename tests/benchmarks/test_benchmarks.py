@@ -31,7 +31,6 @@ FEWEST = {
     "evolution": [{"scene": "two-node", "method": "gauss-seidel", "parts": 1}],
     "initial_states": [{"joint": "block-9"}],
     "floating_adversary": [{"n": 2, "kind": "translations", "loads": "smooth"}],
-    "growth": [{"task": "upper bound", "grows": "n", "value": size} for size in (8, 16)],
     "hard_cases": [{"problem": "load factor 0"}],
     "long_term": [{"scene": "random 2", "exponent": 1, "start": 0}],
     "siconos_agreement": [{"seed": 1}],
@@ -50,7 +49,6 @@ SMALLER = {
     "adversary": {"CYCLES": 20},
     "constants": {"JOINTS": ("two-node",)},
     "floating_joints": {"EACH": 3},
-    "reports": {"compiled": lambda: None},  # verifies two joints before it times a third
 }
 
 # Studies whose loops, here, take seconds to compile and, for these cases, tenths of a second as Python.
