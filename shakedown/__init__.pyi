@@ -69,9 +69,9 @@ from .studies.designs.smallest_cycle import smallest_cycle as smallest_cycle
 from .studies.designs.sweep import sweep as sweep
 from .studies.maps.basin_boundary import basin_boundary as basin_boundary
 from .studies.maps.basin_map import InitialStateMap as InitialStateMap
+from .studies.maps.basin_map import InitialStateMaps as InitialStateMaps
 from .studies.maps.limit_cycles import LimitCycle as LimitCycle
 from .studies.maps.mapping import initial_state_map as initial_state_map
-from .studies.maps.several_maps import InitialStateMaps as InitialStateMaps
 from .studies.meshes.refine import refine as refine
 
 __version__: str

@@ -11,8 +11,8 @@ import numpy as np
 
 from shakedown.campaign.crew import Crew
 from shakedown.campaign.journal import journal_at
-from shakedown.campaign.payload import packed, unpacked
 from shakedown.campaign.pieces import run_campaign
+from shakedown.campaign.stored_result import packed, unpacked
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.campaign.payload import packed, unpacked
 from shakedown.files.table_file import check_table, write_csv, write_parquet
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
@@ -55,19 +54,6 @@ class AmplitudePoint(NamedTuple):
     def closes(self) -> bool:
         """Whether the loop of the load closes, so that the joint may go on from it."""
         return not isnan(self.dissipation)
-
-    def to_bytes(self) -> bytes:
-        """The point as a journal holds it."""
-        return packed({key: np.asarray(value) for key, value in self._asdict().items()})
-
-    @classmethod
-    def from_bytes(cls, piece: bytes) -> "AmplitudePoint":
-        """The point again."""
-        found = unpacked(piece, *cls._fields)
-        numbers: dict[str, Any] = {key: float(found[key]) for key in ("displacement", "dissipation", "share")}
-        flags: dict[str, Any] = {key: bool(found[key]) for key in ("proved", "slides_away")}
-        state: dict[str, Any] = {key: found[key] for key in ("slip", "open_nodes")}
-        return cls(**numbers, **state, **flags, outcome=str(found["outcome"]))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)

@@ -17,6 +17,7 @@ from shakedown.bounds.energy.energy_bound import energy_bound
 from shakedown.campaign.crew import Crew
 from shakedown.campaign.journal import Journal, journal_at
 from shakedown.campaign.pieces import run_campaign
+from shakedown.campaign.stored_result import restored, stored
 from shakedown.files.atomic_write import record_beside
 from shakedown.files.table_file import check_table
 from shakedown.ground.argument_kinds import check_count
@@ -132,7 +133,7 @@ def damping(
         rising = work.rising(journal, progress, count * (1 + from_zero))
         if from_zero:
             run_campaign(work, 2 * count, journal, crew, progress, work.fits)
-        points = [AmplitudePoint.from_bytes(piece) for piece in journal.pieces()]
+        points: list[AmplitudePoint] = [restored(piece) for piece in journal.pieces()]
         fixed = _about(loaded, values)
         other = DampingCurve(**fixed, **columns_of(points[count:])) if from_zero else None
         limits = _limits(work, rising, "auto" if isinstance(open_nodes, str) else opened)
@@ -156,7 +157,7 @@ class _Amplitudes:
 
     def __call__(self, number: int) -> bytes:
         amplitude = self.values[number - len(self.values)]
-        return self.point(self.loaded, amplitude, self.start, self.open_nodes).to_bytes()
+        return stored(self.point(self.loaded, amplitude, self.start, self.open_nodes))
 
     def rising(
         self, journal: Journal, progress: Callable[[int, int], None] | None, count: int
@@ -166,10 +167,10 @@ class _Amplitudes:
         begun, after = (self.loaded, self.start, self.open_nodes), self.loaded.past_transient()
         for number, amplitude in enumerate(self.values):
             if number in journal.done() and self.fits(number, journal.piece(number)):
-                point = AmplitudePoint.from_bytes(journal.piece(number))
+                point: AmplitudePoint = restored(journal.piece(number))
             else:
                 point = self.point(begun[0], amplitude, *begun[1:])
-                journal.add(number, point.to_bytes())
+                journal.add(number, stored(point))
             points.append(point)
             if point.closes:
                 begun = after, point.slip, tuple(point.open_nodes.tolist())
@@ -212,10 +213,11 @@ class _Amplitudes:
     def fits(self, number: int, piece: bytes) -> bool:
         """Whether a recorded piece can be a point of this curve."""
         try:
-            point = AmplitudePoint.from_bytes(piece)
+            point = restored(piece)
         except ProblemError:
             return False
-        return number < 2 * len(self.values) and point.slip.shape == self.start.shape
+        known = isinstance(point, AmplitudePoint) and number < 2 * len(self.values)
+        return known and point.slip.shape == self.start.shape
 
     def header(self) -> dict[str, str]:
         """All that the points depend on."""

@@ -26,8 +26,8 @@ Make the pieces a second of work or so each: every one is committed to the disk.
 run had committed is there when it is resumed; a header that differs is refused. The file that
 results depends neither on who did the work nor on how often it was interrupted.
 
-Reading order: ``journal`` (what is done, on disk), ``payload`` (arrays as bytes), ``crew`` (who
-works: this process, several, a cluster), ``processes``, ``cluster`` with
-``worker_versions``, ``pieces`` (the run); ``function_stamp`` (a function that makes joints, known again);
-``stored_result``, ``recorded_steps`` (a long run whose steps follow from each other).
+Reading order: ``journal`` (what is done, on disk), ``stored_result`` (results and arrays as bytes),
+``crew`` (who works: this process, several, a cluster), ``processes``, ``cluster`` with
+``worker_versions``, ``pieces`` (the run; how a function that makes joints is known again);
+``recorded_steps`` (a long run whose steps follow from each other).
 """

@@ -4,6 +4,8 @@ from collections.abc import Callable, Iterator
 
 from shakedown.campaign.crew import Crew, Work
 from shakedown.campaign.journal import Journal
+from shakedown.ground.errors import ShakedownError
+from shakedown.joint.problem import Problem
 
 Progress = Callable[[int, int], None]
 Fits = Callable[[int, bytes], bool]
@@ -79,3 +81,20 @@ def _worked(work: Work, todo: list[int], crew: Crew) -> Iterator[tuple[int, byte
         from shakedown.campaign.processes import by_processes
 
         yield from by_processes(work, todo, crew.processes)
+
+
+def function_stamp(make: Callable[..., Problem], *first: object) -> str:
+    """Its name, and the fingerprint of what it makes of its first arguments: it may have been changed.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> function_stamp(shakedown.example, "two-node")[:45]
+    'shakedown.files.examples.example 3053854690ce'
+    """
+    try:
+        made = make(*first)
+        found = made.fingerprint if isinstance(made, Problem) else type(made).__name__
+    except ShakedownError as error:  # no such joint, which is an answer too
+        found = str(error)
+    return f"{getattr(make, '__module__', '')}.{getattr(make, '__qualname__', repr(make))} {found}"

@@ -14,8 +14,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import numpy as np
 
 from shakedown.campaign.journal import Journal, journal_at
-from shakedown.campaign.payload import packed, unpacked
-from shakedown.campaign.stored_result import restored, stored
+from shakedown.campaign.stored_result import packed, restored, stored, unpacked
 from shakedown.ground.errors import ProblemError, ShakedownError
 from shakedown.joint.problem import Problem
 

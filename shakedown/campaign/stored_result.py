@@ -1,13 +1,14 @@
-"""Results as bytes, and back to the last bit: what a run records of itself, read by nobody but itself.
+"""Results and arrays as bytes, and back to the last bit: what a run records, read by nobody but itself.
 
-The bytes are a pickle, but what reads them makes results of this package, arrays and numbers only: no
-file can make it call anything else.
+The bytes of results are a pickle, but what reads them makes results of this package, arrays and numbers
+only: no file can make it call anything else. Arrays alone are an NPZ archive, of which a part can be read.
 """
 
 import copyreg
 import pickle
+import struct
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from fractions import Fraction
@@ -15,10 +16,12 @@ from functools import cached_property
 from importlib import import_module
 from io import BytesIO
 from typing import Any, NamedTuple
+from zipfile import ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.files.npy import read_array, read_header
 from shakedown.ground.errors import ProblemError
 from shakedown.joint.problem import Problem
 
@@ -29,8 +32,8 @@ BROKEN = (
 )  # fmt: skip
 
 
-def stored(result: Any, problem: Problem) -> bytes:
-    """A result as bytes; of the joint that it is about they only say that it is this one.
+def stored(result: Any, problem: Problem | None = None) -> bytes:
+    """A result as bytes; of the joint that it is about, if of any, they only say that it is this one.
 
     Examples
     --------
@@ -46,7 +49,7 @@ def stored(result: Any, problem: Problem) -> bytes:
     return buffer.getvalue()
 
 
-def restored(content: bytes, problem: Problem) -> Any:
+def restored(content: bytes, problem: Problem | None = None) -> Any:
     """The result that :func:`stored` made bytes of.
 
     Raises
@@ -105,12 +108,12 @@ def _cut(whole: NDArray[Any], sizes: list[int]) -> list[NDArray[Any]]:
 
 
 class _Writer(pickle.Pickler):
-    def __init__(self, file: BytesIO, problem: Problem) -> None:
+    def __init__(self, file: BytesIO, problem: Problem | None) -> None:
         super().__init__(file, protocol=5)
         self.problem = problem
 
     def persistent_id(self, thing: Any) -> str | None:
-        return "problem" if thing is self.problem else None
+        return "problem" if thing is self.problem and thing is not None else None
 
     def reducer_override(self, thing: Any) -> Any:
         """Arrays and their numbers by functions of our own, and results without what follows from them."""
@@ -145,12 +148,12 @@ def number_of(kind: str, content: bytes) -> Any:
 
 
 class _Reader(pickle.Unpickler):
-    def __init__(self, file: BytesIO, problem: Problem) -> None:
+    def __init__(self, file: BytesIO, problem: Problem | None) -> None:
         super().__init__(file)
         self.problem = problem
 
     def persistent_load(self, name: Any) -> Problem:
-        if name != "problem":
+        if name != "problem" or self.problem is None:
             raise pickle.UnpicklingError(f"no {name!r}")
         return self.problem
 
@@ -169,3 +172,41 @@ class _Reader(pickle.Unpickler):
 def _holds_values_only(kind: type) -> bool:
     """Whether it is a dataclass, a named tuple, an enumeration or a dictionary: making one does nothing."""
     return is_dataclass(kind) or hasattr(kind, "_fields") or issubclass(kind, Enum | dict)
+
+
+def packed(arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """Arrays by name as the bytes of an NPZ archive.
+
+    Examples
+    --------
+    >>> unpacked(packed({"slip": np.array([0.5, 0.25])}))["slip"]
+    array([0.5 , 0.25])
+    """
+    buffer = BytesIO()
+    np.savez(buffer, allow_pickle=False, **arrays)
+    return buffer.getvalue()
+
+
+def unpacked(piece: bytes, *keys: str) -> dict[str, NDArray[Any]]:
+    """The arrays that :func:`packed` put together, all of them or some.
+
+    Raises
+    ------
+    ProblemError
+        If the bytes are none of its: another archive, one that claims more than it holds, …
+    """
+    try:
+        with ZipFile(BytesIO(piece)) as archive:
+            members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
+            return {key: _array(archive, members[key]) for key in keys or members}
+    except (BadZipFile, KeyError, EOFError, RuntimeError, ValueError, OverflowError, struct.error) as error:
+        raise ProblemError(f"expected arrays, found damaged ones ({error})") from None
+
+
+def _array(archive: ZipFile, info: ZipInfo) -> NDArray[Any]:
+    if info.compress_type != ZIP_STORED:  # it may be endless
+        raise ProblemError("expected arrays as they are, found compressed ones")
+    with archive.open(info) as file:
+        header = read_header(file)
+    with archive.open(info) as file:
+        return read_array(file, header, info.file_size)

@@ -1,6 +1,19 @@
-"""A place for compiled code; where there is none, the kernels are compiled anew in every run."""
+"""Compiled code on disk: a place for it, and whether it is of all the sources that it was compiled from.
+
+Where there is no place, the kernels are compiled anew in every run. Numba keeps the code of a function
+beside a stamp of the one file that the function stands in. What that function calls in other modules, and
+the constants that it takes from them, are compiled into it: where one of those has changed, the code on disk
+is of no use either.
+"""
 
 import logging
+import re
+import sys
+from collections.abc import Callable
+from functools import cache
+from hashlib import sha256
+from importlib.util import resolve_name
+from pathlib import Path
 from typing import Any, cast
 
 import numba
@@ -47,3 +60,88 @@ def _asks_for_a_cache() -> None:
 
 def _without_cache(_: object) -> None:
     """In place of ``Dispatcher.enable_caching``: a dispatcher starts without a cache."""
+
+
+IMPORTED = re.compile(r"^(?:from\s+(\S+)\s+import\s+(\([^)]*\)|[^\n#]*)|import\s+([^\n#]*))", re.MULTILINE)
+
+
+def stamped(compiled: Any) -> Any:
+    """A compiled function whose code on disk is used while no module that it stands on changes.
+
+    Numba overwrites code that is out of date. Where it keeps its stamps elsewhere than expected,
+    or a source cannot be read, nothing is taken from disk.
+    """
+    on_disk = getattr(compiled, "_cache", None)
+    if on_disk is None or on_disk.cache_path is None:  # there is no place for compiled code
+        return compiled
+    index: Any = getattr(on_disk, "_cache_file", None)
+    below = stamp(compiled.py_func.__module__)
+    if below is None or not hasattr(index, "_source_stamp") or not hasattr(index, "_load_index"):
+        on_disk.disable()
+    else:
+        index._source_stamp = (index._source_stamp, below)
+        index._load_index = _nothing_of_other_versions(index._load_index)
+    return compiled
+
+
+def _nothing_of_other_versions(load: Callable[[], Any]) -> Callable[[], Any]:
+    """What is on disk; nothing where it was put there by a version that had a type which this one has not."""
+
+    def loaded() -> Any:
+        try:
+            return load()
+        except (AttributeError, ImportError):
+            return {}
+
+    return loaded
+
+
+def stamp(module: str) -> str | None:
+    """A number for the sources of a module and of the modules below it; None if one cannot be read."""
+    found = modules_below(module)
+    sources = [_source(name) for name in found]
+    if None in sources:
+        return None
+    whole = sha256()
+    for name, source in zip(found, sources, strict=True):
+        whole.update(f"\0{name}\0{source}".encode())
+    return whole.hexdigest()
+
+
+def modules_below(module: str) -> list[str]:
+    """The module and all modules of its package that it, or one of them, imports at its top, by name."""
+    seen, waiting = set[str](), [module]
+    while waiting:
+        name = waiting.pop()
+        if name not in seen:
+            seen.add(name)
+            waiting += _imported(name, _source(name) or "")
+    return sorted(seen)
+
+
+def _imported(module: str, source: str) -> list[str]:
+    """Names of the modules of the same package, packages too, that the lines of a source import."""
+    package = sys.modules[module].__package__
+    names = list[str]()
+    for start, words, plain in IMPORTED.findall(source):
+        if start:
+            base = resolve_name(start, package)
+            names += [base, *(f"{base}.{word}" for word in re.findall(r"\w+", words))]
+        else:
+            names += re.findall(r"[\w.]+", plain)
+    top = module.split(".")[0]
+    return [name for name in names if name.split(".")[0] == top and name in sys.modules]
+
+
+@cache
+def _read(path: str, changed: int) -> str:
+    return Path(path).read_text(encoding="utf-8")
+
+
+def _source(module: str) -> str | None:
+    """The source of a loaded module; None if it has none that can be read."""
+    path = getattr(sys.modules[module], "__file__", None)
+    try:
+        return _read(path, Path(path).stat().st_mtime_ns) if path else None
+    except (OSError, UnicodeDecodeError):
+        return None

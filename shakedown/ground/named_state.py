@@ -30,7 +30,7 @@ from numba.extending import (
 from numba.np.numpy_support import as_dtype
 from numpy.typing import NDArray
 
-from shakedown.ground.code_stamp import stamped
+from shakedown.ground.code_cache import stamped
 from shakedown.ground.linked_code import pipeline
 
 Reals = Annotated[NDArray[np.float64], types.CPointer(types.float64)]

@@ -6,11 +6,10 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.ground.argument_kinds import check_count, written
+from shakedown.ground.argument_kinds import check_count, real_number, real_values, whole_number, written
 from shakedown.ground.argument_kinds import checked as checked
 from shakedown.ground.errors import ProblemError, UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.given_numbers import real_number, real_values, whole_number
 from shakedown.ground.shown_values import short
 from shakedown.joint.numbers import LARGEST, check_slip
 from shakedown.joint.problem import Problem

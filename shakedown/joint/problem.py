@@ -19,11 +19,17 @@ from shakedown.joint.faces import checked_faces, faces_among
 from shakedown.joint.field_table import ARRAYS, NAMES, OF_NODES, STIFFNESS, TEXTS, check_shapes
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout, layout_of
-from shakedown.joint.numbers import check_definiteness, check_ratios, in_range, real_numbers, symmetrised
+from shakedown.joint.numbers import (
+    check_definiteness,
+    check_ratios,
+    check_unit_loads,
+    in_range,
+    real_numbers,
+    symmetrised,
+)
 from shakedown.joint.places import check_places, without_cancelled
 from shakedown.joint.read_only import ReadOnly
 from shakedown.joint.texts import DOMAIN, LOOP, load_path, names, origin, plain_text
-from shakedown.joint.unit_loads import check_unit_loads
 
 COARSEST = np.float64(1e-3)  # accuracy of a stiffness: with fewer digits no resistance is told from none
 

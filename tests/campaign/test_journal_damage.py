@@ -15,8 +15,8 @@ from campaign_works import Squares, squares
 from hostile.damaged_npz import HEADERS, npy, with_header
 
 from shakedown.campaign.journal import FORMAT, HEAD, MARK, journal_at
-from shakedown.campaign.payload import packed, unpacked
 from shakedown.campaign.pieces import run_campaign
+from shakedown.campaign.stored_result import packed, unpacked
 from shakedown.ground.errors import ProblemError, UsageError
 
 HEADER = {"what": "squares", "seed": "0"}

@@ -13,9 +13,8 @@ import pytest
 import shakedown
 from shakedown.campaign import recorded_steps as module
 from shakedown.campaign.journal import journal_at
-from shakedown.campaign.payload import packed
 from shakedown.campaign.recorded_steps import recorded_steps
-from shakedown.campaign.stored_result import restored, stored
+from shakedown.campaign.stored_result import packed, restored, stored
 from shakedown.ground.errors import ProblemError, UsageError
 
 JOINT = shakedown.example("two-node")

@@ -15,7 +15,7 @@ from numba import njit
 
 from shakedown.bounds.enumeration.leaf_kernel import SUSPECT, leaves, linked, set_aside, triples
 from shakedown.bounds.enumeration.walk_state import IntArray, Limits, WalkElimination, Whole
-from shakedown.ground.code_stamp import stamped
+from shakedown.ground.code_cache import stamped
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
 

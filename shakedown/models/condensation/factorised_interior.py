@@ -15,8 +15,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.condensation.contact_frame import ContactFrame
 from shakedown.models.condensation.dissection import dissection
-from shakedown.models.condensation.expense import announced
-from shakedown.models.condensation.fronts import FrontFactors, elimination, factorised
+from shakedown.models.condensation.fronts import FrontFactors, announced, elimination, factorised
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.condensation.loose_motion import Places, loose_motion
 

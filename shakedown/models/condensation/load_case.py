@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.ground.argument_kinds import check_fields
+from shakedown.ground.argument_kinds import check_fields, real_values
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.given_numbers import real_values
 from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
 from shakedown.joint.result import Result
 

@@ -14,8 +14,8 @@ from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
 from shakedown.joint.result import Result
 from shakedown.models.mortar.dual_basis import DualBasis, dual_basis
 from shakedown.models.mortar.exact_rotations import exact_rotations
-from shakedown.models.mortar.facet_pairs import facet_pairs
 from shakedown.models.mortar.facet_shapes import ALPHA
+from shakedown.models.mortar.overlaps import facet_pairs
 from shakedown.models.mortar.surface_mesh import ContactSurface, IntArray
 
 REACH = 0.25  # largest distance of the surfaces, in facets of the slave, where none is given

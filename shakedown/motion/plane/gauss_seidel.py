@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from shakedown.ground.code_stamp import stamped
+from shakedown.ground.code_cache import stamped
 from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, NO_STATE, OPEN, STICK
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.linked_code import pipeline

@@ -1,6 +1,5 @@
 """One point of a design: every limit of its load factor, each with how it was found."""
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import isinf, isnan, nan
@@ -10,7 +9,6 @@ from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.transient_limit import COARSE, TransientLimit
 from shakedown.bounds.energy.energy_bound import EnergyBound
 from shakedown.bounds.results import UpperBound
-from shakedown.ground.errors import ProblemError
 from shakedown.ground.evidence import Missing, allowed
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.limit_names import FROM_HERE, SYMBOLS
@@ -109,39 +107,6 @@ class DesignPoint(Result):
     def load_factor(self, name: str) -> float:
         """The load factor of a limit; NaN where it is not known."""
         return self.limits[name].load_factor if name in self.limits else nan
-
-    def to_bytes(self) -> bytes:
-        """The point as it is recorded; every float with all its digits."""
-        return json.dumps(self.__dict__).encode()
-
-    @classmethod
-    def from_bytes(cls, piece: bytes) -> "DesignPoint":
-        """The point that :meth:`to_bytes` recorded.
-
-        Raises
-        ------
-        ProblemError
-            If the bytes are none of its.
-        """
-        try:
-            known = json.loads(piece)
-            slips = known["slip_criterion"]
-            return cls(
-                values=tuple(map(float, known["values"])),
-                limits={name: _recorded_limit(*limit) for name, limit in known["limits"].items()},
-                guarantee=str(known["guarantee"]),
-                open_nodes=tuple(map(int, known["open_nodes"])),
-                reason=str(known["reason"]),
-                outcomes=tuple(map(Outcome, known["outcomes"])),
-                contradictions=tuple(map(str, known["contradictions"])),
-                slip_criterion=None if slips is None else SlipAllowed(*map(float, slips)),
-            )
-        except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError) as error:
-            raise ProblemError(f"expected a recorded point, found a damaged one ({error})") from None
-
-
-def _recorded_limit(load_factor: float, status: str, remark: str, low: float, high: float) -> DesignLimit:
-    return DesignLimit(float(load_factor), Status(status), str(remark), float(low), float(high))
 
 
 class Question(NamedTuple):

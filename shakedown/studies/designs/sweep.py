@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from shakedown.bounds.methods import methods_of
 from shakedown.campaign.crew import Crew
-from shakedown.campaign.function_stamp import function_stamp
 from shakedown.campaign.journal import journal_at
-from shakedown.campaign.pieces import run_campaign
+from shakedown.campaign.pieces import function_stamp, run_campaign
+from shakedown.campaign.stored_result import restored, stored
 from shakedown.files.atomic_write import record_beside
 from shakedown.files.table_file import check_table
 from shakedown.ground.errors import ProblemError, ShakedownError, UsageError
@@ -131,7 +131,7 @@ def sweep(
     header = {} if partial is None else work.header()
     with journal_at(partial, header, resume=resume) as journal:
         run_campaign(work, int(np.prod(work.shape)), journal, crew, progress, work.fits)
-        points = tuple(DesignPoint.from_bytes(piece) for piece in journal.pieces())
+        points = tuple(restored(piece) for piece in journal.pieces())
         found = Sweep(
             name=variation.name,
             parameters=variation.parameters,
@@ -187,13 +187,15 @@ class _Points:
         return tuple(len(array) for array in self.values)
 
     def __call__(self, number: int) -> bytes:
-        return point_at(self.variation, self._at(number), self.question, self.tolerances).to_bytes()
+        return stored(point_at(self.variation, self._at(number), self.question, self.tolerances))
 
     def fits(self, number: int, piece: bytes) -> bool:
         """Whether a recorded piece is a point of these values that answers this question."""
         try:
-            point = DesignPoint.from_bytes(piece)
+            point = restored(piece)
         except ProblemError:
+            return False
+        if not isinstance(point, DesignPoint):
             return False
         simulated = len(self.question.load_factors) if point.exists else 0
         limits = self.question.bounds if point.exists else ()

@@ -1,8 +1,8 @@
-"""A map of initial states: how many shake down, what the others dissipate, and in which limit cycles."""
+"""Maps of initial states: how many shake down, what the others dissipate, and in which limit cycles."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,17 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.contact_law import admissible
 from shakedown.studies.maps.final_states import FinalStates, final_states
-from shakedown.studies.maps.limit_cycles import LimitCycle, limit_cycles, tells_stability
+from shakedown.studies.maps.limit_cycles import (
+    LimitCycle,
+    Scatter,
+    limit_cycles,
+    slip_scatter,
+    tells_stability,
+)
 from shakedown.studies.maps.map_file import Columns
 from shakedown.studies.maps.map_pieces import MapSearch
 from shakedown.studies.maps.samplers import Sampler, Sampling
 from shakedown.studies.maps.slip_plane import SlipPlane, slip_plane
-from shakedown.studies.maps.slip_scatter import Scatter, slip_scatter
 from shakedown.studies.maps.undecided import LOOKED_AT, UndecidedReason, undecided_reasons
 
 
@@ -273,3 +278,59 @@ def _quartiles(values: FloatArray) -> FloatArray:
 
 def _without_slips(cycle: LimitCycle) -> dict[str, Any]:
     return {word: value for word, value in cycle.to_dict().items() if word != "final_slip"}
+
+
+@dataclass(frozen=True)
+class MissingMap:
+    """A load factor at which there is no map, since there is no energy ball to draw states from.
+
+    Attributes
+    ----------
+    place
+        Number of the load factor among those asked for.
+    load_factor
+        λ.
+    reason
+        What there is instead of the ball, in words.
+    """
+
+    place: int
+    load_factor: float
+    reason: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InitialStateMaps(Result):
+    """Maps of initial states over a range of load factors.
+
+    Attributes
+    ----------
+    maps
+        One for each load factor that has one, in the order asked for.
+    missing
+        The other load factors.
+    """
+
+    TABLE: ClassVar[str] = "load_factors shakedown_fraction interval"
+
+    maps: tuple[InitialStateMap, ...]
+    missing: tuple[MissingMap, ...] = ()
+
+    @property
+    def load_factors(self) -> FloatArray:
+        """λ, (k,)."""
+        return np.array([one.load_factor for one in self.maps])
+
+    @property
+    def shakedown_fraction(self) -> FloatArray:
+        """Share of the states that shake down at each load factor, (k,)."""
+        return np.array([one.shakedown_fraction for one in self.maps])
+
+    @property
+    def interval(self) -> FloatArray:
+        """Its confidence interval at each load factor, (k, 2)."""
+        return np.array([one.interval for one in self.maps])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but the states themselves, for JSON."""
+        return {"maps": [one.to_dict() for one in self.maps], "missing": [plain(one) for one in self.missing]}

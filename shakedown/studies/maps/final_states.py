@@ -8,8 +8,7 @@ from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
-from shakedown.studies.maps.limit_cycles import BORDER, STABLE, UNSTABLE, LimitCycle, same_slip
-from shakedown.studies.maps.slip_scatter import Scatter
+from shakedown.studies.maps.limit_cycles import BORDER, STABLE, UNSTABLE, LimitCycle, Scatter, same_slip
 
 SHORT = 3  # digits of a difference
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.campaign.journal import Journal
-from shakedown.campaign.payload import unpacked
+from shakedown.campaign.stored_result import unpacked
 from shakedown.files.atomic_write import atomic_write
 from shakedown.files.npy import read_header
 from shakedown.files.regular_file import open_regular

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from shakedown.campaign.payload import packed, unpacked
+from shakedown.campaign.stored_result import packed, unpacked
 from shakedown.ground.argument_kinds import check_count, check_fields
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray

@@ -14,9 +14,8 @@ from numpy.typing import ArrayLike
 
 from shakedown.assessment.assess import assess
 from shakedown.campaign.crew import Crew
-from shakedown.campaign.function_stamp import function_stamp
 from shakedown.campaign.journal import journal_at
-from shakedown.campaign.pieces import run_campaign
+from shakedown.campaign.pieces import function_stamp, run_campaign
 from shakedown.files.atomic_write import record_beside
 from shakedown.files.table_file import check_table
 from shakedown.ground.errors import SolverError, UsageError

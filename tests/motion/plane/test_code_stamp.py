@@ -6,7 +6,7 @@ import sys
 import numba
 import pytest
 
-from shakedown.ground import code_stamp
+from shakedown.ground import code_cache
 
 MODULES = {
     "__init__": "",
@@ -80,14 +80,14 @@ def test_code_for_types_of_another_version_compiles_anew(package):
 
 
 def test_without_a_stamp_nothing_is_taken_from_disk(package, monkeypatch):
-    monkeypatch.setattr(code_stamp, "stamp", lambda module: None)
+    monkeypatch.setattr(code_cache, "stamp", lambda module: None)
     assert run_anew() == (7.0, False)
     assert run_anew() == (7.0, False)
 
 
 def test_a_kernel_stands_on_the_modules_whose_code_is_linked_into_it():
     importlib.import_module("shakedown.long_term.plane.settle")
-    below = code_stamp.modules_below("shakedown.long_term.plane.settle")
+    below = code_cache.modules_below("shakedown.long_term.plane.settle")
     loops = ("active_set", "moving_state", "rate_problem", "run")
     below_them = ("contact_status", "named_state")
     assert {f"shakedown.motion.plane.{module}" for module in loops} <= set(below)

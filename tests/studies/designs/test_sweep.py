@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown import Status
+from shakedown import Outcome, Status
 from shakedown.campaign.journal import Journal
+from shakedown.campaign.stored_result import restored, stored
 from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.importing.templates import write_import_example
@@ -176,14 +177,15 @@ def test_a_function_that_was_changed_does_not_go_on(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "change", [{"values": [9.0]}, {"limits": {}}, {"outcomes": ["shakedown"]}, {"reason": 7}, None]
+    "change",
+    [{"values": (9.0,)}, {"limits": {}}, {"outcomes": (Outcome.SHAKEDOWN,)}, {"reason": "no joint"}, None],
 )
 def test_a_recorded_point_that_answers_another_question_is_asked_again(tmp_path, monkeypatch, change):
     add, options = Journal.add, {"bounds": ["upper"], "output": tmp_path / "sweep.csv"}
     plain = shakedown.sweep(TWO, {"f": [0.3, 0.4]}, bounds=["upper"])
 
     def wrong(journal, number, piece):
-        add(journal, number, json.dumps(json.loads(piece) | change).encode() if change else b"[" * 9000)
+        add(journal, number, stored(replace(restored(piece), **change) if change else {"values": (0.3,)}))
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:

@@ -7,8 +7,8 @@ import pytest
 
 import shakedown
 from shakedown.studies.maps import map_pieces
+from shakedown.studies.maps.basin_map import InitialStateMaps
 from shakedown.studies.maps.map_pieces import BLOCK
-from shakedown.studies.maps.several_maps import InitialStateMaps
 from tests.joints import FAMILY, member
 
 JOINT = shakedown.example("two-node")

@@ -10,7 +10,7 @@ from hostile.damaged_npz import HEADERS, npy, with_header
 
 import shakedown
 from shakedown.campaign.journal import Journal
-from shakedown.campaign.payload import packed, unpacked
+from shakedown.campaign.stored_result import packed, unpacked
 from shakedown.studies.maps.map_file import finished_map
 
 JOINT = shakedown.example("two-node")
