@@ -57,16 +57,18 @@ def echo_sheet(made: shakedown.Import) -> None:
 
 def _pairs(made: shakedown.Import, unit: str) -> Iterator[str]:
     """How far apart the nodes of the pairs lie, and which patches there are."""
-    pairs, patches = made.evidence.pairs, int(made.evidence.patches.max()) + 1
-    if made.contact.coupling is not None:
-        yield from _surfaces(made.contact.coupling, unit)
-    if pairs is not None:
-        parts = (("along", pairs.along, pairs.off), ("across", np.abs(pairs.across), pairs.apart))
-        told = [
-            f"{_largest(*part)} {way} the surface (mean {few(part[0].mean(), 3)})" for way, *part in parts
-        ]
-        yield f"pairs lie apart by at most {' and '.join(told)}{f', in {unit}' if unit else ''}"
-    if patches > 1:
+    patches = int(made.evidence.patches.max()) + 1
+    for part, pairs in zip(made.contact.parts, made.evidence.pairs, strict=True):
+        of = f"{part.name}: " if part.name else ""
+        if part.surfaces is not None:
+            yield from (f"{of}{line}" for line in _surfaces(part.surfaces, unit))
+        if pairs is not None:
+            each = (("along", pairs.along, pairs.off), ("across", np.abs(pairs.across), pairs.apart))
+            told = [
+                f"{_largest(*own)} {way} the surface (mean {few(own[0].mean(), 3)})" for way, *own in each
+            ]
+            yield f"{of}pairs lie apart by at most {' and '.join(told)}{f', in {unit}' if unit else ''}"
+    if patches > 1 and not made.contact.patches:
         sizes = np.bincount(made.evidence.patches).tolist()
         firsts = [made.contact.names[int(np.argmax(made.evidence.patches == k))] for k in range(patches)]
         named = [f"{many} from {name}" for many, name in zip(sizes, firsts, strict=True)]
@@ -152,7 +154,7 @@ def _echo_nodes(made: shakedown.Import, length: str) -> None:
     """Nodes with places, normals, tangents, areas and gaps; a direction of all of them is said once."""
     reduced, contact, problem = made.condensation, made.contact, made.problem
     columns = {"label": list(contact.names)}
-    if made.evidence.patches.any():
+    if made.evidence.patches.any() and not made.contact.patches:
         columns["patch"] = [str(patch + 1) for patch in made.evidence.patches.tolist()]
     if contact.coordinates is not None:
         columns |= _numbers([f"{a} [{length}]" if length else a for a in "xyz"], contact.coordinates, ".6g")

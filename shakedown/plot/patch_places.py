@@ -197,7 +197,10 @@ def _all_places(problem: Problem) -> tuple[Places, ...]:
             for each in patches
         ]
         tangents = None
-    names = [", ".join(filter(None, [_number(k, len(patches)), each.kind])) for k, each in enumerate(patches)]
+    names = [
+        ", ".join(filter(None, [_called(problem, each) or _number(k, len(patches)), each.kind]))
+        for k, each in enumerate(patches)
+    ]
     return tuple(_placed(problem, tangents, *pair) for pair in zip(patches, names, strict=True))
 
 
@@ -205,6 +208,13 @@ def _alike(problem: Problem) -> bool:
     """Whether all nodes look the same way, and so do their tangents."""
     known = [each for each in (problem.normal, problem.tangents) if each is not None]
     return all(bool(np.abs(each - each[0]).max() < NEGLIGIBLE) for each in known)
+
+
+def _called(problem: Problem, patch: Patch) -> str:
+    """What stands before the label of every node of a patch, ``flange: 4711``; "" where that differs."""
+    labels = [""] if problem.label is None else [problem.label[node] for node in patch.nodes]
+    names = {label.rpartition(": ")[0] for label in labels}
+    return names.pop() if len(names) == 1 else ""
 
 
 def _number(patch: int, count: int) -> str:

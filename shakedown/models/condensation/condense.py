@@ -35,7 +35,7 @@ from shakedown.models.condensation.stiffness_checks import (
     check_condensed,
     checked_matrix,
 )
-from shakedown.models.mortar.surface_coupling import SurfaceCoupling, weighted_nodes
+from shakedown.models.mortar.node_coupling import NodeCoupling, weighted_nodes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -270,7 +270,7 @@ def condense(
     tangent: ArrayLike | None = None,
     free_out_of_plane: bool = False,
     allow_sparse: bool = False,
-    coupling: SurfaceCoupling | None = None,
+    coupling: NodeCoupling | None = None,
     middle_nodes: ArrayLike | None = None,
     x: ArrayLike | None = None,
     gap: ArrayLike | Callable[[FloatArray], ArrayLike] = 0.0,
@@ -349,7 +349,7 @@ def condensed_stiffness(
     tangent: ArrayLike | None = None,
     free_out_of_plane: bool = False,
     allow_sparse: bool = False,
-    coupling: SurfaceCoupling | None = None,
+    coupling: NodeCoupling | None = None,
     middle_nodes: ArrayLike | None = None,
     places: Mapping[int, Sequence[float]] | None = None,
     announce: Callable[[str], None] | None = None,

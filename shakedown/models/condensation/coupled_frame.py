@@ -11,7 +11,7 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.models.condensation.contact_frame import SPACE, ContactFrame
 from shakedown.models.mortar.facet_shapes import ALPHA
-from shakedown.models.mortar.surface_coupling import SurfaceCoupling
+from shakedown.models.mortar.node_coupling import NodeCoupling
 
 IntArray = NDArray[np.intp]
 
@@ -20,7 +20,7 @@ def coupled_frame(
     frame: ContactFrame,
     table: IntArray,
     axes: tuple[int, ...],
-    coupling: SurfaceCoupling | None,
+    coupling: NodeCoupling | None,
     middle_nodes: ArrayLike | None,
 ) -> ContactFrame:
     """The frame with what its nodes follow, and with the nodes between corners whose basis is changed.
@@ -62,7 +62,7 @@ def coupled_frame(
 
 
 def _followed(
-    coupling: SurfaceCoupling,
+    coupling: NodeCoupling,
     frame: ContactFrame,
     index: Mapping[tuple[int, int], int],
     own: tuple[int, ...],

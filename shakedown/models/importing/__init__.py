@@ -7,10 +7,10 @@ direction of its rows (``stiffness_section``); loads and supports become vectors
 with resultants and rigid motions beside it (``load_evidence``, ``model_evidence``). What cannot be meant
 is refused; what is doubtful becomes a warning, one line each, that the problem carries with it.
 
-Reading order: ``model_section``, ``contact_nodes``, ``contact_surfaces``, ``contact_directions``,
-``initial_gap``, ``contact_section`` (all of it, and friction), ``stiffness_section``, ``time_function``,
-``static_runs``, ``load_section``, ``load_evidence``, ``pair_distances``, ``contact_faces``, ``bodies``,
-``model_fit``, ``model_evidence`` (all of these), ``load_doubts``, ``doubtful_data`` (of any problem),
-``configuration`` (its sections, and what they name), ``import_model`` (the public functions), ``templates``
-(files to start from), ``contact_figure`` (a picture for checking).
+Reading order: ``model_section``, ``contact_nodes``, ``contact_directions``, ``initial_gap``,
+``contact_section`` (all of it), ``joined_contact`` (several patches, friction), ``stiffness_section``,
+``time_function``, ``static_runs``, ``load_section``, ``load_evidence``, ``pair_distances``,
+``contact_faces``, ``bodies``, ``model_fit``, ``model_evidence`` (all of these), ``load_doubts``,
+``doubtful_data`` (of any problem), ``configuration`` (its sections, and what they name),
+``import_model`` (the public functions), ``templates`` (files to start from), ``contact_figure``.
 """

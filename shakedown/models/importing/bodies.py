@@ -78,9 +78,12 @@ def bodies_of(
 def contact_patches(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | None) -> NDArray[np.intp]:
     """Which patch every contact node belongs to, (n,), from 0.
 
-    Nodes of the first body that share a face, or where no faces are known an entry of the matrix, lie on one
-    patch if their normals look the same way and the nodes opposite belong to one body.
+    Those that the configuration names, where there are several. Else nodes of the first body that share a
+    face, or where no faces are known an entry of the matrix, lie on one patch if their normals look the same
+    way and the nodes opposite belong to one body.
     """
+    if contact.patches:
+        return contact.numbers
     first, n = contact.first, contact.first.size
     place = dict(zip(first.tolist(), range(n), strict=True))
     if mesh is not None and mesh.elements:

@@ -10,9 +10,9 @@ from shakedown.models.condensation.contact_frame import SPACE
 from shakedown.models.importing.contact_section import (
     ContactSection,
     Friction,
-    contact_section,
     taken_friction,
 )
+from shakedown.models.importing.joined_contact import contact_of
 from shakedown.models.importing.load_section import held_keys
 from shakedown.models.importing.model_section import Model, model_section
 from shakedown.models.importing.stiffness_section import ImportContext, stiffness_section
@@ -29,12 +29,12 @@ class Configuration(NamedTuple):
     name: str
     units: str
     steps: int | None
-    friction: Friction
+    friction: Friction | None
     loads: list[TomlTable]
     where: str
     stiffness_file: str
     stiffness: TomlTable
-    contact: TomlTable
+    contacts: list[TomlTable]
     model: TomlTable
     supports: TomlTable
     check: TomlTable
@@ -43,13 +43,14 @@ class Configuration(NamedTuple):
 def taken_configuration(root: TomlTable) -> Configuration:
     """The sections of a configuration; ``ProblemError`` where it has other keys."""
     name, units, steps = root.text("name", ""), root.text("units", ""), root.integer("steps")
-    friction = taken_friction(root)
-    sections = {key: root.table(key) for key in ("stiffness", "contact")}
-    sections |= {key: root.table(key, required=False) for key in ("model", "supports", "check")}
+    stiffness, contacts = root.table("stiffness"), root.one_or_more("contact")
+    friction = taken_friction(root, required=not all(table.has("friction") for table in contacts))
+    sections = [root.table(key, required=False) for key in ("model", "supports", "check")]
     loads = root.tables("load")
     root.done()
-    file = str(sections["stiffness"].content.get("file"))
-    return Configuration(name or "", units or "", steps, friction, loads, root.where, file, **sections)
+    file = str(stiffness.content.get("file"))
+    words = name or "", units or ""
+    return Configuration(*words, steps, friction, loads, root.where, file, stiffness, contacts, *sections)
 
 
 def read_model(
@@ -60,11 +61,11 @@ def read_model(
         model = model_section(asked.model, files, _superelement(asked.stiffness))
     else:
         model = Model(kept[0])
-    contact = contact_section(asked.contact.copy(), model, files)
+    contact, where = contact_of(asked.contacts, model, files), asked.contacts[0].where
     stiffness = stiffness_section(asked.stiffness, contact, model, files) if kept is None else kept[1]
-    _check_directions(contact, stiffness, model.mesh, asked.contact.where)
+    _check_directions(contact, stiffness, model.mesh, where)
     if contact.assumed and _moves_across(contact, stiffness, held_keys(asked.supports, asked.loads, model)):
-        contact = contact_section(asked.contact, model, files, assume_plane=False)
+        contact = contact_of(asked.contacts, model, files, assume_plane=False)
     return ImportContext(stiffness, contact, model, files, asked.steps, bool(asked.check.content))
 
 
@@ -73,7 +74,9 @@ def keeps_stiffness(key: str) -> bool:
     table, *more = key.split(".")
     if table == "load":
         return len(more) > 1 and more[1] != "displacements"
-    return key in ("friction", "steps") or key.startswith(("friction.", "contact.gap"))
+    if table == "contact":
+        return bool({"gap", "friction"} & set(more[:2]))
+    return table in ("friction", "steps")
 
 
 def _check_directions(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | None, where: str) -> None:

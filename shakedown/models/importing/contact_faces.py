@@ -52,7 +52,8 @@ def faces_between(contact: ContactSection, mesh: Mesh | None) -> NDArray[np.intp
     if mesh is None or contact.axes != SPACE:
         return None
     found: list[tuple[int, ...]] = []
-    for element, face in mesh.boundary(set(contact.first.tolist()), contact.surface):
+    faces = [each for part in contact.parts for each in mesh.boundary(set(part.first.tolist()), part.surface)]
+    for element, face in faces:
         shape, nodes = mesh.elements[element]
         own = set(nodes[: CORNERS[shape]])
         corners = [node for node in face if node in own]

@@ -1,4 +1,4 @@
-"""Contact nodes, or pairs of nodes of two bodies: by label, or by the sets that name them."""
+"""Contact nodes, pairs of nodes of two bodies, or surfaces whose meshes need not match: by label or set."""
 
 from collections import Counter
 
@@ -6,13 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from shakedown.ground.errors import ProblemError
+from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.models.importing.model_section import Model
-from shakedown.models.readers.mesh import Mesh
-from shakedown.models.readers.toml_table import TomlTable
+from shakedown.models.mortar.surface_coupling import UNCOVERED, SurfaceCoupling, surface_coupling
+from shakedown.models.mortar.surface_mesh import ContactSurface
+from shakedown.models.readers.mesh import CORNERS, Mesh
+from shakedown.models.readers.text import quoted
+from shakedown.models.readers.toml_table import TomlTable, shown
 
 FARTHEST = 0.25  # of the spacing: beyond, another partner may be meant
+_BESIDE = ("reach", "uncovered")  # that stand beside 'surfaces' only
+_ALONE = ("nodes", "pairs", "surface", "relative", "tied")  # and those that do not
 
 
 def contact_nodes(table: TomlTable, model: Model) -> tuple[NDArray[np.intp], bool]:
@@ -78,3 +83,88 @@ def _spacing(places: FloatArray, mesh: Mesh) -> float:
         return float(cKDTree(places).query(places, k=2)[0][:, 1].min())
     others = np.linalg.norm(mesh.coordinates - places[0], axis=1)
     return float(np.sort(others)[2]) if len(others) > 2 else 0.0  # beyond itself and its partner
+
+
+def coupled_surfaces(
+    table: TomlTable, model: Model
+) -> tuple[SurfaceCoupling, ContactSurface, str | None] | None:
+    """The coupling, the slave surface and its name where it is an element surface; None without the key.
+
+    Raises
+    ------
+    ProblemError
+        If other keys contradict it, a surface is unknown or has no faces, or the two cannot be coupled.
+    """
+    if not table.has("surfaces"):
+        for key in _BESIDE:
+            if table.has(key):
+                raise ProblemError(f"{table.where}: key '{key}': expected beside 'surfaces' only")
+        return None
+    others = [key for key in _ALONE if table.has(key)]
+    if others:
+        raise ProblemError(f"{table.where}: expected no key '{others[0]}' beside 'surfaces', found both")
+    names = table.content["surfaces"]
+    if not (isinstance(names, list) and len(names) == 2 and all(isinstance(name, str) for name in names)):
+        raise ProblemError(
+            f"{table.where}: key 'surfaces': expected two names, of the first body and of the second, found "
+            f"{shown(names)}"
+        )
+    table.take("surfaces", "two names", required=True)
+    reach, uncovered = table.number("reach"), table.number("uncovered", UNCOVERED)
+    where = f"{table.where}: key 'surfaces'"
+    if model.mesh is None or not model.mesh.elements:
+        raise ProblemError(f"{where}: expected [model] with a deck that has elements, found none")
+    slave, master = (_surface(model.mesh, name, where) for name in names)
+    if slave.dimension != master.dimension:
+        raise ProblemError(f"{where}: expected two plane bodies or two solid ones, found one of each")
+    with found_in(where):
+        found = surface_coupling(
+            slave,
+            master,
+            reach=reach,
+            uncovered=UNCOVERED if uncovered is None else uncovered,
+            revolved=model.axisymmetric,
+        )
+    key = names[0].strip().upper()
+    return found, slave, key if key in model.mesh.surfaces else None
+
+
+def middle_nodes(mesh: Mesh | None, first: NDArray[np.intp], surface: object) -> NDArray[np.intp]:
+    """Nodes between corners of quadratic faces of solids at the contact, and these corners, (t, 3).
+
+    Of a surface where its name is given.
+    """
+    if mesh is None or not mesh.elements:
+        return np.zeros((0, 3), dtype=np.intp)
+    between = {
+        (face[corners + k], *sorted((face[k], face[(k + 1) % corners])))
+        for element, face in mesh.boundary(set(first.tolist()), surface if isinstance(surface, str) else None)
+        if (corners := _corners(mesh, element, face)) > 2 and len(face) == 2 * corners
+        for k in range(corners)
+    }
+    return np.array(sorted(between), dtype=np.intp).reshape(-1, 3)
+
+
+def _corners(mesh: Mesh, element: int, face: tuple[int, ...]) -> int:
+    shape, nodes = mesh.elements[element]
+    return len(set(nodes[: CORNERS[shape]]) & set(face))
+
+
+def _surface(mesh: Mesh, name: str, where: str) -> ContactSurface:
+    """The faces of an element surface, or those that have all their corners in a node set."""
+    with found_in(where):
+        labels = mesh.nodes(name)
+    key = name.strip().upper()
+    faces = list(mesh.boundary(set(labels.tolist()), key if key in mesh.surfaces else None))
+    if not faces:
+        raise ProblemError(f"{where}: expected faces of elements in the set {quoted(name)}, found none")
+    edges = {_corners(mesh, element, face) == 2 for element, face in faces}
+    if len(edges) > 1:
+        raise ProblemError(
+            f"{where}: expected faces of solids or edges of plane elements in {quoted(name)}, found both"
+        )
+    d = 2 if edges.pop() else 3
+    used = np.array(sorted({node for _, face in faces for node in face}), dtype=np.intp)
+    inside = [mesh.at(mesh.elements[element][1]).mean(axis=0)[:d] for element, _ in faces]
+    with found_in(f"{where}: {quoted(name)}"):
+        return ContactSurface(used, mesh.at(used)[:, :d], [face for _, face in faces], np.array(inside))

@@ -12,13 +12,12 @@ from shakedown.models.condensation.contact_frame import SPACE, check_unique, nod
 from shakedown.models.condensation.coupled_frame import hat_areas
 from shakedown.models.condensation.tangent_pairs import patch_positions
 from shakedown.models.importing.contact_directions import Axes, contact_directions, in_space
-from shakedown.models.importing.contact_nodes import contact_nodes
-from shakedown.models.importing.contact_surfaces import coupled_surfaces, middle_nodes
+from shakedown.models.importing.contact_nodes import contact_nodes, coupled_surfaces, middle_nodes
 from shakedown.models.importing.initial_gap import InitialGap, initial_gap
 from shakedown.models.importing.model_section import Model
+from shakedown.models.mortar.node_coupling import NodeCoupling
 from shakedown.models.mortar.surface_coupling import SurfaceCoupling
 from shakedown.models.readers.input_files import InputFiles
-from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, is_number, shown
 
 Friction = FloatArray | Mapping[str, float]  # () or (n,), or a coefficient for each node set
@@ -68,6 +67,12 @@ class ContactSection:
         Of two surfaces whose meshes need not match: what the nodes of the first follow.
     clamped : (c,)
         Nodes that a static run with both bodies held by themselves holds.
+    name : str
+        What the configuration calls it; "" where it does not.
+    friction : () or (n,) or a mapping, or None
+        The coefficients that stand beside it, as :func:`taken_friction` returns them.
+    patches : tuple of ContactSection
+        Of a contact of several patches, each by itself.
     """
 
     labels: NDArray[np.intp]
@@ -87,8 +92,21 @@ class ContactSection:
     surface: str | None
     normals_are_given: bool
     middle_nodes: NDArray[np.intp]
-    coupling: SurfaceCoupling | None
+    coupling: NodeCoupling | None
     clamped: NDArray[np.intp]
+    name: str = ""
+    friction: Friction | None = None
+    patches: "tuple[ContactSection, ...]" = ()
+
+    @property
+    def parts(self) -> "tuple[ContactSection, ...]":
+        """The patches that the configuration names, or the only one."""
+        return self.patches or (self,)
+
+    @property
+    def surfaces(self) -> SurfaceCoupling | None:
+        """Of two surfaces whose meshes need not match, how they lie on each other."""
+        return self.coupling if isinstance(self.coupling, SurfaceCoupling) else None
 
     @property
     def first(self) -> NDArray[np.intp]:
@@ -99,7 +117,9 @@ class ContactSection:
     def moved(self) -> NDArray[np.intp]:
         """Nodes that unit displacements move: those of the first body, then those of the second."""
         own = self.labels.T.ravel()
-        return own if self.coupling is None else np.concatenate([own, self.coupling.master])
+        if self.coupling is None:
+            return own
+        return np.array(list(dict.fromkeys([*own.tolist(), *self.coupling.master.tolist()])), dtype=np.intp)
 
     @property
     def two_bodies(self) -> bool:
@@ -122,8 +142,15 @@ class ContactSection:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What each contact node is called: its label, or the labels of its pair."""
-        return node_names(self.labels)
+        """What each node is called: its label, or the labels of its pair, after the name of its patch."""
+        if self.patches:
+            return tuple(name for part in self.patches for name in part.names)
+        return tuple(f"{self.name}: {own}" if self.name else own for own in node_names(self.labels))
+
+    @property
+    def numbers(self) -> NDArray[np.intp]:
+        """Which of its parts every node belongs to, (n,), from 0."""
+        return np.repeat(np.arange(len(self.parts)), [len(part.labels) for part in self.parts])
 
     @property
     def plane(self) -> tuple[int, int]:
@@ -147,6 +174,7 @@ def contact_section(
         If it is malformed, a set is unknown, nodes of two sets do not match, or
         the normals are neither given nor to be had from the model.
     """
+    name, friction = table.text("name", "") or "", taken_friction(table, required=False)
     coupled = coupled_surfaces(table, model)
     labels, from_sets = contact_nodes(table, model) if coupled is None else (coupled[0].labels, True)
     with found_in(table.where.removesuffix(": contact")):
@@ -178,6 +206,8 @@ def contact_section(
         between,
         coupling,
         labels.T.ravel() if slave is None or coupling is None else np.union1d(slave.labels, coupling.master),
+        name,
+        friction,
     )
     table.done()
     if contact.relative:
@@ -188,8 +218,8 @@ def contact_section(
 
 def _gap_of(contact: ContactSection, gap: InitialGap, model: Model, where: str) -> FloatArray:
     """The initial gap of a contact whose nodes stand in their order, () or (n,)."""
-    if contact.coupling is not None and gap.measured:
-        return _drawn(contact.coupling, contact, where)
+    if contact.surfaces is not None and gap.measured:
+        return _drawn(contact.surfaces, contact, where)
     return gap.at(contact.labels, in_space(contact.normals, contact.axes), contact.x, model.mesh)
 
 
@@ -295,8 +325,8 @@ def _on_patch(contact: ContactSection) -> ContactSection:
     return replace(contact, x=patch_positions(contact.coordinates, unit, contact.tangent))
 
 
-def taken_friction(root: TomlTable) -> Friction:
-    """The key ``friction``, before the contact nodes are known."""
+def taken_friction(root: TomlTable, *, required: bool = True) -> Friction | None:
+    """The key ``friction``, before the contact nodes are known; None where it is absent and not required."""
     value = root.content.get("friction")
     if isinstance(value, dict):
         root.take("friction", "a table", required=True)
@@ -309,37 +339,9 @@ def taken_friction(root: TomlTable) -> Friction:
         return {name: float(item) for name, item in value.items()}
     if isinstance(value, list):
         return np.array(root.array("friction", float, (None,)), dtype=float)
-    if not root.has("friction"):
+    if root.has("friction"):
+        return np.array(root.number("friction"))
+    root.known.append("friction")
+    if required:
         raise root.missing("friction", "a number, a list, or a table of node sets")
-    return np.array(root.number("friction"))
-
-
-def friction_of(given: Friction, contact: ContactSection, model: Model, where: str) -> FloatArray:
-    """The coefficients, () or (n,). A pair has that of the set in which either of its nodes is.
-
-    Raises
-    ------
-    ProblemError
-        If a set is unknown or has no contact node, or a contact node is in none or in several of them.
-    """
-    where = f"{where}: key 'friction'"
-    if not isinstance(given, Mapping):
-        check_order(contact, where.removesuffix(": key 'friction'"), {"friction": given})
-        return given
-    bodies = contact.facing
-    inside = {name: _inside(model.nodes(name, where), bodies) for name in given}
-    for name, own in inside.items():
-        if not own.any():
-            raise ProblemError(f"{where}: expected contact nodes in the set {quoted(name)}, found none")
-    count = np.sum(list(inside.values()), axis=0)
-    if (count != 1).any():
-        k = int(np.argmax(count != 1))
-        found = " and ".join(quoted(name) for name, own in inside.items() if own[k]) or "none"
-        raise ProblemError(
-            f"{where}: expected every contact node in one of the sets, found {contact.names[k]} in {found}"
-        )
-    return np.asarray(sum(value * inside[name] for name, value in given.items()), dtype=float)
-
-
-def _inside(nodes: NDArray[np.intp], bodies: NDArray[np.intp]) -> NDArray[np.bool_]:
-    return np.asarray(np.isin(bodies, nodes).any(axis=1))
+    return None

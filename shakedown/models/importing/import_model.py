@@ -25,11 +25,9 @@ from shakedown.models.importing.configuration import (
 )
 from shakedown.models.importing.contact_directions import in_space
 from shakedown.models.importing.contact_faces import faces_between
-from shakedown.models.importing.contact_section import (
-    ContactSection,
-    friction_of,
-)
+from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.doubtful_data import doubtful_data
+from shakedown.models.importing.joined_contact import friction_of
 from shakedown.models.importing.load_doubts import load_doubts, pulled_open, sampling_doubts
 from shakedown.models.importing.load_evidence import LoadEvidence, Resultants, few_digits
 from shakedown.models.importing.load_section import (
@@ -125,6 +123,7 @@ class Import(Result):
     def to_dict(self) -> dict[str, Any]:
         """What ``shakedown-bounds import --check --json`` writes."""
         reduced, contact = self.condensation, self.contact
+        surfaces = [part.surfaces for part in contact.parts]
         document = {
             "problem": self.problem,
             "format": self.format,
@@ -143,8 +142,8 @@ class Import(Result):
             "coordinates": contact.coordinates,
             "node_area": self.problem.node_area,
             "gap": contact.gap,
-            "pairs": self.evidence.pairs,
-            **({"surfaces": contact.coupling} if contact.coupling else {}),
+            "pairs": self._by_patch(self.evidence.pairs),
+            **({"surfaces": self._by_patch(surfaces)} if any(surfaces) else {}),
             "rigid_residual": self.rigid_residual,
             "bodies": self.evidence.bodies,
             "patches": self.evidence.patches,
@@ -152,6 +151,12 @@ class Import(Result):
             "sources": self.sources,
         }
         return {word: plain(value) for word, value in document.items()}
+
+    def _by_patch(self, values: Sequence[Any]) -> Any:
+        """What is known of every patch of the configuration by its name; of the only one as it is."""
+        if len(values) == 1:
+            return values[0]
+        return {part.name: value for part, value in zip(self.contact.parts, values, strict=True)}
 
     def columns(self) -> dict[str, Any]:
         """One row per contact node."""
@@ -236,7 +241,9 @@ def import_model(
         [order], [amplitude]       reactions to unit displacements: "node-by-node" or
                                    "direction-by-direction"; the displacement
 
-        [contact]
+        [contact]                  or several [[contact]], one for each patch
+        [name]                     of the patch; of several every one has its own
+        [friction]                 of the patch, else that above
         nodes | pairs | surfaces   node labels, or the name of a set; [body 1, body 2] for two
                                    bodies, or the names of two sets that lie on each other; or the
                                    names of two surfaces whose meshes need not match, results at
@@ -328,7 +335,7 @@ def import_model(
     context = read_model(asked, files, None if kept is None else (kept.mesh, kept.stiffness))
     contact, mesh = context.contact, context.model.mesh
     f = friction_of(asked.friction, contact, context.model, root.where)
-    doubts = check_contact(contact, mesh, asked.contact.where)
+    doubts = check_contact(contact, mesh, f"{root.where}: contact")
     loads = [load_section(table, context) for table in asked.loads]
     reduced = _reduced(asked, context, loads, doubts, announce) if kept is None else _Reduced.of(kept)
     cases = [load.case for load in loads]

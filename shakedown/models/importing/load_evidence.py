@@ -107,6 +107,8 @@ class Resultants:
         for patch in range(count):
             on = np.flatnonzero(self.patches == patch)
             which = f"contact, patch {patch + 1}" if count > 1 else f"contact, {self.bodies[0].name}"
+            if self.contact.patches:
+                which = f"contact, {self.contact.patches[patch].name}"
             yield self._part(which, self._of_nodes(self.contact.first[on], spread[on]))
         if case.reactions is not None or case.opened is not None:
             return  # what acts on the bodies besides is not known

@@ -29,6 +29,7 @@ from shakedown.models.importing.pair_distances import (
 )
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.stiffness import Stiffness
+from shakedown.models.readers.text import quoted
 
 LONGEST_CONFIGURATION = 200_000  # bytes that are kept word for word; of a longer one its SHA-256 must do
 
@@ -45,8 +46,8 @@ class ModelEvidence(Result):
         The connected parts of the model, with the rigid motions that nothing but the contact resists.
     patches : (n,)
         Which patch of the contact every node belongs to, from 0.
-    pairs : PairDistances or None
-        How far apart the nodes of the pairs lie, where the model says where they are.
+    pairs : tuple of PairDistances or None
+        Of every patch of the configuration: how far apart the nodes of its pairs lie, where that is known.
     rigid_residual : float
         As :class:`~shakedown.models.importing.import_model.Import` has it.
     warnings : tuple of str
@@ -56,7 +57,7 @@ class ModelEvidence(Result):
     held: NDArray[np.bool_]
     bodies: tuple[ModelBody, ...]
     patches: NDArray[np.intp]
-    pairs: PairDistances | None
+    pairs: tuple[PairDistances | None, ...]
     rigid_residual: float
     warnings: tuple[str, ...]
 
@@ -73,16 +74,21 @@ class ModelEvidence(Result):
 
 
 def check_contact(contact: ContactSection, mesh: Mesh | None, where: str) -> tuple[str, ...]:
-    """Warnings about a contact in its model, from where its nodes lie alone.
+    """Warnings about every patch of a contact in its model, from where its nodes lie alone.
 
     Raises
     ------
     ProblemError
         If it cannot be meant: pairs too far apart, normals out of the body.
     """
+    if contact.patches:
+        every = (
+            (part.name, check_contact(part, mesh, f"{where}: {quoted(part.name)}")) for part in contact.parts
+        )
+        return tuple(f"{name}: {doubt}" for name, doubts in every for doubt in doubts)
     pairs = distances_of(contact, mesh)
     apart = () if pairs is None else check_distances(pairs, where, gap_is_stated=contact.gap_is_stated)
-    coupled = () if contact.coupling is None else (*contact.coupling.warnings, *drawn_apart(contact))
+    coupled = () if contact.surfaces is None else (*contact.surfaces.warnings, *drawn_apart(contact))
     return (*apart, *coupled, *check_gap(contact), *contact_doubts(contact, mesh, where))
 
 
@@ -100,7 +106,7 @@ def model_evidence(
         held=held,
         bodies=bodies_of(stiffness, held, contact, mesh),
         patches=contact_patches(contact, stiffness, mesh),
-        pairs=distances_of(contact, mesh),
+        pairs=tuple(distances_of(part, mesh) for part in contact.parts),
         rigid_residual=rigid_residual(stiffness, mesh, contact.axes),
         warnings=(*warnings, *model_doubts(stiffness, contact, mesh)),
     )

@@ -27,7 +27,8 @@ def model_doubts(stiffness: Stiffness, contact: ContactSection, mesh: Mesh | Non
     """Warnings where matrix, row map and deck are hardly of one model, or nodes that touch are no pairs."""
     labels, node, coupled = coupled_nodes(stiffness)
     part = connected_components(coupled, directed=False)[1]
-    found = _both_ways(contact, dict(zip(labels.tolist(), part.tolist(), strict=True)))
+    body = dict(zip(labels.tolist(), part.tolist(), strict=True))
+    found = tuple(doubt for patch in contact.parts for doubt in _both_ways(patch, body))
     if mesh is None:
         return found
     found += _touching(contact, mesh, labels, part)
@@ -134,12 +135,12 @@ def _touching(
     size = float(np.ptp(places, axis=0).max())
     close = cKDTree(places).query_pairs(SIX_DIGITS * size, output_type="ndarray")
     close = close[part[close[:, 0]] != part[close[:, 1]]]
-    pairs = {frozenset(pair) for pair in contact.labels.tolist()} if contact.labels.ndim > 1 else set()
-    coupled = set() if contact.coupling is None else set(contact.clamped.tolist())
+    pairs = {frozenset(pair) for pair in contact.facing.tolist()}
+    coupled = [set(patch.clamped.tolist()) for patch in contact.parts if patch.surfaces is not None]
     alone = [
         pair
         for pair in labels[close].tolist()
-        if frozenset(pair) not in pairs and not coupled.issuperset(pair)
+        if frozenset(pair) not in pairs and not any(own.issuperset(pair) for own in coupled)
     ]
     if not alone:
         return ()

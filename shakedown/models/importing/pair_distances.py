@@ -145,7 +145,7 @@ def check_distances(pairs: PairDistances, where: str, *, gap_is_stated: bool) ->
 
 def drawn_apart(contact: ContactSection) -> tuple[str, ...]:
     """A warning about coupled surfaces that are drawn apart or into each other without a stated gap."""
-    coupling = contact.coupling
+    coupling = contact.surfaces
     if coupling is None or contact.gap_is_stated:
         return ()
     mean = float(coupling.distance[1])

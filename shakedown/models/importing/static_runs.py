@@ -8,7 +8,7 @@ from shakedown.models.condensation.condense import Condensation
 from shakedown.models.importing.contact_section import ContactSection, check_order
 from shakedown.models.importing.model_section import Values
 from shakedown.models.importing.stiffness_section import ImportContext
-from shakedown.models.mortar.surface_coupling import SurfaceCoupling
+from shakedown.models.mortar.node_coupling import NodeCoupling
 from shakedown.models.readers.circumference import HOOP
 from shakedown.models.readers.input_files import InputFiles
 from shakedown.models.readers.mesh import Mesh
@@ -164,7 +164,7 @@ def opened_run(
 
 
 def _opened_surfaces(
-    where: str, run: NodalVectors, contact: ContactSection, coupling: SurfaceCoupling
+    where: str, run: NodalVectors, contact: ContactSection, coupling: NodeCoupling
 ) -> tuple[FloatArray, FloatArray]:
     """Those of coupled surfaces, of which all nodes were printed."""
     d, columns = coupling.normals.shape[1], [axis - 1 for axis in contact.axes]

@@ -2,5 +2,5 @@
 
 Reading order: ``surface_mesh`` (nodes and facets), ``facet_shapes``, ``overlaps`` (which may meet, exact
 segments, Gauss points), ``dual_basis`` (D, P), ``exact_rotations`` (the least correction of P),
-``surface_coupling`` (the public function and what it returns).
+``node_coupling`` (what nodes follow, also of pairs), ``surface_coupling`` (the public function).
 """

@@ -1,6 +1,6 @@
 """The coupling of two surfaces whose meshes do not match, with the evidence that it was done right."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,10 +11,10 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
-from shakedown.joint.result import Result
 from shakedown.models.mortar.dual_basis import DualBasis, dual_basis
 from shakedown.models.mortar.exact_rotations import exact_rotations
 from shakedown.models.mortar.facet_shapes import ALPHA
+from shakedown.models.mortar.node_coupling import NodeCoupling, weighted_nodes
 from shakedown.models.mortar.overlaps import facet_pairs
 from shakedown.models.mortar.surface_mesh import ContactSurface, IntArray
 
@@ -26,31 +26,22 @@ SMALL = 0.01  # of its area: a node that only a corner of the master covers
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SurfaceCoupling(Result):
-    """u₁ = (slip, gap) + P u₂ of the nodes of a slave surface by those of a master surface.
+class SurfaceCoupling(NodeCoupling):
+    """The coupling of a slave surface (its nodes) to a master surface, with how they lie on each other.
 
     Attributes
     ----------
-    labels : (n,)
-        Nodes of the slave that are covered: the contact nodes.
-    master : (m,)
-        Nodes of the master that have a weight.
-    P : (d n, d m)
-        Weights, node by node and direction by direction; rigid motions of both bodies open no gap.
+    labels, master, P, normals, middle_nodes, partner, notes
+        As :class:`~shakedown.models.mortar.node_coupling.NodeCoupling` has them; the contact nodes are those
+        of the slave that are covered.
     area : (n,)
         Area D_j = ∫N_j over what is covered: nodal forces over it are tractions [length²]; in a plane
         lengths, of a body of revolution 2π r times these.
-    normals : (n, d)
-        Unit normals into the body of the slave.
     places : (n, d)
         Where the nodes are; between corners of quadratic facets where their share of the basis is [length].
     gap : (n,)
         How far apart the surfaces are drawn, by the nodes of both, negative where they overlap [length]. Of
         curved faces, whose facets are chords, it says nothing (``flat``).
-    middle_nodes : (t, 3)
-        Nodes between two corners of quadratic facets whose basis is changed, and these two corners.
-    partner : (n,)
-        The node of the master with the largest weight.
     flat : bool
         Whether the facets are flat and parallel, so that the gap is the distance that is drawn.
     overlap : float
@@ -72,19 +63,13 @@ class SurfaceCoupling(Result):
         Of a facet of the slave, the median [length].
     reach : float
         Largest distance of facets that were taken to meet [length].
-    notes, warnings : tuple of str
-        What a user should know, and what is doubtful.
+    warnings : tuple of str
+        What is doubtful.
     """
 
-    labels: IntArray
-    master: IntArray
-    P: sparse.csr_array
     area: FloatArray
-    normals: FloatArray
     places: FloatArray
     gap: FloatArray
-    middle_nodes: IntArray
-    partner: IntArray
     flat: bool
     overlap: float
     share: FloatArray
@@ -95,7 +80,6 @@ class SurfaceCoupling(Result):
     finer: float
     size: float
     reach: float
-    notes: tuple[str, ...]
     warnings: tuple[str, ...]
 
     def to_dict(self) -> dict[str, object]:
@@ -112,20 +96,6 @@ class SurfaceCoupling(Result):
             "reach": self.reach,
             "flat": self.flat,
         }
-
-    def opening(self, displacement: Callable[[IntArray], FloatArray]) -> FloatArray:
-        """û₁ − P u₂, (n, d), of displacements (k, d) by the labels of k nodes."""
-        own = displacement(self.labels)
-        place = {label: k for k, label in enumerate(self.labels.tolist())}
-        if len(self.middle_nodes):
-            corners = displacement(self.middle_nodes[:, 1]) + displacement(self.middle_nodes[:, 2])
-            rows = [place[label] for label in self.middle_nodes[:, 0].tolist()]
-            own[rows] = (own[rows] - ALPHA * corners) / (1 - 2 * ALPHA)
-        return np.asarray(own - (self.P @ displacement(self.master).ravel()).reshape(own.shape))
-
-    def on_master(self, forces: FloatArray) -> FloatArray:
-        """Forces (m, d) on the nodes of the master where the slave's nodes carry (n, d): −Pᵀ r."""
-        return -(self.P.T @ forces.ravel()).reshape(len(self.master), -1)
 
 
 @checked
@@ -325,13 +295,3 @@ def _warnings(made: SurfaceCoupling, accepted: float, weak: IntArray) -> Iterato
             f"{weak.size} node(s) of the first surface, first {weak[0]}, are covered by less than "
             f"{100 * SMALL:g} % of their area at the edge of the second: tractions there are coarse"
         )
-
-
-def weighted_nodes(count: int) -> tuple[str, ...]:
-    """A note on nodes between corners of quadratic facets, of which there are so many with either corner."""
-    if not count:
-        return ()
-    return (
-        f"quadratic faces: slips, gaps and forces at {count} node(s) between corners are weighted ones, so "
-        "that every node carries a share of a pressure (docs/mortar.md)",
-    )

@@ -180,6 +180,11 @@ class TomlTable:
             raise self._wrong(key, "a list of tables", value)
         return [TomlTable(v, f"{self.where}: {key} {k}") for k, v in enumerate(value, start=1)]
 
+    def one_or_more(self, key: str) -> list["TomlTable"]:
+        """A table, or a list of tables."""
+        value = self.content.get(key)
+        return self.tables(key) if value and isinstance(value, list) else [self.table(key)]
+
     def has(self, key: str) -> bool:
         """Whether a key is there and has not been taken."""
         return key in self.content

@@ -7,6 +7,7 @@ import pytest
 
 from shakedown import LoadCase, ProblemError, ShakedownError, condense
 from shakedown.models.mortar.facet_shapes import basis_change, shapes
+from shakedown.models.mortar.node_coupling import coupling_of_nodes
 from shakedown.models.mortar.surface_coupling import surface_coupling
 from shakedown.models.mortar.surface_mesh import ContactSurface
 
@@ -266,3 +267,18 @@ def test_the_change_of_basis_keeps_what_is_linear():
         linear = np.eye(corners)[:, :1] + 2 * np.eye(corners)[:, 1:2]
         nodes = np.vstack([linear, 0.5 * (linear + np.roll(linear, -1, axis=0))])
         np.testing.assert_allclose(T @ nodes, nodes, atol=1e-15)
+
+
+@pytest.mark.parametrize("between", [(), [(3, 1, 2)]], ids=["linear", "quadratic"])
+def test_pairs_as_a_coupling_of_nodes_are_pairs(between):
+    random = np.random.default_rng(7)
+    root = random.normal(size=(24, 24))
+    K, dofs = root @ root.T, np.array([(node, d) for node in range(1, 9) for d in (1, 2, 3)])
+    pairs, normals = np.array([[1, 5], [2, 6], [3, 7]]), np.tile([0.0, 0.6, 0.8], (3, 1))
+    middle = np.array(between, dtype=int).reshape(-1, 3)
+    coupling = coupling_of_nodes(pairs, normals, middle)
+    case = [LoadCase(force=random.normal(size=24), history=1.0)]
+    expected = condense(K, dofs, pairs, normals, case, 0.3, middle_nodes=middle)
+    found = condense(K, dofs, pairs[:, 0], normals, case, 0.3, coupling=coupling)
+    np.testing.assert_allclose(found.kappa, expected.kappa, atol=1e-10 * np.abs(expected.kappa).max())
+    np.testing.assert_allclose(found.p_w, expected.p_w, atol=1e-10 * np.abs(expected.p_w).max())

@@ -4,73 +4,13 @@ import json
 
 import numpy as np
 import pytest
-import writers
 from command import run
-from scipy import sparse
+from meshed_apart import LOADS, STEEL, bricks, write
 
 from shakedown import ProblemError, import_model
-from shakedown.fem import ElasticBody, Force, Material, Support, brick_mesh, contact_problem
-from shakedown.fem.mesh import KINDS
+from shakedown.fem import ElasticBody, Support, brick_mesh, contact_problem
 
-STEEL = Material(210e3, 0.3)
-LOADS = """
-[[load]]
-name = "press"
-forces = [["TOP", 3, -10.0]]
-history = 1.0
-[[load]]
-name = "shake"
-forces = [["TOP", 1, 2.0], ["TOP", 2, 1.0]]
-history = [1.0, 0.0, -1.0, 0.0]
-"""
 SURFACES = 'surfaces = ["UPPER", "LOWER"]'
-
-
-def nodes_as_in_decks(body):
-    kind = "hexahedron" if body.dimension == 3 else "quad"
-    cells = np.empty_like(body.mesh.t)
-    cells[KINDS[kind].order] = body.mesh.t
-    return cells.T
-
-
-def write(folder, upper, lower):
-    """The deck of both bodies, the labels of the upper one from 1, and the matrix as CalculiX stores it."""
-    lines, elements, sets, start = ["*NODE"], [], {}, 1
-    for name, body, side in (("UPPER", upper, "bottom"), ("LOWER", lower, "top")):
-        places = body.positions(np.arange(body.dofs[:, 0].max() + 1))
-        places = np.column_stack([places, np.zeros((len(places), 3 - places.shape[1]))])
-        lines += [f"{start + k}, {x!r}, {y!r}, {z!r}" for k, (x, y, z) in enumerate(places.tolist())]
-        elements += (nodes_as_in_decks(body) + start).tolist()
-        sets[name] = body.normals_on(side)[0] + start
-        if body is upper:
-            sets["TOP"] = body.normals_on("top")[0] + start
-        start += len(places)
-    lines.append(f"*ELEMENT, TYPE={'C3D8' if upper.dimension == 3 else 'CPE4'}, ELSET=ALL")
-    lines += [", ".join(map(str, (k, *nodes))) for k, nodes in enumerate(elements, start=1)]
-    for name, labels in sets.items():
-        lines += [f"*NSET, NSET={name}", *(f"{label}," for label in labels)]
-    lines += ["*MATERIAL, NAME=M", "*ELASTIC", "210000., 0.3", "*DENSITY", "1.", "*SOLID SECTION, ELSET=ALL"]
-    lines += ["*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"]
-    (folder / "job.inp").write_text("\n".join(lines) + "\n")
-    K = sparse.block_diag([upper.stiffness, lower.stiffness]).toarray()
-    shift = [upper.dofs[:, 0].max() + 2, 0]
-    free = ~np.isin(np.arange(len(K)), lower.held_rows() + upper.basis.N)
-    dofs = np.vstack([upper.dofs + np.array([1, 0]), lower.dofs + shift])[free]
-    sti, dof = writers.calculix_storage(K[np.ix_(free, free)], dofs)
-    (folder / "job.sti").write_text(sti)
-    (folder / "job.dof").write_text(dof)
-
-
-def bricks(upper=(2, 2, 1), lower=(3, 2, 1), height=1.0):
-    count = (upper[0] + 1) * (upper[1] + 1)
-    loads = [
-        Force("top", (0.0, 0.0, -10.0 * count), history=1.0),
-        Force("top", (2.0 * count, 1.0 * count, 0.0), history=[1.0, 0.0, -1.0, 0.0]),
-    ]
-    return (
-        ElasticBody(brick_mesh((2.0, 1.5, 1.0), upper, origin=(0, 0, height)), STEEL, loads=loads),
-        ElasticBody(brick_mesh((2.0, 1.5, 1.0), lower), STEEL, supports=[Support("bottom")]),
-    )
 
 
 def configuration(folder, contact=SURFACES, loads=LOADS):

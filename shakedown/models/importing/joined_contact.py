@@ -1,0 +1,196 @@
+"""``[contact]``, or several ``[[contact]]`` as one contact of named patches, each with its friction."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.models.condensation.contact_frame import SPACE
+from shakedown.models.condensation.tangent_pairs import patch_positions, tangent_pairs
+from shakedown.models.importing.contact_section import ContactSection, Friction, check_order, contact_section
+from shakedown.models.importing.model_section import Model
+from shakedown.models.mortar.node_coupling import NodeCoupling, coupling_of_nodes, joined_couplings
+from shakedown.models.readers.input_files import InputFiles
+from shakedown.models.readers.text import quoted
+from shakedown.models.readers.toml_table import TomlTable, shown
+
+BESIDE = 5.0  # steps between the positions of two patches that would lie in each other: more than one joins
+ALIKE = ("axes", "relative", "free_out_of_plane")  # keys that are about the whole model
+
+
+def contact_of(
+    tables: Sequence[TomlTable], model: Model, files: InputFiles, *, assume_plane: bool = True
+) -> ContactSection:
+    """The contact of one table, or of several that name its patches; ``assume_plane`` as for one.
+
+    Raises
+    ------
+    ProblemError
+        If a table is malformed, or two of them contradict each other: the same name, a common node, one
+        and two directions of slip.
+    """
+    parts = [contact_section(table.copy(), model, files, assume_plane=assume_plane) for table in tables]
+    if len(parts) == 1:
+        return parts[0]
+    if any(part.assumed for part in parts) and len({part.axes for part in parts}) > 1:
+        return contact_of(tables, model, files, assume_plane=False)
+    for k, (part, table) in enumerate(zip(parts, tables, strict=True)):
+        if not part.name:
+            raise table.missing("name", "what each of several patches is called")
+        if part.name in {other.name for other in parts[:k]}:
+            raise ProblemError(f"{table.where}: expected another name, found {quoted(part.name)} twice")
+        for key in ALIKE:
+            one, other = getattr(parts[0], key), getattr(part, key)
+            if one != other:
+                raise ProblemError(
+                    f"{table.where}: key '{key}': expected {shown(one)}, as of {quoted(parts[0].name)}, "
+                    f"found {shown(other)}"
+                )
+    _check_apart(parts, [table.where for table in tables])
+    return _joined(parts)
+
+
+def friction_of(given: Friction | None, contact: ContactSection, model: Model, where: str) -> FloatArray:
+    """The coefficients, () or (n,): those beside each patch, of the others the one beside the whole contact.
+
+    Raises
+    ------
+    ProblemError
+        If a set is unknown or has no contact node, a contact node is in none or in several of them, or
+        what stands beside the whole contact is not for one patch.
+    """
+    own = [part.friction for part in contact.parts]
+    if given is not None and all(each is None for each in own):
+        return _coefficients(given, contact, model, where)
+    if given is not None and (isinstance(given, Mapping) or given.ndim or None not in own):
+        raise ProblemError(
+            f"{where}: key 'friction': expected a number, for patches that have none of their own, found "
+            + ("that all of them have" if None not in own else "several")
+        )
+    every = [
+        _coefficients(np.asarray(given) if each is None else each, part, model, f"{where}: contact")
+        for part, each in zip(contact.parts, own, strict=True)
+    ]
+    return _of_nodes(every, contact.parts) if len(every) > 1 else every[0]
+
+
+def _coefficients(given: Friction, contact: ContactSection, model: Model, where: str) -> FloatArray:
+    """A pair has that of the set in which either of its nodes is."""
+    if not isinstance(given, Mapping):
+        check_order(contact, where, {"friction": given})
+        if given.ndim and contact.name and len(given) != len(contact.labels):
+            raise ProblemError(
+                f"{where}: key 'friction': expected one for each of {len(contact.labels)} nodes of "
+                f"{quoted(contact.name)}, found {len(given)}"
+            )
+        return given
+    where = f"{where}: key 'friction'"
+    bodies = contact.facing
+    inside = {name: _inside(model.nodes(name, where), bodies) for name in given}
+    for name, own in inside.items():
+        if not own.any():
+            raise ProblemError(f"{where}: expected contact nodes in the set {quoted(name)}, found none")
+    count = np.sum(list(inside.values()), axis=0)
+    if (count != 1).any():
+        k = int(np.argmax(count != 1))
+        found = " and ".join(quoted(name) for name, own in inside.items() if own[k]) or "none"
+        raise ProblemError(
+            f"{where}: expected every contact node in one of the sets, found {contact.names[k]} in {found}"
+        )
+    return np.asarray(sum(value * inside[name] for name, value in given.items()), dtype=float)
+
+
+def _inside(nodes: NDArray[np.intp], bodies: NDArray[np.intp]) -> NDArray[np.bool_]:
+    return np.asarray(np.isin(bodies, nodes).any(axis=1))
+
+
+def _check_apart(parts: Sequence[ContactSection], where: Sequence[str]) -> None:
+    """That no node is on two patches, but as one of the second body that surfaces follow on both.
+
+    A node that slips on two others, or that others follow while it slips itself, has no motion of its own.
+    """
+    first_on: dict[int, tuple[str, bool]] = {}
+    for part, place in zip(parts, where, strict=True):
+        followed = set() if part.surfaces is None else set(part.surfaces.master.tolist())
+        for node in part.moved.tolist():
+            before, both_follow = first_on.get(node, ("", False))
+            if before and not (both_follow and node in followed):
+                raise ProblemError(
+                    f"{place}: expected patches without a common node, found node {node} on {quoted(before)} "
+                    f"and {quoted(part.name)}; take it out of one of them"
+                )
+        first_on |= {node: (part.name, node in followed) for node in part.moved.tolist()}
+
+
+def _joined(parts: Sequence[ContactSection]) -> ContactSection:
+    """One contact of all patches, in their order; of different kinds as a coupling of nodes."""
+    kinds = {(part.labels.ndim, part.coupling is None) for part in parts}
+    coupling = None
+    if len(kinds) > 1 or parts[0].coupling is not None:
+        coupling = joined_couplings([_coupling(part, parts) for part in parts])
+    every: dict[str, Any] = {
+        key: None
+        if any(getattr(part, key) is None for part in parts)
+        else np.concatenate([getattr(part, key) for part in parts])
+        for key in ("normals", "tied", "coordinates", "area", "middle_nodes")
+    }
+    first = parts[0]
+    made = replace(
+        first,
+        labels=np.concatenate([part.labels if coupling is None else part.first for part in parts]),
+        **every,
+        tangent=_tangents(parts) if first.axes == SPACE else None,
+        assumed=all(part.assumed for part in parts),
+        x=None,
+        gap=_of_nodes([part.gap for part in parts], parts),
+        gap_is_stated=all(part.gap_is_stated for part in parts),
+        sorted_by_place=any(part.sorted_by_place for part in parts),
+        surface=None,
+        coupling=coupling,
+        clamped=np.unique(np.concatenate([part.clamped for part in parts])),
+        name="",
+        friction=None,
+        patches=tuple(parts),
+    )
+    return replace(made, x=_positions(made))
+
+
+def _coupling(part: ContactSection, parts: Sequence[ContactSection]) -> NodeCoupling:
+    """What the nodes of a patch follow, in as many dimensions as the surfaces of others have."""
+    if part.coupling is not None:
+        return part.coupling
+    size = next((other.coupling.normals.shape[1] for other in parts if other.coupling is not None), 3)
+    return coupling_of_nodes(part.labels, part.unit_normals[:, :size], part.middle_nodes)
+
+
+def _of_nodes(values: Sequence[FloatArray], parts: Sequence[ContactSection]) -> FloatArray:
+    """What is one number or one per node of every patch, per node of all of them, (n,)."""
+    return np.concatenate(
+        [np.broadcast_to(each, len(part.labels)) for each, part in zip(values, parts, strict=True)]
+    )
+
+
+def _tangents(parts: Sequence[ContactSection]) -> FloatArray:
+    """The tangents of every patch as it would have them alone, (n, 2, 3)."""
+    return np.concatenate([tangent_pairs(part.unit_normals, part.tangent) for part in parts])
+
+
+def _positions(contact: ContactSection) -> FloatArray | None:
+    """Positions on one plane, or in space; of a plane contact along each patch, the one beside the other."""
+    if contact.axes == SPACE:
+        places = contact.coordinates
+        return None if places is None else patch_positions(places, contact.unit_normals, contact.tangent)
+    own = [part.x for part in contact.parts]
+    if any(each is None for each in own):
+        return None
+    found = [np.asarray(each) for each in own]
+    for k, each in enumerate(found[1:], start=1):
+        before = np.concatenate(found[:k])
+        if each.min() <= before.max() and each.max() >= before.min():
+            step = max(float(np.diff(np.sort(one)).max(initial=0.0)) for one in found) or 1.0
+            found[k] = each - each.min() + before.max() + BESIDE * step
+    return np.concatenate(found)

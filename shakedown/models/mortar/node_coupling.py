@@ -1,0 +1,110 @@
+"""What nodes of one body follow on the other: surfaces that do not match, pairs, both side by side."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.result import Result
+from shakedown.models.mortar.facet_shapes import ALPHA
+
+IntArray = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class NodeCoupling(Result):
+    """u₁ = (slip, gap) + P u₂ of contact nodes by nodes of the second body.
+
+    Attributes
+    ----------
+    labels : (n,)
+        The contact nodes, all of the first body.
+    master : (m,)
+        Nodes of the second body that have a weight.
+    P : (d n, d m)
+        Weights, node by node and direction by direction; rigid motions of both bodies open no gap.
+    normals : (n, d)
+        Unit normals into the first body.
+    middle_nodes : (t, 3)
+        Nodes between two corners of quadratic facets whose basis is changed, and these two corners.
+    partner : (n,)
+        The node of the second body with the largest weight; where there is none the node itself.
+    notes : tuple of str
+        What a user should know.
+    """
+
+    labels: IntArray
+    master: IntArray
+    P: sparse.csr_array
+    normals: FloatArray
+    middle_nodes: IntArray
+    partner: IntArray
+    notes: tuple[str, ...]
+
+    def opening(self, displacement: Callable[[IntArray], FloatArray]) -> FloatArray:
+        """û₁ − P u₂, (n, d), of displacements (k, d) by the labels of k nodes."""
+        own = displacement(self.labels)
+        place = {label: k for k, label in enumerate(self.labels.tolist())}
+        if len(self.middle_nodes):
+            corners = displacement(self.middle_nodes[:, 1]) + displacement(self.middle_nodes[:, 2])
+            rows = [place[label] for label in self.middle_nodes[:, 0].tolist()]
+            own[rows] = (own[rows] - ALPHA * corners) / (1 - 2 * ALPHA)
+        followed = (self.P @ displacement(self.master).ravel()) if len(self.master) else np.zeros(own.size)
+        return np.asarray(own - followed.reshape(own.shape))
+
+    def on_master(self, forces: FloatArray) -> FloatArray:
+        """Forces (m, d) on the nodes of the second body where the contact nodes carry (n, d): −Pᵀ r."""
+        return -(self.P.T @ forces.ravel()).reshape(len(self.master), -1)
+
+
+def coupling_of_nodes(labels: IntArray, normals: FloatArray, middle_nodes: IntArray) -> NodeCoupling:
+    """That of nodes (n,) on a rigid obstacle, P without columns, or of pairs (n, 2), P = 1.
+
+    In the basis of quadratic faces û = T⁻¹ u the second body's nodes are changed as the first one's are.
+
+    Examples
+    --------
+    >>> found = coupling_of_nodes(np.array([[1, 5]]), np.array([[0.0, 1.0]]), np.zeros((0, 3), int))
+    >>> found.P.toarray().tolist()
+    [[1.0, 0.0], [0.0, 1.0]]
+    """
+    first, *second = labels.reshape(len(labels), -1).T
+    between = middle_nodes[np.isin(middle_nodes, first).all(axis=1)]
+    n, d = normals.shape
+    weights = sparse.eye_array(n).tolil()
+    place = {label: k for k, label in enumerate(first.tolist())}
+    for middle, *corners in between.tolist():
+        weights[place[middle], place[middle]] = 1 / (1 - 2 * ALPHA)
+        weights[place[middle], [place[corner] for corner in corners]] = -ALPHA / (1 - 2 * ALPHA)
+    return NodeCoupling(
+        labels=first,
+        master=second[0] if second else first[:0],
+        P=sparse.csr_array(sparse.kron(weights if second else sparse.csr_array((n, 0)), sparse.eye_array(d))),
+        normals=normals,
+        middle_nodes=between,
+        partner=second[0] if second else first,
+        notes=weighted_nodes(len(between)),
+    )
+
+
+def joined_couplings(parts: Sequence[NodeCoupling]) -> NodeCoupling:
+    """Those of several patches as one; nodes of the second body may occur twice."""
+    labels, master, normals, between, partner = (
+        np.concatenate([getattr(part, key) for part in parts])
+        for key in ("labels", "master", "normals", "middle_nodes", "partner")
+    )
+    P = sparse.csr_array(sparse.block_diag([part.P for part in parts]))
+    return NodeCoupling(labels, master, P, normals, between, partner, weighted_nodes(len(between)))
+
+
+def weighted_nodes(count: int) -> tuple[str, ...]:
+    """A note on nodes between corners of quadratic facets, of which there are so many with either corner."""
+    if not count:
+        return ()
+    return (
+        f"quadratic faces: slips, gaps and forces at {count} node(s) between corners are weighted ones, so "
+        "that every node carries a share of a pressure (docs/mortar.md)",
+    )
