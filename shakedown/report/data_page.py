@@ -32,9 +32,16 @@ WORDS = {
     "poisson": "Poisson's ratio",
     "extent": "extent in x, y",
     "boundary": "on",
+    "history": "times",
 }
 ROWS = {"contact": "contact boundary", "plane": "plane stress or strain", "materials": "material"}
-BARE = ("kind", "type", "whole body")  # told without their name
+BARE = ("kind", "value", "type", "whole body")  # told without their name
+ORDER = ("kind", "value", "boundary")  # of a load, before what else is told of it
+GIVEN_DIGITS = 7  # of what was given
+LEFT_OF_PRELOAD = (
+    "on average, the sum of the mean p_w with all constant loads: when a bolt is tightened the bodies give "
+    "way and its shank gets shorter by as much, which takes a part of its preload"
+)
 
 
 def stiffness_rows(problem: Problem, coupling_ratio: float) -> list[tuple[str, str, str]]:
@@ -131,20 +138,31 @@ def _body_rows(body: object, problem: Problem) -> list[tuple[str, str]]:
     for key, value in body.items():
         if key == "loads" and isinstance(value, list):
             for k, load in enumerate(value, 1):
-                loaded = load if isinstance(load, dict) else {"kind": load}
+                loaded = _over_time(load) if isinstance(load, dict) else {"kind": load}
                 of_kind = {"BodyForce": known.density, "Force": known.force}
                 unit = of_kind.get(str(loaded.get("kind")), stress)
-                rows.append((f"load {k}", _in_words(loaded, {"value": unit} | lengths)))
+                told = {key: loaded[key] for key in ORDER if key in loaded} | loaded
+                rows.append((f"load {k}", _in_words(told, {"value": unit} | lengths)))
         elif value not in ([], {}):
             rows.append((ROWS.get(key, str(key)), _in_words(value, units | {"": units.get(key, "")})))
     return rows
 
 
+def _over_time(load: dict[str, Any]) -> dict[str, Any]:
+    """A load or bolt whose history says that it is constant where it is."""
+    return load | {"history": "1, constant"} if load.get("history") == 1 else load
+
+
 def _bolt_rows(bolts: object, problem: Problem) -> list[tuple[str, str]]:
-    """Patches, preload and stiffness of every bolt."""
-    own = {"preload": units_of(problem).force, "stiffness": units_of(problem).stiffness}
-    told = bolts if isinstance(bolts, list) else []
-    return [(f"bolt {k}", _in_words(bolt, own)) for k, bolt in enumerate(told, 1)]
+    """Patches, preload and stiffness of every bolt, and what presses the bodies together in the end."""
+    known = units_of(problem)
+    own = {"preload": known.force, "stiffness": known.stiffness}
+    told = [_over_time(bolt) for bolt in bolts if isinstance(bolt, dict)] if isinstance(bolts, list) else []
+    rows = [(f"bolt {k}", _in_words(bolt, own)) for k, bolt in enumerate(told, 1)]
+    if any(bolt.get("preload") and bolt.get("stiffness") for bolt in told):
+        pressed = sized(float(loading(problem).p0.sum()), known.force)
+        rows.append(("the contact carries", f"{pressed} {LEFT_OF_PRELOAD}"))
+    return rows
 
 
 def _in_words(value: object, units: Mapping[str, str] = MappingProxyType({})) -> str:
@@ -159,7 +177,7 @@ def _in_words(value: object, units: Mapping[str, str] = MappingProxyType({})) ->
         text = ", ".join(inner) if all(isinstance(part, str) for part in value) else f"({', '.join(inner)})"
         return f"{text} {units.get('', '')}".rstrip()
     if isinstance(value, int | float) and not isinstance(value, bool):
-        return f"{value + 0.0:.10g} {units.get('', '')}".rstrip()
+        return sized(value + 0.0, units.get("", ""), GIVEN_DIGITS)
     return str(value)
 
 

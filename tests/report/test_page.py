@@ -239,8 +239,8 @@ def test_a_joint_from_meshes_tells_its_material_mesh_and_loads():
     assert rows["material"] == "Young's modulus 210000 MPa, Poisson's ratio 0.3"
     assert rows["thickness"] == "10 mm"
     assert rows["mesh"] == "elements 8, nodes 15, bilinear quadrilaterals, x (0, 4) mm, y (0, 2) mm"
-    assert rows["load 1"] == "Pressure, history 1, on top, value 60 MPa"
-    assert rows["load 2"].endswith("at 8 load steps, on top, value (12, 0) MPa")
+    assert rows["load 1"] == "Pressure, 60 MPa, on top, times 1, constant"
+    assert rows["load 2"] == "Traction, (12, 0) MPa, on top, times a function of time, -1 … 1 at 8 load steps"
     both = dict(source_rows(press_fit()))
     assert both["initial gap"] == "-0.001 mm"
     assert both["body 1: supports"] == "on floor, holds y; on wall, holds x"

@@ -91,7 +91,9 @@ def test_loads_bolts_and_all_three_extents_are_told_with_their_units():
         ],
     }
     rows = dict(source_rows(replace(JOINT, units="N, mm", source=json.dumps(source))))
-    assert rows["bolt 1"] == "head washer, preload 12000 N, stiffness 200000 N/mm, history 1"
+    assert rows["bolt 1"] == "head washer, preload 12000 N, stiffness 200000 N/mm, times 1, constant"
+    pressed = float(rows["the contact carries"].split()[0])
+    assert pressed == pytest.approx(JOINT.p_w.mean(axis=0).sum(), rel=1e-3)
     for number, unit in enumerate(("N", "MPa", "N/mm³"), 1):
-        assert rows[f"load {number}"].endswith(f"value (1, 0, 0) {unit}")
+        assert rows[f"load {number}"].endswith(f", (1, 0, 0) {unit}")
     assert rows["mesh"] == "elements 2, x (0, 1) mm, y (0, 2) mm, z (-3, 0) mm"
