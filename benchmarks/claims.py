@@ -404,7 +404,7 @@ def _refinement() -> list[str]:
 
     return [
         f"{len(found)} joints on {min(meshes)} to {max(meshes)} meshes each, in the plane and in space: friction work at one load converges "
-        f"on {counted('work')}, λ_max averaged over a length on {counted('averaged_impossible_above')}, λ_max itself on "
+        f"on {counted('work')}, the load factor up to which slips stay small on {counted('slip_limit')}, λ_max averaged over a length on {counted('averaged_impossible_above')}, λ_max itself on "
         f"{counted('impossible_above')}, where friction holds the edges of the contact or there are none ([what a limit means on a mesh](mesh.md), `refinement`)."
     ]
 

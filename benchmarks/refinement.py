@@ -111,33 +111,32 @@ def bolted_lap(elements: int) -> Problem:
 class Joint(NamedTuple):
     """From contact elements to a joint, the load factor of its simulation, and how many elements there are.
 
-    And the radius over which slips are averaged [length]; by default an eighth of the contact.
+    And the length that slips are to stay below, and the radius over which they are averaged [length]; by
+    default an eighth of the contact.
     """
 
     make: Callable[[int], Problem]
     load_factor: float
+    slip_below: float | None
     sizes: tuple[int, ...] = (8, 16, 32, 64)
     radius: float | None = None
 
 
 JOINTS = {
-    "block on a rigid plane, moved, f = 0.2": Joint(lambda elements: block_on_plane(elements, 0.2), 4.0),
-    "block on a rigid plane, pushed, f = 0.4": Joint(lambda elements: pushed_block(elements, 0.4), 3.8),
-    "pad on a block, f = 0.3": Joint(lambda elements: pad(elements, 0.3), 2.8, (8, 16, 32, 64, 128)),
-    "pad on a block, f = 0.7": Joint(lambda elements: pad(elements, 0.7), 6.5),
-    "two similar blocks, f = 0.3": Joint(lambda elements: similar_blocks(elements, 0.3), 4.0, (8, 16, 32)),
-    "press fit, f = 0.2": Joint(lambda elements: press_fit(elements // 8), 1.0),
-    "cylinder on a flat, f = 0.3": Joint(lambda elements: cylinder_on_flat(elements // 8), 1.0, (8, 16, 32)),
+    "block on a rigid plane, moved, f = 0.2": Joint(lambda k: block_on_plane(k, 0.2), 4.0, 1e-4),
+    "block on a rigid plane, pushed, f = 0.4": Joint(lambda k: pushed_block(k, 0.4), 3.8, 1e-5),
+    "pad on a block, f = 0.3": Joint(lambda k: pad(k, 0.3), 2.8, None, (8, 16, 32, 64, 128)),
+    "pad on a block, f = 0.7": Joint(lambda k: pad(k, 0.7), 6.5, 3e-5),
+    "two similar blocks, f = 0.3": Joint(lambda k: similar_blocks(k, 0.3), 4.0, 1e-4, (8, 16, 32)),
+    "press fit, f = 0.2": Joint(lambda k: press_fit(k // 8), 1.0, 3e-4),
+    "cylinder on a flat, f = 0.3": Joint(lambda k: cylinder_on_flat(k // 8), 1.0, 2e-3, (8, 16, 32)),
     "cantilevered block (chapter V), f = 0.4": Joint(
-        lambda elements: cantilevered_block(elements // 8), 3.0, (8, 16, 32)
+        lambda k: cantilevered_block(k // 8), 3.0, 1e-9, (8, 16, 32)
     ),
-    "brick on a rigid plane, moved, f = 0.2": Joint(
-        lambda elements: brick(elements, 0.2), 4.0, (4, 8, 12, 16), 0.5
-    ),
-    "sphere on a flat, f = 0.5": Joint(sphere_on_flat, 1.0, (3, 6, 12), 0.25),
-    "bolted lap joint, f = 0.5": Joint(bolted_lap, 4.0, (12, 24, 36), 10.0),
+    "brick on a rigid plane, moved, f = 0.2": Joint(lambda k: brick(k, 0.2), 4.0, None, (4, 8, 12, 16), 0.5),
+    "sphere on a flat, f = 0.5": Joint(sphere_on_flat, 1.0, None, (3, 6, 12), 0.25),
+    "bolted lap joint, f = 0.5": Joint(bolted_lap, 4.0, None, (12, 24, 36), 10.0),
 }
-NO_NUMBERS = {"joint", "elements", "size", "nodes", "directions", "radius", "load_factor"}  # of a row
 SHARE = 8  # of the contact: the radius over which slips are averaged
 
 
@@ -152,11 +151,12 @@ def cases(short: bool) -> list[dict[str, Any]]:
 
 def measure(case: dict[str, Any]) -> dict[str, Any]:
     """All numbers of one joint on one mesh."""
-    make, load_factor, _, radius = JOINTS[case["joint"]]
-    problem = make(case["elements"])
+    make, load_factor, slip_below, _, radius = JOINTS[case["joint"]]
+    problem, size = make(case["elements"]), case["elements"]
     assert problem.x is not None
     radius = float(np.ptp(problem.x)) / SHARE if radius is None else radius
-    found = refine({case["elements"]: problem}, [case["elements"]], radius=radius, load_factor=load_factor)
+    asked: dict[str, Any] = {"load_factor": load_factor, "radius": radius, "slip_below": slip_below}
+    found = refine({size: problem}, [size], **asked)
     return {name: values[0] for name, values in found.to_dict()["table"].items() if name != "fingerprint"}
 
 
@@ -166,13 +166,13 @@ def refinements(rows: list[dict[str, Any]]) -> dict[str, Refinement]:
     for joint in JOINTS:
         own = [row for row in rows if row["joint"] == joint]
         if own:
+            names = list(own[0])
             columns = {
                 name: np.array([np.nan if row[name] is None else float(row[name]) for row in own])
-                for name in own[0]
-                if name not in NO_NUMBERS
+                for name in names[names.index("nodes") + 1 : names.index("directions")]
             }
             size, nodes = (np.array([row[name] for row in own]) for name in ("elements", "nodes"))
-            about = (own[-1][name] for name in ("load_factor", "radius"))
+            about = (own[-1][name] for name in ("load_factor", "radius", "slip_below"))
             found[joint] = Refinement(*about, size, nodes, own[-1]["directions"], columns, ())
     return found
 

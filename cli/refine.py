@@ -30,6 +30,12 @@ if TYPE_CHECKING:
     show_default=True,
     help="Load factor of friction work and slips, the same on every mesh.",
 )
+@click.option(
+    "--slip-below",
+    type=float,
+    metavar="LENGTH",
+    help="Also up to which load factor every node's slip range stays below this length.",
+)
 @click.option("-o", "--output", type=TableFile(), help="Write one row per mesh here (.csv or .parquet).")
 @click.option("--picture", type=OutputFile(PICTURES), help="Draw the numbers here (.png, .svg or .pdf).")
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
@@ -41,6 +47,7 @@ def refine(
     problems: tuple[Problem, ...],
     average: float | None,
     load_factor: float,
+    slip_below: float | None,
     output: Path | None,
     picture: Path | None,
     workers: int,
@@ -60,6 +67,7 @@ def refine(
             [problem.n for problem in problems],
             radius=average,
             load_factor=load_factor,
+            slip_below=slip_below,
             workers=workers,
             output=output,
             resume=resume,

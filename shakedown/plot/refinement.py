@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.float_array import FloatArray
-from shakedown.plot.style import LINES, axes_for, finished
+from shakedown.plot.style import BLACK, LINES, axes_for, finished
 
-MARKS = "os^Dvx"
+MARKS = "os^Dvx*"
 HIGHEST = 3.0  # times the number on the finest mesh: what is larger leaves the picture
 
 
@@ -55,7 +55,7 @@ def refinement(found: _Refinement, *, ax: Axes | None = None) -> Axes:
         if not known.size or not known.max() > 0:
             continue
         unit = values[-1] if np.isfinite(values[-1]) and values[-1] > 0 else known.max()
-        label, colour = f"{name.replace('_', ' ')}: {found.verdict[name]}", LINES[k]
+        label, colour = f"{name.replace('_', ' ')}: {found.verdict[name]}", (*LINES, BLACK)[k]
         axes.plot(found.nodes, values / unit, f"{MARKS[k]}-", color=colour, label=label, ms=5)
         if np.isfinite(limit):
             axes.plot(found.nodes[-1] * np.array([1.0, 1.6]), 2 * [limit / unit], "--", color=colour)

@@ -22,10 +22,11 @@ if TYPE_CHECKING:  # it loads what computes
 MESH_NUMBERS = {  # of a refinement: first what has a limit on most joints
     "work": "friction work",
     "largest_slip": "largest slip",
-    "averaged_impossible_above": "impossible above (averaged)",
+    "slip_limit": "slips small up to λ",
+    "averaged_impossible_above": "impossible, averaged",
     "impossible_above": "impossible above",
-    "proved_from_this_state": "proved from this state",
-    "proved_from_every_state": "proved from every state",
+    "proved_from_this_state": "proved, this state",
+    "proved_from_every_state": "proved, every state",
 }
 VERDICTS = {"converges": "converging", "undecided": "undecided", "falls": "falling", "grows": "growing"}
 TREND = (
@@ -179,25 +180,29 @@ def refinement_in_words(found: Refinement) -> str:
     >>> import shakedown
     >>> joints = {n: shakedown.example(f"block-{n}") for n in (9, 33)}
     >>> print(refinement_in_words(shakedown.refine(joints, [9, 33])))
-    On meshes of 9 to 33 contact nodes – undecided: impossible above, proved from this state.
+    On meshes of 9 to 33 contact nodes – undecided: impossible above; proved, this state.
     """
     names: dict[str, list[str]] = {}
     for name in told_of_meshes(found):
         if not found.numbers[name].any():  # nothing on any mesh: no slip, or no proof
             continue
         names.setdefault(found.verdict[name], []).append(MESH_NUMBERS[name])
-    said = [f"{word}: {', '.join(names[verdict])}" for verdict, word in VERDICTS.items() if verdict in names]
-    return f"On meshes of {found.nodes[0]} to {found.nodes[-1]} contact nodes – {'; '.join(said)}."
+    said = [f"{word}: {'; '.join(names[verdict])}" for verdict, word in VERDICTS.items() if verdict in names]
+    return f"On meshes of {found.nodes[0]} to {found.nodes[-1]} contact nodes – {' – '.join(said)}."
 
 
 def told_of_meshes(found: Refinement) -> list[str]:
     """The columns of a refinement that are told, what is most likely to converge first."""
-    return [name for name in MESH_NUMBERS if found.radius is not None or "averaged" not in name]
+    asked = {"averaged_impossible_above": found.radius, "slip_limit": found.slip_below}
+    return [name for name in MESH_NUMBERS if asked.get(name, found.load_factor) is not None]
 
 
 def refinement_notes(found: Refinement, problem: Problem) -> list[str]:
     """What the numbers of a refinement are, and what is meant by their verdicts."""
     length = units_of(problem).length
-    radius = "" if found.radius is None else f" Averaged over {sized(found.radius, length)}."
     about = f"Friction work per cycle and slip at λ = {found.load_factor:g}, simulated starting without slip."
-    return [about + radius, TREND]
+    if found.slip_below is not None:
+        about += f" Small slips are below {sized(found.slip_below, length)}."
+    if found.radius is not None:
+        about += f" Averaged over {sized(found.radius, length)}."
+    return [about, TREND]

@@ -26,13 +26,13 @@ def meshes():
         "impossible_above": H**0.2,
     }
     same = ("", shakedown.example("block-9").fingerprint, "")
-    return Refinement(1.5, 0.5, np.arange(3.0), np.array([4, 8, 16]), 1, numbers, same)
+    return Refinement(1.5, 0.5, None, np.arange(3.0), np.array([4, 8, 16]), 1, numbers, same)
 
 
 def test_verdicts_in_words_begin_with_what_converges(meshes):
     assert refinement_in_words(meshes) == (
-        "On meshes of 4 to 16 contact nodes – converging: friction work, impossible above (averaged); "
-        "undecided: largest slip; falling: impossible above."
+        "On meshes of 4 to 16 contact nodes – converging: friction work; impossible, averaged – "
+        "undecided: largest slip – falling: impossible above."
     )
 
 

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from math import nan
 from os import PathLike
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.assess import assess
+from shakedown.assessment.slip_limit import slip_limit
 from shakedown.campaign.crew import Crew
 from shakedown.campaign.journal import journal_at
 from shakedown.campaign.pieces import function_stamp, run_campaign
@@ -25,11 +26,20 @@ from shakedown.joint.hat_functions import averaged
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.node_results import node_results
+from shakedown.long_term.slip_criterion import check_slip_below
 from shakedown.studies.meshes.refined import COLUMNS, LIMITS, Refinement
 
 Progress = Callable[[int, int], None]
 Make = Callable[[Any], Problem] | Mapping[Any, Problem]
 LOGGER = logging.getLogger("shakedown")
+
+
+class Asked(NamedTuple):
+    """What is asked of every mesh: a load factor, the length of averages, that which slips stay below."""
+
+    load_factor: float
+    radius: float | None
+    slip_below: float | None
 
 
 @checked
@@ -39,6 +49,7 @@ def refine(
     *,
     radius: float | None = None,
     load_factor: float = 1.0,
+    slip_below: float | None = None,
     workers: int = 1,
     output: str | PathLike[str] | None = None,
     resume: bool = False,
@@ -61,6 +72,8 @@ def refine(
         The length over which slips are averaged (:func:`averaged`), the same on every mesh [length].
     load_factor
         At which friction work and slips are found.
+    slip_below
+        Also up to which load factor the slip of every node stays below this length [length].
     workers
         Number of processes; a function that makes joints has to be one that can be imported then.
     output
@@ -87,11 +100,13 @@ def refine(
     check_load_factor(load_factor)
     if radius is not None and not (is_finite(radius) and radius > 0):
         raise UsageError(f"radius: expected a length above 0, found {radius!r}")
+    if slip_below is not None:
+        slip_below = check_slip_below(slip_below)
     real_array("sizes", sizes)
     wanted = tuple(np.ravel(np.asarray(sizes)).tolist())  # whole numbers stay such
     if not wanted or (isinstance(make, Mapping) and not set(wanted) <= set(make)):
         raise UsageError(f"sizes: expected sizes of joints, found {wanted}")
-    work = _Meshes(make, wanted, radius, float(load_factor))
+    work = _Meshes(make, wanted, Asked(float(load_factor), radius, slip_below))
     partial = None if output is None else record_beside(output)
     if output is not None:
         check_table(output)
@@ -102,7 +117,7 @@ def refine(
         rows = [json.loads(piece) for piece in journal.pieces()]
         if not isinstance(make, Mapping):
             _check_one_joint(rows)
-        found = _refinement(wanted, rows, radius, float(load_factor))
+        found = _refinement(wanted, rows, work.asked)
         if output is not None:
             found.save(output)
         journal.remove()
@@ -138,12 +153,9 @@ def _check_one_joint(meshes: Sequence[Mapping[str, Any]]) -> None:
         LOGGER.warning("the meshes differ in %s: are they one joint?", " and ".join(differ))
 
 
-def _refinement(
-    sizes: tuple[float, ...], rows: Sequence[dict[str, Any]], radius: float | None, load_factor: float
-) -> Refinement:
+def _refinement(sizes: tuple[float, ...], rows: Sequence[dict[str, Any]], asked: Asked) -> Refinement:
     return Refinement(
-        load_factor,
-        radius,
+        *asked,
         np.array(sizes, dtype=float),
         np.array([row["nodes"] for row in rows]),
         rows[0]["directions"],
@@ -158,13 +170,12 @@ class _Meshes:
 
     make: Make
     sizes: tuple[float, ...]
-    radius: float | None
-    load_factor: float
+    asked: Asked
 
     def __call__(self, number: int) -> bytes:
         size = self.sizes[number]
         problem = self.make[size] if isinstance(self.make, Mapping) else self.make(size)
-        row = _about(problem) | mesh_row(problem, self.radius, self.load_factor)
+        row = _about(problem) | mesh_row(problem, *self.asked)
         return json.dumps(row).encode()
 
     def header(self) -> dict[str, str]:
@@ -173,11 +184,17 @@ class _Meshes:
             joints = [self.make[size].fingerprint for size in self.sizes]
         else:
             joints = [function_stamp(self.make, self.sizes[0])]
-        asked = self.sizes, self.radius, self.load_factor
-        return {"joints": repr(joints), "question": repr(asked), "version": version("shakedown-bounds")}
+        return {
+            "joints": repr(joints),
+            "sizes": repr(self.sizes),
+            "question": repr(self.asked),
+            "version": version("shakedown-bounds"),
+        }
 
 
-def mesh_row(problem: Problem, radius: float | None, load_factor: float) -> dict[str, Any]:
+def mesh_row(
+    problem: Problem, load_factor: float, radius: float | None, slip_below: float | None
+) -> dict[str, Any]:
     """The numbers of one mesh, by ``COLUMNS``."""
     row: dict[str, Any] = {}
     limits = assess(problem)
@@ -189,6 +206,7 @@ def mesh_row(problem: Problem, radius: float | None, load_factor: float) -> dict
     known = nodes.period > 0
     row["work"] = float(nodes.work.sum()) if known else nan
     row["largest_slip"] = float(nodes.slip_range.max()) if known else nan
+    row["slip_limit"] = nan if slip_below is None else slip_limit(problem, slip_below).load_factor
     return row
 
 

@@ -22,8 +22,9 @@ LIMITS = (
     "proved_from_every_state",
     "averaged_impossible_above",
 )
-COLUMNS = (*LIMITS, "work", "largest_slip")
-HEADINGS = ("size", "nodes", *COLUMNS, "directions", "load_factor", "radius", "fingerprint")
+COLUMNS = (*LIMITS, "work", "largest_slip", "slip_limit")
+SAME = ("load_factor", "radius", "slip_below")  # for all meshes
+HEADINGS = ("size", "nodes", *COLUMNS, "directions", *SAME, "fingerprint")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -36,6 +37,8 @@ class Refinement(Result):
         At which the joint is simulated, the same on every mesh.
     radius
         The length over which slips are averaged [length]; None where they are not.
+    slip_below
+        The length that slips are to stay below [length]; None where that was not asked for.
     size : (k,)
         What the meshes were made from, in order.
     nodes : (k,)
@@ -45,16 +48,18 @@ class Refinement(Result):
     numbers
         The other columns: the three numbers of :func:`assess`, λ_max averaged over the radius, the
         friction work per cycle of all nodes [force · length] and the largest slip range of a node [length]
-        in the long run at the load factor, from slip zero. NaN where there is none, inf where nothing
-        limits it.
+        in the long run at the load factor, from slip zero, and up to which load factor every slip stays
+        below the length (:func:`~shakedown.assessment.slip_limit.slip_limit`). NaN where there is none, inf
+        where nothing limits it.
     fingerprints
         Of the joints (``Problem.fingerprint``), by which a report knows its own.
     """
 
-    DOCUMENT: ClassVar[str] = "load_factor radius"
+    DOCUMENT: ClassVar[str] = "load_factor radius slip_below"
 
     load_factor: float
     radius: float | None
+    slip_below: float | None
     size: FloatArray
     nodes: NDArray[np.intp]
     directions: int
@@ -63,7 +68,7 @@ class Refinement(Result):
 
     def table(self) -> dict[str, NDArray[Any]]:
         """The columns by name, one row per mesh; what all meshes have in common is said of each."""
-        same = {"directions": self.directions, "load_factor": self.load_factor, "radius": self.radius}
+        same = {name: getattr(self, name) for name in ("directions", *SAME)}
         return {
             "size": self.size,
             "nodes": self.nodes,
@@ -87,13 +92,14 @@ class Refinement(Result):
             try:
                 nodes, directions = [np.array(list(map(int, found.pop(n)))) for n in ("nodes", "directions")]
                 numbers = {name: np.array([float(x or nan) for x in texts]) for name, texts in found.items()}
-                load_factor, radius = (float(numbers.pop(name)[0]) for name in ("load_factor", "radius"))
+                load_factor, *lengths = (float(numbers.pop(name)[0]) for name in SAME)
             except (ValueError, IndexError) as error:
                 raise ProblemError(f"expected numbers of one mesh or more, found {error}") from None
             if set(directions) not in ({1}, {2}) or (np.diff(nodes, prepend=0) <= 0).any():
                 raise ProblemError("expected meshes of one joint that get finer, found others")
-        about = load_factor, None if isnan(radius) else radius, numbers.pop("size"), nodes
-        return cls(*about, int(directions[0]), numbers, fingerprints)
+        radius, slip_below = (None if isnan(length) else length for length in lengths)
+        meshes = numbers.pop("size"), nodes, int(directions[0])
+        return cls(load_factor, radius, slip_below, *meshes, numbers, fingerprints)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the table: CSV in full precision, or Parquet where the name ends in .parquet.

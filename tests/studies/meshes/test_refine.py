@@ -9,6 +9,7 @@ from command import document, run
 import shakedown
 from benchmarks.refinement import block_on_plane
 from shakedown import ProblemError, UsageError, plot
+from shakedown.assessment.slip_limit import slip_limit
 from shakedown.studies.meshes import refine as module
 from shakedown.studies.meshes.refined import COLUMNS, HEADINGS, Refinement
 from shakedown.studies.meshes.verdict import trend
@@ -55,7 +56,7 @@ def by_dozen(size):
 
 @pytest.fixture(scope="module")
 def found():
-    return shakedown.refine(by_dozen, [2, 4, 8], radius=0.5, load_factor=2.0)
+    return shakedown.refine(by_dozen, [2, 4, 8], radius=0.5, load_factor=2.0, slip_below=1e-4)
 
 
 def test_the_block_below_the_critical_friction(found):
@@ -66,8 +67,17 @@ def test_the_block_below_the_critical_friction(found):
     assert 0.084 < found.order["impossible_above"] < 0.13  # from above: Williams
     assert found.verdict["averaged_impossible_above"] == "converges"
     assert table["averaged_impossible_above"][0] == table["impossible_above"][0]
+    assert table["slip_limit"][1] == slip_limit(by_dozen(4), 1e-4).load_factor
     assert found.to_frame().shape == (3, len(HEADINGS))
-    assert set(found.to_dict()) == {"load_factor", "radius", "table", "verdict", "limit", "order"}
+    assert set(found.to_dict()) == {
+        "load_factor",
+        "radius",
+        "slip_below",
+        "table",
+        "verdict",
+        "limit",
+        "order",
+    }
     assert plot.refinement(found).get_ylim()[0] == 0.0
 
 
@@ -119,7 +129,7 @@ def test_the_command_says_the_same(found, tmp_path):
     paths = [str(tmp_path / f"{size}.npz") for size in (2, 4)]
     for path, size in zip(paths, (2, 4), strict=True):
         shakedown.save_problem(path, by_dozen(size))
-    words = ("refine", *paths, "--average", "0.5", "--load-factor", "2")
+    words = ("refine", *paths, "--average", "0.5", "--load-factor", "2", "--slip-below", "1e-4")
     told = document(*words)
     for name in COLUMNS:
         assert told["table"][name] == found.numbers[name][:2].tolist()
@@ -168,7 +178,7 @@ def test_a_table_is_read_as_it_was_written(found, tmp_path, radius):
         ("", "expected a table with the columns size, nodes"),
         (",".join(HEADINGS), "expected numbers of one mesh or more"),
         (f"{','.join(HEADINGS)}\n{',' * (len(HEADINGS) - 1)}", "expected numbers of one mesh or more"),
-        (f"{','.join(HEADINGS)}\n2,5,1,1,1,1,1,1,3,1,1,a", "get finer, found others"),
+        (f"{','.join(HEADINGS)}\n2,5,1,1,1,1,1,1,1,3,1,1,1,a", "get finer, found others"),
     ],
 )
 def test_another_file_is_refused(tmp_path, text, said):
@@ -179,7 +189,12 @@ def test_another_file_is_refused(tmp_path, text, said):
 
 @pytest.mark.parametrize(
     ("words", "said"),
-    [({"sizes": []}, "sizes"), ({"radius": -1.0}, "radius"), ({"load_factor": -1.0}, "load factor")],
+    [
+        ({"sizes": []}, "sizes"),
+        ({"radius": -1.0}, "radius"),
+        ({"load_factor": -1.0}, "load factor"),
+        ({"slip_below": 0.0}, "slip"),
+    ],
 )
 def test_bad_words_are_refused(words, said):
     with pytest.raises(UsageError, match=said):
