@@ -25,6 +25,8 @@ from shakedown.joint.result import Result
 FEWEST = {True: 9, False: 16}  # nodes, in the plane or in space: fewer are too coarse to make coarser
 MUCH = 0.1  # by which a limit changes on every second node: more than that is said
 MOST = 0.5  # of the multipliers at the edge: then it decides
+NEARLY = 0.995  # of them: nothing else does
+NEARLY = 0.995  # of them: nothing else does
 NAMED = 4  # nodes, each with more than MUCH of the multipliers
 TIMES = 2.0  # a change that is larger is told as a factor
 NUMBERS: dict[str, tuple[str, Callable[[Any], float]]] = {
@@ -134,16 +136,15 @@ def _warning(share: float, nodes: Sequence[int], coarser: dict[str, float]) -> s
         told = [f"all three limits are {_rise(min(changed.values()), max(changed.values()))}"]
     else:
         told = [f"{NUMBERS[name][0]} is {_change(by)}" for name, by in changed.items()]
-    where, verb = "Nodes", "determine"
-    if nodes:
-        one = len(nodes) == 1
-        numbers = _listed([str(node) for node in nodes])
-        where, verb = (f"Node {numbers}", "determines") if one else (f"Nodes {numbers}", "determine")
-    determined = f"{where} at the edge {verb} λ_max. " if share >= MOST else ""
-    finer = "; a finer mesh may well give lower ones" if max(coarser.values()) > MUCH else ""
+    determined = ""
+    if share >= MOST:
+        one, how = len(nodes) == 1, "" if share > NEARLY else "largely "
+        where = " ".join(filter(None, ["Node" if one else "Nodes", _listed([str(node) for node in nodes])]))
+        determined = f"{where} at the edge {how}determine{'s' * one} λ_max. "
+    finer = "; a finer mesh may give lower limits" * any(MUCH < by < inf for by in coarser.values())
     return (
-        f"{determined}On every second node, {_listed(told)}{finer}. The numbers hold for this mesh only (see "
-        "shakedown-bounds refine)."
+        f"{determined}With every second node removed, {_listed(told)}{finer}. The numbers hold for this mesh "
+        "only (see shakedown-bounds refine)."
     )
 
 
@@ -158,7 +159,7 @@ def _rise(low: float, high: float) -> str:
 
 def _change(by: float) -> str:
     if isinf(by):
-        return "above 0"
+        return "above 0 (here 0)"
     if by == -1.0:
         return "0"
     return (

@@ -17,8 +17,16 @@ def test_it_warns_where_the_corner_slips_at_any_load(joint):
     assert mesh.edge_share > 0.7
     assert sorted(mesh.edge_nodes) == [0, joint.n - 1]
     assert mesh.coarser["impossible_above"] > 0.1
-    assert mesh.warning.startswith("Nodes 0 and 8 at the edge determine λ_max. ")
-    assert "On every second node, " in mesh.warning
+    largely = "largely " * (mesh.edge_share < 0.99)
+    assert mesh.warning.startswith(f"Nodes 0 and 8 at the edge {largely}determine λ_max. ")
+    assert "With every second node removed, " in mesh.warning
+    assert "; a finer mesh may give lower limits. " in mesh.warning
+
+
+def test_what_is_zero_already_does_not_get_lower():
+    mesh = shakedown.assess(shakedown.example("block-9")).details.mesh
+    assert mesh.coarser["proved_from_every_state"] == np.inf
+    assert "what is proved from every state is above 0 (here 0). " in mesh.warning
 
 
 @pytest.mark.parametrize("joint", [press_fit(1), similar_blocks(8, 0.3)])
