@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from shakedown.files.table_file import check_table, write_csv, write_parquet
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-
-SAME = 1e-6  # of a dissipation: what no two starts are said to differ by
 
 
 class AmplitudePoint(NamedTuple):
@@ -152,7 +151,8 @@ class DampingCurve(Result):
         if other is None:
             return np.zeros(len(self.amplitude), dtype=bool)
         size = np.fmax(self.dissipation, other.dissipation)
-        apart = np.abs(self.dissipation - other.dissipation) > SAME * size
+        # of a dissipation: what no two starts are said to differ by
+        apart = np.abs(self.dissipation - other.dissipation) > SIX_DIGITS * size
         return np.array([a != b for a, b in zip(self.outcome, other.outcome, strict=True)]) | apart
 
     def to_dict(self) -> dict[str, Any]:

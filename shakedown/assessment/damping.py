@@ -25,6 +25,7 @@ from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import ProblemError, UsageError
 from shakedown.ground.evidence import allowed, present
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -41,10 +42,7 @@ from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.state import LongTermState
 
-SCANNED, NARROW = (
-    2,
-    1e-3,
-)  # load factors between 0 and the first amplitude that damps, and how near λ_T is found
+SCANNED = 2  # load factors between 0 and the first amplitude that damps
 
 
 @checked
@@ -285,7 +283,7 @@ def _limits(
         open_nodes=work.open_nodes,
         largest=float(damped[0]),
         steps=SCANNED,
-        accuracy=NARROW,
+        accuracy=THREE_DIGITS,
         tolerances=work.tolerances,
     )
     return {"proved_limit": known, "simulated_limit": found.load_factor if found else nan}

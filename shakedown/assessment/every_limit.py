@@ -35,7 +35,7 @@ from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, 
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.evidence import Missing, present, sought
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.round_off import FOUR_DIGITS, PER_CENT, SIX_DIGITS
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -49,8 +49,6 @@ if TYPE_CHECKING:
     from shakedown.assessment.transient_limit import TransientLimit
 
 ONE_SIDED_UP_TO = 20  # nodes: at a degenerate optimum their derivatives take tenths of a second
-FOUR_DIGITS = 1e-4  # of λ_T where it takes seconds to follow a joint, the longer the nearer to λ_T
-WORTH = 1.01  # by which factor λ_core must exceed λ_U to be told
 
 LIMITS = ("universal", "core", "energy", "box", "accumulated", "transient", "lower", "upper")  # shown
 
@@ -185,7 +183,7 @@ class JointLimits(Result):
         if isinstance(found, Missing):
             return None
         found = replace(found, load_factor=min(found.load_factor, upper.load_factor))
-        return found if found.load_factor > WORTH * every.load_factor else None
+        return found if found.load_factor > (1.0 + PER_CENT) * every.load_factor else None
 
     @cached_property
     def energy(self) -> EnergyBound:
@@ -258,6 +256,7 @@ class JointLimits(Result):
 
     @property
     def _usual_accuracy(self) -> float:
+        # where it takes seconds to follow a joint, the longer the nearer to λ_T
         return FOUR_DIGITS if takes_long(self.problem) else SIX_DIGITS
 
     def note_what_is_known(self) -> None:

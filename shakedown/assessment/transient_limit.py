@@ -13,6 +13,7 @@ from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.ground.size_limits import MANY
 from shakedown.ground.status import Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
 
 SCANNED = 20  # load factors, beside λ = 0; one number everywhere, so that a joint has one λ_T
 SCAN_ABOVE = 1.05  # of λ_max, beyond which nothing shakes down: where the scan ends
-COARSE = 1e-3  # of the end of the scan: no more narrowly towards an outcome in space that is undecided
 BELOW = (  # where a proof is sought
     0.0, 1e-6, 1e-5, 1e-4, 2e-4, 4e-4, 6e-4, 8e-4, 1e-3, 2e-3, 5e-3, 1e-2, 1.5e-2, 2e-2, 3e-2, 0.1, 0.3,
 )  # fmt: skip
@@ -169,7 +169,8 @@ def transient_limit(
     histories = _Histories(problem, start, opened, tolerances, {})
     scan = np.linspace(0.0, float(top), steps + 1)
     low, high = histories.last_change(np.union1d(scan, histories.certain(float(top))))
-    return histories.limit(*histories.narrowed(low, high, accuracy * float(top), COARSE * float(top)))
+    # of the end of the scan: no more narrowly towards an outcome in space that is undecided
+    return histories.limit(*histories.narrowed(low, high, accuracy * float(top), THREE_DIGITS * float(top)))
 
 
 @dataclass(frozen=True)

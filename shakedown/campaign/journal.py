@@ -20,6 +20,7 @@ from typing import IO, NamedTuple
 
 from shakedown.files.atomic_write import check_target, created_part, is_at, locked, sync_folder
 from shakedown.ground.errors import UsageError
+from shakedown.ground.size_limits import READ_AT_ONCE
 from shakedown.ground.visible_text import shortened
 
 KIND = b"shakedown campaign, format "
@@ -29,7 +30,6 @@ MARK = b"\x93piece\r\n"  # what a record begins with, to find the next one behin
 NUMBER = struct.Struct("<Q")
 HEAD = struct.Struct("<QQ32sI")  # number and length of a piece, its checksum, that of these three
 HEAD_SIZE = len(MARK) + HEAD.size
-MOST_BYTES = 1 << 26  # of a beginning that differs, to say in what
 
 
 class Place(NamedTuple):
@@ -217,7 +217,7 @@ def journal_at(
         found = file.read(len(beginning))
         if found != beginning:
             if not beginning.startswith(found):  # nor cut off before there was a record
-                raise UsageError(f"{path}: {_difference(found + file.read(MOST_BYTES), header)}")
+                raise UsageError(f"{path}: {_difference(found + file.read(READ_AT_ONCE), header)}")
             _begin(file, target, beginning, new=not found)
         journal = Journal(file, target, beginning)
         try:

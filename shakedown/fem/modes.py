@@ -15,11 +15,9 @@ from shakedown.fem.loads import History, sampled
 from shakedown.fem.rigid import rigid_motion
 from shakedown.ground.errors import ProblemError, SolverError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.joint.result import Result
 from shakedown.models.condensation.load_case import LoadCase, histories
-
-BALANCED = 1e-6  # of the forces of a load: what may be left of its resultants on a free structure
-SHIFT = 1e-9  # of the ratio of the traces of K and M: with it K of a free structure has factors
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -96,7 +94,7 @@ def stuck_mode(
     count = number + rigid + 1
     if number < 0 or count >= K.shape[0]:
         raise ProblemError(f"mode: expected a number from 0 to {K.shape[0] - rigid - 2}, found {number}")
-    shift = -SHIFT * K.trace() / M.trace() if rigid else 0.0
+    shift = -NEGLIGIBLE * K.trace() / M.trace() if rigid else 0.0  # with it K of a free structure has factors
     start = np.random.default_rng(0).random(K.shape[0])  # of no symmetry, and the same every time
     try:
         values, vectors = eigsh(K, count, M, sigma=shift, v0=start)
@@ -131,7 +129,8 @@ def check_balanced(cases: Sequence[LoadCase], places: FloatArray, direction: Int
     known = [part for part in (factors.period, factors.mean, factors.transient) if part is not None]
     steps = np.vstack(known)
     left = np.abs(steps @ (forces @ motion)).max(axis=1)
-    if (left > BALANCED * (np.abs(steps) @ np.abs(forces).sum(axis=1))).any():
+    # of the forces of a load: what may be left of its resultants on a free structure
+    if (left > SIX_DIGITS * (np.abs(steps) @ np.abs(forces).sum(axis=1))).any():
         raise ProblemError(
             "loads: expected loads in equilibrium, as nothing supports the bodies, found a resultant of "
             f"{left.max():.3g} (add a Support, or a load that balances the others)"

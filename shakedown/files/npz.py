@@ -18,6 +18,7 @@ from shakedown.files.regular_file import open_regular
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError, UsageError, found_in
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import BLOCK
 from shakedown.ground.visible_text import LONGEST_NAME, shortened
 from shakedown.joint.field_table import ARRAYS, FIELDS, NAMES, TEXTS, check_shapes
 from shakedown.joint.numbers import real_numbers
@@ -28,7 +29,6 @@ SCHEMA = "shakedown/1"
 KEYS = frozenset(FIELDS)
 HARMLESS = 2**28  # bytes of all arrays together, whatever the file's size
 MOST_TIMES = 100  # the size of a larger file; compressed stiffness is no tenth of this
-LONGEST_TEXT = 2**20  # characters
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # what numpy.savez and savez_compressed write
 
 
@@ -208,7 +208,7 @@ def _members(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
 def _read_header(archive: zipfile.ZipFile, key: str, info: zipfile.ZipInfo) -> Header:
     with _member(archive, key, info) as file:
         header = read_header(file)
-    longest = LONGEST_TEXT if key in (*TEXTS, "schema") else LONGEST_NAME
+    longest = BLOCK if key in (*TEXTS, "schema") else LONGEST_NAME
     if key in (*TEXTS, *NAMES, "schema") and header.dtype.itemsize > 4 * longest:
         raise ProblemError(f"key '{key}': expected at most {longest} characters, found more")
     return header

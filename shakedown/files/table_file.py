@@ -12,12 +12,12 @@ from shakedown.files.atomic_write import atomic_write, check_target
 from shakedown.files.regular_file import open_regular
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError, UsageError, found_in
+from shakedown.ground.size_limits import READ_AT_ONCE
 from shakedown.ground.visible_text import shortened, visible
 from shakedown.joint.result import frame
 
 Columns = Mapping[str, Sequence[Any]]
 FORMULA = tuple("=+-@＝＋－＠")  # what a spreadsheet takes for the beginning of a formula
-MOST_BYTES = 1 << 26  # of a table that is read
 NUMBER = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?")
 
 
@@ -44,7 +44,7 @@ def read_csv(path: str | PathLike[str], headings: Sequence[str]) -> dict[str, li
         If there is no such file, or it is another one.
     """
     with found_in(shortened(str(path))), open_regular(path) as file:
-        text = file.read(MOST_BYTES).decode(errors="replace")
+        text = file.read(READ_AT_ONCE).decode(errors="replace")
         rows = list(csv.reader(text.splitlines()))
         if not rows or rows[0] != list(headings) or any(len(row) != len(headings) for row in rows):
             first = ", ".join(headings[:3])

@@ -5,3 +5,5 @@ LARGEST_LABEL = 2**62  # of a node: compiled code counts to twice as many
 BLOCK = 1 << 20  # bytes or numbers that are taken at one time: a few MB, a hundred where each has a matrix
 NODES_SHOWN = 4  # nodes that are named or drawn each on its own
 AT_ONCE = 1 << 16  # rows or small matrices that are taken at one time
+BATCH = 1 << 12  # states or subsets that one thread takes at one time, or that are kept beside it
+READ_AT_ONCE = 1 << 26  # bytes of a table, or of the beginning of a journal, that are read

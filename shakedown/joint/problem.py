@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.ground.shown_values import as_html_table, same, short
 from shakedown.ground.tolerances import FIRST_DIGIT
 from shakedown.ground.visible_text import one_line, shortened, visible
@@ -31,7 +32,7 @@ from shakedown.joint.places import check_places, without_cancelled
 from shakedown.joint.read_only import ReadOnly
 from shakedown.joint.texts import DOMAIN, LOOP, load_path, names, origin, plain_text
 
-COARSEST = np.float64(1e-3)  # accuracy of a stiffness: with fewer digits no resistance is told from none
+COARSEST = np.float64(THREE_DIGITS)  # of a stiffness: with fewer digits no resistance is told from none
 
 
 class NamedLoad(NamedTuple):

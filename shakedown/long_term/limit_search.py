@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import BATCH
 from shakedown.ground.status import Outcome
 from shakedown.joint.layout import Layout
 from shakedown.joint.rigid_slips import can_drift
@@ -48,7 +49,6 @@ OUTCOMES = (  # of the verdicts of compiled code
     Outcome.SHAKEDOWN, Outcome.CYCLIC_SLIP, Outcome.RATCHETTING, Outcome.SEPARATION,
 )  # fmt: skip
 COUNTED = "phase", "cycles", "events", "remembered", "signed", "patience"  # on a walk
-MOST_REMEMBERED = 4096  # states between two cycles
 LOST = 8.0  # times how near its limit a node is at it: what is lost at the events of a period
 BLURRED = 100.0  # times that force: of loads that change by less at most one digit is certain
 
@@ -80,7 +80,7 @@ class LimitSearch:
         rules = SettlingRules(
             most_cycles=most_cycles,
             longest_period=longest_period,
-            capacity=min(most_cycles + longest_period, MOST_REMEMBERED),
+            capacity=min(most_cycles + longest_period, BATCH),  # states between two cycles
             least_force=scale.force,
             limit=t.limit,
             rounding=ROUNDING,

@@ -11,7 +11,7 @@ from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import MANY
+from shakedown.ground.size_limits import BATCH, MANY
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import (
     check_arguments,
@@ -30,7 +30,6 @@ from shakedown.long_term.space.returned_state import ReturnedStates, enter
 from shakedown.motion.contact_law import scales
 from shakedown.motion.integrator import Evolution
 
-BLOCK = 4096  # states that a thread takes at once
 NAMES = np.array([outcome.value for outcome in OUTCOMES])
 
 
@@ -177,7 +176,7 @@ class _Batch:
 
     def run(self, threads: int) -> None:
         """Find all states; an interrupt ends every thread within a fraction of a second or one state."""
-        size = max(1, min(BLOCK, len(self.starts) // (8 * threads)))
+        size = max(1, min(BATCH, len(self.starts) // (8 * threads)))
         if threads == 1:
             self._work(size)
             return

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import blas, cho_factor, lapack, qr, solve_triangular
 
+from shakedown.ground.round_off import PER_CENT
 from shakedown.programs.self_dual import Solve
 from shakedown.programs.small_cones import TRIPLE, SmallCones, SmallScaling
 from shakedown.programs.symmetric_cone import FloatArray, SymmetricCone
 
-LEFT = 1e-2  # share of a balance that is missed by too much
 EXCHANGED_UP_TO = 300  # columns of a factor: as many take less than the rest of an iteration
 RANK = np.finfo(float).eps  # per row, of a diagonal of the orthogonal factor, relative: less is no direction
 
@@ -70,7 +70,7 @@ class DiscProgram:
     @property
     def left(self) -> float:
         """See :class:`ConeProgram`."""
-        return LEFT
+        return PER_CENT
 
     @property
     def rank(self) -> int:

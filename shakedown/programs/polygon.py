@@ -3,9 +3,8 @@
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.programs.margin import widest
-
-FAR = 1e3  # a point so many times farther than the sides is on a polygon without end
 
 
 def corners(matrix: FloatArray, right: FloatArray) -> FloatArray:
@@ -32,8 +31,9 @@ def corners(matrix: FloatArray, right: FloatArray) -> FloatArray:
         return np.empty((0, 2))
     sides, distance = matrix[steep] / norms[steep, None], right[steep] / norms[steep]
     size = float(np.abs(distance).max())
-    found = widest(sides, np.ones(len(distance)), distance, cap=FAR * size)
-    if not 0 < found.margin < 0.9 * FAR * size:
+    far = size / THREE_DIGITS  # a point so much farther than the sides is on a polygon without end
+    found = widest(sides, np.ones(len(distance)), distance, cap=far)
+    if not 0 < found.margin < 0.9 * far:
         return np.empty((0, 2))
     try:
         points = HalfspaceIntersection(np.column_stack([sides, -distance]), found.x).intersections

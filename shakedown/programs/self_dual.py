@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.round_off import ITERATIONS, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
+from shakedown.ground.round_off import FOUR_DIGITS, ITERATIONS, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
 from shakedown.ground.status import Status
 from shakedown.programs.small_cones import SmallCones, SmallScaling
 
@@ -22,7 +22,6 @@ PATIENCE = 6  # iterations that gain nothing, where round-off ends it
 REFINEMENTS = 3  # of every solution of the normal equations, at most
 STEP = 0.99  # share of the way to the boundary
 CENTRINGS = 15  # steps towards a centre, at most
-INNER_GAP = 1e-4  # mean of slack times multiplier of an inner point, in numbers near 1
 NEAR = 0.5  # residuals of a point of another program, relative to its gap, from which this one may go on
 
 
@@ -170,7 +169,7 @@ def _patience(accuracy: float) -> int:
     return PATIENCE - 1 if accuracy <= USABLE else 3 * PATIENCE
 
 
-def inner_point(rows: ConeProgram, end: SelfDualSolution, gap: float = INNER_GAP) -> Point | None:
+def inner_point(rows: ConeProgram, end: SelfDualSolution, gap: float = FOUR_DIGITS) -> Point | None:
     """A point of both programs well inside their cones, without residuals; None where there is none.
 
     From the point on the way to an optimum that has this mean of slack times multiplier, by Newton's

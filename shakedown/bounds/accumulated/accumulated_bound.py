@@ -26,7 +26,6 @@ ACCURACY = {1: 1e-7, 2: 1e-4}  # of the load factor, relative, with so many dire
 PARTS = {1: (1,), 2: (1, 15)}  # into which a 96th of the circle may be divided: none at first
 FIRST_STEP = 64.0  # times the accuracy, above what is proved already
 BACK = (0.0, 1e-9, 1e-7, 1e-5)  # of a load factor found, until its conditions are confirmed
-AT_ANY = 1.0  # where conditions that hold at every load factor are confirmed
 UNLIMITED = "no load factor takes any node nearer to slipping"
 FRICTIONLESS, ROUND_OFF_ALONE = "frictionless", "round-off"
 REASONS = {
@@ -239,7 +238,7 @@ def _confirmed(problem: Problem, start: Start, found: FoundArcs, why: NoLids | N
     arcs, lids, total = found.arcs, found.lids, found.lids.total
     for back in BACK if why is not None else BACK[:1]:
         load_factor = (1.0 - back) * found.load_factor
-        at = min(load_factor, AT_ANY)
+        at = min(load_factor, 1.0)  # of conditions that hold at every load factor
         if confirmed(joint, start, at, arcs, lids, exact=exact):
             return AccumulatedBound(
                 status=Status.OPTIMAL if load_factor < inf else Status.UNBOUNDED,

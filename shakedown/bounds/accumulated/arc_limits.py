@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.bounds.accumulated.lids import NoLids
+from shakedown.bounds.accumulated.lids import MARGIN, NoLids
 from shakedown.bounds.accumulated.slip_arcs import Arcs, Numbers
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
@@ -12,7 +12,6 @@ from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 
 START = "start"
-SLOPE_MARGIN = 1e-12  # of the terms of a slope, by which it is taken for less: far above round-off
 
 
 class Slacks(NamedTuple):
@@ -100,4 +99,4 @@ class ArcLimits:
         rows = self._fB[i, arcs.node]
         for x in range(e.shape[1]):
             rows += e[:, x, None, None] * self._A[i, x, arcs.node]
-        return arcs.least(rows) - SLOPE_MARGIN * self.reach[i, arcs.node]
+        return arcs.least(rows) - MARGIN * self.reach[i, arcs.node]

@@ -9,9 +9,9 @@ from shakedown.bounds.accumulated.arc_limits import ArcLimits, Slacks
 from shakedown.bounds.accumulated.lids import Lids, NoLids, lids_of
 from shakedown.bounds.accumulated.slip_arcs import Arcs, Cells, Flags, all_cells
 from shakedown.ground.round_off import HALVINGS
+from shakedown.joint.numbers import LARGEST
 
 ALL_AROUND = "all directions"
-MOST = 1e100  # a load factor beyond which none is tried
 STRETCH = 1.001  # of directions at corners of cells, at most
 
 
@@ -105,7 +105,7 @@ def farthest(low: FoundArcs, at: float, accuracy: float) -> tuple[FoundArcs, NoL
     """
     first, high, why = low.load_factor, inf, None
     for _ in range(2 * HALVINGS):
-        if high - low.load_factor <= accuracy * high < inf or at > MOST:
+        if high - low.load_factor <= accuracy * high < inf or at > LARGEST:
             break
         try:
             low = low.search.closed(at)

@@ -6,16 +6,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from shakedown.bounds.accumulated.lids import Lids
+from shakedown.bounds.accumulated.lids import MARGIN, Lids
 from shakedown.bounds.accumulated.slip_arcs import Arcs, Flags, Numbers, crossed
 from shakedown.bounds.exact_rows import exact_numbers
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import ROUND_OFF
 from shakedown.joint.law import Law
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 
-MARGIN = 1e-12  # of the terms of a slack, that must be left: more than the round-off of thousands of nodes
-ROUND = 1e-13  # of the terms of a slope, more than their round-off
 WIDTH = np.pi / 48  # of the pieces of a circle to begin with
 HALVED = 10  # times, where a condition does not hold at the corners of a piece
 
@@ -110,7 +109,7 @@ class _Claim:
         n, d = problem.n, problem.directions
         numbers: Callable[[FloatArray], Any] = exact_numbers if exact else np.asarray
         self._numbers = numbers
-        self._margin, self._round = numbers(np.array([MARGIN, 0.0 if exact else ROUND]))
+        self._margin, self._round = numbers(np.array([MARGIN, 0.0 if exact else ROUND_OFF]))
         self._arcs = Arcs(arcs.node, numbers(arcs.first), numbers(arcs.last))
         self._lids, self._a, self._N = lids, numbers(lids.a), numbers(lids.N)
         A, B, law = numbers(problem.A), numbers(problem.B), Law(numbers(problem.f), d)
@@ -169,7 +168,7 @@ class _Claim:
         slack, (slopes, terms) = self._slack(node, e), self._slopes(node, e)
         y = self._lids.multipliers(slack.astype(float), slopes.astype(float))
         most = (y + terms.astype(float)).max(axis=1, initial=0.0)
-        Y = self._numbers(y + 4.0 * ROUND * most[:, None] * self._lids.inverse.sum(axis=0))
+        Y = self._numbers(y + 4.0 * ROUND_OFF * most[:, None] * self._lids.inverse.sum(axis=0))
         proved = Y - Y @ self._N + slopes - self._round * (Y + Y @ self._N + terms) >= 0
         return np.asarray(proved.all(axis=1) & (slack - Y @ self._a > 0))
 

@@ -7,10 +7,11 @@ import numpy as np
 from shakedown.bounds.accumulated.slip_arcs import Numbers
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ITERATIONS, NEGLIGIBLE
+from shakedown.ground.size_limits import BLOCK
 
 OWN, TOGETHER = "own limit", "coupling"
-UP = 1.0 + 1e-12  # rounds up
-LARGEST = 10**6  # numbers in the systems that are solved at once
+MARGIN = 1e-12  # of the terms of a sum: what the round-off of thousands of nodes does not reach
+UP = 1.0 + MARGIN
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +44,7 @@ class Lids:
         """
         y = np.maximum(np.maximum(-slopes, 0.0) @ self.inverse - np.maximum(slopes, 0.0), 0.0)
         short = np.flatnonzero((slack <= y @ self.a) & (slack > 0.0))
-        for some in np.array_split(short, len(short) * len(self.a) ** 2 // LARGEST + 1):
+        for some in np.array_split(short, len(short) * len(self.a) ** 2 // BLOCK + 1):
             y[some] = self._least(y[some], slack[some], slopes[some])
         return y
 

@@ -14,9 +14,8 @@ from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.bounds.discs.rounded_once import HALF_ULP, SUMS, TINY, Inverse, exact_products
 from shakedown.bounds.discs.safe_proof import (
     LOADS,
-    ROUNDS,
-    SPARE,
     Proof,
+    doubled,
     only_at_zero,
     pressing,
     proof_of,
@@ -150,9 +149,8 @@ def fitting(
             best, share, lost = other, wanted, wanted * worse
     if best is None or lost > most:
         return None
-    for _ in range(ROUNDS):
-        share = min(1.0, SPARE * share)
-        balance = repair.balanced(y + share * (best - y))
+    for taken in doubled(share):
+        balance = repair.balanced(y + taken * (best - y))
         if _fits(rows, balance):
             return balance
     return None

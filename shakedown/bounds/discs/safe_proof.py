@@ -1,5 +1,6 @@
 """Slips that are proved to be safe, with every rounding bounded (docs/space.md, U1)."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import fsum, inf, nan
@@ -16,8 +17,6 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 
 LOADS = 8 * HALF_ULP  # of a load in its parts, relative: a mean, a difference, a product
-ROUNDS = 12  # of mixing more of an inner point, twice as much every time
-SPARE = 2.0  # more slack than is needed at first
 
 
 @dataclass(frozen=True)
@@ -172,12 +171,18 @@ def proved_low(
                 best, share, lost = (slip, at), needed, needed * (load_factor - at)
     if best is None:
         return nan, x
-    for _ in range(ROUNDS):
-        share = min(1.0, SPARE * share)
-        mixed, at = x + share * (best[0] - x), load_factor + share * (best[1] - load_factor)
+    for taken in doubled(share):
+        mixed, at = x + taken * (best[0] - x), load_factor + taken * (best[1] - load_factor)
         if proof.slack(mixed, at).min() >= 0:
             return float(at), mixed
     return float(best[1]), best[0]
+
+
+def doubled(share: float) -> Iterator[float]:
+    """Shares of an inner point to mix in: twice what is needed, then twice as much each time, up to all."""
+    while 0.0 < share < 1.0:
+        share = min(1.0, 2.0 * share)
+        yield share
 
 
 def proved_unbounded(

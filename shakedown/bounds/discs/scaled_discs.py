@@ -8,12 +8,10 @@ from scipy.linalg import qr, solve_triangular
 
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF
+from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.self_dual import SelfDualSolution
-
-FAR = 1e6  # times the median of loads: no row is kept farther from its limit than that
 
 Carrying = tuple[NDArray[np.intp], NDArray[np.intp]]  # discs and half-spaces by number
 
@@ -161,7 +159,8 @@ def scaled_discs(rows: DiscRows, basis: Basis, towards: float, cap: float = np.i
     first = 1.0 / np.where(basis.sizes > 0, basis.sizes, 1.0)
     second = 1.0 / np.where(lengths > 0, lengths, np.where(loads > 0, loads * first, 1.0))
     heights = loads * first * second
-    most = FAR * _median(heights)
+    # times the median of loads: no row is kept farther from its limit than that
+    most = _median(heights) / SIX_DIGITS
     second[heights > most] *= most / heights[heights > most]
     weights = first * second
     w = weights[:n][rows.node][:, None]

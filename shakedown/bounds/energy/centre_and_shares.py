@@ -10,11 +10,11 @@ import numpy as np
 from shakedown.bounds.energy.about_slip import DiscsAbout, discs_about
 from shakedown.bounds.energy.ball_limits import DiscLimits, Places
 from shakedown.bounds.energy.own_share import MOST, best_share
-from shakedown.bounds.energy.proved_solution import ROUGH, ProvedSolution, balance, proved_solution
+from shakedown.bounds.energy.proved_solution import ProvedSolution, balance, proved_solution
 from shakedown.ground.errors import SolverError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ITERATIONS, NEGLIGIBLE
+from shakedown.ground.round_off import FOUR_DIGITS, ITERATIONS, NEGLIGIBLE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.programs.disc_solver import DiscSolution, solved
@@ -23,7 +23,6 @@ from shakedown.programs.self_dual import Points
 
 ROUNDS = 4
 INSIDE = 4.0  # margin, in round-offs of a radius, by which a state is in a ball for certain
-GAIN = 1e-4  # relative: less than this, and no further round is made
 ROUND_OFF = 4 * np.finfo(float).eps
 
 
@@ -155,7 +154,7 @@ def _margin_about(limits: DiscLimits, about: DiscsAbout, start: FloatArray) -> B
 
 def _widest(about: DiscsAbout, *, ball: bool) -> DiscSolution:
     """Where the largest margin is; how large it is there is to be computed anew."""
-    end = solved(about.widest_program(ball=ball), ROUGH)
+    end = solved(about.widest_program(ball=ball), FOUR_DIGITS)
     if end.status != Status.OPTIMAL:
         raise SolverError(f"the program for the largest margin ended as '{end.status}'")
     return end
@@ -288,7 +287,7 @@ def _turns(
         if gain <= 0:
             break
         found = other
-        if gain <= GAIN * abs(value(found)):
+        if gain <= FOUR_DIGITS * abs(value(found)):
             break
     return found
 

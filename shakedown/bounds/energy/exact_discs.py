@@ -8,13 +8,13 @@ import numpy as np
 from shakedown.bounds.energy.exact_check import exact_vector, root_above
 from shakedown.bounds.exact_rows import exact_numbers
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.scaling import power_of_two
 
 UNIT = Fraction(1, 2**53)  # round-off of one operation
-CLEAR = 1e-3  # slack, relative to the terms, that no round-off of fewer than a million products reaches
 
 
 class ExactDiscs:
@@ -108,7 +108,8 @@ class ExactDiscs:
                 2 * problem.law.size(terms_q) + f * (np.abs(p_w) + np.abs(problem.B) @ np.abs(slip)) + spread
             )
             slack = f * p - stretch * problem.law.size(q) - spread
-            steps, nodes = np.nonzero(~(slack > CLEAR * terms))
+            # slack, relative to the terms, that no round-off of fewer than a million products reaches
+            steps, nodes = np.nonzero(~(slack > THREE_DIGITS * terms))
             found += list(zip(nodes.tolist(), (steps + first).tolist(), strict=True))
         return found
 

@@ -7,13 +7,13 @@ import numpy as np
 
 from shakedown.bounds.discs.polished_solution import polished
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import FOUR_DIGITS
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.disc_solver import solve_discs
 from shakedown.programs.self_dual import Enough, Points, never
 
 # Accuracy that is enough: what w is worth at y, and what the multipliers prove, is computed anew.
-ROUGH = 1e-4
 
 Value = Callable[[FloatArray], FloatArray]
 
@@ -72,7 +72,7 @@ def proved_solution(
         If no method comes to an end.
     """
     r = program.rank
-    end = solve_discs(program, ROUGH, begun, lambda x: enough(x[:r]))
+    end = solve_discs(program, FOUR_DIGITS, begun, lambda x: enough(x[:r]))
     if not enough(end.x[:r]):
         end = polished(program, end)
     discs, rows, _ = program.parts(end.multipliers)

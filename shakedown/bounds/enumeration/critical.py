@@ -10,7 +10,6 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from shakedown.bounds.enumeration.findings import (
-    BATCH,
     NONE,
     Candidate,
     SubtreeFindings,
@@ -24,6 +23,7 @@ from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
+from shakedown.ground.size_limits import BATCH
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SUBSETS, checked, require_plane
 from shakedown.joint.constraints import Constraints, constraints, rows_named

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from shakedown.bounds.enumeration.intersection import Batch
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import BATCH
 
 Candidate = tuple[float, tuple[int, ...]]
 NONE: Candidate = (inf, ())
-BATCH = 4096  # subsets that are solved at one time
 
 
 @dataclass(frozen=True)

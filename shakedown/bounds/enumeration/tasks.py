@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.enumeration.findings import (
-    BATCH,
     NONE,
     SubtreeFindings,
     batch_piece,
@@ -30,11 +29,10 @@ from shakedown.bounds.enumeration.walk_state import (
     Whole,
 )
 from shakedown.ground.blas_threads import all_cores
+from shakedown.ground.size_limits import BATCH, BLOCK
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 
-TASK = 1 << 20  # subsets of one task: a tenth of a second, so that progress is seen and interrupts heard
 SAMPLE = 10_000  # subsets timed to foretell how long all of them would take
-SUSPECTS_EXPECTED = 1 << 12
 
 
 @dataclass(frozen=True)
@@ -101,7 +99,7 @@ def tasks(tree: Tree) -> Iterator[tuple[tuple[int, ...], int]]:
     while waiting:  # every prefix is taken once, and none of a whole subset has children
         prefix = waiting.pop()
         size = completions(tree, prefix)
-        if size <= TASK:
+        if size <= BLOCK:
             yield prefix, size
         else:
             waiting += [(*prefix, child) for child in reversed(range(*child_range(tree, prefix)))]
@@ -158,7 +156,7 @@ def _walked(tree: Tree, prefix: tuple[int, ...], size: int) -> tuple[WalkFinding
     columns = rows.matrix.shape[1]
     augmented = np.column_stack([rows.matrix, rows.right])
     search = WalkSearch(augmented, tree.one_pair, tree.tolerances.feasibility, tree.cut / unit)
-    given, capacity = np.array(prefix, dtype=np.int64), SUSPECTS_EXPECTED
+    given, capacity = np.array(prefix, dtype=np.int64), BATCH
     for _ in range(2):
         counters = np.zeros(4, dtype=np.int64)
         found = WalkFindings(

@@ -18,7 +18,7 @@ from shakedown.bounds.every_state.unique_rates import held
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.round_off import NEGLIGIBLE, PER_CENT
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.arguments import checked
@@ -26,7 +26,6 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
 FIRST_SECTORS, MOST_SECTORS = 32, 256
-WORTH = 1.01  # by which factor more sectors must raise the bound for still more to be tried
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -234,7 +233,7 @@ def _divided(joint: ScaledJoint, reach: _Reach, sectors: int | None) -> _Reach:
     count = FIRST_SECTORS
     while count <= MOST_SECTORS:
         before, reach = reach.inverse.max(), _with_sectors(joint, reach, count)
-        if not reach.inverse.max() * WORTH <= before:
+        if not reach.inverse.max() * (1.0 + PER_CENT) <= before:
             break
         count *= 2
     return reach

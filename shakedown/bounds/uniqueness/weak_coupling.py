@@ -7,9 +7,8 @@ import numpy as np
 
 from shakedown.bounds.uniqueness.scaled_stiffness import ScaledStiffness, held
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import EPS, HALVINGS, ITERATIONS, NEGLIGIBLE, ROUND_OFF
+from shakedown.ground.round_off import EPS, HALVINGS, ITERATIONS, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
 
-FEW_DIGITS = 1e-6  # of an eigenvalue, relatively: c is sought to 1e-4
 MANY_ROWS = 200  # below, all eigenvalues take no longer than one by iteration
 WIDTH = 10.0  # largest distance of the best log c from the middle: e²⁰ in c²; any c is valid
 
@@ -190,7 +189,8 @@ def _about(first: FloatArray, second: FloatArray) -> Callable[[float], float]:
         matrix = c * first + second / c
         try:
             return float(
-                eigsh(matrix, k=1, which="LA", v0=start, tol=FEW_DIGITS, return_eigenvectors=False)[0]
+                # of an eigenvalue, relatively: c is sought to 1e-4
+                eigsh(matrix, k=1, which="LA", v0=start, tol=SIX_DIGITS, return_eigenvectors=False)[0]
             )
         except ArpackNoConvergence:
             return float(np.linalg.eigvalsh(matrix)[-1])

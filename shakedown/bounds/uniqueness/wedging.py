@@ -7,7 +7,7 @@ from scipy.linalg import null_space
 
 from shakedown.bounds.uniqueness.scaled_stiffness import ScaledStiffness
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
+from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF, SIX_DIGITS, THREE_DIGITS
 from shakedown.joint.result import Result
 from shakedown.programs.program import INF, Program
 from shakedown.programs.solver import solve
@@ -17,7 +17,6 @@ PROGRAMS = 60  # linear programs that one search may take
 QUICK = 16  # of them just below the last witness; the others halve the bracket
 LARGEST = 1e8  # friction up to which a wedged state is looked for
 NO_REACTION = 100 * ROUND_OFF  # reactions, relative to the terms of their sum, that count as zero
-LEAST_SPARE = 1e-3  # smallest weight of a row, so that every program has a solution
 HIDDEN = "round-off hides whether a wedged state exists"
 NOT_SEARCHED = f"a wedged state is looked for up to {LARGEST_PROBLEM} nodes only"
 
@@ -162,7 +161,8 @@ class Bracket:
             return False
         self.high, self.slip = used, slip
         pressure = np.abs(self.stiffness.weighted @ slip)
-        self.spare = np.maximum(pressure / pressure.max(), LEAST_SPARE)
+        # so that every program has a solution
+        self.spare = np.maximum(pressure / pressure.max(), THREE_DIGITS)
         return True
 
 

@@ -11,7 +11,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.round_off import NEGLIGIBLE, THREE_DIGITS
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
@@ -20,7 +20,7 @@ from shakedown.motion.integrator import closed_stiffness
 
 WORTH = 8.0  # periods that a leap goes ahead, at least: it costs some, and so does what is seen before it
 PRICE = 1e-5  # of all that a joint has slipped: by so much a leap may be unsure
-LEAST_TURN, MOST_TURN = 1e-3, 0.1  # of a change: what it may differ by from what was foreseen, however far
+MOST_TURN = 0.1  # of a change: what it may differ by from what was foreseen, however far
 
 
 @dataclass(frozen=True)
@@ -243,7 +243,7 @@ class Crawl:
             return None
         self.foreseen = (1.0 - gone / (bend * left)) ** bend if forward else 1.0 + gone / left
         self.planned = Site(left, gone, toward, turning, np.nan)
-        turn = self.care * min(MOST_TURN, max(LEAST_TURN, PRICE * measure.size(window[-1]) / gone))
+        turn = self.care * min(MOST_TURN, max(THREE_DIGITS, PRICE * measure.size(window[-1]) / gone))
         return Leap(
             start=window[-1] + gone * (toward + 0.5 * gone * turning),
             fits=self._fits(size * (toward + gone * turning), turn, measure),

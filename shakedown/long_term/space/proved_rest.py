@@ -11,7 +11,7 @@ from shakedown.bounds.every_state.universal_bound import universal_bound
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.evidence import Missing, allowed
-from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.round_off import SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
@@ -31,7 +31,6 @@ from shakedown.motion.contact_law import scales
 from shakedown.motion.cycle_record import State
 
 CLEAR = SIX_DIGITS  # of the slip per period: by less a cycle misses its start that no ball can hold
-CLEAR_ENOUGH = 1e-3  # and how well it is known, where the load factor is in no proof of the start
 
 S = TypeVar("S", bound=LongTermState)
 
@@ -49,7 +48,7 @@ def heeding_proofs(state: S) -> S:
     if not (state.goal.contact == OPEN).any() and beyond_all(state.begun):
         return _slips_on(state)
     proof = proof_of_bounds(state.begun, state.goal)
-    if not proof and not _closes(state, CLEAR_ENOUGH):
+    if not proof and not _closes(state, THREE_DIGITS):
         proof = proof_by_ball(state.begun, state.goal)
     return _at_rest(state, proof) if proof else _slips_on(state)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
+from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
 from shakedown.joint.rigid_slips import can_drift
@@ -26,10 +26,8 @@ WINDOW = 7  # states one period apart that a leap begins with, at most
 # and would take so many periods.
 FOR_EVER = 10 * NEGLIGIBLE
 STATE_ROUND_OFF = 64.0 * np.finfo(float).eps  # of a state: change that is none
-CLEAR = 1e-3  # of the slip per period: by so little it is uncertain, and differs from the one before
 ALTERNATES = 0.1  # of the change from one period to the next: that to a later one whose like comes back
 APART = 4.0  # times what fades away: twice that is between states on both sides of where they meet
-STILL = 1e-3  # of the noise: slip below it that grows is round-off
 VARIES_LITTLE = "the varying part of the loads is next to round-off beside the constant part"
 
 
@@ -128,7 +126,8 @@ class Settled:
     def is_like(self, other: "Settled") -> bool:
         """Whether outcome and slip of a period are those of another search, as far as that is certain."""
         alike = (self.outcome, self.period) == (other.outcome, other.period)
-        return alike and abs(self.slip - other.slip) <= CLEAR * self.slip
+        # of the slip per period: by so little it is uncertain, and differs from the one before
+        return alike and abs(self.slip - other.slip) <= THREE_DIGITS * self.slip
 
     @property
     def signature(self) -> int:
@@ -213,9 +212,10 @@ class ReturnSearch:
         slips = [float((record.slip * self.rules.stiffness).max()) for record in last]
         exact = slips[-1] == 0.0 and not self._change(1).any()
         noise = self.rules.noise
-        if not exact and (len(last) < 2 or max(slips) > noise or slips[1] > max(slips[0], STILL * noise)):
+        still = THREE_DIGITS * noise  # slip below it that grows is round-off
+        if not exact and (len(last) < 2 or max(slips) > noise or slips[1] > max(slips[0], still)):
             return None  # what grows below the noise leads away
-        if self.leaps and not exact and slips[1] > STILL * noise and self._to_come(1)[0] > noise:
+        if self.leaps and not exact and slips[1] > still and self._to_come(1)[0] > noise:
             return None
         breathing = np.flatnonzero(last[-1].opened & last[-1].closed)
         if breathing.size:
@@ -265,9 +265,9 @@ class ReturnSearch:
     def _repeats(self, p: int, slip: FloatArray) -> Settled | None:
         """What slips so much in every period of p cycles, where that is clear."""
         most, every = float(slip.max()), cycles_in_words(p)
-        clear = CLEAR * float((slip * self.rules.stiffness).max())
+        clear = THREE_DIGITS * float((slip * self.rules.stiffness).max())
         error = max(record.error for record in list(self.records)[-p:])
-        if error > clear or np.abs(self._slip(p + 1, 2 * p) - slip).max() > CLEAR * most:
+        if error > clear or np.abs(self._slip(p + 1, 2 * p) - slip).max() > THREE_DIGITS * most:
             return None
         if np.abs(self._change(p)).max() <= SIX_DIGITS * most:
             return self._found(Outcome.CYCLIC_SLIP, f"the same slip every {every}{self._way()}", p)

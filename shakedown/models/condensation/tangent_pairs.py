@@ -5,10 +5,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.round_off import NEGLIGIBLE, THREE_DIGITS
 from shakedown.ground.tolerances import DEFAULT
 
-FLAT = 1e-3  # by which unit normals of a flat patch may differ from their mean
 STEEP = 0.2  # sine of the angle between an axis and a normal below which the axis gives no tangent there
 
 
@@ -73,7 +72,8 @@ def patch_positions(places: FloatArray, normals: FloatArray, tangent: ArrayLike 
     [[1.0, 2.0], [4.0, 5.0]]
     """
     mean = normals.mean(axis=0)
-    if (np.abs(normals - mean) > FLAT).any():
+    # by which unit normals of a flat patch may differ from their mean
+    if (np.abs(normals - mean) > THREE_DIGITS).any():
         return places
     towards = None if tangent is None else np.asarray(tangent, dtype=np.float64).reshape(-1, 3)[0]
     return np.asarray(places @ tangent_pairs((mean / np.linalg.norm(mean))[None], towards)[0].T)

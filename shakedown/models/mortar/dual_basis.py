@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.round_off import ROUND_OFF, THREE_DIGITS
 from shakedown.models.mortar.overlaps import Overlaps, overlaps
 from shakedown.models.mortar.surface_mesh import ContactSurface, FacetBlock, IntArray
 
 # Share of a facet, and of what a node has there without the edge of the master, below which it counts as
 # uncovered: ψ is then no longer determined by what is covered (the mass matrix is singular but for round-off)
-LEAST = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,13 +158,13 @@ def _kept(
     slave: ContactSurface, weights: list[FloatArray], whole: list[FloatArray], share: list[FloatArray]
 ) -> list[NDArray[np.bool_]]:
     """Facets that are covered by enough for every node of them to bear a pressure."""
-    kept = [own >= LEAST for own in share]
+    kept = [own >= THREE_DIGITS for own in share]
     full = _by_node(slave, whole)
     while True:
         area = _by_node(slave, [own * use[:, None] for own, use in zip(weights, kept, strict=True)])
-        weak = (area < LEAST * full) & (area != 0)
+        weak = (area < THREE_DIGITS * full) & (area != 0)
         out = [
-            use & weak[block.nodes].any(axis=1) & (own < 1 - LEAST)
+            use & weak[block.nodes].any(axis=1) & (own < 1 - THREE_DIGITS)
             for use, block, own in zip(kept, slave.blocks, share, strict=True)
         ]
         if not any(each.any() for each in out):

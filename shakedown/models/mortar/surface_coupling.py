@@ -10,7 +10,7 @@ from scipy import sparse
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
+from shakedown.ground.round_off import NEGLIGIBLE, PER_CENT, ROUND_OFF, SIX_DIGITS
 from shakedown.models.mortar.dual_basis import DualBasis, dual_basis
 from shakedown.models.mortar.exact_rotations import exact_rotations
 from shakedown.models.mortar.facet_shapes import ALPHA
@@ -22,7 +22,6 @@ REACH = 0.25  # largest distance of the surfaces, in facets of the slave, where 
 UNCOVERED = 0.02  # share of the slave's area without a partner that is not worth a warning
 FAR = 0.5  # of the reach: beyond, the surfaces may be drawn too far apart
 FINER = 0.67  # size of the slave's facets in the master's: below, λ_E and λ_U of the same joint are lower
-SMALL = 0.01  # of its area: a node that only a corner of the master covers
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -198,7 +197,7 @@ def _coupling(
         notes=(),
         warnings=(),
     )
-    weak = made.labels[found.area < SMALL * found.whole]
+    weak = made.labels[found.area < PER_CENT * found.whole]  # a node that only a corner of the master covers
     doubts = tuple(_warnings(made, accepted, weak))
     return replace(made, warnings=doubts, notes=weighted_nodes(len(made.middle_nodes)))
 
@@ -293,5 +292,5 @@ def _warnings(made: SurfaceCoupling, accepted: float, weak: IntArray) -> Iterato
     if weak.size:
         yield (
             f"{weak.size} node(s) of the first surface, first {weak[0]}, are covered by less than "
-            f"{100 * SMALL:g} % of their area at the edge of the second: tractions there are coarse"
+            f"{100 * PER_CENT:g} % of their area at the edge of the second: tractions there are coarse"
         )

@@ -8,6 +8,7 @@ Abaqus takes and writes everything for the whole circumference.
 """
 
 from shakedown.ground.errors import ProblemError
+from shakedown.ground.round_off import PER_CENT
 from shakedown.models.readers.abaqus_matrix import ABAQUS_MATRIX
 from shakedown.models.readers.calculix_storage import NUMBERED
 from shakedown.models.readers.mesh import ABAQUS, CALCULIX, Mesh
@@ -18,7 +19,6 @@ HOOP = (
     "CalculiX prints the forces of a wedge of 2 degrees, and of the radial ones not what the stress around "
     "the circumference carries"
 )
-_TWICE = 0.01  # a scale so near to the factor is that factor
 
 
 def circumference_factor(
@@ -68,7 +68,7 @@ def circumference_factor(
             "none"
         )
     factor = WHOLE / found
-    if factor != 1 and abs(scale / factor - 1) < _TWICE:
+    if factor != 1 and abs(scale / factor - 1) < PER_CENT:  # so near to the factor it is that factor
         raise ProblemError(
             f"{where}: key 'scale': expected no factor for the circumference, which is taken from the deck "
             f"(360/{found:g} = {factor:g}), found {scale:g}; leave it out"

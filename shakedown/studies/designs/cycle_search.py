@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.transient_limit import COARSE
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.ground.status import Outcome
 from shakedown.motion.contact_law import admissible
 from shakedown.studies.designs.attacking_states import AttackingStates
@@ -48,7 +48,7 @@ class CycleSearch:
     def lower_separation(self) -> None:
         """Follow the smallest separation down from its own slip."""
         if self.apart is not None:
-            self.apart = lowered(self.simulator.separation, self.apart, COARSE, self.nothing)
+            self.apart = lowered(self.simulator.separation, self.apart, THREE_DIGITS, self.nothing)
 
     def look_at(self, load_factor: float, count: int) -> None:
         """Simulate a round of states at a load factor, and follow down what cycles."""

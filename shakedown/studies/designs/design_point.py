@@ -6,13 +6,13 @@ from math import isinf, isnan, nan
 from typing import Any, Literal, NamedTuple
 
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.transient_limit import COARSE, TransientLimit
+from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.bounds.energy.energy_bound import EnergyBound
 from shakedown.bounds.results import UpperBound
 from shakedown.ground.evidence import Missing, allowed
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.limit_names import FROM_HERE, SYMBOLS
-from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.round_off import SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.shown_values import down, few, nodes_in_words, up
 from shakedown.ground.status import Guarantee, Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -156,7 +156,7 @@ def design_point(
         question.initial_slip,
         zone=question.open_nodes,
         certify=False,
-        accuracy=COARSE if question.quick else SIX_DIGITS,
+        accuracy=THREE_DIGITS if question.quick else SIX_DIGITS,
         tolerances=tolerances,
     )
     needed = [name for name in LIMITS if name in asked or asked & RESTS_ON.get(name, set())]

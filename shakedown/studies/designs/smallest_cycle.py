@@ -18,6 +18,7 @@ from shakedown.ground.argument_kinds import check_count, check_seed
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import PER_CENT
 from shakedown.ground.shown_values import plain
 from shakedown.ground.size_limits import MANY
 from shakedown.ground.status import Guarantee, Outcome, Search, Status
@@ -34,7 +35,6 @@ from shakedown.studies.designs.descent import Simulator
 
 Progress = Callable[[int, int], None]
 
-ABOVE = 1.01  # of λ_max: there every state slips for ever, or opens
 DEPTHS = (0.02, 0.1, 0.3, 0.6, 0.9)  # how far down towards λ_U the rounds look, one after the other
 PROVED = (0.999, 0.9)  # of λ_U: where nothing may be found
 
@@ -297,11 +297,11 @@ def _top(limits: JointLimits, largest: float | None) -> float:
         return float(largest)
     for found in (limits.upper.load_factor, _first_collapse(limits)):
         if isfinite(found) and found > 0:
-            return ABOVE * found
+            return (1.0 + PER_CENT) * found  # there every state slips for ever, or opens
     if limits.upper.status == Status.INFEASIBLE and joint.C is not None:
         zone = replace(limits, zone="auto").upper.load_factor
         if isfinite(zone) and zone > 0:
-            return ABOVE * zone
+            return (1.0 + PER_CENT) * zone
     return 1.0
 
 

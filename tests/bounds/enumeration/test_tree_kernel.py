@@ -36,14 +36,14 @@ def twins(seed: int, n: int) -> Problem:
 @pytest.fixture
 def by_tree(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(critical, "SMALL", 0)
-    monkeypatch.setattr(tasks, "TASK", 300)
+    monkeypatch.setattr(tasks, "BLOCK", 300)
 
 
 def both_ways(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> tuple:
     plain = shakedown.critical_load_factors(problem, values=True)
     monkeypatch.setattr(critical, "SMALL", 0)
-    monkeypatch.setattr(tasks, "TASK", 300)
-    monkeypatch.setattr(tasks, "SUSPECTS_EXPECTED", 4)
+    monkeypatch.setattr(tasks, "BLOCK", 300)
+    monkeypatch.setattr(tasks, "BATCH", 4)
     return plain, shakedown.critical_load_factors(problem, values=True)
 
 
