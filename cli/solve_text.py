@@ -10,6 +10,7 @@ from shakedown.ground.evidence import Missing, present
 from shakedown.ground.limit_names import named
 from shakedown.ground.shown_values import FEW_DIGITS, down, up
 from shakedown.report.assessment_words import (
+    argument_in_words,
     certain_in_words,
     loads_of_numbers,
     numbers_in_words,
@@ -123,7 +124,7 @@ def _facts(limits: JointLimits) -> list[Fact]:
         facts.append((named("λ_box"), bound(box.load_factor), box.limited_by or box.status))
     slip = limits.accumulated
     facts.append((named("λ_S"), bound(slip.load_factor), slip.limited_by or slip.status))
-    facts.append((named("λ_U"), bound(limits.universal.load_factor), limits.universal.argument))
+    facts.append((named("λ_U"), bound(limits.universal.load_factor), argument_in_words(limits.universal)))
     facts += [] if lower is None else _of_first_collapse(lower)
     return [*facts, _least(limits.upper), _largest(limits.upper, "certified" if lower is None else "exact")]
 

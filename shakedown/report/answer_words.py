@@ -108,7 +108,8 @@ def margin_of_answer(v: Verification) -> str:
     --------
     >>> import shakedown
     >>> print(margin_of_answer(shakedown.verify(shakedown.example("block-9"), random_states=0)))
-    The varying part of the load alone may be 369.9 % larger, proved, 370.2 % in the simulation.
+    The varying part of the load alone may be 369.9 % larger, proved for this mesh, 370.2 % in the
+    simulation.
     """
     limit = v.transient
     known = limit is not None and limit.monotone and limit.load_factor > 0

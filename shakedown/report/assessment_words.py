@@ -34,6 +34,7 @@ ARGUMENTS = {  # what the names of the arguments for λ_U stand for, where they 
     "differences": "no slip raises the differences between nodes",
     "swing": "a potential falls with every slip",
     "least pressures": "the least pressure of each node holds it, whatever the others do",
+    "rigid motions apart": "slips of a body as a whole taken by themselves",
 }
 
 
@@ -292,14 +293,26 @@ def _proved_from_everywhere(universal: UniversalBound) -> str:
         return f"from every initial state it is open what is proved ({universal.reason})"
     if np.isnan(universal.load_factor):
         return ""
-    argument, _, aside = universal.argument.partition(", ")
-    how = ": ".join(filter(None, [argument, ARGUMENTS.get(argument)])) + (f"; {aside}" if aside else "")
+    how = argument_in_words(universal)
     if universal.load_factor == 0:
         return f"from every initial state no load factor is proved ({universal.reason})"
     if np.isinf(universal.load_factor):
         return f"from every initial state {admissible_in_words(universal)} at every load factor ({how})"
     number = f"λ_U = {down(universal.load_factor)}"
     return f"from every initial state {admissible_in_words(universal)} up to {number} ({how})"
+
+
+def argument_in_words(universal: UniversalBound) -> str:
+    """What proves λ_U, and what that means.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> argument_in_words(shakedown.universal_bound(shakedown.example("uncoupled")))
+    'Melan: slip changes no pressure'
+    """
+    parts = universal.argument.split(", ")
+    return "; ".join(": ".join(filter(None, [part, ARGUMENTS.get(part)])) for part in parts)
 
 
 def admissible_in_words(universal: UniversalBound | None) -> str:

@@ -72,7 +72,7 @@ def _below_and_above(limits: JointLimits, lower: LowerBound | None) -> list[str]
 def _closed(limits: JointLimits, lower: LowerBound) -> str:
     """What holds with all nodes closed, where the upper bound is that of a zone."""
     if lower.status == Status.INFEASIBLE:
-        return "With all nodes in contact no slip is safe under the mean load alone."
+        return f"No slip is safe {IN_CONTACT}, under the mean load alone."
     return _below(limits, lower)
 
 
@@ -113,7 +113,7 @@ def _from_least(upper: UpperBound, problem: Problem) -> list[str]:
     elsewhere = "lower" not in methods_of(problem).ABSENT
     none = " So λ_1, which is counted from there, does not exist." * elsewhere
     sentences = [
-        f"Below λ_lo = {down(upper.least_load_factor)} there is no safe slip with all nodes in contact: "
+        f"Below λ_lo = {down(upper.least_load_factor)} there is no safe slip {IN_CONTACT}: "
         f"under the mean load alone none keeps every node within its friction limits.{none}"
     ]
     if upper.status == Status.UNBOUNDED:
@@ -171,7 +171,7 @@ def _through_transient(before: UpperBound, limits: JointLimits, first: float) ->
 def above_in_words(upper: UpperBound, problem: Problem) -> str:
     """What is excluded above λ_max, or that nothing is."""
     if upper.status == Status.UNBOUNDED:
-        return f"With all nodes in contact a safe slip exists at every load factor: {upper.reason}."
+        return f"A safe slip exists at every load factor {IN_CONTACT}: {upper.reason}."
     often = " on a path that returns to all corners" * problem.is_domain
     return f"Above λ_max = {up(upper.load_factor)} it cannot shake down{often} {IN_CONTACT}."
 
@@ -234,8 +234,11 @@ def _slip_bound_ends(limits: JointLimits) -> Iterator[str]:
     if slip.status in (Status.INFEASIBLE, Status.UNDECIDED):
         yield f"There is no bound on total slip (λ_S) from this state: {slip.reason}{where}."
     elif slip.load_factor < MUCH_LESS * limits.energy.load_factor:
-        until = f"Up to λ_S = {down(slip.load_factor)} the total slip of every node is bounded"
-        yield f"{until}, in any order of the loads; not above, as {slip.limited_because}{where}."
+        start, until = start_in_words(slip.initial_slip), f"λ_S = {down(slip.load_factor)}"
+        yield (
+            f"Starting {start}, how far each node slips in all is proved up to {until}, in any order of the "
+            f"loads; not above, as {slip.limited_because}{where}."
+        )
 
 
 def _missing(limits: JointLimits) -> Iterator[str]:

@@ -45,7 +45,11 @@ def large_numbers(v: Verification) -> list[LargeNumber]:
 
 def rest_table(v: Verification) -> PageTable:
     """The largest of what nodes go through at λ = 1, and the other limits, rounded down."""
-    return PageTable(["", "value", "where, and what it is"], [*_node_rows(v), *_limit_rows(v)], words=(0, 2))
+    return PageTable(
+        ["in the long run at λ = 1, and limits", "value", "where, and what it is"],
+        [*_node_rows(v), *_limit_rows(v)],
+        words=(0, 2),
+    )
 
 
 def _node_rows(v: Verification) -> list[list[str]]:

@@ -110,7 +110,7 @@ def next_in_words(found: Assessment, file: str = "FILE") -> str:
     --------
     >>> import shakedown
     >>> next_in_words(shakedown.assess(shakedown.example("block-9")))
-    'Next: shakedown-bounds verify FILE -o report.html (checks it by simulation).'
+    'Next: shakedown-bounds verify FILE -o report.html (simulates it).'
     """
     from_zero = not np.nan_to_num(found.details.energy.initial_slip).any()
     if found.said_as_given == Said.OPEN and found.problem.initial_slip is not None and from_zero:

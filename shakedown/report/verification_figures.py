@@ -64,8 +64,8 @@ def scale_picture(v: Verification) -> Picture:
         )
         + ("Red: no safe state while all nodes stay in contact. " if "excluded" in bands else "")
         + "λ_1: first collapse. " * ("λ_1" in marks)
-        + "λ_T: up to there it shakes down from this state, simulated"
-        + ", proved there" * transient_is_proved(v)
+        + "λ_T: largest at which the simulation from this state came to rest"
+        + " (rest then proved)" * transient_is_proved(v)
         + ". λ_max: largest "
         + ("load factor with a safe state of the zone." if upper.open_nodes else "one with a safe state.")
     )

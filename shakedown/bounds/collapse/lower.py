@@ -177,7 +177,7 @@ class LowerBound(Result):
         node = f"node {self.problem.node_name(self.node)}"
         if self.problem.f[self.node] == 0:
             return f"{node} has no friction: it slips with every load"
-        return f"{node} can be lifted off by locked-in slip at the mean load"
+        return f"some locked-in slip lifts {node} off, under the mean load alone"
 
 
 @checked

@@ -163,7 +163,7 @@ def _status(known: Evidence, alone: float) -> GuaranteeStatus:
     if argument is not None and argument.keeps_closed:
         return GuaranteeStatus(Guarantee.PROVED, argument.reason, ratio, alone, nan)
     if load_factor == 0.0:
-        return GuaranteeStatus(Guarantee.EVIDENCE, "no slip range is left to guarantee", ratio, alone, nan)
+        return GuaranteeStatus(Guarantee.EVIDENCE, "there is no load factor below it", ratio, alone, nan)
     reached = load_factor * (1 - known.tolerances.feasibility)
     if argument is not None and argument.drift_bound >= reached:
         stays_closed = known.lift_off

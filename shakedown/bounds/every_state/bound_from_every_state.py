@@ -95,7 +95,7 @@ class LeastPressureBound(Result):
         if self.load_factor == 0.0 and np.isnan(self.pressures[self.node]):
             return f"no least pressure of node {self.node} was found"
         if self.load_factor == 0.0:
-            return f"locked-in slip may lift node {self.node} off under the mean load alone"
+            return f"some locked-in slip may lift node {self.node} off, under the mean load alone"
         if self.lifts:
             return f"from there on locked-in slip may lift node {self.node} off"
         return f"from there on the least friction of node {self.node} does not outweigh the swing of its load"

@@ -142,7 +142,7 @@ def universal_bound(
     if lower.status == Status.INFEASIBLE:
         return _without(lower, nan, "mean load", "no slip is safe under the mean load")
     if lower.load_factor == 0.0:
-        reason = f"node {lower.node} collapses under the mean load alone: locked-in slip can lift it off"
+        reason = f"some locked-in slip lifts node {lower.node} off, under the mean load alone"
         if problem.f[lower.node] == 0:
             reason = lower.why()
         return _without(lower, 0.0, "first collapse", reason)
