@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -12,6 +13,7 @@ import shakedown
 from shakedown import Outcome, Problem
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import count, down
+from shakedown.ground.size_limits import MANY
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.units import units_of
 from shakedown.report.text_table import table
@@ -48,13 +50,20 @@ class Amplitudes(click.ParamType):
             numbers = [float(part) for part in parts]
         except ValueError:
             numbers = []
-        if ":" in value and (len(numbers) != 3 or not (numbers[2] >= 2 and numbers[2] == int(numbers[2]))):
-            numbers = []
-        if not numbers or not np.isfinite(numbers).all():
+        values = np.array(_evenly_spaced(numbers) if ":" in value else numbers)
+        if not values.size or not np.isfinite(values).all():
             raise click.UsageError(
                 f"--amplitudes: expected LOW:HIGH:COUNT or VALUE,VALUE,…, found '{shortened(value, 40)}'"
             )
-        return np.linspace(numbers[0], numbers[1], int(numbers[2])) if ":" in value else np.array(numbers)
+        return values
+
+
+def _evenly_spaced(numbers: list[float]) -> list[float]:
+    """LOW:HIGH:COUNT; none where that is not what these numbers are."""
+    if len(numbers) != 3 or not (isfinite(numbers[1] - numbers[0]) and 2 <= numbers[2] <= MANY):
+        return []
+    low, high, count = numbers
+    return np.linspace(low, high, int(count)).tolist() if count.is_integer() else []
 
 
 @click.command(

@@ -46,7 +46,7 @@ class LoadLoops(NamedTuple):
     areas: FloatArray
 
     def save(self, path: str | os.PathLike[str], problem: Problem) -> None:
-        """Write a table (.csv): time, load and displacement, of several loads one after the other.
+        """Write a table (.csv): time, load and displacement, of several loads one after the other, numbered.
 
         Raises
         ------
@@ -59,6 +59,7 @@ class LoadLoops(NamedTuple):
         titles = names if len(names) == count else [str(k) for k in range(count)]
         columns: dict[str, list[Any]] = {
             "load_name": [title for title in titles for _ in self.cycle],
+            "load_number": [k for k in range(count) for _ in self.cycle],
             "cycle": count * self.cycle.tolist(),
             "load": self.load.T.ravel().tolist(),
             "displacement": self.displacement.T.ravel().tolist(),

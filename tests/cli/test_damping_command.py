@@ -41,6 +41,8 @@ def test_the_document_the_table_and_the_file_tell_the_curve(joint, tmp_path):
 
 WRONG = [
     (["--amplitudes", "1:2"], "--amplitudes: expected LOW:HIGH:COUNT"),
+    (["--amplitudes", "1:2:inf"], "--amplitudes: expected LOW:HIGH:COUNT"),
+    (["--amplitudes=-1e308:1e308:3"], "--amplitudes: expected LOW:HIGH:COUNT"),
     (["--amplitudes", "1,x"], "--amplitudes: expected LOW:HIGH:COUNT"),
     (["--amplitudes", "2,1"], "amplitudes: expected numbers >= 0 that rise, at least one, found [2, 1]"),
     (["--amplitudes", "1,2", "--load", "pull"], "load: expected one of 0 to 0, 'push', found 'pull'"),
@@ -67,4 +69,4 @@ def test_simulate_writes_the_loop(joint, tmp_path):
     rows = list(csv.DictReader(path.read_text().splitlines()))
     x, c = (np.array([float(row[key]) for row in rows]) for key in ("displacement", "load"))
     assert (0.5 * (c[1:] + c[:-1]) * np.diff(x)).sum() == pytest.approx(2.0, rel=1e-12)
-    assert {row["load_name"] for row in rows} == {"push"}
+    assert {(row["load_name"], row["load_number"]) for row in rows} == {("push", "0")}

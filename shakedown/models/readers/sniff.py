@@ -9,6 +9,7 @@ from pathlib import Path
 from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.abaqus_matrix import read_abaqus_matrix
 from shakedown.models.readers.abaqus_substructure import read_abaqus_substructure
+from shakedown.models.readers.calculix_frd import is_frd
 from shakedown.models.readers.calculix_reactions import HEADINGS
 from shakedown.models.readers.calculix_storage import read_calculix_storage
 from shakedown.models.readers.deck import is_deck
@@ -113,6 +114,11 @@ def stiffness_format(path: str | os.PathLike[str]) -> str:
     for each in FORMATS:
         if each.by_bytes is not None and each.by_bytes(first):
             return each.name
+    if is_frd([first.decode("latin-1")]):
+        raise ProblemError(
+            f"{os.fspath(path)}: expected a stiffness matrix, found the results of a CalculiX run (.frd); "
+            "they are of a load: its key 'open', 'reactions' or 'thermal'"
+        )
     lines = [line for line in read_lines(path) if line.strip()]
     for each in FORMATS:
         if each.by_lines is not None and each.by_lines(lines):

@@ -1,6 +1,7 @@
 """Readers: round trips through small writers, content before name, and one thing broken at a time."""
 
 from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -260,6 +261,13 @@ def test_calculix_s_matrix_layout_with_stored_zeros(tmp_path):
     found = read_stiffness(write(tmp_path, text))
     assert found.format == "Abaqus matrix input"
     assert found.K.toarray().tolist() == [[2.0, 0.0], [0.0, 3.0]]
+
+
+@pytest.mark.parametrize("file", ["open.frd", "open_binary.frd"])
+def test_results_are_no_stiffness(file):
+    path = Path(__file__).parents[2] / "data" / "calculix_heat" / file
+    with pytest.raises(ProblemError, match="found the results of a CalculiX run"):
+        stiffness_format(path)
 
 
 def test_binary_and_missing_files_are_named(tmp_path):
