@@ -19,16 +19,21 @@ if TYPE_CHECKING:  # it loads what computes
     from shakedown.studies.maps.basin_map import InitialStateMap
     from shakedown.studies.meshes.refined import Refinement
 
-MESH_NUMBERS = {  # of a refinement: first what has a limit on most joints
-    "work": "friction work",
-    "largest_slip": "largest slip",
-    "slip_limit": "slips small up to λ",
-    "averaged_impossible_above": "impossible, averaged",
-    "impossible_above": "impossible above",
-    "proved_from_this_state": "proved, this state",
-    "proved_from_every_state": "proved, every state",
+MESH_NUMBERS = {  # of a refinement, in a table and in a sentence: first what has a limit on most joints
+    "work": ("friction work", "the friction work"),
+    "largest_slip": ("largest slip", "the largest slip"),
+    "slip_limit": ("slips small up to λ", "the load up to which slips stay small"),
+    "averaged_impossible_above": ("impossible, averaged", "averaged λ_max"),
+    "impossible_above": ("impossible above", "λ_max"),
+    "proved_from_this_state": ("proved, this state", "what is proved from this state"),
+    "proved_from_every_state": ("proved, every state", "what is proved from every state"),
 }
-VERDICTS = {"converges": "converging", "undecided": "undecided", "falls": "falling", "grows": "growing"}
+VERDICTS = {  # of one number, and of several
+    "converges": ("converges", "converge"),
+    "undecided": ("is left open", "are left open"),
+    "falls": ("falls", "fall"),
+    "grows": ("grows", "grow"),
+}
 TREND = (
     "A number converges where a + c h^p fits the last three meshes with p ≥ 0.5: evidence, no proof. What "
     "falls or grows says something about one element, and no mesh gives its value; order is then the power "
@@ -180,15 +185,18 @@ def refinement_in_words(found: Refinement) -> str:
     >>> import shakedown
     >>> joints = {n: shakedown.example(f"block-{n}") for n in (9, 33)}
     >>> print(refinement_in_words(shakedown.refine(joints, [9, 33])))
-    On meshes of 9 to 33 contact nodes – undecided: impossible above; proved, this state.
+    With finer meshes (9 to 33 contact nodes) λ_max and what is proved from this state are left open.
     """
     names: dict[str, list[str]] = {}
     for name in told_of_meshes(found):
-        if not found.numbers[name].any():  # nothing on any mesh: no slip, or no proof
-            continue
-        names.setdefault(found.verdict[name], []).append(MESH_NUMBERS[name])
-    said = [f"{word}: {'; '.join(names[verdict])}" for verdict, word in VERDICTS.items() if verdict in names]
-    return f"On meshes of {found.nodes[0]} to {found.nodes[-1]} contact nodes – {' – '.join(said)}."
+        if found.numbers[name].any():  # else there is nothing on any mesh: no slip, or no proof
+            names.setdefault(found.verdict[name], []).append(MESH_NUMBERS[name][1])
+    said = []
+    for verdict, verbs in VERDICTS.items():
+        *others, last = names.get(verdict, [""])
+        if last:
+            said.append(f"{', '.join(others)}{' and ' * bool(others)}{last} {verbs[bool(others)]}")
+    return f"With finer meshes ({found.nodes[0]} to {found.nodes[-1]} contact nodes) {'; '.join(said)}."
 
 
 def told_of_meshes(found: Refinement) -> list[str]:

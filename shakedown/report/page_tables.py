@@ -239,6 +239,6 @@ def refinement_table(found: Refinement, problem: Problem, meshes: int = 3) -> Pa
         trend = found.trends[name]
         values = [number(float(value), FEW_DIGITS) for value in found.numbers[name][last]]
         about = [str(trend.verdict), number(trend.limit, FEW_DIGITS), number(trend.order, 2)]
-        rows.append([with_unit(MESH_NUMBERS[name], unit.get(name, "")), *values, *about])
+        rows.append([with_unit(MESH_NUMBERS[name][0], unit.get(name, "")), *values, *about])
     nodes = [f"{count} nodes" for count in found.nodes[last]]
     return PageTable(["", *nodes, "verdict", "limit", "order"], rows, words=(0, len(nodes) + 1))

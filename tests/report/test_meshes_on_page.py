@@ -31,8 +31,8 @@ def meshes():
 
 def test_verdicts_in_words_begin_with_what_converges(meshes):
     assert refinement_in_words(meshes) == (
-        "On meshes of 4 to 16 contact nodes – converging: friction work; impossible, averaged – "
-        "undecided: largest slip – falling: impossible above."
+        "With finer meshes (4 to 16 contact nodes) the friction work and averaged λ_max converge; the largest slip "
+        "is left open; λ_max falls."
     )
 
 
