@@ -123,7 +123,7 @@ def work_picture(rows: list[dict], loads: Sequence[float], scale: float, load: s
     unit = load[load.rindex("[") + 1 : -1]
     for axes, factor, way in zip(panels[1], row["shown"], row["way"], strict=True):
         slips = _slips(np.array(way), np.array(row["way"][-1]))
-        _patch(axes, row, 1e3 * np.array(way), "way of a cycle [µm]", slips)
+        _patch(axes, row, 1e3 * np.array(way), "slip path per cycle [µm]", slips)
         axes.set_title(
             f"{scale * factor:g} {unit}: {slips.sum()} of {row['n']} pairs slip", fontsize="medium"
         )

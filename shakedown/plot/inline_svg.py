@@ -10,7 +10,6 @@ from xml.etree import ElementTree
 import matplotlib
 import numpy as np
 from markupsafe import Markup
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
@@ -241,11 +240,12 @@ def inline(figure: Figure, alt: str) -> Markup:
 
 def _size(figure: Figure, height: float) -> str:
     """What is to be seen: the figure, with labels that reach beyond it; or a legend alone."""
-    beyond: list[Artist] = list(figure.legends)
+    boxes = [legend.get_window_extent() for legend in figure.legends]
     for axes in figure.axes:
-        beyond += [text for text in (axes.title, axes.xaxis.label, axes.yaxis.label) if text.get_text()]
-    boxes = [part.get_window_extent().padded(EDGE) for part in beyond]
-    box = Bbox.union(boxes if figure.legends else [figure.bbox, *boxes])
+        boxes += [axes.title.get_window_extent()] if axes.get_title() else []
+        boxes += [box for axis in (axes.xaxis, axes.yaxis) if (box := axis.get_tightbbox()) is not None]
+    padded = [box.padded(EDGE) for box in boxes]
+    box = Bbox.union(padded if figure.legends else [figure.bbox, *padded])
     left, top = np.floor([box.x0, height - box.y1])
     width, tall = np.ceil([box.x1, height - box.y0]) - (left, top)
     return f'viewBox="{left:g} {top:g} {width:g} {tall:g}" style="--wide: {width:g}"'

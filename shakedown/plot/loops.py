@@ -1,4 +1,4 @@
-"""Loops of nodes: reactions against slips or within their limits, ways of slips, the loading of nodes."""
+"""Loops of nodes: reactions against slips or within their limits, paths of slips, the loading of nodes."""
 
 from collections.abc import Iterable, Iterator
 
@@ -82,7 +82,7 @@ def slip_orbits(
     nodes: Iterable[int] | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """The ways of slips in their x and y, each about its own middle, with what friction dissipates there.
+    """The paths of slips in their x and y, each about its own middle, with what friction dissipates there.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def reaction_orbits(
     nodes: Iterable[int] | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """The ways of tangential reactions within the limit, q/(f p): on the rim a node slips, or is about to.
+    """The paths of tangential reactions within the limit, q/(f p): on the rim a node slips, or is about to.
 
     Parameters as for :func:`slip_orbits`. While a node is open, or about to be, nothing is drawn.
 

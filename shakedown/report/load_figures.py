@@ -76,8 +76,8 @@ def _loads_along(problem: Problem, few: bool) -> tuple[str, list[Drawing]]:
         loads = Drawing(alt, partial(plot.load_loop, problem, range(problem.n)))
     caption = (
         f"Contact nodes {where}, the normals into the (first) body, and the welded reactions on it at λ = 1 "
-        "(an arrow for the mean, a line for the way of its tail over a period)"
-        + ("; the way of each node's reactions in the friction cone" if few else "; mean and range along")
+        "(an arrow for the mean, a line for the path of its tail over a period)"
+        + ("; the path of each node's reactions in the friction cone" if few else "; mean and range along")
     )
     return caption, [nodes, loads]
 

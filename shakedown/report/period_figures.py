@@ -68,7 +68,7 @@ class Family(NamedTuple):
     Attributes
     ----------
     loops
-        What the ways of the nodes are called.
+        What the paths of the nodes are called.
     ways, reactions, contact, slips
         Pictures of a state: the nodes that dissipate most, reactions of a few nodes, all nodes, their slips.
     zones

@@ -56,6 +56,14 @@ def scale_picture(v: Verification) -> Picture:
     state = (
         f"with {open_in_words(upper.open_nodes, v.problem)} open" if upper.open_nodes else "from this state"
     )
+    proved_there, zone = (
+        " (rest then proved)" * transient_is_proved(v),
+        " of the zone" * bool(upper.open_nodes),
+    )
+
+    def drawn(name: str) -> bool:
+        return bool(np.isfinite(marks.get(name, np.nan)))
+
     caption = (
         (
             f"Green: proved to shake down, {state} ({known.symbol}) or from every state (λ_U). "
@@ -63,12 +71,10 @@ def scale_picture(v: Verification) -> Picture:
             else ""
         )
         + ("Red: no safe state while all nodes stay in contact. " if "excluded" in bands else "")
-        + "λ_1: first collapse. " * ("λ_1" in marks)
-        + "λ_T: largest at which the simulation from this state came to rest"
-        + " (rest then proved)" * transient_is_proved(v)
-        + ". λ_max: largest "
-        + ("load factor with a safe state of the zone." if upper.open_nodes else "one with a safe state.")
-    )
+        + "λ_1: first collapse. " * drawn("λ_1")
+        + f"λ_T: largest at which the simulation from this state came to rest{proved_there}. " * drawn("λ_T")
+        + f"λ_max: largest load factor with a safe state{zone}." * drawn("λ_max")
+    ).strip()
     draw = partial(plot.load_factor_scale, marks, bands=bands)
     narrow = Drawing(f"{alt}, for a narrow screen", partial(draw, short=True), size=NARROW)
     return picture(caption, Drawing(alt, draw, size=WIDE), narrow)  # the style of the page shows one of them
