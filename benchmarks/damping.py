@@ -18,6 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import shakedown
+from benchmarks.bodies.patch_compliance import mean_half_space_compliance
 from benchmarks.bodies.sphere import disc_patches, sphere_contact, sphere_on_flat
 from shakedown import LoadCase, Problem, conjugate_displacement, damping
 from shakedown.fem import (
@@ -27,7 +28,6 @@ from shakedown.fem import (
     Pressure,
     block_mesh,
     contact_problem,
-    mean_half_space_compliance,
 )
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.motion.evolve import evolve

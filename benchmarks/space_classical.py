@@ -14,9 +14,9 @@ from functools import cache
 import numpy as np
 from matplotlib.figure import Figure
 
+from benchmarks.bodies.patch_compliance import mean_half_space_compliance
 from benchmarks.bodies.sphere import disc_patches, sphere_contact, sphere_on_flat
 from shakedown import Problem
-from shakedown.fem import mean_half_space_compliance
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.evolve import evolve
 from shakedown.report.text_table import table

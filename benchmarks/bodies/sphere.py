@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.bodies.patch_compliance import mean_half_space_compliance
 from shakedown import Problem
-from shakedown.fem import mean_half_space_compliance
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 

@@ -18,12 +18,18 @@ of a joint, :func:`corner_field` of a corner:
   corner do not.
 """
 
-import shakedown.fem.extra  # noqa: F401  says what to install where it is missing
+try:  # what the extra brings
+    import meshio as meshio
+    import skfem as skfem
+except ImportError as error:
+    raise ImportError(
+        f"shakedown.fem needs scikit-fem and meshio ({error}): pip install 'shakedown-bounds[fem]'"
+    ) from None
+
 from shakedown.fem.body import ElasticBody, Material, Support
 from shakedown.fem.bolt import Bolt
 from shakedown.fem.contact import contact_condensation, contact_problem, modal_load
-from shakedown.fem.corner import CornerField, WeldedCorner, corner_field, welded_corner
-from shakedown.fem.half_space import half_space_compliance, mean_half_space_compliance
+from shakedown.fem.corner import CornerField, corner_field
 from shakedown.fem.loads import BodyForce, Displacement, Force, Load, Pressure, Traction
 from shakedown.fem.mesh import block_mesh, brick_mesh, read_mesh
 from shakedown.fem.modes import ModalLoad
@@ -41,15 +47,11 @@ __all__ = [
     "Pressure",
     "Support",
     "Traction",
-    "WeldedCorner",
     "block_mesh",
     "brick_mesh",
     "contact_condensation",
     "contact_problem",
     "corner_field",
-    "half_space_compliance",
-    "mean_half_space_compliance",
     "modal_load",
     "read_mesh",
-    "welded_corner",
 ]

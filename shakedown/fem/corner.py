@@ -18,59 +18,6 @@ LARGEST_SLIP = 3.0  # exponent of a slip up to which one is sought
 
 
 @dataclass(frozen=True)
-class WeldedCorner:
-    """Asymptotic tractions at a corner that is welded to a rigid plane (Williams 1952).
-
-    Attributes
-    ----------
-    exponent
-        Both tractions go with distance^(exponent − 1); below 1 they are singular.
-    shear_ratio
-        Tangential over normal traction as the corner is approached, |q|/p [–].
-        With less friction than this the corner slips at any load: λ_max then
-        keeps falling as the mesh is refined, by a power of the element size.
-    """
-
-    exponent: float
-    shear_ratio: float
-
-
-@checked
-def welded_corner(
-    angle: float, poisson: float, plane: Literal["strain", "stress"] = "strain"
-) -> WeldedCorner:
-    """Tractions near the end of a contact, for a body that meets the plane at an angle.
-
-    The strongest field φ = r^(e+1) F(θ) of a wedge with one face welded and one
-    free, 0 < e < 1.
-
-    Parameters
-    ----------
-    angle
-        Angle between the contact and the free face, through the body [rad], 0 < angle < π.
-    poisson
-        Poisson's ratio [–].
-    plane
-        ``"strain"`` or ``"stress"``.
-
-    Raises
-    ------
-    UsageError
-        If the angle is out of range, or no singular field exists (a sharp wedge).
-
-    Examples
-    --------
-    >>> corner = welded_corner(np.pi / 2, 0.3)
-    >>> round(corner.exponent, 4), round(corner.shear_ratio, 4)
-    (0.7112, 0.3023)
-    """
-    if not 0 < angle < np.pi:
-        raise UsageError(f"angle: expected 0 < angle < pi, found {angle}")
-    found = _welded(_Pair(angle, _effective(poisson, plane)))
-    return WeldedCorner(found.exponent, found.shear_ratio)
-
-
-@dataclass(frozen=True)
 class CornerField:
     """What friction does at a corner of a contact (:func:`corner_field`).
 
@@ -150,10 +97,10 @@ def corner_field(
     if against is not None:
         softer = _modulus(material) / _modulus(against)
         pair = _Pair(*pair[:2], against_angle, _effective(against.poisson, plane), softer)
-    welded = _welded(pair)
+    exponent, shear_ratio = _welded(pair)
     s = _least_slip(pair, f)
-    slope = 0.0 if f >= welded.shear_ratio else max(0.0, s - welded.exponent)
-    return CornerField(welded.exponent, welded.shear_ratio, s, slope)
+    slope = 0.0 if f >= shear_ratio else max(0.0, s - exponent)
+    return CornerField(exponent, shear_ratio, s, slope)
 
 
 class _Pair(NamedTuple):
@@ -175,8 +122,8 @@ def _modulus(material: Material) -> float:
     return material.young / (2 * (1 + material.poisson))
 
 
-def _welded(pair: _Pair) -> WeldedCorner:
-    """The strongest field with neither slip nor gap."""
+def _welded(pair: _Pair) -> tuple[float, float]:
+    """Exponent of the strongest field with neither slip nor gap, and |q|/p of its tractions."""
 
     def determinant(exponent: float) -> float:
         return float(np.linalg.det(_conditions(exponent, pair, welded=True)))
@@ -189,7 +136,7 @@ def _welded(pair: _Pair) -> WeldedCorner:
         )
     exponent = float(brentq(determinant, *EXPONENTS[changes[0] : changes[0] + 2], xtol=1e-14))
     shear, normal = _contact_tractions(exponent, pair, welded=True)
-    return WeldedCorner(exponent, float(abs(shear / normal)))
+    return exponent, float(abs(shear / normal))
 
 
 def _least_slip(pair: _Pair, f: float) -> float:

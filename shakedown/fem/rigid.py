@@ -6,6 +6,7 @@ from scipy import sparse
 from shakedown.fem.body import ElasticBody, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.models.mortar.exact_rotations import rigid_rows
 
 
 def rigid_motion(places: FloatArray) -> FloatArray:
@@ -19,15 +20,8 @@ def rigid_motion(places: FloatArray) -> FloatArray:
     >>> rigid_motion(np.array([[-2.0, 0.0], [2.0, 0.0]]))[1].tolist()
     [[1.0, 0.0, -0.0], [0.0, 1.0, 1.0]]
     """
-    n, k = places.shape
     arm = places - places.mean(axis=0)
-    arm = arm / (np.linalg.norm(arm, axis=1).max() or 1.0)
-    along = np.broadcast_to(np.eye(k), (n, k, k))
-    if k == 2:
-        turned = np.stack([-arm[:, 1], arm[:, 0]], axis=1)[:, :, None]
-    else:
-        turned = np.stack([np.cross(axis, arm) for axis in np.eye(3)], axis=2)
-    return np.concatenate([along, turned], axis=2)
+    return rigid_rows(arm / (np.linalg.norm(arm, axis=1).max() or 1.0))
 
 
 def tied(body: ElasticBody, contact: IntArray) -> tuple[sparse.csr_array, IntArray]:

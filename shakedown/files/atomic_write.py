@@ -9,9 +9,9 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
-from shakedown.files.regular_file import kind_of, open_regular
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError, UsageError
+from shakedown.ground.regular_file import kind_of, open_regular
 
 try:
     import fcntl

@@ -9,8 +9,8 @@ from typing import IO, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.files.regular_file import open_regular
 from shakedown.ground.errors import ProblemError
+from shakedown.ground.regular_file import open_regular
 
 LONGEST_HEADER = 4096  # bytes; those of plain arrays have about 100
 # A header is a Python literal. Only what looks like that of a plain array is handed to NumPy to evaluate.

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from shakedown.files.atomic_write import atomic_write
 from shakedown.files.npy import Header, load_array, read_array, read_header
-from shakedown.files.regular_file import open_regular
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError, UsageError, found_in
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import BLOCK
+from shakedown.ground.regular_file import open_regular
+from shakedown.ground.size_limits import BLOCK, memory
 from shakedown.ground.visible_text import LONGEST_NAME, shortened
 from shakedown.joint.field_table import ARRAYS, FIELDS, NAMES, TEXTS, check_shapes
 from shakedown.joint.numbers import real_numbers
@@ -29,6 +29,7 @@ SCHEMA = "shakedown/1"
 KEYS = frozenset(FIELDS)
 HARMLESS = 2**28  # bytes of all arrays together, whatever the file's size
 MOST_TIMES = 100  # the size of a larger file; compressed stiffness is no tenth of this
+ASSUMED = 2**34  # bytes of a machine that does not say how much memory it has
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # what numpy.savez and savez_compressed write
 
 
@@ -122,7 +123,7 @@ def load_initial_slip(path: str | os.PathLike[str]) -> FloatArray:
     array([0.5 , 0.25])
     """
     with found_in(path):
-        return real_numbers("initial slip", load_array(_path(path), _memory() // 4))
+        return real_numbers("initial slip", load_array(_path(path), int(memory(ASSUMED) / 4)))
 
 
 @checked
@@ -217,7 +218,7 @@ def _read_header(archive: zipfile.ZipFile, key: str, info: zipfile.ZipInfo) -> H
 def _check_sizes(headers: Mapping[str, Header], file_size: int) -> None:
     """Refuse arrays that are too large together, or far larger than a file of this size can mean."""
     total = sum(header.size for header in headers.values())
-    if total > _memory() // 4:
+    if total > memory(ASSUMED) / 4:
         raise ProblemError(f"its arrays, {total:.3g} bytes, are more than this machine can hold")
     if total > max(HARMLESS, MOST_TIMES * file_size):
         raise ProblemError(
@@ -240,10 +241,3 @@ def _member(archive: zipfile.ZipFile, key: str, info: zipfile.ZipInfo) -> Iterat
                 yield file
         except (zipfile.BadZipFile, zlib.error, EOFError) as error:
             raise ProblemError(f"expected an NPY array, found damaged data ({error})") from None
-
-
-def _memory() -> int:
-    try:
-        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (AttributeError, ValueError, OSError):  # not POSIX
-        return 1 << 34

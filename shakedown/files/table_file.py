@@ -9,9 +9,9 @@ from os import PathLike
 from typing import Any
 
 from shakedown.files.atomic_write import atomic_write, check_target
-from shakedown.files.regular_file import open_regular
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError, UsageError, found_in
+from shakedown.ground.regular_file import open_regular
 from shakedown.ground.size_limits import READ_AT_ONCE
 from shakedown.ground.visible_text import shortened, visible
 from shakedown.joint.result import frame

@@ -1,5 +1,8 @@
 """How much is taken at one time, and how much is too much: limits of memory and of what is given."""
 
+import os
+from math import inf
+
 MANY = 1_000_000  # of what is given as a list, kept in memory, or followed one after the other
 LARGEST_LABEL = 2**62  # of a node: compiled code counts to twice as many
 BLOCK = 1 << 20  # bytes or numbers that are taken at one time: a few MB, a hundred where each has a matrix
@@ -7,3 +10,11 @@ NODES_SHOWN = 4  # nodes that are named or drawn each on its own
 AT_ONCE = 1 << 16  # rows or small matrices that are taken at one time
 BATCH = 1 << 12  # states or subsets that one thread takes at one time, or that are kept beside it
 READ_AT_ONCE = 1 << 26  # bytes of a table, or of the beginning of a journal, that are read
+
+
+def memory(unknown: float = inf) -> float:
+    """Memory of the machine [bytes]; ``unknown`` where it does not say."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):  # not POSIX
+        return unknown

@@ -86,18 +86,6 @@ def units_of(problem: Problem | None) -> Units:
 
 
 @checked
-def work_unit(force: str, length: str) -> str:
-    """The unit of a dissipation, empty where force or length has none.
-
-    Examples
-    --------
-    >>> work_unit("N", "mm"), work_unit("", "mm")
-    ('N mm', '')
-    """
-    return Units(force, length).work
-
-
-@checked
 def loads_in_words(
     problem: Problem, load_factor: float = 1.0, rounding: Literal["down", "up", "nearest"] = "nearest"
 ) -> str:

@@ -28,8 +28,8 @@ from shakedown.fem import (
     block_mesh,
     contact_condensation,
     contact_problem,
+    corner_field,
     read_mesh,
-    welded_corner,
 )
 from shakedown.models.readers.calculix_reactions import read_calculix_output
 
@@ -420,7 +420,7 @@ def test_a_large_block_is_condensed():
 
 def test_a_welded_corner_of_the_mesh_has_the_shear_ratio_of_the_theory():
     """A right-angled corner, ν = 0.3: exponent 0.7112 (Williams 1952), |q|/p = 0.302."""
-    corner = welded_corner(np.pi / 2, 0.3)
+    corner = corner_field(np.pi / 2, Material(1.0, 0.3), 0.3)
     assert corner.exponent == pytest.approx(0.71117, abs=1e-5)
     load = Displacement(boundary="top", x=0.0, y=-1.0, history=1.0)
     body = ElasticBody(block_mesh(2.0, 1.0, 96, 48), Material(1.0, 0.3), loads=[load])
@@ -431,7 +431,8 @@ def test_a_welded_corner_of_the_mesh_has_the_shear_ratio_of_the_theory():
 
 
 def test_welded_corner_in_plane_stress_is_that_of_a_smaller_poisson_ratio():
-    assert welded_corner(np.pi / 2, 0.3, "stress") == welded_corner(np.pi / 2, 0.3 / 1.3)
+    one = corner_field(np.pi / 2, Material(1.0, 0.3), 0.2, plane="stress")
+    assert one == corner_field(np.pi / 2, Material(1.0, 0.3 / 1.3), 0.2)
 
 
 @pytest.mark.parametrize(
@@ -439,7 +440,7 @@ def test_welded_corner_in_plane_stress_is_that_of_a_smaller_poisson_ratio():
 )
 def test_corners_without_an_answer_are_named(angle, message):
     with pytest.raises(UsageError, match=message):
-        welded_corner(angle, 0.3)
+        corner_field(angle, Material(1.0, 0.3), 0.2)
 
 
 def test_without_scikit_fem_the_import_says_what_to_install():

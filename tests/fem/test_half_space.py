@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shakedown.fem import half_space_compliance, mean_half_space_compliance
+from benchmarks.bodies.patch_compliance import half_space_compliance, mean_half_space_compliance
 from shakedown.ground.errors import UsageError
 
 TRIANGLE = np.array([[0.2, 0.1], [1.3, 0.4], [0.6, 1.5]])

@@ -6,7 +6,6 @@ unknowns are never eliminated: what is left at the end is their Schur complement
 being solved for.
 """
 
-import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -20,6 +19,7 @@ from scipy.linalg.lapack import dpotrf
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import memory
 from shakedown.models.condensation.dissection import DissectionPiece, IntArray
 
 BYTES = np.dtype(float).itemsize
@@ -247,14 +247,6 @@ def announced(plan: FrontElimination, announce: Callable[[str], None] | None) ->
         )
     if announce is not None and seconds > WORTH_SAYING:
         announce(what)
-
-
-def memory() -> float:
-    """Memory of the machine [bytes]; infinite where it is not known."""
-    try:
-        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    except (AttributeError, ValueError, OSError):
-        return float("inf")
 
 
 def speed() -> float:

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.size_limits import BLOCK
-from shakedown.models.readers.text import open_regular
+from shakedown.models.readers.text import open_input
 
 Result = TypeVar("Result")
 
@@ -45,7 +44,7 @@ class InputFiles:
             As the reader raises it.
         """
         path = self.path(name)
-        open_regular(path)
+        open_input(path).close()
         try:
             found = reader(path)
         except ProblemError as error:
@@ -75,9 +74,5 @@ class InputFiles:
 
 def sha256(path: str | os.PathLike[str]) -> str:
     """SHA-256 of a regular file, in hexadecimal digits."""
-    open_regular(path)
-    digest = hashlib.sha256()
-    with open(path, "rb") as file:
-        while block := file.read(BLOCK):
-            digest.update(block)
-    return digest.hexdigest()
+    with open_input(path) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -21,7 +21,7 @@ from shakedown.models.readers.nastran_op4 import is_op4, read_nastran_op4
 from shakedown.models.readers.reactions_table import is_reactions_table
 from shakedown.models.readers.row_map import Rows
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import open_regular, quoted, read_lines
+from shakedown.models.readers.text import quoted, read_bytes, read_lines
 
 _REAL = r"[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?"
 _LABELLED = re.compile(rf"^\s*-?\d+\s*,\s*\d+\s*,\s*-?\d+\s*,\s*\d+\s*,\s*{_REAL}\s*,?\s*$")
@@ -110,7 +110,7 @@ def stiffness_format(path: str | os.PathLike[str]) -> str:
     >>> stiffness_format(path)
     'abaqus-matrix'
     """
-    first = _beginning(path)
+    first = read_bytes(path, 256)
     for each in FORMATS:
         if each.by_bytes is not None and each.by_bytes(first):
             return each.name
@@ -136,15 +136,6 @@ def stiffness_format(path: str | os.PathLike[str]) -> str:
         f"{os.fspath(path)}: expected a stiffness matrix ({', '.join(each.title for each in FORMATS)}), "
         f"found {what}"
     )
-
-
-def _beginning(path: str | os.PathLike[str]) -> bytes:
-    open_regular(path)
-    try:
-        with open(path, "rb") as file:
-            return file.read(256)
-    except OSError as error:
-        raise ProblemError(f"{os.fspath(path)}: cannot be read ({error.strerror})") from None
 
 
 def read_stiffness(

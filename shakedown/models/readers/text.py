@@ -3,11 +3,11 @@
 import math
 import os
 import re
-import stat
 from collections.abc import Iterable
-from pathlib import Path
+from io import BufferedReader
 
-from shakedown.ground.errors import ProblemError
+from shakedown.ground.errors import ProblemError, found_in
+from shakedown.ground.regular_file import open_regular
 
 MOST_BYTES = 4 << 30  # of one input file
 _FORTRAN = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[DdEe]([-+]?[0-9]{1,6})|([-+][0-9]{1,6}))\Z")
@@ -41,42 +41,31 @@ def listed(names: Iterable[str]) -> str:
     return ", ".join(shown[:_LISTED]) + (", …" if len(shown) > _LISTED else "") or "none"
 
 
-def open_regular(path: str | os.PathLike[str]) -> int:
-    """Size in bytes of a file that can be read from its beginning to its end.
+def open_input(path: str | os.PathLike[str]) -> BufferedReader:
+    """A file, open for reading bytes from its beginning to its end.
 
     Raises
     ------
     ProblemError
-        If there is none, it is not a regular file (a folder, a pipe, a device),
-        or it is larger than 4 GiB.
+        If there is none, it is not a regular file (a folder, a pipe, a device), cannot be read, or is larger
+        than 4 GiB.
     """
-    name = os.fspath(path)
-    try:
-        found = os.stat(name)
-    except FileNotFoundError:
-        raise ProblemError(f"{name}: no such file") from None
-    except (OSError, ValueError) as error:  # ValueError: NUL in the name
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise ProblemError(f"{quoted(name)[1:-1]}: cannot be read ({reason})") from None
-    if not stat.S_ISREG(found.st_mode):
-        raise ProblemError(f"{name}: cannot be read (expected a regular file, found {_kind(found.st_mode)})")
-    if found.st_size > MOST_BYTES:
-        raise ProblemError(f"{name}: expected at most {MOST_BYTES >> 30} GiB, found {found.st_size} bytes")
-    return found.st_size
+    with found_in(path):
+        file = open_regular(path)
+        size = os.fstat(file.fileno()).st_size
+        if size > MOST_BYTES:
+            file.close()
+            raise ProblemError(f"expected at most {MOST_BYTES >> 30} GiB, found {size} bytes")
+    return file
 
 
-def _kind(mode: int) -> str:
-    kinds = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket"}
-    return kinds.get(stat.S_IFMT(mode), "a device")
-
-
-def read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """The content of a regular file; see :func:`open_regular`."""
-    open_regular(path)
-    try:
-        return Path(path).read_bytes()
-    except OSError as error:
-        raise ProblemError(f"{os.fspath(path)}: cannot be read ({error.strerror})") from None
+def read_bytes(path: str | os.PathLike[str], most: int = -1) -> bytes:
+    """The content of a file, or its first bytes; see :func:`open_input`."""
+    with open_input(path) as file:
+        try:
+            return file.read(most)
+        except OSError as error:
+            raise ProblemError(f"{os.fspath(path)}: cannot be read ({error.strerror})") from None
 
 
 def read_lines(path: str | os.PathLike[str]) -> list[str]:

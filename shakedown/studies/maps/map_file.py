@@ -15,8 +15,8 @@ from shakedown.campaign.journal import Journal
 from shakedown.campaign.stored_result import unpacked
 from shakedown.files.atomic_write import atomic_write
 from shakedown.files.npy import read_header
-from shakedown.files.regular_file import open_regular
 from shakedown.ground.errors import ProblemError
+from shakedown.ground.regular_file import open_regular
 from shakedown.ground.size_limits import BLOCK
 
 Columns = dict[str, NDArray[Any]]

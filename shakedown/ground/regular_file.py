@@ -2,7 +2,7 @@
 
 import os
 import stat
-from typing import BinaryIO
+from io import BufferedReader
 
 from shakedown.ground.errors import ProblemError
 
@@ -15,7 +15,7 @@ _KINDS = (
 )
 
 
-def open_regular(path: str | os.PathLike[str], expected: str = "a regular file") -> BinaryIO:
+def open_regular(path: str | os.PathLike[str], expected: str = "a regular file") -> BufferedReader:
     """Open a regular file for reading bytes; whatever else has that name is never waited for.
 
     Parameters
