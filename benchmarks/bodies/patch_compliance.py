@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.size_limits import BLOCK
-from shakedown.joint.arguments import checked
 
 RULE = (1 / 6, 2 / 3)  # barycentric coordinates of the three points of a triangle that are exact for degree 2
 

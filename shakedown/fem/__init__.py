@@ -27,10 +27,9 @@ except ImportError as error:
     ) from None
 
 from shakedown.fem.body import ElasticBody, Material, Support
-from shakedown.fem.bolt import Bolt
 from shakedown.fem.contact import contact_condensation, contact_problem, modal_load
 from shakedown.fem.corner import CornerField, corner_field
-from shakedown.fem.loads import BodyForce, Displacement, Force, Load, Pressure, Traction
+from shakedown.fem.loads import BodyForce, Bolt, Displacement, Force, Load, Pressure, Traction
 from shakedown.fem.mesh import block_mesh, brick_mesh, read_mesh
 from shakedown.fem.modes import ModalLoad
 

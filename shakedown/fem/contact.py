@@ -9,13 +9,11 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.spatial import KDTree
 
-from shakedown.fem.body import ElasticBody, IntArray
-from shakedown.fem.bolt import Bolt
+from shakedown.fem.body import ElasticBody, IntArray, tied
 from shakedown.fem.contact_surface import contact_faces, meshed_surface
-from shakedown.fem.loads import History, sampled
+from shakedown.fem.loads import Bolt, History, sampled
 from shakedown.fem.modes import ModalLoad, check_balanced, determinate_rows, mass_of, sine, stuck_mode
 from shakedown.fem.origin import Contact, origin_text
-from shakedown.fem.rigid import tied
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray

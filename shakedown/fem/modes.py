@@ -10,9 +10,8 @@ from scipy.sparse.linalg import ArpackNoConvergence, eigsh
 from skfem import BilinearForm
 from skfem.helpers import dot
 
-from shakedown.fem.body import ElasticBody, IntArray
+from shakedown.fem.body import ElasticBody, IntArray, rigid_motion
 from shakedown.fem.loads import History, sampled
-from shakedown.fem.rigid import rigid_motion
 from shakedown.ground.errors import ProblemError, SolverError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS

@@ -1,5 +1,6 @@
 """What a problem made from meshes was made of, as ``Problem.source`` keeps it."""
 
+import hashlib
 import json
 import os
 from collections.abc import Sequence
@@ -14,7 +15,6 @@ from skfem import Mesh, MeshHex, MeshQuad, MeshTet, MeshTri
 
 from shakedown.fem.body import AXES, BodyLoad, ElasticBody, Material, Support, kind_of
 from shakedown.ground.float_array import FloatArray
-from shakedown.models.readers.input_files import sha256
 
 MADE_BY = "shakedown.fem.contact_problem"
 FILE = "read_from"  # of a mesh: name and SHA-256 of the file that it was read from
@@ -43,7 +43,8 @@ class Contact(NamedTuple):
 
 def remember_file(mesh: Mesh, path: str | os.PathLike[str]) -> Mesh:
     """The mesh, which knows from now on which file it was read from."""
-    setattr(mesh, FILE, {"name": Path(path).name, "sha256": sha256(path)})
+    digest = hashlib.sha256(Path(path).read_bytes()).hexdigest()
+    setattr(mesh, FILE, {"name": Path(path).name, "sha256": digest})
     return mesh
 
 

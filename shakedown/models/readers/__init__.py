@@ -11,7 +11,7 @@ with labels ``abaqus_matrix``, ``abaqus_substructure``, ``nastran_dmig`` (``nast
 ``row_map`` ``calculix_storage`` (also Abaqus COORDINATE), ``matrix_market``,
 ``harwell_boeing``, ``nastran_op4``; ``nodal_vectors`` (reactions, displacements) by
 ``calculix_reactions``, ``calculix_frd`` and ``reactions_table``;
-``mesh`` (with ``face_shares``) from ``deck``, ``nastran_bulk`` or ``coordinates``;
+``mesh`` from ``deck``, ``nastran_bulk`` or ``coordinates``;
 ``circumference`` (axisymmetric models); ``sniff`` chooses: a new format of stiffness files is a module
 and an entry of its ``FORMATS``. Configurations, and the files that they name: ``toml_table``,
 ``input_files``.

@@ -9,7 +9,7 @@ from scipy import sparse
 
 from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.row_map import Rows, row_map
-from shakedown.models.readers.stiffness import Stiffness, check_entries_once, checked
+from shakedown.models.readers.stiffness import Stiffness, check_entries_once, checked, completed
 from shakedown.models.readers.text import integers, numbers, quoted, read_lines
 
 _TYPE = re.compile(r"[RCP][SUHZR][AE]$", re.IGNORECASE)
@@ -81,18 +81,12 @@ def read_harwell_boeing(path: str | os.PathLike[str], rows: Rows = None) -> Stif
     matrix = sparse.csc_array((values, index, pointers), shape=(N, N))
     if not matrix.has_canonical_format:
         check_entries_once(index, _columns(pointers), name)
-    return checked(_completed(matrix, kind), row_map(rows, N, name, "Harwell-Boeing"), "Harwell-Boeing")
+    whole = matrix if kind.upper() == "RUA" else completed(matrix.tocoo())
+    return checked(whole, row_map(rows, N, name, "Harwell-Boeing"), "Harwell-Boeing")
 
 
 def _columns(pointers: NDArray[np.intp]) -> NDArray[np.intp]:
     return np.repeat(np.arange(len(pointers) - 1), np.diff(pointers))
-
-
-def _completed(matrix: sparse.csc_array, kind: str) -> sparse.sparray:
-    one_triangle = sparse.triu(matrix, 1).nnz == 0 or sparse.tril(matrix, -1).nnz == 0
-    if kind.upper() == "RUA" or not one_triangle:
-        return matrix
-    return matrix + matrix.T - sparse.diags_array(matrix.diagonal())
 
 
 def _section(lines: list[str], at: int, length: int, layout: str, size: int, name: str) -> list[str]:

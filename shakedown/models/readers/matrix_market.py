@@ -8,7 +8,7 @@ from scipy import sparse
 
 from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.row_map import Rows, row_map
-from shakedown.models.readers.stiffness import Stiffness, check_entries_once, checked
+from shakedown.models.readers.stiffness import Stiffness, check_entries_once, checked, completed
 from shakedown.models.readers.text import integers, number, numbers, quoted, read_lines
 
 _Line = tuple[str, list[str]]
@@ -67,7 +67,7 @@ def _body(lines: list[str], name: str) -> Iterator[_Line]:
             yield f"{name}: line {k}", line.split()
 
 
-def _coordinate(body: Iterator[_Line], shape: list[int], symmetric: bool, name: str) -> sparse.coo_array:
+def _coordinate(body: Iterator[_Line], shape: list[int], symmetric: bool, name: str) -> sparse.sparray:
     keys, values = [], []
     for where, fields in body:
         if len(fields) != 3:
@@ -81,12 +81,8 @@ def _coordinate(body: Iterator[_Line], shape: list[int], symmetric: bool, name: 
         raise ProblemError(f"{name}: expected {shape[2]} entries, found {len(values)}")
     i, j = np.array(keys, dtype=np.intp).reshape(-1, 2).T
     check_entries_once(i, j, name)
-    if symmetric:
-        off = i != j
-        keys_i, keys_j = np.concatenate([i, j[off]]), np.concatenate([j, i[off]])
-        data = np.concatenate([values, np.array(values)[off]])
-        return sparse.coo_array((data, (keys_i, keys_j)), shape=tuple(shape[:2]))
-    return sparse.coo_array((values, (i, j)), shape=tuple(shape[:2]))
+    entries = sparse.coo_array((values, (i, j)), shape=tuple(shape[:2]))
+    return completed(entries) if symmetric else entries
 
 
 def _array(body: Iterator[_Line], shape: list[int], symmetric: bool, name: str) -> sparse.coo_array:

@@ -9,8 +9,7 @@ import pytest
 import shakedown
 from shakedown.models.importing.import_model import import_problem
 from shakedown.models.importing.templates import write_import_example
-from shakedown.models.readers.face_shares import face_shares
-from shakedown.models.readers.mesh import Mesh
+from shakedown.models.readers.mesh import Mesh, face_shares
 
 SQUARE = np.array([[0.0, 0, 0], [3, 0, 0], [4, 2, 0], [-1, 2, 0]])
 

@@ -277,7 +277,7 @@ def test_binary_and_missing_files_are_named(tmp_path):
         stiffness_format(path)
     with pytest.raises(ProblemError, match="no such file"):
         stiffness_format(tmp_path / "absent")
-    with pytest.raises(ProblemError, match="cannot be read"):
+    with pytest.raises(ProblemError, match="expected a regular file, found a directory"):
         stiffness_format(tmp_path)
 
 
