@@ -3,7 +3,6 @@
 import os
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from importlib.metadata import version
 from math import inf, nan
 from typing import Any, Literal
 
@@ -17,6 +16,7 @@ from shakedown.bounds.energy.energy_bound import energy_bound
 from shakedown.campaign.crew import Crew
 from shakedown.campaign.journal import Journal, journal_at
 from shakedown.campaign.pieces import run_campaign
+from shakedown.campaign.recorded_steps import run_header
 from shakedown.campaign.stored_result import restored, stored
 from shakedown.files.atomic_write import record_beside
 from shakedown.files.table_file import check_table
@@ -224,11 +224,8 @@ class _Amplitudes:
             "amplitudes": self.values.tolist(),
             "start": [self.start.tolist(), self.open_nodes],
             "max_cycles": self.max_cycles,
-            "tolerances": self.tolerances,
         }
-        told = {key: repr(value) for key, value in about.items()}
-        joint = {"damping of": self.loaded.problem.fingerprint, "version": version("shakedown-bounds")}
-        return joint | told
+        return run_header("damping", self.loaded.problem, self.tolerances, about)
 
 
 def _checked_amplitudes(amplitudes: ArrayLike) -> FloatArray:

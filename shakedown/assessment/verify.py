@@ -5,7 +5,6 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from importlib.metadata import version
 from math import nan
 from typing import Any, Literal, NamedTuple
 
@@ -24,7 +23,7 @@ from shakedown.bounds.enumeration.critical import CriticalLoadFactors
 from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
 from shakedown.bounds.independent_solver import ConicBound
 from shakedown.bounds.methods import takes_long
-from shakedown.campaign.recorded_steps import recorded_steps
+from shakedown.campaign.recorded_steps import recorded_steps, run_header
 from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.blas_threads import all_cores, on_one_thread
 from shakedown.ground.errors import UsageError
@@ -305,12 +304,9 @@ class _Scope(NamedTuple):
 
 def _header(problem: Problem, asked: _Scope, settings: Settings, tolerances: Tolerances) -> dict[str, str]:
     """All that a verification depends on, by name."""
-    words = {"problem": problem.fingerprint, "stiffness_accuracy": problem.stiffness_accuracy}
     factors = None if asked.load_factors is None else [float(factor) for factor in asked.load_factors]
-    words |= asked._replace(load_factors=factors)._asdict() | vars(settings)
-    return {"run": "verify", "version": version("shakedown-bounds"), "tolerances": repr(tolerances)} | {
-        word: repr(value) for word, value in words.items()
-    }
+    words = asked._replace(load_factors=factors)._asdict() | vars(settings)
+    return run_header("verify", problem, tolerances, words)
 
 
 def _verified(

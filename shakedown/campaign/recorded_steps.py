@@ -9,6 +9,7 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from importlib.metadata import version
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -16,6 +17,7 @@ import numpy as np
 from shakedown.campaign.journal import Journal, journal_at
 from shakedown.campaign.stored_result import packed, restored, stored, unpacked
 from shakedown.ground.errors import ProblemError, ShakedownError
+from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 
 EVERY = 1.0  # seconds of work that a kill costs at least: what is found within them is recorded together
@@ -223,3 +225,10 @@ def recorded_steps(
             steps.record()
             raise
         steps.record()
+
+
+def run_header(run: str, problem: Problem, tolerances: Tolerances, asked: dict[str, Any]) -> dict[str, str]:
+    """All that a run depends on, by name: what is done, with which joint, and what it is asked."""
+    about: dict[str, Any] = {"problem": problem.fingerprint, "stiffness_accuracy": problem.stiffness_accuracy}
+    known = {"run": run, "version": version("shakedown-bounds"), "tolerances": repr(tolerances)}
+    return known | {word: repr(value) for word, value in (about | asked).items()}

@@ -5,14 +5,13 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from importlib.metadata import version
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.bounds.named_start import named_start
-from shakedown.campaign.recorded_steps import RecordedSteps, recorded_steps
+from shakedown.campaign.recorded_steps import RecordedSteps, recorded_steps, run_header
 from shakedown.files.atomic_write import atomic_write
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import short
@@ -228,12 +227,9 @@ class _Request(NamedTuple):
 
     def header(self, problem: Problem, tolerances: Tolerances) -> dict[str, str]:
         """All that a simulation depends on, by name."""
-        words = {"problem": problem.fingerprint, "stiffness_accuracy": problem.stiffness_accuracy}
         start = checked_initial_slip(problem, self.initial_slip)
-        words |= self._asdict() | {"initial_slip": hashlib.sha256(start.tobytes()).hexdigest()}
-        return {"run": "simulate", "version": version("shakedown-bounds"), "tolerances": repr(tolerances)} | {
-            word: repr(value) for word, value in words.items()
-        }
+        words = self._asdict() | {"initial_slip": hashlib.sha256(start.tobytes()).hexdigest()}
+        return run_header("simulate", problem, tolerances, words)
 
 
 def _run(problem: Problem, asked: _Request, steps: RecordedSteps, tolerances: Tolerances) -> Simulation:

@@ -5,7 +5,6 @@ import hashlib
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from importlib.metadata import version
 from math import inf, isfinite, nan
 from typing import Any, ClassVar, NamedTuple
 
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.campaign.recorded_steps import RecordedSteps, recorded_steps
+from shakedown.campaign.recorded_steps import RecordedSteps, recorded_steps, run_header
 from shakedown.ground.argument_kinds import check_count, check_seed
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing
@@ -243,13 +242,8 @@ class _Query(NamedTuple):
 
     def header(self, joint: Problem, tolerances: Tolerances) -> dict[str, str]:
         """All that a search depends on, by name."""
-        words = {"problem": joint.fingerprint, "stiffness_accuracy": joint.stiffness_accuracy}
-        words |= self._asdict() | {"initial_slips": hashlib.sha256(self.initial_slips.tobytes()).hexdigest()}
-        return {
-            "run": "adversary",
-            "version": version("shakedown-bounds"),
-            "tolerances": repr(tolerances),
-        } | {word: repr(value) for word, value in words.items()}
+        words = self._asdict() | {"initial_slips": hashlib.sha256(self.initial_slips.tobytes()).hexdigest()}
+        return run_header("adversary", joint, tolerances, words)
 
 
 def _searched(
