@@ -25,6 +25,7 @@ from shakedown.models.condensation.condense import Condensation, condensed_stiff
 from shakedown.models.condensation.contact_frame import node_names
 from shakedown.models.condensation.coupled_frame import hat_areas
 from shakedown.models.condensation.load_case import LoadCase
+from shakedown.models.condensation.shanks import with_shanks
 from shakedown.models.condensation.tangent_pairs import patch_positions
 from shakedown.models.mortar.surface_coupling import SurfaceCoupling, surface_coupling
 
@@ -325,7 +326,7 @@ def _assembled(given: _Bodies, tangent: ArrayLike | None, announce: Callable[[st
     *starts, size = np.cumsum([0, *(b.basis.N for b in bodies)])
     K = sparse.block_diag([b.stiffness for b in bodies], format="csr")
     pulled = tuple((bolt, bolt.shortening(tuple(bodies), tuple(starts), size)) for bolt in bolts)
-    K = _with_shanks(K, pulled)
+    K = with_shanks(K, [(bolt.stiffness, shortening) for bolt, shortening in pulled])
     fixed = np.concatenate([b.held_rows() + start for b, start in zip(bodies, starts, strict=True)])
     ties, stiffness, free = None, sparse.csr_array(K), against is not None and not fixed.size
     if any(b.rigid for b in bodies):
@@ -351,14 +352,6 @@ def _assembled(given: _Bodies, tangent: ArrayLike | None, announce: Callable[[st
     )
     found = place[kept], numbers[kept], reduced, stiffness, free, coupling, middle_nodes
     return _Joint(tuple(bodies), tuple(starts), size, pulled, ties, *found)
-
-
-def _with_shanks(K: sparse.csr_array, pulled: Sequence[tuple[Bolt, FloatArray]]) -> sparse.csr_array:
-    for bolt, shortening in pulled:
-        if bolt.stiffness:
-            e = sparse.csr_array(shortening[None])
-            K = K + bolt.stiffness * (e.T @ e)
-    return K
 
 
 def _facing(

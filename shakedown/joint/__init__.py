@@ -10,5 +10,5 @@ the slip and the gap of a node stand), ``law`` (Coulomb's law: an interval or a 
 act), ``rigid_slips`` (motions of a body that only friction holds, and where they are pinned),
 ``constraints`` (the rows G v + λ d ≤ g of the thesis, (5.3)–(5.7), or cones), ``contact_zone`` (a joint
 with some nodes open), ``derived`` (what a problem determines is built once), ``units``, ``arguments``
-(checks of what callers pass in), ``result`` (what every result can do).
+(checks of what callers pass in), ``doubtful_data`` (slips of the pen), ``result`` (what every result can do).
 """

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from shakedown.joint.doubtful_data import doubtful_data
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.models.importing.doubtful_data import doubtful_data
 from shakedown.report.node_words import pinned_in_words
 
 if TYPE_CHECKING:

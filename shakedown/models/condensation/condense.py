@@ -127,6 +127,14 @@ class Condensation(Result):
         elsewhere = case.reactions is not None or case.opened is not None
         return total + welded.reactions, None if elsewhere else welded
 
+    def conjugate(self, one: LoadCase, other: LoadCase) -> float:
+        """The displacement conjugate to a load under another one, the contact welded: way of its forces.
+
+        Of a prescribed displacement it is minus the force that holds it; NaN where a load was run elsewhere.
+        """
+        first, second = self._welded(one)[1], self._welded(other)[1]
+        return float("nan") if first is None or second is None else first.conjugate(second)
+
     def _unit_loads(self, loads: Sequence[LoadCase]) -> tuple[FloatArray, dict[str, Any]]:
         """Welded reactions of a unit of each load, (L, (d + 1) n); compliance and frequency as fields.
 

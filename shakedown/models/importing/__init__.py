@@ -11,6 +11,6 @@ Reading order: ``model_section``, ``contact_nodes``, ``contact_directions``, ``i
 ``contact_section`` (all of it), ``joined_contact`` (several patches, friction), ``stiffness_section``,
 ``time_function``, ``static_runs``, ``load_section``, ``load_evidence``, ``pair_distances``,
 ``contact_faces``, ``bodies``, ``model_fit``, ``model_evidence`` (all of these), ``load_doubts``,
-``doubtful_data`` (of any problem), ``configuration`` (its sections, and what they name),
+``bolt_section``, ``configuration`` (its sections, and what they name),
 ``import_model`` (the public functions), ``templates`` (files to start from), ``contact_figure``.
 """

@@ -116,6 +116,8 @@ def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: Sequence[int])
     the rows are not displacements (multipliers, modes).
     """
     moving = np.isin(stiffness.dofs[:, 1], axes)
+    if mesh is not None:  # sections of bolts stay as long as they are
+        moving &= ~np.isin(-stiffness.dofs[:, 0], mesh.sections)
     places = known_places(mesh, stiffness.dofs[moving, 0])
     if places is None or mesh is None:
         return float("nan")
@@ -158,14 +160,15 @@ def _parts(stiffness: Stiffness) -> NDArray[np.intp]:
 def rigid_motions(dofs: NDArray[np.intp], xyz: FloatArray, axes: Sequence[int]) -> FloatArray:
     """Rigid motions of nodes at (N, 3), one per row: along the axes, then turned within them, (N, k).
 
-    Turning is by one radian per length; rows of rotations (directions 4, 5, 6) turn along.
+    Turning is by one radian per length; rows of rotations (directions 4, 5, 6) turn along, internal nodes
+    (labels below 0) stay.
 
     Examples
     --------
     >>> rigid_motions(np.array([(7, 1), (7, 2)]), np.array([[3.0, 4.0, 0.0]] * 2), (1, 2)).tolist()
     [[1.0, 0.0, -4.0], [0.0, 1.0, 3.0]]
     """
-    direction = dofs[:, 1]
+    direction = np.where(dofs[:, 0] > 0, dofs[:, 1], 0)  # internal nodes stay as they are
     columns = [np.where(direction == axis, 1.0, 0.0) for axis in axes]
     moving = np.flatnonzero(np.isin(direction, axes))
     for about in (1, 2, 3) if len(axes) == 3 else sorted({1, 2, 3} - set(axes)) if len(axes) == 2 else ():

@@ -35,6 +35,7 @@ class Configuration(NamedTuple):
     stiffness_file: str
     stiffness: TomlTable
     contacts: list[TomlTable]
+    bolts: list[TomlTable]
     model: TomlTable
     supports: TomlTable
     check: TomlTable
@@ -46,11 +47,13 @@ def taken_configuration(root: TomlTable) -> Configuration:
     stiffness, contacts = root.table("stiffness"), root.one_or_more("contact")
     friction = taken_friction(root, required=not all(table.has("friction") for table in contacts))
     sections = [root.table(key, required=False) for key in ("model", "supports", "check")]
-    loads = root.tables("load")
+    loads, bolts = root.tables("load"), root.tables("bolt") if root.has("bolt") else []
     root.done()
     file = str(stiffness.content.get("file"))
     words = name or "", units or ""
-    return Configuration(*words, steps, friction, loads, root.where, file, stiffness, contacts, *sections)
+    return Configuration(
+        *words, steps, friction, loads, root.where, file, stiffness, contacts, bolts, *sections
+    )
 
 
 def read_model(
@@ -76,7 +79,7 @@ def keeps_stiffness(key: str) -> bool:
         return len(more) > 1 and more[1] != "displacements"
     if table == "contact":
         return bool({"gap", "friction"} & set(more[:2]))
-    return table in ("friction", "steps")
+    return table in ("friction", "steps") or (table == "bolt" and more[1:] == ["preload"])
 
 
 def _check_directions(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | None, where: str) -> None:

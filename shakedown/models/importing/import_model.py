@@ -13,10 +13,13 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
+from shakedown.joint.doubtful_data import doubtful_data
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.models.condensation.condense import Condensation, condensed_stiffness
 from shakedown.models.condensation.contact_frame import friction_left_out
+from shakedown.models.condensation.shanks import with_shanks
+from shakedown.models.importing.bolt_section import BoltSection, bolt_notes, bolt_section, check_bolts
 from shakedown.models.importing.configuration import (
     Configuration,
     keeps_stiffness,
@@ -26,7 +29,6 @@ from shakedown.models.importing.configuration import (
 from shakedown.models.importing.contact_directions import in_space
 from shakedown.models.importing.contact_faces import faces_between
 from shakedown.models.importing.contact_section import ContactSection
-from shakedown.models.importing.doubtful_data import doubtful_data
 from shakedown.models.importing.joined_contact import friction_of
 from shakedown.models.importing.load_doubts import load_doubts, pulled_open, sampling_doubts
 from shakedown.models.importing.load_evidence import LoadEvidence, Resultants, few_digits
@@ -298,6 +300,15 @@ def import_model(
                                    in it (default 1); mean and amplitude follow from the history
         [frequency]                of forces M phi of a mode with mass one: its circular frequency
 
+        [[bolt]]                   one table per bolt
+        preload                    what it carries once tightened and nothing else acts [force]
+        head, [nut]                node sets (or nodes) that the shank pulls towards each other, evenly;
+                                   without a nut it is screwed into something rigid
+        stiffness                  of the shank [force/length], or area, length, young
+        [axis]                     from the head along the shank; default: towards the nut
+        section                    instead of these: the node of a *PRE-TENSION SECTION of CalculiX
+        [name], [transient]        as of a load
+
         [check]                    an independent static run to compare with
         displacements              [[contact node, direction, value], …], the others clamped
         reactions                  as above
@@ -336,8 +347,11 @@ def import_model(
     contact, mesh = context.contact, context.model.mesh
     f = friction_of(asked.friction, contact, context.model, root.where)
     doubts = check_contact(contact, mesh, f"{root.where}: contact")
+    check_bolts(asked.bolts, [*asked.loads, asked.check], context.model, root.where)
     loads = [load_section(table, context) for table in asked.loads]
-    reduced = _reduced(asked, context, loads, doubts, announce) if kept is None else _Reduced.of(kept)
+    bolts = [bolt_section(table, context) for table in asked.bolts]
+    reduced = _reduced(asked, context, loads, bolts, doubts, announce) if kept is None else _Reduced.of(kept)
+    loads += [bolt.load(reduced.condensation) for bolt in bolts]
     cases = [load.case for load in loads]
     bare = reduced.condensation.problem(
         cases, f, x=contact.x, gap=contact.gap, name=asked.name, units=asked.units
@@ -361,7 +375,9 @@ def import_model(
         load_names=names,
         source=source_text(config_path, sources, _with_changes(command, changes), warnings),
     )
-    resultants = Resultants(context.stiffness.dofs, contact, reduced.condensation, reduced.evidence, mesh)
+    resultants = Resultants(
+        context.stiffness.dofs, contact, reduced.condensation, reduced.evidence, mesh, bolts
+    )
     return Import(
         problem=problem,
         stiffness=context.stiffness,
@@ -371,7 +387,7 @@ def import_model(
         loads=tuple(map(resultants.of, cases)),
         sources=sources,
         warnings=warnings,
-        notes=_notes(reduced, context, loads, names),
+        notes=(*_notes(reduced, context, loads, names), *bolt_notes(bolts, cases, reduced.condensation)),
         path=os.fspath(config_path),
     )
 
@@ -393,13 +409,16 @@ def _reduced(
     asked: Configuration,
     context: ImportContext,
     loads: list[LoadSection],
+    bolts: list[BoltSection],
     doubts: tuple[str, ...],
     announce: Callable[[str], None] | None,
 ) -> _Reduced:
     stiffness, contact, mesh = context.stiffness, context.contact, context.model.mesh
-    held = held_rows(asked.supports, context, loads)
+    held = np.concatenate([held_rows(asked.supports, context, loads), *(bolt.rows for bolt in bolts)])
+    shanks = [(bolt.stiffness, bolt.unit.force) for bolt in bolts if bolt.unit.force is not None]
     with found_in(asked.where):
-        condensed = _condensed(stiffness, contact, held, mesh, announce)
+        pulled = replace(stiffness, K=with_shanks(stiffness.K, shanks))
+        condensed = _condensed(pulled, contact, held, mesh, announce)
     difference = static_run(asked.check, condensed, context, asked.stiffness_file)
     return _Reduced(condensed, difference, model_evidence(stiffness, contact, held, mesh, doubts))
 

@@ -1,6 +1,6 @@
 """Evidence of an import: what each load amounts to, on every body and at every patch of the contact."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,7 @@ from shakedown.joint.result import Result
 from shakedown.models.condensation.condense import Condensation
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.importing.bodies import ModelBody, known_places
+from shakedown.models.importing.bolt_section import BoltSection, with_pulls
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.model_evidence import ModelEvidence
 from shakedown.models.readers.mesh import Mesh
@@ -53,8 +54,9 @@ class LoadEvidence(Result):
         first body [force]. Where the contact alone holds the model, and no
         displacement is prescribed, it is minus the applied force.
     parts : tuple of LoadPart
-        What is applied to every body, what each patch of the contact carries while it is welded (on the
-        first body), and what the supports of every body carry, by equilibrium.
+        What is applied to every body (with what the shanks of bolts pull), what each patch of the contact
+        carries while it is welded (on the first body), and what the supports of every body carry, by
+        equilibrium.
     """
 
     name: str
@@ -73,8 +75,9 @@ class Resultants:
         reduced: Condensation,
         evidence: ModelEvidence,
         mesh: Mesh | None,
+        bolts: Sequence[BoltSection] = (),
     ) -> None:
-        self.dofs, self.contact, self.reduced = dofs, contact, reduced
+        self.dofs, self.contact, self.reduced, self.bolts = dofs, contact, reduced, bolts
         self.bodies, self.patches = evidence.bodies, evidence.patches
         self.axisymmetric = mesh is not None and mesh.axisymmetric
         self.places = None if self.axisymmetric else known_places(mesh, self.dofs[self.dofs[:, 0] > 0, 0])
@@ -92,7 +95,7 @@ class Resultants:
         welded = (layout.by_node(q)[..., None] * frame.slip_axes).sum(axis=1) + p[:, None] * frame.normals
         force = np.zeros(len(self.dofs)) if case.force is None else case.force
         applied = np.array([force[self.dofs[:, 1] == axis].sum() for axis in self.contact.axes])
-        parts = tuple(self._parts(case, force, welded))
+        parts = tuple(self._parts(case, with_pulls(force, case, self.bolts, self.reduced), welded))
         return LoadEvidence(case.name, applied, welded.sum(axis=0), parts)
 
     def _parts(self, case: LoadCase, force: FloatArray, welded: FloatArray) -> Iterator[LoadPart]:

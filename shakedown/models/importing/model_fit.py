@@ -76,7 +76,9 @@ def _strange(
     labels: NDArray[np.intp], inside: NDArray[np.bool_], coupled: sparse.csr_array, touching: sparse.csr_array
 ) -> tuple[str, ...]:
     """A warning where the matrix couples nodes of no common element."""
-    strange = (coupled - coupled.multiply(touching)).sum(axis=1) > 0
+    strange = (coupled - coupled.multiply(touching))[:, labels > 0].sum(
+        axis=1
+    ) > 0  # internal nodes have none
     share = strange[inside].mean()
     if share <= _FEWEST:
         return ()

@@ -15,6 +15,7 @@ from shakedown.models.importing.model_section import Model, Values
 from shakedown.models.readers.calculix_reactions import Order, unit_displacement_stiffness
 from shakedown.models.readers.circumference import HOOP, circumference_factor
 from shakedown.models.readers.input_files import InputFiles
+from shakedown.models.readers.mesh import CALCULIX
 from shakedown.models.readers.nastran_bulk import is_bulk_data, read_analysis_set, read_grids
 from shakedown.models.readers.nastran_cards import cards, of_superelement
 from shakedown.models.readers.reactions_table import read_nodal_vectors
@@ -87,9 +88,24 @@ def stiffness_section(
     return replace(
         stiffness,
         K=scale * factor * stiffness.K,
+        dofs=_with_sections(stiffness.dofs, model, table.where),
         superelement=stiffness.superelement or allow_sparse,
         circumference=factor,
     )
+
+
+def _with_sections(dofs: NDArray[np.intp], model: Model, where: str) -> NDArray[np.intp]:
+    """The rows; those of pre-tension sections, which are no displacements, as internal nodes."""
+    if model.mesh is None or not model.mesh.sections:
+        return dofs
+    if model.mesh.matrix_by != CALCULIX:
+        raise ProblemError(
+            f"{where}: expected a *PRE-TENSION SECTION in decks of CalculiX only, found one of "
+            f"{model.mesh.matrix_by or 'another code'}, whose matrix is not known to have it; leave the bolt "
+            "out of the model and say [[bolt]] with 'head', 'nut' and 'stiffness'"
+        )
+    own = np.isin(dofs[:, 0], model.mesh.sections)
+    return np.where(own[:, None] & [True, False], -dofs, dofs)
 
 
 def _check_whole(stiffness: Stiffness, map_name: str | None, where: str) -> None:

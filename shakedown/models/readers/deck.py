@@ -131,6 +131,7 @@ class _Deck:
     element_lists: dict[str, list[Members]] = field(default_factory=dict)
     sides: dict[str, list[tuple[str, str, int]]] = field(default_factory=dict)
     surface_nodes: dict[str, list[Members]] = field(default_factory=dict)
+    sections: list[int] = field(default_factory=list)
     rotated: list[tuple[str, str, Orientation]] = field(default_factory=list)
     equations: list[tuple[str, list[str]]] = field(default_factory=list)
     parts: int = 0
@@ -160,6 +161,10 @@ class _Deck:
                 self.systems[parameters.get("NAME", "").upper()] = (parameters, data)
             case "EQUATION":
                 self._equation(data)
+            case "PRE-TENSION SECTION":
+                self.sections.append(
+                    integers([parameters.get("NODE", "")], f"{self.name}: *{keyword}: NODE")[0]
+                )
             case "ELASTIC" if data:
                 isotropic = parameters.get("TYPE", "ISO").upper().startswith("ISO")
                 self.young.append(number(data[0][1].split(",")[0], data[0][0]) if isotropic else 0.0)
@@ -319,6 +324,7 @@ class _Deck:
             self.matrix_by,
             self.systems,
             tuple(self.young) if all(value > 0 for value in self.young) else (),
+            tuple(self.sections),
         )
 
     def _nodes_of(self, name: str, element_sets: dict[str, NDArray[np.intp]]) -> list[int]:

@@ -74,6 +74,8 @@ class Mesh:
         Young's moduli of the isotropic materials; empty where there are others.
     systems : mapping
         Local coordinate systems (``*ORIENTATION``) by their names in upper case, as the deck has them.
+    sections : tuple of int
+        Nodes of ``*PRE-TENSION SECTION``, whose first direction is by how much a section is shortened.
     """
 
     name: str
@@ -88,6 +90,7 @@ class Mesh:
     matrix_by: str = ""
     systems: Mapping[str, Orientation] = field(default_factory=dict)
     young: tuple[float, ...] = ()
+    sections: tuple[int, ...] = ()
 
     @classmethod
     def of_nodes(cls, labels: NDArray[np.intp], coordinates: FloatArray, name: str) -> "Mesh":

@@ -1,0 +1,207 @@
+"""``[[bolt]]``: a preload, and what keeps it: a shank between two node sets, or a section of the deck."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.shown_values import few
+from shakedown.models.condensation.condense import Condensation
+from shakedown.models.condensation.load_case import LoadCase
+from shakedown.models.importing.load_section import LoadSection
+from shakedown.models.importing.model_section import Model
+from shakedown.models.importing.stiffness_section import ImportContext
+from shakedown.models.readers.text import quoted
+from shakedown.models.readers.toml_table import TomlTable, shown
+
+ELASTIC = ("area", "length", "young")  # that make a stiffness together
+
+
+@dataclass(frozen=True, eq=False)
+class BoltSection:
+    """One bolt.
+
+    Attributes
+    ----------
+    preload : float
+        What it carries once it is tightened and nothing else acts [force].
+    stiffness : float
+        Of the shank [force/length]; of a section 0, as the bolt is in the matrix.
+    unit : LoadCase
+        A force of 1 in the shank on what it pulls together, or a shortening of the section by 1.
+    rows : (r,)
+        The row of the section, which is held.
+    """
+
+    preload: float
+    stiffness: float
+    unit: LoadCase
+    rows: NDArray[np.intp]
+
+    def pull(self, reduced: Condensation, case: LoadCase) -> float:
+        """By how much a load at factor 1 raises the force in the bolt while the contact is welded [force]."""
+        way = reduced.conjugate(self.unit, case)
+        return -way if self.rows.size else -self.stiffness * way
+
+    def load(self, reduced: Condensation) -> LoadSection:
+        """The preload as a load: as much as leaves it in the bolt once the contact has given way."""
+        left = self.pull(reduced, self.unit) + (0.0 if self.rows.size else 1.0)
+        factor, unit = self.preload / left, self.unit
+        force = None if unit.force is None else factor * unit.force
+        displacement = None if unit.displacement is None else factor * unit.displacement
+        return LoadSection(replace(unit, force=force, displacement=displacement), self.rows, None)
+
+
+def bolt_section(table: TomlTable, context: ImportContext) -> BoltSection:
+    """Take one bolt from its table.
+
+    Raises
+    ------
+    ProblemError
+        If it is malformed, a set is unknown, or the deck has no such section.
+    """
+    name = table.text("name", table.where) or table.where
+    preload, transient = table.number("preload"), table.array("transient", float, (None,), required=False)
+    if preload is None or preload < 0:
+        found = "none" if preload is None else f"{preload:g}"
+        raise ProblemError(f"{table.where}: key 'preload': expected a force >= 0, found {found}")
+    section, size = table.integer("section"), len(context.stiffness.dofs)
+    unit = np.zeros(size)
+    rows, stiffness = np.zeros(0, dtype=np.intp), 0.0
+    if section is None:
+        unit, stiffness = _shortening(table, context), _stiffness(table)
+    else:
+        rows = _row(section, table.where, context)
+        unit[rows] = 1.0
+    table.done()
+    force, moved = (unit, None) if section is None else (None, unit)
+    case = LoadCase(history=1.0, transient=transient, name=name, force=force, displacement=moved)
+    return BoltSection(preload, stiffness, case, rows)
+
+
+def check_bolts(tables: Sequence[TomlTable], others: Sequence[TomlTable], model: Model, where: str) -> None:
+    """That every section of the deck has its bolt, and that no static run is used that lacks a shank."""
+    sections = () if model.mesh is None else model.mesh.sections
+    named = [table.content.get("section") for table in tables]
+    lacking = [node for node in sections if node not in named]
+    if lacking:
+        raise ProblemError(
+            f"{where}: expected a [[bolt]] with section = {lacking[0]} and its preload, for the *PRE-TENSION "
+            "SECTION of the deck, found none"
+        )
+    runs = [(other, key) for other in others for key in ("reactions", "open") if other.has(key)]
+    if runs and None in named:
+        other, key = runs[0]
+        raise ProblemError(
+            f"{other.where}: key '{key}': expected 'forces' or 'displacements' beside a [[bolt]] with a "
+            "'head', found a static run, in which its shank was missing"
+        )
+
+
+def with_pulls(
+    force: FloatArray, case: LoadCase, bolts: Sequence[BoltSection], reduced: Condensation
+) -> FloatArray:
+    """Nodal forces of a load, and what the shanks of bolts add to them while the contact is welded, (N,)."""
+    for bolt in bolts:
+        if bolt.stiffness and bolt.unit.force is not None:
+            force = force + bolt.pull(reduced, case) * bolt.unit.force
+    return force
+
+
+def bolt_notes(
+    bolts: Sequence[BoltSection], cases: Sequence[LoadCase], reduced: Condensation
+) -> tuple[str, ...]:
+    """What every load adds to the force in every bolt."""
+    found = []
+    for bolt in bolts:
+        added = [
+            f"{quoted(case.name)} adds {few(_without_round_off(bolt.pull(reduced, case), reduced, case), 3)}"
+            for case in cases
+            if case.name != bolt.unit.name and case.reactions is None and case.opened is None
+        ]
+        found.append(
+            f"bolt {quoted(bolt.unit.name)} carries {few(bolt.preload, 4)} once tightened; while the contact "
+            f"stays closed and sticks, {', '.join(added) or 'nothing else acts'} at factor 1"
+        )
+    return tuple(found)
+
+
+def _without_round_off(pull: float, reduced: Condensation, case: LoadCase) -> float:
+    """A force; 0 where it is round-off beside what the contact carries."""
+    return pull if abs(pull) > NEGLIGIBLE * np.abs(reduced.welded_reactions(case)).sum() else 0.0
+
+
+def _row(section: int, where: str, context: ImportContext) -> NDArray[np.intp]:
+    """The row of a section's node: by how much the section is shortened."""
+    mesh = context.model.mesh
+    if mesh is None or section not in mesh.sections:
+        raise ProblemError(
+            f"{where}: key 'section': expected the node of a *PRE-TENSION SECTION of the deck, found "
+            f"{section}"
+        )
+    rows = np.flatnonzero((context.stiffness.dofs == (-section, 1)).all(axis=1))
+    if not rows.size:
+        raise ProblemError(
+            f"{where}: key 'section': expected node {section} free in the run that wrote the matrix, "
+            "found no row of it (held by *BOUNDARY?)"
+        )
+    return rows
+
+
+def _stiffness(table: TomlTable) -> float:
+    """Axial stiffness of the shank, as it is given or E A / l [force/length]."""
+    given = {key: table.number(key) for key in ("stiffness", *ELASTIC)}
+    there = [key for key, value in given.items() if value is not None]
+    for key in there:
+        if not (given[key] or 0.0) >= (0.0 if key == "stiffness" else np.finfo(float).tiny):
+            raise ProblemError(f"{table.where}: key '{key}': expected a number > 0, found {given[key]:g}")
+    if there not in (["stiffness"], list(ELASTIC)):
+        raise ProblemError(
+            f"{table.where}: expected 'stiffness' of the shank, or 'area', 'length' and 'young', found "
+            f"{', '.join(map(quoted, there)) or 'none'}"
+        )
+    stiffness, area, length, young = (given[key] or 0.0 for key in ("stiffness", *ELASTIC))
+    return stiffness if there == ["stiffness"] else young * area / length
+
+
+def _shortening(table: TomlTable, context: ImportContext) -> FloatArray:
+    """e of the shortening e · u of the shank, (N,): the mean motion of its ends towards each other."""
+    ends = [_end(table, key, context) for key in ("head", "nut")[: 1 + table.has("nut")]]
+    axis = table.array("axis", float, (3,), required=False)
+    middles = [
+        share @ context.model.mesh.at(labels) for labels, share in ends if context.model.mesh is not None
+    ]
+    along = (
+        np.array(axis) if axis is not None else middles[1] - middles[0] if len(middles) > 1 else np.zeros(3)
+    )
+    if not np.linalg.norm(along) > 0:
+        raise ProblemError(
+            f"{table.where}: expected a nut apart from the head, or an 'axis' from the head along the shank, "
+            f"found {'none' if axis is None else shown(axis)}"
+        )
+    along = along / np.linalg.norm(along)
+    found = np.zeros(len(context.stiffness.dofs))
+    for (labels, share), sign in zip(ends, (1.0, -1.0), strict=False):
+        for direction in np.flatnonzero(along).tolist():
+            keys = dict.fromkeys(((label, direction + 1) for label in labels.tolist()), 0.0)
+            found[context.rows(table.where, keys)] += sign * along[direction] * share
+    return found
+
+
+def _end(table: TomlTable, key: str, context: ImportContext) -> tuple[NDArray[np.intp], FloatArray]:
+    """Nodes of a node set, or one node, and which share of an even pressure each carries."""
+    value = table.take(key, "a node set, or a node", required=True)
+    where = f"{table.where}: key '{key}'"
+    mesh = context.model.mesh
+    if mesh is None or not isinstance(value, str | int) or isinstance(value, bool):
+        found = "no [model]" if mesh is None else shown(value)
+        raise ProblemError(f"{where}: expected a node set of the deck in [model], or a node, found {found}")
+    labels = context.model.nodes(value, where) if isinstance(value, str) else np.array([value], dtype=np.intp)
+    surface = value.strip().upper() if isinstance(value, str) else ""
+    area = mesh.node_areas(labels, surface if surface in mesh.surfaces else None) if mesh.elements else None
+    share = np.ones(len(labels)) if area is None or not area.sum() > 0 else area
+    return labels, share / share.sum()

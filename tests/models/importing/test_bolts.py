@@ -1,0 +1,251 @@
+"""Bolts in an import: as in Python, as a section of the deck, and as CalculiX with its own contact has them."""
+
+import numpy as np
+import pytest
+import writers
+from calculix import ccx, needs_ccx
+from meshed_apart import LOADS, bricks, write
+
+import shakedown
+from shakedown import ProblemError, import_model
+from shakedown.fem import Bolt, contact_problem
+
+HEAD = 'name = "M8"\npreload = 50.0\nhead = "TOP"\naxis = [0, 0, -1]'
+SHANK = f"{HEAD}\nstiffness = 4e5"
+SECTION = 'name = "M8"\npreload = 50.0\nsection = 900'
+PLATES = 'pairs = ["UPPER", "LOWER"]'
+
+
+def configuration(folder, *bolts, job="job", loads=LOADS, friction=0.4):
+    text = f'friction = {friction}\nunits = "N, mm"\n[model]\nfile = "{job}.inp"\n[stiffness]\nfile = "{job}.sti"\n'
+    text += f"[contact]\n{PLATES}\n{loads}"
+    (folder / "import.toml").write_text(text + "".join(f"[[bolt]]\n{bolt}\n" for bolt in bolts))
+    return folder / "import.toml"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Two blocks; ``cut`` is the same model with a shank that has a row of its own, as a section makes it."""
+    target = tmp_path_factory.mktemp("blocks")
+    write(target, *bricks((2, 2, 1), (2, 2, 1)))
+    plain = import_model(configuration(target)).stiffness
+    top = import_model(configuration(target)).mesh.nodes("TOP")
+    area = np.array([0.25, 0.5, 0.25, 0.5, 1.0, 0.5, 0.25, 0.5, 0.25]) / 4
+    e = np.zeros(len(plain.dofs))
+    e[plain.rows([(int(node), 3) for node in np.sort(top)])] = -area
+    K = np.block(
+        [[plain.K.toarray() + 4e5 * np.outer(e, e), -4e5 * e[:, None]], [-4e5 * e, np.array([[4e5]])]]
+    )
+    sti, dof = writers.calculix_storage(K, np.vstack([plain.dofs, [(900, 1)]]))
+    (target / "cut.sti").write_text(sti)
+    (target / "cut.dof").write_text(dof)
+    more = "*NODE\n900, 0., 0., 9.\n*PRE-TENSION SECTION, SURFACE=CUT, NODE=900\n*MATERIAL"
+    (target / "cut.inp").write_text((target / "job.inp").read_text().replace("*MATERIAL", more, 1))
+    return target
+
+
+def test_a_shank_is_that_of_a_joint_from_meshes(folder):
+    made = import_model(configuration(folder, SHANK))
+    upper, lower = bricks((2, 2, 1), (2, 2, 1))
+    bolt = Bolt(head="top", preload=1.0, stiffness=4e5)
+    expected = contact_problem(upper, "bottom", 0.4, against=(lower, "top"), bolts=[bolt])
+    size = np.abs(expected.kappa).max()
+    np.testing.assert_allclose(made.problem.kappa, expected.kappa, rtol=0, atol=1e-10 * size)
+    own, theirs = made.problem.load_reactions, expected.load_reactions
+    ratio = own[2] @ theirs[2] / (theirs[2] @ theirs[2])
+    assert ratio > 50.0  # tightened against a contact that gives way
+    np.testing.assert_allclose(own[2], ratio * theirs[2], rtol=0, atol=1e-9 * np.abs(own[2]).max())
+    np.testing.assert_allclose(made.loads[2].contact, [0.0, 0.0, 50.0], atol=1e-8)  # what is asked for
+    assert "bolt 'M8' carries 50 once tightened" in made.notes[-1]
+    assert "'press' adds -" in made.notes[-1]
+
+
+def test_a_section_of_the_deck_is_a_shank(folder):
+    shank = import_model(configuration(folder, SHANK))
+    section = import_model(configuration(folder, SECTION, job="cut"))
+    size = np.abs(shank.problem.kappa).max()
+    np.testing.assert_allclose(section.problem.kappa, shank.problem.kappa, rtol=0, atol=1e-9 * size)
+    expected = shank.problem.load_reactions
+    np.testing.assert_allclose(
+        section.problem.load_reactions, expected, rtol=0, atol=1e-8 * np.abs(expected).max()
+    )
+    assert section.notes[-1] == shank.notes[-1]
+
+
+def test_preload_comes_at_assembly_and_can_be_varied(folder):
+    path = configuration(folder, f"{SHANK}\ntransient = [0.0, 0.5, 1.0]")
+    made = import_model(path)
+    assert made.problem.q_transient.shape[0] == 3
+    more = import_model(path, changes={"bolt.1.preload": 100.0}, before=made)
+    assert more.condensation is made.condensation
+    np.testing.assert_allclose(more.problem.load_reactions[2], 2 * made.problem.load_reactions[2])
+    given = SHANK.replace("stiffness = 4e5", "area = 20.0\nlength = 10.5\nyoung = 210e3")
+    other = import_model(configuration(folder, given)).problem
+    np.testing.assert_allclose(other.kappa, made.problem.kappa, atol=1e-9 * np.abs(other.kappa).max())
+
+
+@pytest.mark.parametrize(
+    ("bolts", "job", "said"),
+    [
+        ((HEAD,), "job", "expected 'stiffness' of the shank, or 'area', 'length' and 'young', found none"),
+        ((SHANK + "\narea = 1.0",), "job", "found 'stiffness', 'area'"),
+        ((SHANK.replace("preload = 50.0", ""),), "job", "key 'preload': expected a force >= 0, found none"),
+        (
+            (SHANK.replace("axis = [0, 0, -1]", ""),),
+            "job",
+            "expected a nut apart from the head, or an 'axis'",
+        ),
+        ((SHANK.replace("TOP", "LID"),), "job", "expected the node set or surface 'LID'"),
+        ((SHANK + "\ntorque = 3",), "job", "bolt 1: unknown key 'torque'"),
+        ((SECTION,), "job", "expected the node of a *PRE-TENSION SECTION of the deck, found 900"),
+        ((), "cut", "expected a [[bolt]] with section = 900 and its preload"),
+        ((SHANK + '\nnut = "LID"',), "job", "expected the node set or surface 'LID'"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(folder, bolts, job, said):
+    with pytest.raises(ProblemError) as refused:
+        import_model(configuration(folder, *bolts, job=job))
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_section_of_another_code_or_one_that_was_held_is_refused(folder):
+    deck = (folder / "cut.inp").read_text()
+    (folder / "held.inp").write_text(deck)
+    for suffix in ("sti", "dof"):
+        (folder / f"held.{suffix}").write_bytes((folder / f"job.{suffix}").read_bytes())
+    with pytest.raises(ProblemError, match=r"free in the run that wrote the matrix, found no row of it"):
+        import_model(configuration(folder, SECTION, job="held"))
+    (folder / "held.inp").write_text(
+        deck.replace("*FREQUENCY, SOLVER=MATRIXSTORAGE", "*MATRIX GENERATE, STIFFNESS")
+    )
+    with pytest.raises(ProblemError, match=r"in decks of CalculiX only, found one of Abaqus"):
+        import_model(configuration(folder, SECTION, job="held"))
+
+
+def bolted_plates():
+    """Two plates of 5 x 5 elements with a square hole, in it a bolt with head and nut, cut in the middle."""
+    nodes, elements = {}, []
+
+    def node(*key):
+        return nodes.setdefault(key, len(nodes) + 1)
+
+    def brick(part, i, j, z0, z1):
+        corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+        elements.append([node(part(x, y, z), x, y, z) for z in (z0, z1) for x, y in corners])
+        return len(elements)
+
+    ring = [(i, j) for i in range(5) for j in range(5) if (i, j) != (2, 2)]
+    for i, j in ring:
+        for z in (0, 1):
+            brick(lambda x, y, z: "upper", i, j, z, z + 1)
+    faces = {"UPPER": [2 * k + 1 for k in range(24)]}
+    for i, j in ring:
+        for z in (-1, -2):
+            brick(lambda x, y, z: "lower", i, j, z, z + 1)
+    faces["LOWER"] = [48 + 2 * k + 1 for k in range(24)]
+    for i in (1, 2, 3):
+        for j in (1, 2, 3):
+            brick(lambda x, y, z: "upper", i, j, 2, 3)
+            brick(lambda x, y, z: "lower", i, j, -3, -2)
+
+    def shank(x, y, z):
+        return {2: "upper", -2: "lower"}.get(z, "shank")
+
+    cut = [brick(shank, 2, 2, z, z + 1) for z in (-2, -1, 0, 1)][1]
+    return nodes, elements, faces, cut
+
+
+def deck(steps, more=()):
+    nodes, elements, faces, cut = bolted_plates()
+    lines = ["*NODE", *(f"{k}, {x}., {y}., {z}." for (_, x, y, z), k in nodes.items()), "900, 0., 0., 9."]
+    lines += ["*ELEMENT, TYPE=C3D8, ELSET=ALL"]
+    lines += [", ".join(map(str, (k, *own))) for k, own in enumerate(elements, start=1)]
+    sets = {
+        "UPPER": [k for (part, _, _, z), k in nodes.items() if part == "upper" and z == 0],
+        "LOWER": [k for (part, _, _, z), k in nodes.items() if part == "lower" and z == 0],
+        "EDGE": [k for (_, x, y, z), k in nodes.items() if z == -2 and {x, y} & {0, 5}],
+        "PULLED": [k for (_, x, y, z), k in nodes.items() if z == 2 and {x, y} & {0, 5}],
+    }
+    for name, own in sets.items():
+        lines += [f"*NSET, NSET={name}", *(f"{k}," for k in own)]
+    lines += [
+        "*SURFACE, NAME=CUT",
+        f"{cut}, S2",
+        "*SURFACE, NAME=ABOVE",
+        *(f"{k}, S1" for k in faces["UPPER"]),
+    ]
+    lines += ["*SURFACE, NAME=BELOW", *(f"{k}, S2" for k in faces["LOWER"])]
+    lines += ["*PRE-TENSION SECTION, SURFACE=CUT, NODE=900", "0., 0., 1."]
+    lines += [
+        "*MATERIAL, NAME=M",
+        "*ELASTIC",
+        "210000., 0.3",
+        "*DENSITY",
+        "1.",
+        "*SOLID SECTION, ELSET=ALL, MATERIAL=M",
+    ]
+    return "\n".join([*lines, "*BOUNDARY", "EDGE, 1, 3", *more, *steps]) + "\n"
+
+
+CONTACT = [
+    "*SURFACE INTERACTION, NAME=HARD",
+    "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR",
+    "1e8, 1e-3",
+    "*CONTACT PAIR, INTERACTION=HARD, TYPE=NODE TO SURFACE",
+    "ABOVE, BELOW",
+]
+PRINT = ["*NODE PRINT, NSET=SECTION", "U, RF", "*CONTACT PRINT", "CSTR", "*END STEP"]
+
+
+@pytest.fixture(scope="module")
+def plates(tmp_path_factory):
+    """What CalculiX makes of the plates: the matrix, and tightening then pulling with contact of its own."""
+    target = tmp_path_factory.mktemp("plates")
+    (target / "job.inp").write_text(deck(["*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"]))
+    ccx(target, "job")
+    steps = ["*NSET, NSET=SECTION", "900", *CONTACT]
+    steps += ["*STEP, INC=100", "*STATIC", "1., 1.", "*CLOAD", "900, 1, 1000.", *PRINT]
+    steps += ["*STEP, INC=100", "*STATIC", "1., 1.", "*BOUNDARY, FIXED", "900, 1, 1"]
+    steps += ["*CLOAD", "PULLED, 3, 40.", *PRINT]
+    (target / "contact.inp").write_text(deck(steps))
+    ccx(target, "contact")
+    return target
+
+
+def printed(path):
+    """Force in the section and contact pressures by node at the end of both steps."""
+    forces, pressures = [], []
+    for line in path.read_text().splitlines():
+        fields = line.split()
+        if "contact stress" in line:
+            pressures.append({})
+        elif fields[:1] == ["900"]:
+            forces.append(float(fields[1]))
+        elif len(fields) == 4 and fields[0].isdigit():
+            pressures[-1][int(fields[0])] = max(float(fields[1]), 0.0)
+    return forces[1::2], pressures  # U and RF in turn
+
+
+@needs_ccx
+def test_tightened_and_pulled_open_plates_are_those_of_calculix(plates):
+    """The force of the section is printed per node: CalculiX divides by the four that it has."""
+    forces, pressures = printed(plates / "contact.dat")
+    pull = '[[load]]\nname = "pull"\nforces = [["PULLED", 3, 40.0]]\nhistory = 0.0\n'
+    bolt = 'name = "M1"\npreload = 1000.0\nsection = 900'
+    path = configuration(plates, bolt, loads=pull, friction=0.0)
+    tightened = import_model(path)
+    assert tightened.notes[-1].endswith("'pull' adds 1.33 at factor 1")
+    assert [warning for warning in tightened.warnings if "varies" not in warning] == []
+    pulled = import_model(path, changes={"load.1.history": 1.0}, before=tightened)
+    for made, applied, force, pressure in zip(
+        (tightened, pulled), (0.0, 800.0), forces, pressures, strict=True
+    ):
+        nodes = shakedown.node_results(shakedown.simulate(made.problem, 0.0))
+        theirs = np.array([pressure.get(int(name.partition("/")[0]), 0.0) for name in nodes.label])
+        np.testing.assert_allclose(nodes.pressure_max, theirs, atol=1.5e-3 * theirs.max())
+        carried = nodes.pressure_max @ made.problem.node_area + applied  # what the bolt holds of it
+        assert carried == pytest.approx(4 * force, rel=5e-5)
+    assert (
+        4 * (forces[1] - forces[0]) > 11.0
+    )  # the shank stretches as the plates open: nine times the welded 1.33
