@@ -45,7 +45,10 @@ def read_csv(path: str | PathLike[str], headings: Sequence[str]) -> dict[str, li
     """
     with found_in(shortened(str(path))), open_regular(path) as file:
         text = file.read(READ_AT_ONCE).decode(errors="replace")
-        rows = list(csv.reader(text.splitlines()))
+        try:
+            rows = list(csv.reader(text.splitlines()))
+        except csv.Error:  # an entry without end
+            rows = []
         if not rows or rows[0] != list(headings) or any(len(row) != len(headings) for row in rows):
             first = ", ".join(headings[:3])
             raise ProblemError(f"expected a table with the columns {first}, …, found another file")

@@ -176,6 +176,7 @@ def test_a_table_is_read_as_it_was_written(found, tmp_path, radius):
     ("text", "said"),
     [
         ("", "expected a table with the columns size, nodes"),
+        ("a" * 200_000, "expected a table with the columns size, nodes"),
         (",".join(HEADINGS), "expected numbers of one mesh or more"),
         (f"{','.join(HEADINGS)}\n{',' * (len(HEADINGS) - 1)}", "expected numbers of one mesh or more"),
         (f"{','.join(HEADINGS)}\n2,5,1,1,1,1,1,1,1,3,1,1,1,a", "get finer, found others"),
