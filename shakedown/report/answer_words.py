@@ -10,7 +10,12 @@ from shakedown.assessment.assess import proved_limit
 from shakedown.ground.shown_values import down, sized, up
 from shakedown.ground.status import Outcome
 from shakedown.joint.units import constant_loads_in_words, units_of, varying_loads_in_words
-from shakedown.report.assessment_words import admissible_in_words, at_load_factor, start_in_words
+from shakedown.report.assessment_words import (
+    admissible_in_words,
+    at_load_factor,
+    loads_at,
+    start_in_words,
+)
 from shakedown.report.next_words import margin_in_words
 from shakedown.report.node_words import node_in_words, open_in_words
 from shakedown.report.run_words import sliding_in_words
@@ -98,7 +103,8 @@ def up_to(problem: Problem, load_factor: float) -> str:
     """Up to which loads something holds, rounded down."""
     if np.isinf(load_factor):
         return "at every load factor"
-    return f"up to {at_load_factor(problem, load_factor, down)}"
+    loads = loads_at(problem, load_factor, down)  # say themselves what the load factor is a factor of
+    return f"up to {at_load_factor(problem, load_factor, down)}{'' if loads else ' times the load amplitude'}"
 
 
 def margin_of_answer(v: Verification) -> str:

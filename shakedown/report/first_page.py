@@ -46,7 +46,7 @@ def large_numbers(v: Verification) -> list[LargeNumber]:
 def rest_table(v: Verification) -> PageTable:
     """The largest of what nodes go through at λ = 1, and the other limits, rounded down."""
     return PageTable(
-        ["in the long run at λ = 1, and limits", "value", "where, and what it is"],
+        ["long run at λ = 1, limits", "value", "where, and what it is"],
         [*_node_rows(v), *_limit_rows(v)],
         words=(0, 2),
     )
@@ -61,8 +61,8 @@ def _node_rows(v: Verification) -> list[list[str]]:
     columns = node_columns(nodes, v.problem)
     path, taken = columns["accumulated_slip"], columns["work"]
     rows = [
-        _largest(v, "largest slip range", columns["slip_range"], units.length, "farthest apart in contact"),
-        _largest(v, "largest slip per cycle", path, units.length, "accumulated, Σ|Δv|"),
+        _largest(v, "largest slip range", columns["slip_range"], units.length, "between places in contact"),
+        _largest(v, "largest slip per cycle", path, units.length, "all its way to and fro, Σ|Δv|"),
         _largest(v, "largest friction work per cycle", taken, units.work, "at one node"),
         ["friction work per cycle, all nodes", sized(float(taken.sum()), units.work), ""],
     ]

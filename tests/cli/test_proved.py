@@ -139,7 +139,7 @@ def test_bad_states_and_distances_are_one_line(words, message):
         (
             "block-9",
             "agree",
-            "the joint shakes down. Starting without slip, it is proved to do so up to λ = 4.699826.",
+            "the joint shakes down. Starting without slip, it is proved to do so up to λ = 4.699826 times the load amplitude.",
         ),
     ],
 )

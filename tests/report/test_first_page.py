@@ -192,7 +192,7 @@ SAID = {
     "one-node-separation": r"At the nominal load \(λ = 1\) the joint is in separation: .*, in the simulation\.",
     "jump": r"At the nominal load \(λ = 1\) the joint shakes down with node 1 open, proved\.",
     "receding-block": r"At the nominal load \(λ = 1\) the joint .*nodes? .*",
-    "uncoupled": rf".*slips in every cycle, with a slip range of up to {NUMBER} at node \d, in the simulation\. .* up to λ = 0\.646554\.",
+    "uncoupled": rf".*slips in every cycle, with a slip range of up to {NUMBER} at node \d, in the simulation\. .* up to λ = 0\.646554 times the load amplitude\.",
 }
 
 
