@@ -194,7 +194,8 @@ class _Batch:
             return
         search: LimitSearch | ReturnedStates
         motion = Evolution(self.problem, self.load_factor, None, self.tolerances)
-        if self.problem.directions == 1:
+        plane = self.problem.directions == 1
+        if plane:
             search = LimitSearch(motion, self.most, self.longest_period)
         else:
             search = ReturnedStates(motion, self.most, self.longest_period)
@@ -205,7 +206,7 @@ class _Batch:
             block = slice(first, first + size)
             answers = Answers._make(column[block] for column in self.answers)
             search.from_slips(self.starts[block], answers, lambda: self.stopped)
-            if self.problem.directions == 1 and not self.stopped:
+            if plane and not self.stopped:
                 self._heed_proofs(self.starts[block], answers)
 
     def _heed_proofs(self, starts: FloatArray, answers: Answers) -> None:

@@ -39,7 +39,7 @@ def confirmed(
         return False
     for _ in range(HALVED):
         pieces = pieces.part(~claim.holds(pieces))
-        if not len(pieces.node) or problem.directions == 1:
+        if not (pieces.high > pieces.low).any():  # none is left, or none can be halved
             break
         pieces = pieces.halved()
     return not len(pieces.node)

@@ -153,18 +153,7 @@ def unit_displacement_stiffness(
         wrong sign, or the result is not symmetric to the digits that are printed.
     """
     n, d = len(nodes), len(axes)
-    turned = sorted(frozenset().union(*(step.local for step in steps)))
-    if turned:
-        raise ProblemError(
-            "unit displacements: expected reactions along x, y, z, found those of node "
-            f"{turned[0]} in a *TRANSFORM"
-        )
-    if len(steps) != d * n:
-        hint = "" if len(steps) != 3 * n else "; with three for each say directions = 2"
-        raise ProblemError(
-            f"unit displacements: expected {d * n} steps, {_WORDS[d]} for each of {n} contact nodes, "
-            f"found {len(steps)}{hint}"
-        )
+    _check_steps(steps, n, d)
     if order not in ("node-by-node", "direction-by-direction"):
         raise ProblemError(f"order: expected 'node-by-node' or 'direction-by-direction', found '{order}'")
     columns = np.array([step.at(nodes, axes, tied).ravel() for step in steps]).T / amplitude
@@ -191,6 +180,22 @@ def unit_displacement_stiffness(
         superelement=True,
         accuracy=SEVEN_DIGITS,
     )
+
+
+def _check_steps(steps: list[NodalVectors], n: int, d: int) -> None:
+    """Raise ``ProblemError`` where the steps are not one, along x, y, z, for each direction of each node."""
+    turned = sorted(frozenset().union(*(step.local for step in steps)))
+    if turned:
+        raise ProblemError(
+            "unit displacements: expected reactions along x, y, z, found those of node "
+            f"{turned[0]} in a *TRANSFORM"
+        )
+    if len(steps) != d * n:
+        hint = "" if len(steps) != 3 * n else "; with three for each say directions = 2"
+        raise ProblemError(
+            f"unit displacements: expected {d * n} steps, {_WORDS[d]} for each of {n} contact nodes, "
+            f"found {len(steps)}{hint}"
+        )
 
 
 def _with_rigid_motions(K: FloatArray) -> FloatArray:

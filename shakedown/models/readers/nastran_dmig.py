@@ -5,6 +5,7 @@ place, reads a missing value as zero, and holds the matrix dense.
 """
 
 import os
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -55,21 +56,10 @@ def read_nastran_dmig(
             f"{name}: line {header[0][0]}: expected {shown} square or symmetric (form 1, 6) and real "
             f"(type 1, 2), found form {form}, type {kind}"
         )
-    rows, columns, values = [], [], []
-    for k, fields in own:
-        if fields[1] == "0":
-            continue
-        where = f"{name}: line {k}"
-        column = integers([fields[1], fields[2] or "0"], where)
-        entries = fields[4:]
-        for group in range(0, len(entries), 4):
-            node, direction, value = entries[group : group + 3]
-            if node or value:
-                rows.append(integers([node, direction or "0"], where))
-                columns.append(column)
-                values.append(number(value, where))
-    if not values:
+    entries = list(_entries([card for card in own if card not in header], name))
+    if not entries:
         raise ProblemError(f"{name}: expected entries of {shown}, found none")
+    rows, columns, values = zip(*entries, strict=True)
     return from_entries(
         np.array(rows, dtype=np.intp),
         np.array(columns, dtype=np.intp),
@@ -77,6 +67,17 @@ def read_nastran_dmig(
         name,
         "Nastran DMIG",
     )
+
+
+def _entries(own: list[tuple[int, list[str]]], name: str) -> Iterator[tuple[list[int], list[int], float]]:
+    """(node, direction) of the row and of the column, and the value, of all entries on cards of columns."""
+    for k, fields in own:
+        where = f"{name}: line {k}"
+        column, entries = integers([fields[1], fields[2] or "0"], where), fields[4:]
+        for group in range(0, len(entries), 4):
+            node, direction, value = entries[group : group + 3]
+            if node or value:
+                yield integers([node, direction or "0"], where), column, number(value, where)
 
 
 def _chosen(found: set[str], matrix: str | None, name: str) -> str:
