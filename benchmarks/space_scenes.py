@@ -232,5 +232,5 @@ def figures(rows: list[dict[str, Any]]) -> dict[str, Figure]:
         if row["errors"] and None not in row["errors"]:
             axes.loglog(PARTS, np.maximum(row["errors"], 1e-16), color="0.4", lw=0.6, alpha=0.6)
     axes.set_xlabel("implicit steps per load step")
-    axes.set_ylabel("distance from the event-driven path / length scale")
+    axes.set_ylabel("distance from the event-driven path,\nover the length scale")
     return {"space-scenes": figure}

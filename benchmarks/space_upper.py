@@ -158,6 +158,9 @@ def figures(rows: list[dict]) -> dict[str, Figure]:
     for method in METHODS:
         own = [r for r in rows if r["method"] == method and r["joint"] == "half-space"]
         axes.loglog([r["n"] for r in own], [r["seconds"] for r in own], "o-", label=method)
+    axes.set_xticks(sorted({row["n"] for row in rows if row["joint"] == "half-space"}))
+    axes.set_xticks([], minor=True)
+    axes.xaxis.set_major_formatter("{x:g}")
     axes.set(xlabel="nodes", ylabel="time [s]", title=TITLE)
     axes.legend()
     return {"space_upper": figure}

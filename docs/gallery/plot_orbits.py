@@ -11,14 +11,15 @@ import shakedown
 
 joint = shakedown.example("four-node-3d")
 limit = shakedown.upper_bound(joint).load_factor
-run = shakedown.simulate(joint, 1.1 * limit, record=True)
+state = shakedown.long_term_state(joint, 1.1 * limit)
 _, panels = plt.subplots(1, 2, figsize=(10, 4.6), layout="constrained")
-shakedown.plot.slip_orbits(run, joint, ax=panels[0])
-shakedown.plot.reaction_orbits(run, joint, ax=panels[1])
+shakedown.plot.slip_orbits(state, joint, nodes=[1], ax=panels[0])
+shakedown.plot.reaction_orbits(state, joint, nodes=[0, 1], ax=panels[1])
 print(
-    f"{run.outcome.value} at {run.load_factor:.4f}, {run.dissipation_per_cycle:.4g} of friction work per cycle"
+    f"{state.outcome.value} at {state.load_factor:.4f}, "
+    f"{state.dissipation_per_cycle:.4g} of friction work per cycle"
 )
 
 # %%
-# Left: the slip of each node in its tangential plane, over the last cycles. Right: its tangential reaction; where it
-# touches what friction carries, the node slips, in the direction of the reaction.
+# Left: the slip of the one node that never comes to rest, in its tangential plane over one period; the path is closed. Right: its
+# tangential reaction over the limit, and that of a node that sticks; on the rim a node slips, against its reaction.

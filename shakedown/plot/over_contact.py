@@ -432,7 +432,7 @@ def _over(
         scale.set_norm(Normalize(levels[0], levels[-1]))
         inside = np.clip(np.where(known, values, 0.0), levels[0], levels[-1])  # −1e-17 of an open node
         axes.tricontourf(Triangulation(x, y, whole), inside, levels, cmap=COLOURS)
-        axes.scatter(x, y, s=3.0, color=GREY, lw=0, zorder=3)
+        axes.scatter(x, y, s=6.0, color=GREY, lw=0, zorder=3)
         known = known & ~np.isin(np.arange(len(values)), whole)
     axes.scatter(x[known], y[known], s=60.0, color=scale.to_rgba(values[known]), lw=0, zorder=3)
     _colour_scale(axes, scale, label)
