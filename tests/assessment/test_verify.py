@@ -51,7 +51,7 @@ def test_the_texts_on_an_unsafe_mean_load_are_true() -> None:
     text = " ".join(bounds_in_words(shakedown.assess(SAFE_LATER).details))
     assert "No load factor is safe" not in text
     assert "Below λ_lo = 0.4166666 " in text
-    assert "all nodes in contact" in text
+    assert "while all nodes stay in contact" in text
     text = " ".join(bounds_in_words(shakedown.assess(SAFE_BETWEEN).details))
     assert "from λ_lo up to λ_max = 1.5" in text
     nowhere = replace(shakedown.example("two-node"), p_w=shakedown.example("two-node").p_w - 9000.0)

@@ -237,7 +237,7 @@ def test_what_is_pinned_is_written_and_said() -> None:
     document = assessment_document(shakedown.assess(problem), None)
     assert document["pinned"] == document["lower"]["pinned"] == document["upper"]["pinned"]
     assert len(document["pinned"]) == 2
-    said = [hint for hint in hints_in_words(problem) if "can move as a whole" in hint]
+    said = [hint for hint in hints_in_words(problem) if "Only friction keeps" in hint]
     assert len(said) == 1
     assert all(str(node) in said[0] for node in document["pinned"])
 
