@@ -8,12 +8,12 @@ import tempfile
 from collections.abc import Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait as wait_for
 from pathlib import Path
 from shutil import rmtree
-from threading import Thread
+from threading import Thread, current_thread, main_thread
 
 from threadpoolctl import threadpool_limits
 
@@ -89,7 +89,8 @@ def _by_one_pool(folder: Path, numbers: list[int], workers: int) -> Iterator[tup
     try:
         while True:
             for number in waiting:
-                running[pool.submit(_one_piece, number)] = number
+                with _ctrl_c_held_back():
+                    running[pool.submit(_one_piece, number)] = number
                 if len(running) >= 2 * workers:
                     break
             if not running:
@@ -98,6 +99,22 @@ def _by_one_pool(folder: Path, numbers: list[int], workers: int) -> Iterator[tup
                 yield running.pop(future), future.result()
     finally:
         pool.shutdown(wait=not running, cancel_futures=True)
+
+
+@contextmanager
+def _ctrl_c_held_back() -> Iterator[None]:
+    """A process that begins gets all that it waits for; an interruption comes after."""
+    if current_thread() is not main_thread():  # which alone hears it
+        yield
+        return
+    heard: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: heard.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
+    if heard:
+        signal.raise_signal(signal.SIGINT)
 
 
 def _start_tracker() -> None:
@@ -117,8 +134,9 @@ def _begin(folder: Path) -> None:
     """Make this process a worker: one thread, deaf to Ctrl-C, gone when its parent is."""
     global _folder
     _folder = folder
-    (folder / BEGUN).touch()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears it, and ends us
+    with suppress(FileNotFoundError):  # interrupted meanwhile: no work will come
+        (folder / BEGUN).touch()
     threadpool_limits(1)
     parent = multiprocessing.parent_process()
     if parent is not None:
