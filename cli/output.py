@@ -124,11 +124,11 @@ def headline(problem: Problem) -> str:
     f = problem.f
     friction = f"f = {f[0]:g}" if (f == f[0]).all() else f"f = {f.min():g} … {f.max():g}"
     nodes = f"{problem.n} node{'s' * (problem.n != 1)}"
-    nodes += ", two directions" * (problem.directions > 1)
+    nodes += " in space" * (problem.directions > 1)
     steps = f"{problem.m} load step{'s' * (problem.m != 1)}"
     if problem.is_domain:
         steps = f"load domain of {problem.m} corner{'s' * (problem.m != 1)}"
-    units = f", units {one_line(problem.units, LONGEST_NAME)}" if problem.units else ""
+    units = f", in {one_line(problem.units, LONGEST_NAME)}" if problem.units else ""
     name = one_line(problem.name, LONGEST_NAME) or "unnamed problem"
     lines = [paragraph(f"{name}: {nodes}, {steps}, {friction}{units}")]
     lines += [paragraph(f"loads at λ = 1: {loads_in_words(problem)}")] if problem.loads else []

@@ -10,6 +10,7 @@ from shakedown.ground.evidence import Missing, present
 from shakedown.ground.limit_names import named
 from shakedown.ground.shown_values import FEW_DIGITS, down, up
 from shakedown.report.assessment_words import (
+    HEADING,
     argument_in_words,
     certain_in_words,
     loads_of_numbers,
@@ -71,9 +72,11 @@ def solve_text(found: shakedown.Assessment, file: str, *, details: bool, follow:
 
     Also what is proved once cycles are followed, where that is asked for.
     """
+    said = numbers_in_words(found)
+    width = max(len(value) for _, value, _ in said)
     numbers = [
-        (name, value, f"{loads}; {remark}" if loads else remark)
-        for (name, value, remark), loads in zip(numbers_in_words(found), loads_of_numbers(found), strict=True)
+        (name, value.rjust(width * ("=" in value)), f"{loads}; {remark}" if loads else remark)
+        for (name, value, remark), loads in zip(said, loads_of_numbers(found), strict=True)
     ]
     if follow:
         numbers.insert(2, proved_by_following(found.details))
@@ -86,9 +89,8 @@ def solve_text(found: shakedown.Assessment, file: str, *, details: bool, follow:
         next_in_words(found, file),
         "" if details else MORE,
     ]
-    return "\n".join(
-        [headline(found.problem), "", listing(numbers), "", *map(paragraph, filter(None, sentences))]
-    )
+    table = [HEADING, listing(numbers)]
+    return "\n".join([headline(found.problem), "", *table, "", *map(paragraph, filter(None, sentences))])
 
 
 def details_text(found: shakedown.Assessment, curve: shakedown.GuaranteeCurve | Missing | None) -> str:

@@ -186,19 +186,16 @@ def _text(problem: Problem, result: shakedown.Verification, details: bool) -> st
     from shakedown.report.answer_words import answer_in_words, margin_of_answer  # loads compiled code
     from shakedown.report.conclusion import verdict_in_words
 
-    length = units_of(problem).length
     limits = result.limits
-    answer = [answer_in_words(result), margin_of_answer(result)]
-    lines = [headline(problem), "", paragraph(" ".join(filter(None, answer))), ""]
+    answer, mesh = [answer_in_words(result), margin_of_answer(result)], limits.mesh.warning
+    lines = [headline(problem), "", paragraph(" ".join(filter(None, answer)))]
+    lines += [paragraph(f"Mesh warning: {mesh}"), ""] if mesh else [""]
     findings = [*result.disagreements, *result.open_questions]
     if findings:
         lines += [paragraph(verdict_in_words(result))]
         lines += [paragraph(f"- {finding}", "  ") for finding in findings]
         lines += [""]
-    sentences = [
-        *doubts_in_words(problem),
-        as_given_in_words(result.as_given, length, problem, limits.universal),
-    ]
+    sentences = doubts_in_words(problem)
     if result.transient is not None:
         sentences.append(transient_in_words(result.transient, problem, limits.from_state.load_factor))
     if result.slip_limit is not None:
@@ -214,8 +211,9 @@ def _details(problem: Problem, result: shakedown.Verification) -> list[str]:
     """What is certain, every limit and every run."""
     from shakedown.report.page_tables import runs_table  # loads compiled code
 
-    limits = result.limits
-    lines = ["", *(paragraph(sentence) for sentence in certain_in_words(limits))]
+    limits, length = result.limits, units_of(problem).length
+    lines = ["", paragraph(as_given_in_words(result.as_given, length, problem, limits.universal))]
+    lines += [paragraph(sentence) for sentence in certain_in_words(limits)]
     lines += [paragraph(hint) for hint in hints_in_words(problem, limits.open_nodes)]
     lines += [paragraph(f"Note: {note}.") for note in result.notes]
     lines += [paragraph(sentence) for sentence in bounds_in_words(limits)]

@@ -134,7 +134,7 @@ def _warning(share: float, nodes: Sequence[int], coarser: dict[str, float]) -> s
     if len(changed) == len(NUMBERS) and min(changed.values()) > 0 and isfinite(sum(changed.values())):
         told = [f"all three limits are {_rise(min(changed.values()), max(changed.values()))}"]
     else:
-        told = [f"{NUMBERS[name][0]} is {_change(by)}" for name, by in changed.items()]
+        told = [_told(name, by) for name, by in changed.items()]
     determined = ""
     if share >= MOST:
         one, how = len(nodes) == 1, "" if share > NEARLY else "largely "
@@ -147,6 +147,15 @@ def _warning(share: float, nodes: Sequence[int], coarser: dict[str, float]) -> s
     )
 
 
+def _told(name: str, by: float) -> str:
+    """What becomes of one limit on the coarser mesh."""
+    if not isinf(by):
+        return f"{NUMBERS[name][0]} is {_change(by)}"
+    if NUMBERS[name][1] is proved_from_every_state:
+        return "shakedown would be proved from every state"
+    return f"{NUMBERS[name][0]} would be above 0"
+
+
 def _rise(low: float, high: float) -> str:
     """By how much limits are higher, from the least to the most."""
     if _change(low) == _change(high):
@@ -157,8 +166,6 @@ def _rise(low: float, high: float) -> str:
 
 
 def _change(by: float) -> str:
-    if isinf(by):
-        return "above 0 (here 0)"
     if by == -1.0:
         return "0"
     return (

@@ -41,10 +41,11 @@ def answer_in_words(v: Verification) -> str:
     (λ = 0.7315934); bolt preload 12 kN, unchanged.
     """
     loads = varying_loads_in_words(v.problem)
-    given = f"At {loads} (λ = 1)" if loads else "At the nominal load (λ = 1)"
-    sentences = [f"{given} {_what(v)}.", _proved(v)]
-    constant = constant_loads_in_words(v.problem) if loads else ""
-    said = " ".join(filter(None, sentences))
+    if not loads:  # then the margin has the same number
+        proved = "" if margin_of_answer(v) else _proved(v)
+        return " ".join(filter(None, [f"At the nominal load (λ = 1) {_what(v)}.", proved]))
+    said = " ".join(filter(None, [f"At {loads} (λ = 1) {_what(v)}.", _proved(v)]))
+    constant = constant_loads_in_words(v.problem)
     return f"{said[:-1]}; {constant}." if constant else said
 
 
@@ -60,7 +61,9 @@ def _what(v: Verification) -> str:
         return f"{_does(v)}, in the simulation{path}"
     with_open = f" with {open_in_words(run.open_nodes, v.problem)} open" if run.open_nodes else ""
     if limit.load_factor > 1:
-        return f"the joint shakes down{with_open}"
+        state = "every" if v.assessment.proved_from_every_state > 1 else "this"
+        proved = "" if v.problem.loads else f", proved from {state} state"  # loads: the next sentence says it
+        return f"the joint shakes down{with_open}{proved}"
     how = "proved" if run.proved else f"in the simulation{path}, not proved"
     return f"the joint shakes down{with_open}, {how}"
 

@@ -25,16 +25,17 @@ if TYPE_CHECKING:
     from shakedown.joint.problem import Problem
 
 PROOFS = {
-    BOX: "by the box of slips that it cannot leave",
-    SLIP: "by how far its nodes can slip in all",
+    BOX: "by a box of slips that the joint cannot leave",
+    SLIP: "by the total slip of its nodes",
 }
 IN_CONTACT = "while all nodes stay in contact"
+HEADING = "Shakedown under λ times the varying part of the load is"  # above the three numbers
 ARGUMENTS = {  # what the names of the arguments for λ_U stand for, where they do not speak for themselves
     "Melan": "slip changes no pressure",
     "differences": "no slip raises the differences between nodes",
-    "swing": "a potential falls with every slip",
-    "least pressures": "the least pressure of each node holds it, whatever the others do",
-    "rigid motions apart": "slips of a body as a whole taken by themselves",
+    "swing": "a potential decreases with every slip",
+    "least pressures": "friction under its least pressure holds each node, however the others slip",
+    "rigid motions apart": "slip of a body as a whole is bounded separately",
 }
 
 
@@ -48,19 +49,26 @@ def numbers_in_words(found: Assessment) -> list[tuple[str, str, str]]:
     ...     print(*line, sep=" | ")
     proved from every state | λ = 0.6573734 | while all nodes stay in contact
     proved from this state | λ = 0.7315934 | starting without slip
-    impossible above | λ = 0.7391456 | while all nodes stay in contact
+    impossible above | λ_max = 0.7391456 | while all nodes stay in contact
     """
     limits = found.details
     core = limits.core
     inside = "" if core is None else f"; {down(core.load_factor, FEW_DIGITS)} if edge nodes do not slip"
+    numbers = _aligned(
+        [
+            _number(found.proved_from_every_state, down),
+            _number(found.proved_from_this_state, down),
+            _number(found.impossible_above, up),
+        ]
+    )
+    symbols = ["λ", "λ", "λ_max"]
     values = [
-        _number(found.proved_from_every_state, down),
-        _number(found.proved_from_this_state, down),
-        _number(found.impossible_above, up),
+        f"{symbol} = {number}" if number[0].isdigit() else number
+        for symbol, number in zip(symbols, numbers, strict=True)
     ]
     names = ["proved from every state", "proved from this state", "impossible above"]
     remarks = [f"{IN_CONTACT}{inside}", _this_state(limits), _where_impossible(limits)]
-    return list(zip(names, _aligned(values), remarks, strict=True))
+    return list(zip(names, values, remarks, strict=True))
 
 
 def _aligned(numbers: list[str]) -> list[str]:
@@ -89,7 +97,7 @@ def _where_impossible(limits: JointLimits) -> str:
     if limits.upper.status == Status.UNDECIDED:
         return "not known: no zone with a safe slip was found"
     every = limits.upper.status == Status.UNBOUNDED
-    return "some slip is safe at every λ" if every else IN_CONTACT
+    return "a safe slip exists at every λ" if every else IN_CONTACT
 
 
 def _this_state(limits: JointLimits) -> str:
@@ -110,12 +118,12 @@ def _open(limits: JointLimits) -> str:
 
 
 def _number(value: float, rounded: Callable[[float, int], str]) -> str:
-    """A load factor as one of the three numbers: what there is none of, and what has no end, in words."""
+    """A load factor as one of the three numbers; in words where there is none, or no end to them."""
     if np.isnan(value):
         return "open"
     if np.isinf(value):
         return "any λ" if rounded is down else "none"
-    return f"λ = {beside_one(value, rounded)}" if value > 0 or rounded is up else "none"
+    return beside_one(value, rounded) if value > 0 or rounded is up else "none"
 
 
 def beside_one(value: float, rounded: Callable[[float, int], str], digits: int = DIGITS) -> str:
@@ -162,7 +170,7 @@ def percent(load_factor: float, rounded: Callable[[float, int], str]) -> str:
     ('67.99 %', '26.85 %')
     """
     if np.isinf(load_factor):
-        return "any,"
+        return "arbitrarily"
     return f"{rounded(float(abs(Decimal(repr(float(load_factor))) - 1) * 100), FEW_DIGITS)} %"
 
 
@@ -193,8 +201,11 @@ def said_as_given_in_words(found: Assessment) -> str:
         return f"{given} the joint shakes down, proved from this state."
     if found.said_as_given == Said.IMPOSSIBLE:
         return f"{given} the joint cannot shake down {IN_CONTACT}."
+    if found.details.open_nodes:
+        these = "this node opens" if len(found.details.open_nodes) == 1 else "these nodes open"
+        return f"{given} the bounds do not decide whether {these}."
     energy = found.details.energy
-    why = f": {energy.reason}" if energy.status == Status.INFEASIBLE and not energy.open_nodes else ""
+    why = f": {energy.reason}" if energy.status == Status.INFEASIBLE else ""
     return f"{given} the bounds do not decide{why}."
 
 
@@ -209,10 +220,10 @@ def certain_in_words(limits: JointLimits) -> list[str]:
     >>> import shakedown
     >>> for line in certain_in_words(shakedown.assess(shakedown.example("two-node")).details):
     ...     print(line)
-    Starting without slip, the joint is proved to shake down up to λ = 0.7315934 (by the box of slips that
-    it cannot leave; by energy up to λ_E = 0.6619611); from every initial state with all nodes in contact
-    and within their friction limits up to λ_U = 0.6573734 (first collapse); above λ_max = 0.7391456 it
-    cannot shake down while all nodes stay in contact.
+    Starting without slip, the joint is proved to shake down up to λ = 0.7315934 (by a box of slips that
+    the joint cannot leave; by energy up to λ_E = 0.6619611); from every initial state with all nodes in
+    contact and within their friction limits up to λ_U = 0.6573734 (first collapse); above λ_max =
+    0.7391456 it cannot shake down while all nodes stay in contact.
     """
     here = _proved_from_here(limits.energy, limits.from_state, limits.problem)
     certain, *more = _certain([here, _proved_from_everywhere(limits.universal)], limits.upper, limits.problem)
@@ -254,7 +265,8 @@ def quickly_in_words(energy: EnergyBound, upper: UpperBound, problem: Problem) -
 
 def _certain(parts: list[str], upper: UpperBound, problem: Problem) -> list[str]:
     if upper.status == Status.OPTIMAL and not upper.open_nodes:
-        parts.append(f"above λ_max = {up(upper.load_factor)} it cannot shake down {IN_CONTACT}")
+        often = " on a path that returns to all corners" * problem.is_domain
+        parts.append(f"above λ_max = {up(upper.load_factor)} it cannot shake down{often} {IN_CONTACT}")
     sentence = "; ".join(part for part in parts if part)
     return [sentence + ".", *last_digit_in_words(problem), *([LOAD_DOMAIN] if problem.is_domain else [])]
 

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from shakedown.joint.problem import Problem
 
 NO_FIRST_COLLAPSE = (
-    "With two tangential directions there is no first collapse λ_1: it needs the two opposite limits of a "
-    "node, and in space the limit is a disc."
+    "There is no first collapse λ_1 in space: it is defined by the two opposite friction limits of a node, "
+    "and in space the limit is a disc."
 )
 MUCH_LESS = 0.9  # than λ_E: λ_S says why
 
@@ -38,7 +38,6 @@ def bounds_in_words(limits: JointLimits) -> list[str]:
     >>> for line in bounds_in_words(shakedown.assess(shakedown.example("uncoupled")).details):
     ...     print(line)
     Below λ_1 = 0.646554 the joint, closed at all nodes, shakes down from every initial state (no ...).
-    Above λ_max = 0.6465541 it cannot shake down while all nodes stay in contact.
     The nominal load (λ = 1) lies at or above λ_max.
     """
     upper, lower = limits.upper, present(limits.lower)
@@ -61,12 +60,13 @@ def _below_and_above(limits: JointLimits, lower: LowerBound | None) -> list[str]
     begins = upper.least_load_factor > 0 if lower is None else lower.status == Status.INFEASIBLE
     if begins:
         return _from_least(upper, limits.problem)
-    above = above_in_words(upper, limits.problem)
+    endless = upper.status == Status.UNBOUNDED
+    above = [above_in_words(upper, limits.problem)] if endless else []  # else certain_in_words says it
     if lower is None:
-        return [*_open_in_space(limits), above]
-    gap = upper.status == Status.UNBOUNDED and lower.status == Status.OPTIMAL
+        return [*_open_in_space(limits), *above]
+    gap = endless and lower.status == Status.OPTIMAL
     between = [_between(limits, lower)] if limits.bounds.have_gap or gap else []
-    return [_below(limits, lower), *between, above]
+    return [_below(limits, lower), *between, *above]
 
 
 def _closed(limits: JointLimits, lower: LowerBound) -> str:
@@ -236,8 +236,8 @@ def _slip_bound_ends(limits: JointLimits) -> Iterator[str]:
     elif slip.load_factor < MUCH_LESS * limits.energy.load_factor:
         start, until = start_in_words(slip.initial_slip), f"λ_S = {down(slip.load_factor)}"
         yield (
-            f"Starting {start}, how far each node slips in all is proved up to {until}, in any order of the "
-            f"loads; not above, as {slip.limited_because}{where}."
+            f"Starting {start}, a bound on the total slip of each node is proved up to {until}, for any "
+            f"order of the loads; not above that, because {slip.limited_because}{where}."
         )
 
 
@@ -258,6 +258,6 @@ def _open_in_space(limits: JointLimits) -> list[str]:
     start = "λ_U" if known > 0 else "λ = 0"
     where = f"Between {start} and λ_max" if finite else f"Above {start}"
     return [
-        f"{where} it is open, or depends on the initial state, whether the joint shakes down; λ_E is what "
-        f"is proved of one state. {NO_FIRST_COLLAPSE}"
+        f"{where} shakedown depends on the initial state, or is open; λ_E is what is proved of one state. "
+        f"{NO_FIRST_COLLAPSE}"
     ]

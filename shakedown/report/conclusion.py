@@ -59,6 +59,8 @@ def agreement_in_words(judged: int, runs: int) -> str:
     """
     if not judged:
         return f"The bounds predict no outcome of any of the {runs} runs: there is nothing to agree with."
+    if judged == runs:
+        return f"Prediction and time integration agree in all {runs} runs."
     return (
         f"Prediction and time integration agree in all {judged} runs for which the bounds predict "
         f"an outcome ({runs} runs in all)."

@@ -1,4 +1,4 @@
-"""What the first page shows below its sentence: three large numbers and one table."""
+"""What the first page shows below its answer: three large numbers and one table."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -20,8 +20,8 @@ HOW = {
     "stick": "stick",
     "slip": "slip",
     "open": "open",
-    "mixed": "open for some time",
-    "undecided": "not known",
+    "mixed": "open at times",
+    "undecided": "undecided",
 }
 
 
@@ -46,7 +46,7 @@ def large_numbers(v: Verification) -> list[LargeNumber]:
 def rest_table(v: Verification) -> PageTable:
     """The largest of what nodes go through at λ = 1, and the other limits, rounded down."""
     return PageTable(
-        ["long run at λ = 1, limits", "value", "where, and what it is"],
+        ["long-term state at λ = 1", "value", "where, and what it is"],
         [*_node_rows(v), *_limit_rows(v)],
         words=(0, 2),
     )
@@ -59,18 +59,20 @@ def _node_rows(v: Verification) -> list[list[str]]:
         return [["results per node", "–", f"no long-term state at λ = 1: {nodes.reason}"]]
     units = units_of(v.problem)
     columns = node_columns(nodes, v.problem)
-    path, taken = columns["accumulated_slip"], columns["work"]
+    slip, path, taken = (columns[word] for word in ("slip_range", "accumulated_slip", "work"))
     rows = [
-        _largest(v, "largest slip range", columns["slip_range"], units.length, "between places in contact"),
+        _largest(v, "largest slip range", slip, units.length, "distance between its extreme slips"),
         _largest(v, "largest slip per cycle", path, units.length, "all its way to and fro, Σ|Δv|"),
         _largest(v, "largest friction work per cycle", taken, units.work, "at one node"),
         ["friction work per cycle, all nodes", sized(float(taken.sum()), units.work), ""],
     ]
+    if not (slip > 0).any() and not (path > 0).any():
+        rows = [["slip and friction work per cycle", "0", "no node slips"]]
     if np.isnan(nodes.area).all():
-        rows.insert(2, _largest(v, "largest normal force", nodes.p_max, units.force, "p"))
+        rows.append(_largest(v, "largest normal force", nodes.p_max, units.force, "over the cycle"))
     else:
-        over = "p over the node's area"
-        rows.insert(2, _largest(v, "largest pressure", nodes.pressure_max, units.stress, over))
+        over = "its normal force over its area"
+        rows.append(_largest(v, "largest pressure", nodes.pressure_max, units.stress, over))
     counts = [(nodes.status.count(status), HOW[status]) for status in STATUSES]
     rows.append(["nodes", str(v.problem.n), ", ".join(f"{many} {how}" for many, how in counts if many)])
     return rows
@@ -91,14 +93,14 @@ def _limit_rows(v: Verification) -> list[Sequence[str]]:
     rows, problem = list[Sequence[str]](), v.problem
     limit = v.transient
     if limit is not None and np.isfinite(limit.load_factor):
-        proved = " (rest then proved)" * transient_is_proved(v)
+        proved = " (proved there)" * transient_is_proved(v)
         digits = digits_of_transient_limit(limit)
-        what = f"λ_T: largest load factor at which the simulation from this state came to rest{proved}"
+        what = f"λ_T: largest load factor at which the simulation shakes down{proved}"
         rows.append(["simulated limit", at_load_factor(problem, limit.load_factor, down, digits), what])
     collapse = v.limits.lower
     if isinstance(collapse, LowerBound) and np.isfinite(collapse.load_factor):
         where = f", at {node_in_words(problem, collapse.node)}" if collapse.node >= 0 else ""
-        what = f"λ_1: below it no single node can slip for ever{where}"
+        what = f"λ_1: below it no single node can slip in every cycle{where}"
         rows.append(["first collapse", at_load_factor(problem, collapse.load_factor, down), what])
     small = v.slip_limit
     if small is not None and np.isfinite(small.load_factor):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from shakedown.joint.problem import Problem
 
 NO_THRESHOLDS = (
-    "Of friction thresholds (uniqueness, wedging) nothing is said: with two tangential directions they do "
+    "Friction thresholds (uniqueness, wedging) are computed for joints in the plane only: in space they do "
     "not follow from the signs of slips."
 )
 MANY = 10**15  # subsets, from here on only their order of magnitude is said
@@ -88,7 +88,7 @@ def critical_in_words(
     """How many subsets there are, the smallest values, and why these differ from the bounds."""
     lower = bounds.lower
     if total is None or isinstance(lower, Missing):
-        return ["Critical load factors exist of joints with one tangential direction only."]
+        return ["Critical load factors exist for joints in the plane only."]
     if critical is None:
         return [f"The {_subsets(total)} of n + 1 constraints were not enumerated: more than the budget."]
     smallest, feasible = critical.smallest_positive, critical.smallest_feasible

@@ -37,10 +37,13 @@ def doubts_in_words(problem: Problem) -> list[str]:
     return [*last_digit_in_words(problem), *doubtful_data(problem)]
 
 
+def relative_in_words(problem: Problem, open_nodes: tuple[int, ...] = ()) -> str:
+    """What slips are relative to; empty where the joint is held, or where the words of a zone say it."""
+    return "" if open_nodes else pinned_in_words(rigid_slips(problem).pinned, problem)
+
+
 def hints_in_words(problem: Problem, open_nodes: tuple[int, ...] = ()) -> list[str]:
     """What a user should know of the data, in words: what slips are relative to, likely slips of the pen.
-
-    Where nodes are open, the sentences on their zone say the first.
 
     Examples
     --------
@@ -48,6 +51,4 @@ def hints_in_words(problem: Problem, open_nodes: tuple[int, ...] = ()) -> list[s
     >>> hints_in_words(shakedown.example("two-node"))
     []
     """
-    relative = "" if open_nodes else pinned_in_words(rigid_slips(problem).pinned, problem)
-    hints = [relative] if relative else []
-    return [*hints, *doubtful_data(problem)]
+    return [*filter(None, [relative_in_words(problem, open_nodes)]), *doubtful_data(problem)]

@@ -18,10 +18,11 @@ from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import count
 from shakedown.ground.visible_text import SUBSCRIPT, shortened, visible
+from shakedown.joint.doubtful_data import doubtful_data
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.report.answer_words import answer_in_words, margin_of_answer
-from shakedown.report.assessment_words import averaged_in_words, certain_in_words
+from shakedown.report.assessment_words import HEADING, averaged_in_words, certain_in_words
 from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.conclusion import banner_class, limits_in_words, verdict_in_words
 from shakedown.report.data_page import (
@@ -35,7 +36,7 @@ from shakedown.report.data_page import (
 )
 from shakedown.report.first_page import large_numbers, rest_table
 from shakedown.report.friction_words import critical_in_words, friction_in_words
-from shakedown.report.hint_words import hints_in_words
+from shakedown.report.hint_words import relative_in_words
 from shakedown.report.json_documents import as_text, verification_document
 from shakedown.report.limit_words import sensitivities_in_words, transient_in_words
 from shakedown.report.load_figures import problem_pictures
@@ -221,8 +222,7 @@ def _context(v: Verification) -> dict[str, Any]:
     return {
         "title": shortened(problem.name) or "unnamed problem",
         "space": in_space,
-        "subtitle": f"{count(problem.n, 'contact node')}, "
-        f"{'two tangential directions, ' * in_space}{_steps(problem)}, "
+        "subtitle": f"{count(problem.n, 'contact node')}{' in space' * in_space}, {_steps(problem)}, "
         f"friction {friction(problem)}" + (f", units {shortened(problem.units)}" if problem.units else ""),
         "answer": answer_in_words(v),
         "margin_of_answer": margin_of_answer(v),
@@ -233,11 +233,12 @@ def _context(v: Verification) -> dict[str, Any]:
             *filter(None, [v.unfinished]),
             *(f"Warning: {warning}." for warning in problem.warnings),
             *reservations,
-            *hints_in_words(problem, v.limits.open_nodes),
+            *doubtful_data(problem),
         ],
         "verdict": verdict_in_words(v),
         "verdict_class": banner_class(v),
         "problems": [*v.disagreements, *v.open_questions],
+        "tiles_name": HEADING,
         "tiles": large_numbers(v),
         "rest": rest_table(v),
         "scale": scale_picture(v),
@@ -271,6 +272,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "nodes": nodes_table(v),
         "worst": worst_table(v),
         "nodes_note": nodes_note(v),
+        "relative": relative_in_words(problem, v.limits.open_nodes),
         "critical": critical_in_words(v.critical, v.limits.subsets, v.limits.bounds),
         "limits": limits_in_words(v),
         "provenance": _provenance(v),

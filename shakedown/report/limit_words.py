@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 CAUSES = {"friction": "friction there", "constant": "constant load", "amplitude": "load amplitude"}
 IN_SPACE = (
-    "Which node limits λ_max and λ_E most, and by how much, is computed in the plane only, so far. Those "
-    "that reach their limits at λ_max, and in which load steps, stand in the table above."
+    "How much λ_max and λ_E depend on each node is computed for joints in the plane only. The table above "
+    "shows which nodes reach their friction limits at λ_max, and in which load steps."
 )
 SLIGHT = 5e-4  # of a per cent: what is said to change nothing
 
@@ -169,15 +169,15 @@ def sensitivities_in_words(limits: JointLimits) -> list[str]:
     return [sentence for sentence in sentences if sentence]
 
 
-def limited_in_words(found: Sensitivities, problem: Problem) -> str:
-    """Which node limits one bound; empty where there is no derivative."""
+def limited_in_words(found: Sensitivities, problem: Problem, name: str = "") -> str:
+    """Which node limits one bound, called by its symbol or a name; empty where there is no derivative."""
     ranked = found.ranked()
     if not ranked.size:
         return ""
     node = int(ranked[0])
     effects = [_effect(getattr(found, kind).elasticity[node], name) for kind, name in CAUSES.items()]
     where = node_in_words(problem, node)
-    return f"{found.symbol} depends most on {where}: {', '.join(filter(None, effects))}."
+    return f"{name or found.symbol} depends most on {where}: {', '.join(filter(None, effects))}."
 
 
 def _effect(sides: FloatArray, name: str) -> str:

@@ -61,7 +61,7 @@ def shares_in_words(found: InitialStateMap) -> list[str]:
     if found.undecided == len(found):
         return [f"{begin}, none is decided."]
     known = interval_in_words(found)
-    interval = f" (95 %: {known})" if known else ""
+    interval = f" (95 % confidence: {known})" if known else ""
     grid = "A grid is no random sample: it has no confidence interval."
     share = f"{begin}, {percent_of_states(found.shakedown_fraction)} shake down{interval}."
     return [share, *[grid] * (found.sampling.sampler == "grid")]

@@ -11,7 +11,7 @@ from shakedown.ground.evidence import Missing
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Said, Status
 from shakedown.report.assessment_words import percent, start_in_words
-from shakedown.report.bound_words import above_in_words, is_constant
+from shakedown.report.bound_words import is_constant
 from shakedown.report.limit_words import limited_in_words
 from shakedown.report.node_words import open_in_words
 from shakedown.report.zone_words import without_safe_slip_in_words, zone_in_words
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
 
 NEXT = {
-    Said.SHAKEDOWN: ("verify {} -o report.html", "simulates it"),
-    Said.OPEN: ("simulate {}", "follows this load"),
-    Said.IMPOSSIBLE: ("nodes {}", "where, how far it slips"),
+    Said.SHAKEDOWN: ("verify {} -o report.html", "by simulation"),
+    Said.OPEN: ("simulate {}", "follows the nominal load"),
+    Said.IMPOSSIBLE: ("nodes {}", "where and how far it slips"),
 }
-GIVEN = ("solve {} --initial given", "it has initial slips")
+GIVEN = ("solve {} --initial given", "the slip in the file")
 
 
 def margin_in_words(found: Assessment, simulated: float = np.nan) -> str:
@@ -88,13 +88,15 @@ def decides_in_words(found: Assessment) -> str:
     order = ["energy", "upper"]
     if found.said_as_given == Said.IMPOSSIBLE or limits.from_state.symbol != ENERGY:
         order.reverse()
-    for sensitivities in (limits.sensitivities.get(name) for name in order):
+    known = {"energy": "The proved limit", "upper": "λ_max"}
+    for name in order:
+        sensitivities = limits.sensitivities.get(name)
         if not isinstance(sensitivities, Missing | None):
-            sentence = limited_in_words(sensitivities, problem)
+            sentence = limited_in_words(sensitivities, problem, known[name])
             if sentence:
                 return sentence
     if upper.status == Status.UNBOUNDED:
-        return above_in_words(upper, problem)
+        return f"{upper.reason[:1].upper()}{upper.reason[1:]}."
     nodes = tuple(sorted({node for node, _ in upper.active}))
     if not nodes:
         return ""
@@ -110,7 +112,7 @@ def next_in_words(found: Assessment, file: str = "FILE") -> str:
     --------
     >>> import shakedown
     >>> next_in_words(shakedown.assess(shakedown.example("block-9")))
-    'Next: shakedown-bounds verify FILE -o report.html (simulates it).'
+    'Next: shakedown-bounds verify FILE -o report.html (by simulation).'
     """
     from_zero = not np.nan_to_num(found.details.energy.initial_slip).any()
     if found.said_as_given == Said.OPEN and found.problem.initial_slip is not None and from_zero:

@@ -73,16 +73,16 @@ def pinned_in_words(pinned: tuple[int, ...], problem: Problem | None = None) -> 
     Examples
     --------
     >>> print(pinned_in_words((2,)))
-    Only friction keeps one body from sliding or turning on the other, as in a bolted joint: slips are
-    measured with that of node 2 set to zero.
+    Only friction keeps one body from sliding or turning on the other, as in a bolted joint. Slips are
+    given relative to node 2, where slip is set to zero.
     """
     if not pinned:
         return ""
     d = 1 if problem is None else problem.directions
-    named = [f"{node_in_words(problem, k // d)}{'' if d == 1 else f' {AXES[k % d]}'}" for k in pinned]
+    named = [f"{'' if d == 1 else f'{AXES[k % d]} of '}{node_in_words(problem, k // d)}" for k in pinned]
     return (
-        "Only friction keeps one body from sliding or turning on the other, as in a bolted joint: slips are "
-        f"measured with {'that' if len(named) == 1 else 'those'} of {', '.join(named)} set to zero."
+        "Only friction keeps one body from sliding or turning on the other, as in a bolted joint. Slips are "
+        f"given relative to {', '.join(named)}, where slip is set to zero."
     )
 
 

@@ -59,7 +59,7 @@ def bounds_table(v: Verification) -> PageTable:
         (f"{named('λ_E')}{least}", _bound(v.limits.energy.load_factor)),
         *_other_rows(v),
         (
-            named("λ_T") + ", rest then proved" * transient_is_proved(v),
+            named("λ_T") + ", proved there" * transient_is_proved(v),
             "–" if transient is None else _bound(float(transient_limit_as_text(transient))),
         ),
     ]

@@ -100,12 +100,12 @@ def without_margin_in_words(proof: EnergyProof, unit: str) -> str:
     'After 2 cycles no node can slip more than 0.5 mm in all, in whatever order the loads come'
     """
     if proof.by == BOX:
-        return "It keeps to a box of slips in which the limits of no node meet"
+        return "Its slips stay in a box in which no node reaches both of its friction limits in one period"
     if proof.by == SLIP:
         begins = f"After {count(proof.cycles, 'cycle')}" if proof.cycles else "From its start on"
         most = f"{up(proof.further, FEW_DIGITS)} {unit}".rstrip()
         return f"{begins} no node can slip more than {most} in all, in whatever order the loads come"
-    return "So it is from its start, below λ_E"
+    return "The load lies below λ_E of its initial state"
 
 
 def margin_at_rest(state: Simulation, unit: str, problem: Problem | None = None) -> str:
@@ -115,7 +115,7 @@ def margin_at_rest(state: Simulation, unit: str, problem: Problem | None = None)
     if state.long_term is not None and np.isnan(state.long_term.single_node_margin):
         return without_margin_in_words(state.long_term.proof_found, unit)
     if state.long_term is None or np.isinf(state.long_term.single_node_margin):
-        return "From its state at rest it may be disturbed by any amount"
+        return "This remains true whatever displaces the nodes from their final slips"
     found = state.long_term
     one, most = found.single_node_margin, inf
     if not found.open_nodes:
@@ -123,8 +123,8 @@ def margin_at_rest(state: Simulation, unit: str, problem: Problem | None = None)
     if one >= most:
         held = f"{up(most, FEW_DIGITS)} {unit}".rstrip()
         return (
-            "This stays so wherever friction can hold any one node, the others in place: up to "
-            f"{held} away from its slip at rest"
+            "This remains true if any one node is displaced from its final slip as far as friction can hold "
+            f"it there (up to {held}), all others in place"
         )
     work = units_of(problem).work
     energy_unit = f"√({work})" if work else ""
@@ -133,6 +133,6 @@ def margin_at_rest(state: Simulation, unit: str, problem: Problem | None = None)
         for margin, name in ((one, unit), (found.energy_margin, energy_unit))
     )
     return (
-        f"This stays so if any one node is moved by up to {one_node} away from its slip at rest, the others "
+        f"This remains true if any one node is displaced from its final slip by up to {one_node}, all others "
         f"in place, or several nodes by {all_nodes} in the energy norm"
     )

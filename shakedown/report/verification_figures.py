@@ -57,7 +57,7 @@ def scale_picture(v: Verification) -> Picture:
         f"with {open_in_words(upper.open_nodes, v.problem)} open" if upper.open_nodes else "from this state"
     )
     proved_there, zone = (
-        " (rest then proved)" * transient_is_proved(v),
+        " (proved there)" * transient_is_proved(v),
         " of the zone" * bool(upper.open_nodes),
     )
 
@@ -70,9 +70,9 @@ def scale_picture(v: Verification) -> Picture:
             if proved[1] > 0
             else ""
         )
-        + ("Red: no safe state while all nodes stay in contact. " if "excluded" in bands else "")
+        + ("Red: shakedown is impossible while all nodes stay in contact. " if "excluded" in bands else "")
         + "λ_1: first collapse. " * drawn("λ_1")
-        + f"λ_T: largest at which the simulation from this state came to rest{proved_there}. " * drawn("λ_T")
+        + f"λ_T: largest load factor at which the simulation shakes down{proved_there}. " * drawn("λ_T")
         + f"λ_max: largest load factor with a safe state{zone}." * drawn("λ_max")
     ).strip()
     draw = partial(plot.load_factor_scale, marks, bands=bands)

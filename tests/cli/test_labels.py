@@ -39,7 +39,7 @@ def test_nodes_have_their_labels_and_numbers_their_units(file, words, shown):
     ("words", "shown"),
     [
         (["solve"], "proved from this state λ = 0.7315934 20 ± 14.63 kN; starting without slip"),
-        (["solve"], "impossible above λ = 0.7391456 20 ± 14.79 kN; while all nodes stay in contact"),
+        (["solve"], "impossible above λ_max = 0.7391456 20 ± 14.79 kN; while all nodes stay in contact"),
         (
             ["verify", "--random", "0", "--load-factor", "1"],
             "it is proved to shake down up to 20 ± 14.63 kN (λ = 0.7315934)",

@@ -37,7 +37,10 @@ def test_people_read_the_share_first():
     assert (code, err) == (0, "")
     assert max(map(len, out.splitlines())) <= 80
     text = " ".join(out.split())  # no-break spaces too
-    assert "of 64 initial states in a box about the safe slip, 85.9 % shake down (95 %: 75.4–92.4 %)" in text
+    assert (
+        "of 64 initial states in a box about the safe slip, 85.9 % shake down (95 % confidence: 75.4–92.4 %)"
+        in text
+    )
     assert "The final state is not unique" in text
     assert "type (ii)" in text
 

@@ -15,21 +15,20 @@ MANY_NODES = {"blade-root", "block-33", "block-3x3", "four-node-3d"}  # their ro
 def test_solve_says_first_what_is_certain():
     out = run("solve", "block-9", "--details")[1]
     lines = out.splitlines()
-    assert [" ".join(line.split()) for line in lines[2:6]] == [
-        "proved from every state none while all nodes stay in contact; 4.1",
-        "if edge nodes do not slip",
+    assert [" ".join(line.split()) for line in lines[2:7]] == [
+        "Shakedown under λ times the varying part of the load is",
+        "proved from every state none while all nodes stay in contact;",
+        "4.1 if edge nodes do not slip",
         "proved from this state λ = 4.699826 starting without slip",
-        "impossible above λ = 4.715033 while all nodes stay in contact",
+        "impossible above λ_max = 4.715033 while all nodes stay in contact",
     ]
-    assert lines[7].startswith(
+    assert lines[8].startswith(
         "At the nominal load (λ = 1) the joint shakes down, proved from this state. The"
     )
-    assert lines[9].startswith(
-        "Mesh warning: With every second node removed, what is proved from every state"
-    )
+    assert lines[10].startswith("Mesh warning: With every second node removed, shakedown would be proved")
     assert "--details" not in out
     first = " ".join(out.partition("\nStarting without slip")[2].splitlines()[:6])
-    assert "the joint is proved to shake down up to λ = 4.699826 (by the box" in first
+    assert "the joint is proved to shake down up to λ = 4.699826 (by a box" in first
     assert "by energy up to λ_E = 4.66339" in first
     assert "from every initial state no load factor is proved" in first
     assert "above λ_max = 4.715033 it cannot shake down while all nodes stay in contact" in first
@@ -63,12 +62,12 @@ def test_what_is_proved_by_following_stands_beside_the_three_numbers():
     followed, numbers = told["followed"], told["assessment"]
     assert numbers["proved_from_this_state"] < followed["load_factor"] <= numbers["impossible_above"]
     assert (followed["cycles"], followed["proved"]) == (1, True)
-    assert lines[4].split()[-6:] == ["at", "this", "λ,", "after", "1", "cycle"]
+    assert lines[5].split()[-6:] == ["at", "this", "λ,", "after", "1", "cycle"]
     assert run("solve", "two-node", "--follow", "--quick")[0] == 2
 
 
 @pytest.mark.parametrize(
-    ("joint", "said"), [("bolted-flange", "not above, as"), ("blade-root", "There is no bound")]
+    ("joint", "said"), [("bolted-flange", "not above that, because"), ("blade-root", "There is no bound")]
 )
 def test_it_is_said_why_total_slip_proves_little(joint, said):
     details = shakedown.assess(shakedown.example(joint)).details
@@ -139,7 +138,7 @@ def test_bad_states_and_distances_are_one_line(words, message):
         (
             "block-9",
             "agree",
-            "the joint shakes down. Starting without slip, it is proved to do so up to λ = 4.699826 times the load amplitude.",
+            "the joint shakes down, proved from this state.",
         ),
     ],
 )
@@ -184,10 +183,10 @@ def test_solve_fits_fourteen_lines_and_says_every_number_once(name):
     assert len(lines) <= 14
     assert max(map(len, lines)) <= 80
     numbers = [
-        line.split("λ = ")[1].split()[0] for line in lines if re.match("  (proved|impossible).* λ = ", line)
+        line.split(" = ")[1].split()[0] for line in lines if re.match("  (proved|impossible).* λ.* = ", line)
     ]
-    assert all(out.count(f"λ = {number} ") == numbers.count(number) for number in numbers)
-    assert "_max = " not in out or "open and all others closed" in out
+    assert all(out.count(f" = {number} ") == numbers.count(number) for number in numbers)
+    assert out.count("_max = ") <= 1
     assert re.search(rf"^Next: shakedown-bounds (solve|simulate|verify|nodes) {name} ", out, re.MULTILINE)
     assert out.count("\nNext: ") == 1
 

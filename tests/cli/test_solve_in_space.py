@@ -21,15 +21,15 @@ def test_text_begins_with_the_three_numbers_and_ends_with_both_slips_of_every_no
     assert (code, err) == (0, "")
     lines = out.splitlines()
     assert max(map(len, lines)) <= 80
-    assert lines[0] == "elastic block in space: 9 nodes, two directions, 40 load steps, f = 0.4"
-    assert [line.split("λ")[0].strip() for line in lines[2:5]] == [
+    assert lines[0] == "elastic block in space: 9 nodes in space, 40 load steps, f = 0.4"
+    assert [line.split("λ")[0].strip() for line in lines[3:6]] == [
         "proved from every state",
         "proved from this state",
         "impossible above",
     ]
     said = " ".join(out.split())
     assert (
-        "there is no first collapse λ_1: it needs the two opposite limits of a node, and in space the limit"
+        "There is no first collapse λ_1 in space: it is defined by the two opposite friction limits of a node"
         in said
     )
     (head,) = (k for k, line in enumerate(lines) if "safe slip x  safe slip y  reached at λ_max" in line)

@@ -105,7 +105,8 @@ def test_the_three_large_numbers_are_those_of_the_assessment_rounded_to_the_safe
     exact = v.assessment.proved_from_this_state, v.assessment.impossible_above
     for shown, value, rounded in zip((here, above), exact, (down, up), strict=True):
         assert shown.value == f"20 ± {rounded(20 * value, FEW_DIGITS)} kN"
-        assert shown.remark.startswith(f"λ = {rounded(value)}")
+        symbol = "λ_max" if rounded is up else "λ"
+        assert re.match(rf"{symbol} = {re.escape(rounded(value))}0*, ", shown.remark)
     assert every.value == "none"
     bare = replace(v.problem, load_mean=None, load_amplitude=None, load_units=None)
     assert large_numbers(verified(bare))[1].value == f"λ = {down(exact[0])}"
@@ -145,7 +146,7 @@ def test_the_worst_nodes_come_first_and_are_told_to_all_digits_shown(slips):
 
 def test_where_nothing_slips_zero_is_said_of_no_node(holds):
     rows = {name: (value, where) for name, value, where in rest_table(holds).rows}
-    assert rows["largest slip range"] == ("0 mm", "at no node")
+    assert rows["slip and friction work per cycle"] == ("0", "no node slips")
     assert rows["nodes"] == ("9", "9 stick")
 
 
@@ -192,7 +193,7 @@ SAID = {
     "one-node-separation": r"At the nominal load \(λ = 1\) the joint is in separation: .*, in the simulation\.",
     "jump": r"At the nominal load \(λ = 1\) the joint shakes down with node 1 open, proved\.",
     "receding-block": r"At the nominal load \(λ = 1\) the joint .*nodes? .*",
-    "uncoupled": rf".*slips in every cycle, with a slip range of up to {NUMBER} at node \d, in the simulation\. .* up to λ = 0\.646554 times the load amplitude\.",
+    "uncoupled": rf".*slips in every cycle, with a slip range of up to {NUMBER} at node \d, in the simulation\.",
 }
 
 
@@ -230,10 +231,8 @@ def test_a_floating_joint_says_what_slips_are_relative_to():
     free = Problem(
         A=A, B=np.zeros((2, 2)), C=np.eye(2), f=0.5, q_w=[[0.1, 0.1], [-0.1, -0.1]], p_w=np.ones((2, 2))
     )
-    assert (
-        "Only friction keeps one body from sliding or turning on the other"
-        in Page(render(verified(free))).text[:1500]
-    )
+    text = Page(render(verified(free))).text
+    assert "Only friction keeps one body from sliding or turning on the other" in text
 
 
 @pytest.mark.parametrize(("value", "rounded"), [(1.00004, down), (0.99996, up), (1.0, down), (1e-9, up)])

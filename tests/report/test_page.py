@@ -178,7 +178,7 @@ def test_every_table_names_its_columns_for_narrow_screens(page):
 def test_the_first_screen_has_the_answer(page):
     start = page.text[:FIRST]
     assert "(λ = 1) the joint" in start
-    for name in ("proved from this state", "proved from every state", "impossible above", "slip range"):
+    for name in ("proved from this state", "proved from every state", "impossible above", "slip"):
         assert name in start
 
 
@@ -411,7 +411,7 @@ def test_a_body_that_slides_away_has_its_page():
     found = verified(free)
     page = render(found)
     assert "slides away" in page
-    assert "measured with that of node 0 set to zero.</p>" in page  # one full stop
+    assert "given relative to node 0, where slip is set to zero.</p>" in page  # one full stop
     assert banner_class(found) != "agree"
 
 
@@ -425,4 +425,4 @@ def test_a_limit_is_the_same_number_everywhere_on_the_page(two, two_page, block,
             rounded = up if name == "max" else down
             assert number == rounded(getattr(found.limits, names[name]).load_factor), (name, said)
         assert f">λ = {down(found.assessment.proved_from_this_state)}<" in text
-        assert f">λ = {up(found.assessment.impossible_above)}<" in text
+        assert f">λ_max = {up(found.assessment.impossible_above)}<" in text

@@ -78,7 +78,7 @@ def test_what_is_proved_from_every_state_is_said_of_the_loading_as_given() -> No
     v = shakedown.verify(joint, load_factors=[1.0], random_states=0)
     said = as_given_in_words(v.as_given, "", joint, v.limits.universal)
     assert "proved, and so it is from every initial state with all nodes in contact and within" in said
-    assert "away from its slip at rest" in said
+    assert "displaced from its final slip" in said
     assert "in the energy norm" in said
     assert "lies below λ_U" in " ".join(bounds_in_words(v.limits))
     larger = replace(v.limits.universal, load_factor=2 * v.limits.from_state.load_factor)

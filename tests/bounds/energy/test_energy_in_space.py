@@ -165,7 +165,7 @@ def test_statuses():
     assert smooth.reason.startswith("node 1 has no friction")
     far = energy_bound(problem, 1e3 * np.ones(6))
     assert far.status == "infeasible"
-    assert "near enough to the initial slip" in far.reason
+    assert "close enough to the initial slip" in far.reason
     lifted = replace(problem, p_w=problem.p_w - 100.0)
     assert energy_bound(lifted).status == "infeasible"
     assert energy_ball(lifted, 0.5).status == "infeasible"
