@@ -75,6 +75,11 @@ class Run(Result):
         return self.case.open_nodes
 
 
+def compile_loops(limits: JointLimits, method: str) -> None:
+    """Follow a joint through one cycle at λ = 0, so that no run's time counts what is compiled."""
+    simulate(limits.problem, 0.0, cycles=1, method=method)
+
+
 def run_of(limits: JointLimits, case: Case, cycles: int, method: str) -> Run:
     """Simulate a case, and hold what comes out against what is predicted, and against the plan's ball."""
     began, problem = time.perf_counter(), limits.problem

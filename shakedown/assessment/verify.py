@@ -16,7 +16,7 @@ from shakedown.assessment.independent_bounds import SecondBounds, independent_fi
 from shakedown.assessment.open_ends import open_ends
 from shakedown.assessment.plan import case_as_given, planned_cases
 from shakedown.assessment.recorded_work import OtherEvidence, RecordedWork, ThreadedSteps, other_evidence
-from shakedown.assessment.runs import Run, disagreements, open_questions, run_of
+from shakedown.assessment.runs import Run, compile_loops, disagreements, open_questions, run_of
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors
@@ -38,7 +38,6 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.node_results import node_results
 from shakedown.long_term.node_table import NodeResults
-from shakedown.long_term.simulation import simulate
 from shakedown.long_term.slip_criterion import check_slip_below
 
 RANDOM_STATES = 3
@@ -316,7 +315,7 @@ def _verified(
     start = None if problem.initial_slip is None else problem.initial_slip[0]
     found = assess(problem, start, open_nodes=asked.open_nodes, tolerances=tolerances)
     limits, random = found.details, (settings.random_states, settings.seed)
-    simulate(problem, 0.0, cycles=1, method=settings.method)  # compiled code: no run's time should count it
+    compile_loops(limits, settings.method)
     for name in ("upper", "lower", "through_transient", "universal", *FROM_HERE):
         limits.keep(name, work.steps.done(functools.partial(getattr, limits, name)))
     limits.note_what_is_known()
