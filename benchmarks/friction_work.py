@@ -17,7 +17,7 @@ from shakedown.joint.loading import loading
 from shakedown.motion.implicit.implicit_step import ImplicitJoint
 from shakedown.plot.patch_places import Places, patch_axes, places_of
 from shakedown.report.text_table import table
-from shakedown.studies.meshes.verdict import trend
+from shakedown.studies.refined import trend
 
 PARTS = 8  # equal parts of every load step
 SLIPS = 1e-6  # of the longest way: what counts as slip

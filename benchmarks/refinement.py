@@ -35,7 +35,7 @@ from shakedown.fem import (
     corner_field,
 )
 from shakedown.report.text_table import table
-from shakedown.studies.meshes.refined import Refinement
+from shakedown.studies.refined import Refinement
 
 TITLE = "What converges under mesh refinement"
 STEEL = Material(200e3, 0.3)  # N, mm

@@ -17,7 +17,7 @@ from .options import ProblemFile, average_option, output_options, resume_option
 from .output import echo_json, headline, paragraph, progress, say
 
 if TYPE_CHECKING:
-    from shakedown.studies.meshes.refined import Refinement
+    from shakedown.studies.refined import Refinement
 
 
 @click.command(short_help="Which numbers converge with the mesh.")

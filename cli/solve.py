@@ -185,7 +185,7 @@ def _leave(
     unmet: Sequence[str] = (),
 ) -> None:
     """Exit code 1, and why, where something stays open."""
-    from shakedown.assessment.open_ends import open_ends  # loads what the results were made with
+    from shakedown.assessment.three_numbers import open_ends  # loads what the results were made with
 
     left = [*open_ends(*results), *unmet]
     for sentence in left:

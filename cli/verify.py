@@ -156,7 +156,7 @@ def _beside(
     found = None
     if path is not None:
         from shakedown.report.html import check_refinement
-        from shakedown.studies.meshes.refined import Refinement
+        from shakedown.studies.refined import Refinement
 
         reads(context, "--refinement", path)
         found = Refinement.load(path)

@@ -63,15 +63,15 @@ from .models.condensation.condense import condense as condense
 from .models.condensation.load_case import LoadCase as LoadCase
 from .models.importing.import_model import Import as Import
 from .models.importing.import_model import import_model as import_model
-from .studies.designs.diagram import Sweep as Sweep
-from .studies.designs.smallest_cycle import SmallestCycle as SmallestCycle
-from .studies.designs.smallest_cycle import smallest_cycle as smallest_cycle
-from .studies.designs.sweep import sweep as sweep
-from .studies.maps.basin_boundary import basin_boundary as basin_boundary
-from .studies.maps.basin_map import InitialStateMap as InitialStateMap
-from .studies.maps.basin_map import InitialStateMaps as InitialStateMaps
-from .studies.maps.limit_cycles import LimitCycle as LimitCycle
-from .studies.maps.mapping import initial_state_map as initial_state_map
-from .studies.meshes.refine import refine as refine
+from .studies.basin_boundary import basin_boundary as basin_boundary
+from .studies.basin_map import InitialStateMap as InitialStateMap
+from .studies.basin_map import InitialStateMaps as InitialStateMaps
+from .studies.diagram import Sweep as Sweep
+from .studies.limit_cycles import LimitCycle as LimitCycle
+from .studies.mapping import initial_state_map as initial_state_map
+from .studies.refine import refine as refine
+from .studies.smallest_cycle import SmallestCycle as SmallestCycle
+from .studies.smallest_cycle import smallest_cycle as smallest_cycle
+from .studies.sweep import sweep as sweep
 
 __version__: str

@@ -39,7 +39,7 @@ LAYERS = (
     },
     {"long_term", "bounds.every_state", "models.readers", "fem"},
     {"assessment", "long_term.space", "models", "models.importing"},
-    {"studies", "studies.maps", "studies.designs", "plot"},
+    {"studies", "plot"},
     {"report"},
     {"cli", "benchmarks", "__main__"},
 )
@@ -55,7 +55,7 @@ MOST_NAMES = 74  # at the top
 INSIDE = {  # what commands and studies reach for beside public names: checks of targets, the loops that are timed
     ("cli.claims", "shakedown.files.atomic_write"),
     ("cli.claims", "shakedown.files.table_file"),
-    ("cli.solve", "shakedown.assessment.open_ends"),
+    ("cli.solve", "shakedown.assessment.three_numbers"),
     ("benchmarks.block_cycle", "shakedown.motion.plane.gauss_seidel"),
     ("benchmarks.space_ball_adversary", "shakedown.programs.cone_rays"),
     ("benchmarks.stability", "shakedown.motion.plane"),

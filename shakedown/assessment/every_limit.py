@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.assessment.from_state import FromState, from_state
 from shakedown.assessment.mesh_check import MeshCheck, mesh_check
 from shakedown.assessment.sensitivities import Sensitivities, sensitivities
 from shakedown.assessment.shakedown_bounds import ShakedownBounds
+from shakedown.assessment.three_numbers import FromState, from_state
 from shakedown.bounds.accumulated.accumulated_bound import (
     AccumulatedBound,
     accumulated_bound,

@@ -9,7 +9,6 @@ import numpy as np
 
 from shakedown.assessment.assess import AS_GIVEN
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.from_state import ENERGY
 from shakedown.assessment.load_regions import (
     ABOVE,
     BELOW,
@@ -21,6 +20,7 @@ from shakedown.assessment.load_regions import (
     default_load_factors,
     region_of,
 )
+from shakedown.assessment.three_numbers import ENERGY
 from shakedown.bounds.energy.energy_ball import energy_ball
 from shakedown.bounds.methods import takes_long
 from shakedown.bounds.safe_slip import safe_slip

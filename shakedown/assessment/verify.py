@@ -13,11 +13,11 @@ import numpy as np
 from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.independent_bounds import SecondBounds, independent_findings
-from shakedown.assessment.open_ends import open_ends
 from shakedown.assessment.plan import case_as_given, planned_cases
 from shakedown.assessment.recorded_work import OtherEvidence, RecordedWork, ThreadedSteps, other_evidence
 from shakedown.assessment.runs import Run, compile_loops, disagreements, open_questions, run_of
 from shakedown.assessment.slip_limit import SlipLimit
+from shakedown.assessment.three_numbers import open_ends
 from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors
 from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve

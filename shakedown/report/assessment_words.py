@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.assessment.from_state import BOX, ENERGY, SLIP, FromState, from_state
+from shakedown.assessment.three_numbers import BOX, ENERGY, SLIP, FromState, from_state
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, few, sized, up
 from shakedown.ground.status import Said, Status
 from shakedown.joint.units import units_of, varying_loads_in_words

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from shakedown.assessment.from_state import ENERGY
+from shakedown.assessment.three_numbers import ENERGY
 from shakedown.ground.evidence import Missing, present
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Guarantee, Status

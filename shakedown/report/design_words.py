@@ -11,8 +11,8 @@ from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, at_lambda, cycles_
 
 if TYPE_CHECKING:
     from shakedown.joint.problem import Problem
-    from shakedown.studies.designs.diagram import Sweep
-    from shakedown.studies.designs.smallest_cycle import SmallestCycle
+    from shakedown.studies.diagram import Sweep
+    from shakedown.studies.smallest_cycle import SmallestCycle
 
 # What is said of a region, and its name in a table.
 SHORT = {

@@ -62,7 +62,7 @@ from shakedown.report.verification_figures import (
     sensitivity_picture,
     slip_picture,
 )
-from shakedown.studies.meshes.refined import Refinement
+from shakedown.studies.refined import Refinement
 
 REPORT = "shakedown-bounds verify"  # what a report's JSON begins with
 

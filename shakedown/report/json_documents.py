@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from shakedown.bounds.energy.energy_bound import EnergyBound
     from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
     from shakedown.bounds.results import UpperBound
-    from shakedown.studies.meshes.refined import Refinement
+    from shakedown.studies.refined import Refinement
 
 
 def as_text(document: dict[str, Any]) -> str:

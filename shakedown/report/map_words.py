@@ -16,8 +16,8 @@ from shakedown.report.node_words import resolution, without_round_off
 
 if TYPE_CHECKING:  # it loads what computes
     from shakedown.joint.problem import Problem
-    from shakedown.studies.maps.basin_map import InitialStateMap
-    from shakedown.studies.meshes.refined import Refinement
+    from shakedown.studies.basin_map import InitialStateMap
+    from shakedown.studies.refined import Refinement
 
 MESH_NUMBERS = {  # of a refinement, in a table and in a sentence: first what has a limit on most joints
     "work": ("friction work", "the friction work"),

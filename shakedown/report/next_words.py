@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.assessment.from_state import ENERGY
+from shakedown.assessment.three_numbers import ENERGY
 from shakedown.ground.evidence import Missing
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Said, Status

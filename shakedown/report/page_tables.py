@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shakedown.assessment.from_state import BOX, SLIP
 from shakedown.assessment.runs import Run
+from shakedown.assessment.three_numbers import BOX, SLIP
 from shakedown.assessment.verify import Verification
 from shakedown.bounds.collapse.lower import LowerBound
 from shakedown.ground.evidence import present
@@ -28,7 +28,7 @@ from shakedown.report.node_words import (
     worst_first,
 )
 from shakedown.report.run_words import start_remark
-from shakedown.studies.meshes.refined import Refinement
+from shakedown.studies.refined import Refinement
 
 WORST = 10  # nodes that the page shows of many
 FEW_NODES = 24  # up to so many a table is printed whole

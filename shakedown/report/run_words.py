@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.assessment.from_state import BOX, SLIP
+from shakedown.assessment.three_numbers import BOX, SLIP
 from shakedown.ground.shown_values import FEW_DIGITS, count, down, up
 from shakedown.ground.status import Outcome
 from shakedown.joint.units import units_of

@@ -20,7 +20,7 @@ from shakedown.plot.style import BLACK, BLUE, GREEN, MANY, ORANGE, PURPLE, RED
 from shakedown.report.load_figures import drawn_patches, left_out, patch_size
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.page_tables import limits_on_page, transient_is_proved
-from shakedown.studies.meshes.refined import Refinement
+from shakedown.studies.refined import Refinement
 
 COLOURS = {"zero": BLACK, "safe": GREEN, "witness": RED, "given": PURPLE, "random": BLUE, "ball": ORANGE}
 DASHES = ("-", "--", ":", "-.")

@@ -1,1 +1,19 @@
-"""Many runs of one question: ``maps/`` over states, ``designs/`` over parameters, ``meshes/`` over meshes."""
+"""Many runs of one question: maps over initial states, designs over parameters, refinements over meshes.
+
+Maps: ``samplers`` (which initial states, each from its number alone), ``map_pieces`` (the long-term
+states of some of them), ``map_file`` (all of them on disk), ``limit_cycles`` (the distinct limit cycles,
+whether they are stable, how far apart final slips lie), ``final_states`` (whether all states end in one
+and the same, and why some have no long-term state), ``slip_plane`` (safe region, admissible slips and
+energy ball in a plane of two slips), ``basin_map`` (the results, at one load factor or several),
+``mapping`` (the public function), ``basin_boundary`` (between the basins of a grid).
+
+Designs: ``parameters`` (named changes of a joint), ``variation`` (a joint as a function of its
+parameters), ``design_point`` (all limits of one joint), ``diagram`` (limits over one or two parameters,
+and the regions between them), ``sweep`` (all points of a diagram).
+
+The smallest cycle: ``cycle_pattern`` (where a sequence of contact states first closes to a cycle),
+``descent`` (from a cycle down to smaller load factors), ``cycle_search`` (initial slips to try, the
+rounds of the search), ``smallest_cycle``.
+
+Meshes: ``refined`` (a table of meshes, and what a sequence of numbers does), ``refine`` (the study).
+"""

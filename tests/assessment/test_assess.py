@@ -8,7 +8,7 @@ import pytest
 import shakedown
 from benchmarks.problems import in_units, random_problem
 from shakedown.assessment import every_limit
-from shakedown.assessment.from_state import admitted_up_to
+from shakedown.assessment.three_numbers import admitted_up_to
 from shakedown.bounds import plane_methods
 from shakedown.bounds.collapse import proof_status
 from shakedown.ground.evidence import present

@@ -7,7 +7,7 @@ import pytest
 
 import shakedown
 from shakedown import Problem
-from shakedown.assessment.from_state import admitted_up_to
+from shakedown.assessment.three_numbers import admitted_up_to
 from shakedown.ground.evidence import Missing
 from shakedown.joint.loading import loading
 from shakedown.programs.cone_rays import leaves_cone

@@ -20,7 +20,7 @@ from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.evolve import evolve
 from shakedown.programs.program import INF, Program
 from shakedown.programs.solver import solve
-from shakedown.studies.designs.parameters import with_parameter
+from shakedown.studies.parameters import with_parameter
 
 
 def arrays(n: int = 3, m: int = 24, seed: int = 0) -> dict:

@@ -10,7 +10,7 @@ import shakedown
 from shakedown import UsageError
 from shakedown.report.html import render, write_report
 from shakedown.report.map_words import refinement_in_words
-from shakedown.studies.meshes.refined import COLUMNS, Refinement
+from shakedown.studies.refined import COLUMNS, Refinement
 from tests.report.test_page import Page, nominal
 
 H = np.array([1.0, 0.5, 0.25])

@@ -6,7 +6,7 @@ import pytest
 import shakedown
 from shakedown import Problem
 from shakedown.campaign import recorded_steps
-from shakedown.studies.designs import descent
+from shakedown.studies import descent
 
 PLANE = shakedown.example("three-node")
 SPACE = Problem(A=[[2, 0], [0, 2]], B=[[0, 0]], f=0.4, q_w=[[0.4, 0], [0.4, 1]], p_w=[[1], [1]])

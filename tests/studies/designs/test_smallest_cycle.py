@@ -14,7 +14,7 @@ from shakedown.bounds.collapse.single_node_cycle import single_node_cycle
 from shakedown.ground.errors import UsageError
 from shakedown.joint.constraints import constraints, step_loads
 from shakedown.joint.loading import loading
-from shakedown.studies.designs.cycle_pattern import cycle_pattern, first_load_slip
+from shakedown.studies.cycle_pattern import cycle_pattern, first_load_slip
 
 TWO, THREE = shakedown.example("two-node"), shakedown.example("three-node")
 QUICK = {"states": 16, "rounds": 3}

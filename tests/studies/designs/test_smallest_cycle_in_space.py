@@ -7,7 +7,7 @@ from joints_in_space import in_units
 
 import shakedown
 from shakedown.motion.contact_law import admissible
-from shakedown.studies.designs.attacking_states import AttackingStates
+from shakedown.studies.cycle_search import AttackingStates
 
 JOINT = shakedown.example("one-node-3d")
 FEW = {"states": 2, "rounds": 1, "accuracy": 1e-2}

@@ -14,9 +14,9 @@ from shakedown.campaign.stored_result import restored, stored
 from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.importing.templates import write_import_example
-from shakedown.studies.designs.design_point import DesignLimit, _contradictions, _Known
-from shakedown.studies.designs.diagram import Region
-from shakedown.studies.designs.parameters import with_parameter
+from shakedown.studies.design_point import DesignLimit, _contradictions, _Known
+from shakedown.studies.diagram import Region
+from shakedown.studies.parameters import with_parameter
 
 TWO = shakedown.example("two-node")
 FRICTIONS = [0.1, 0.35, 0.6]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.studies.maps.limit_cycles import slip_scatter
+from shakedown.studies.limit_cycles import slip_scatter
 from tests.joints import FAMILY, member
 
 JOINT = shakedown.example("two-node")

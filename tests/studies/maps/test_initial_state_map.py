@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.studies.maps import map_pieces
-from shakedown.studies.maps.basin_map import InitialStateMaps
-from shakedown.studies.maps.map_pieces import BLOCK
+from shakedown.studies import map_pieces
+from shakedown.studies.basin_map import InitialStateMaps
+from shakedown.studies.map_pieces import BLOCK
 from tests.joints import FAMILY, member
 
 JOINT = shakedown.example("two-node")
@@ -23,7 +23,7 @@ def test_half_a_minute_in_the_plane_is_for_threads(found, monkeypatch):
     """Two processes took four times as much of the processor as one for 65,536 states."""
     asked, states_of = [], map_pieces.long_term_states
     monkeypatch.setattr(map_pieces, "LITTLE", 1)
-    monkeypatch.setattr("shakedown.studies.maps.mapping.all_cores", lambda: 3)
+    monkeypatch.setattr("shakedown.studies.mapping.all_cores", lambda: 3)
 
     def noted(*given, threads, **named):
         asked.append(threads)

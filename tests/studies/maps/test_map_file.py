@@ -11,7 +11,7 @@ from hostile.damaged_npz import HEADERS, npy, with_header
 import shakedown
 from shakedown.campaign.journal import Journal
 from shakedown.campaign.stored_result import packed, unpacked
-from shakedown.studies.maps.map_file import finished_map
+from shakedown.studies.map_file import finished_map
 
 JOINT = shakedown.example("two-node")
 KEYS = ("initial_slip", "final_slip", "outcome", "period", "dissipation", "load_factor")
@@ -48,7 +48,7 @@ def test_a_map_that_is_whole_is_not_made_again(tmp_path, monkeypatch):
     path = tmp_path / "map.npz"
     before, bytes_before = mapped(path, 70), path.read_bytes()
     with monkeypatch.context() as patch:
-        patch.setattr("shakedown.studies.maps.mapping.run_campaign", None)
+        patch.setattr("shakedown.studies.mapping.run_campaign", None)
         after = mapped(path, 70, resume=True)
         np.testing.assert_array_equal(after.final_slip, before.final_slip)
         with pytest.raises(TypeError):
@@ -65,8 +65,8 @@ def finished(tmp_path_factory):
     """The bytes of a small map, and what reading one again needs."""
     path, known = tmp_path_factory.mktemp("map") / "map.npz", []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("shakedown.studies.maps.mapping.finished_map", lambda *words: known.extend(words))
-        patch.setattr("shakedown.studies.maps.mapping.LOGGER.disabled", True)
+        patch.setattr("shakedown.studies.mapping.finished_map", lambda *words: known.extend(words))
+        patch.setattr("shakedown.studies.mapping.LOGGER.disabled", True)
         path.touch()
         mapped(path, 4, resume=True)
     return path.read_bytes(), *known[1:]
@@ -156,7 +156,7 @@ def test_several_load_factors_are_rows_below_each_other(tmp_path):
 
 @pytest.fixture
 def small_pieces(monkeypatch):
-    monkeypatch.setattr("shakedown.studies.maps.map_pieces.MapPieces.size", 16)
+    monkeypatch.setattr("shakedown.studies.map_pieces.MapPieces.size", 16)
 
 
 class Stopped(Exception):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.studies.maps.samplers import Sampler, require_ball, sampling
+from shakedown.studies.samplers import Sampler, require_ball, sampling
 
 JOINT = shakedown.example("two-node")
 

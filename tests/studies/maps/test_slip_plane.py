@@ -7,8 +7,8 @@ import shakedown
 from shakedown.joint.constraints import constraints
 from shakedown.joint.loading import loading
 from shakedown.motion.contact_law import admissible, reactions
-from shakedown.studies.maps.samplers import sampling
-from shakedown.studies.maps.slip_plane import first_limits, slip_plane
+from shakedown.studies.samplers import sampling
+from shakedown.studies.slip_plane import first_limits, slip_plane
 
 JOINT = shakedown.example("two-node")
 

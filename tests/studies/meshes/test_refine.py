@@ -10,9 +10,8 @@ import shakedown
 from benchmarks.refinement import block_on_plane
 from shakedown import ProblemError, UsageError, plot
 from shakedown.assessment.slip_limit import slip_limit
-from shakedown.studies.meshes import refine as module
-from shakedown.studies.meshes.refined import COLUMNS, HEADINGS, Refinement
-from shakedown.studies.meshes.verdict import trend
+from shakedown.studies import refine as module
+from shakedown.studies.refined import COLUMNS, HEADINGS, Refinement, trend
 
 H = 2.0 ** -np.arange(5)
 UNEVEN = np.array([1.0, 0.8, 0.41, 0.3])

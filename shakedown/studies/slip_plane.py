@@ -18,7 +18,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.programs.cone_rays import way_to_limits
 from shakedown.programs.polygon import corners
-from shakedown.studies.maps.samplers import Sampling
+from shakedown.studies.samplers import Sampling
 
 OUTLINE = 181  # points of an ellipse
 ROUND = 4 * OUTLINE - 3  # points about the centre of an outline with corners that are not known
@@ -75,7 +75,7 @@ def slip_plane(chosen: Sampling) -> SlipPlane:
     Examples
     --------
     >>> import shakedown
-    >>> from shakedown.studies.maps.samplers import sampling
+    >>> from shakedown.studies.samplers import sampling
     >>> plane = slip_plane(sampling(shakedown.example("two-node"), 0.7))
     >>> plane.region_type, plane.apexes.round(5).tolist()[1], len(plane.complementary[1])
     ('ii', [0.65407, 1.43418], 3)

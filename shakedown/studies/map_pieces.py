@@ -16,8 +16,8 @@ from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.many_states import NAMES, LongTermStates, long_term_states
 from shakedown.long_term.node_results import slip_ranges
-from shakedown.studies.maps.map_file import Kinds, kinds_of
-from shakedown.studies.maps.samplers import BLOCK, Sampling
+from shakedown.studies.map_file import Kinds, kinds_of
+from shakedown.studies.samplers import BLOCK, Sampling
 
 LITTLE = 1 << 17  # states times nodes squared: a few seconds at most
 MUCH = 1 << 22  # the same: half a minute or more

@@ -19,8 +19,8 @@ from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import path_accuracy, path_resolution, scales
 from shakedown.motion.method import cycles_of, walk
-from shakedown.studies.maps.map_file import Columns
-from shakedown.studies.maps.map_pieces import MapSearch
+from shakedown.studies.map_file import Columns
+from shakedown.studies.map_pieces import MapSearch
 
 
 class Scatter(NamedTuple):

@@ -24,10 +24,10 @@ from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.slip_criterion import check_slip_below
-from shakedown.studies.maps.basin_map import InitialStateMap, InitialStateMaps, MissingMap, basin_map
-from shakedown.studies.maps.map_file import Columns, finished_map, joined_columns, mapped_columns, write_map
-from shakedown.studies.maps.map_pieces import MapPieces, MapSearch
-from shakedown.studies.maps.samplers import Sampler, require_ball, sampling
+from shakedown.studies.basin_map import InitialStateMap, InitialStateMaps, MissingMap, basin_map
+from shakedown.studies.map_file import Columns, finished_map, joined_columns, mapped_columns, write_map
+from shakedown.studies.map_pieces import MapPieces, MapSearch
+from shakedown.studies.samplers import Sampler, require_ball, sampling
 
 LOGGER = logging.getLogger("shakedown")
 

@@ -16,7 +16,7 @@ from shakedown.ground.visible_text import shortened
 from shakedown.joint.arguments import real_array
 from shakedown.joint.problem import Problem
 from shakedown.models.importing.import_model import Import, import_model
-from shakedown.studies.designs.parameters import FACTORS, PARAMETERS, parameter_of, with_parameter
+from shakedown.studies.parameters import FACTORS, PARAMETERS, parameter_of, with_parameter
 
 ProblemOf = Callable[..., Problem]
 

@@ -13,19 +13,24 @@ from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.contact_law import admissible
-from shakedown.studies.maps.final_states import FinalStates, final_states
-from shakedown.studies.maps.limit_cycles import (
+from shakedown.studies.final_states import (
+    LOOKED_AT,
+    FinalStates,
+    UndecidedReason,
+    final_states,
+    undecided_reasons,
+)
+from shakedown.studies.limit_cycles import (
     LimitCycle,
     Scatter,
     limit_cycles,
     slip_scatter,
     tells_stability,
 )
-from shakedown.studies.maps.map_file import Columns
-from shakedown.studies.maps.map_pieces import MapSearch
-from shakedown.studies.maps.samplers import Sampler, Sampling
-from shakedown.studies.maps.slip_plane import SlipPlane, slip_plane
-from shakedown.studies.maps.undecided import LOOKED_AT, UndecidedReason, undecided_reasons
+from shakedown.studies.map_file import Columns
+from shakedown.studies.map_pieces import MapSearch
+from shakedown.studies.samplers import Sampler, Sampling
+from shakedown.studies.slip_plane import SlipPlane, slip_plane
 
 
 class SlipShare(NamedTuple):

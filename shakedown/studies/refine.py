@@ -27,7 +27,7 @@ from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.node_results import node_results
 from shakedown.long_term.slip_criterion import check_slip_below
-from shakedown.studies.meshes.refined import COLUMNS, LIMITS, Refinement
+from shakedown.studies.refined import COLUMNS, LIMITS, Refinement
 
 Progress = Callable[[int, int], None]
 Make = Callable[[Any], Problem] | Mapping[Any, Problem]

@@ -22,8 +22,8 @@ from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.arguments import check_load_factor
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result, frame
-from shakedown.studies.designs.design_point import DesignPoint, SlipAllowed
-from shakedown.studies.designs.parameters import FACTORS
+from shakedown.studies.design_point import DesignPoint, SlipAllowed
+from shakedown.studies.parameters import FACTORS
 
 if TYPE_CHECKING:
     from pandas import DataFrame

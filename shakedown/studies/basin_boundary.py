@@ -9,9 +9,9 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.joint.arguments import checked
 from shakedown.long_term.many_states import long_term_states
-from shakedown.studies.maps.basin_map import InitialStateMap
-from shakedown.studies.maps.limit_cycles import STABLE, same_slip
-from shakedown.studies.maps.samplers import Sampler
+from shakedown.studies.basin_map import InitialStateMap
+from shakedown.studies.limit_cycles import STABLE, same_slip
+from shakedown.studies.samplers import Sampler
 
 
 @checked

@@ -28,9 +28,8 @@ from shakedown.joint.result import Result
 from shakedown.long_term.many_states import checked_initial_slips
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import admissible, path_accuracy, scales
-from shakedown.studies.designs.attacking_states import AttackingStates
-from shakedown.studies.designs.cycle_search import CycleSearch
-from shakedown.studies.designs.descent import Simulator
+from shakedown.studies.cycle_search import AttackingStates, CycleSearch
+from shakedown.studies.descent import Simulator
 
 Progress = Callable[[int, int], None]
 

@@ -1,16 +1,28 @@
-"""Whether all states of a map end in the same outcome, and in one and the same state; with the evidence."""
+"""Whether all states of a map end in one and the same, with the evidence; why some have no outcome."""
 
+import re
+from collections import defaultdict
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import few, sized
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.joint.units import units_of
-from shakedown.studies.maps.limit_cycles import BORDER, STABLE, UNSTABLE, LimitCycle, Scatter, same_slip
+from shakedown.long_term.find_state import long_term_state
+from shakedown.studies.limit_cycles import BORDER, STABLE, UNSTABLE, LimitCycle, Scatter, same_slip
+from shakedown.studies.map_pieces import MapSearch
 
 SHORT = 3  # digits of a difference
+LOOKED_AT = 8  # undecided states, at most
+WHEN = re.compile(r" (at time \S+ cycles|on the way to the first period)")
 
 
 class FinalStates(NamedTuple):
@@ -140,3 +152,72 @@ def _length(value: float, problem: Problem) -> str:
 
 def _in_words(outcome: str) -> str:
     return outcome.replace("-", " ")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class UndecidedReason(Result):
+    """A reason why states are undecided.
+
+    Attributes
+    ----------
+    reason
+        In words, without the time at which it occurs.
+    count
+        How many of the states looked at again it holds for.
+    example
+        Number of one of them.
+    more_cycles
+        Whether the cycles allowed ran out, so that more of them may decide it.
+    """
+
+    reason: str
+    count: int
+    example: int
+    more_cycles: bool
+
+
+def undecided_reasons(
+    problem: Problem, load_factor: float, slips: FloatArray, rows: NDArray[np.intp], search: MapSearch
+) -> tuple[UndecidedReason, ...]:
+    """Reasons why these states are undecided, the most frequent first.
+
+    Parameters
+    ----------
+    problem, load_factor
+        The joint and λ.
+    slips : (s, dn)
+        Initial slips of all states [length].
+    rows
+        Numbers of those that are undecided; a few spread evenly over them are looked at.
+    search
+        How long-term states were searched for.
+    """
+    chosen = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), LOOKED_AT)).round().astype(int))
+    found: dict[tuple[str, bool], list[int]] = defaultdict(list)
+    for example in rows[chosen]:
+        state = long_term_state(
+            problem,
+            load_factor,
+            np.asarray(slips[example]),
+            max_cycles=search.max_cycles,
+            longest_period=search.longest_period,
+            tolerances=search.tolerances,
+        )
+        ran_out = state.stop is None and state.cycles_simulated >= search.max_cycles
+        found[_without_time(state.reason), ran_out].append(int(example))
+    reasons = (
+        UndecidedReason(reason, len(examples), examples[0], ran_out)
+        for (reason, ran_out), examples in found.items()
+    )
+    return tuple(sorted(reasons, key=lambda one: (-one.count, one.example)))
+
+
+def _without_time(reason: str) -> str:
+    """What went wrong, without when.
+
+    Examples
+    --------
+    >>> _without_time("the body slides away at time 0.158095 cycles: friction does not hold it")
+    'the body slides away: friction does not hold it'
+    """
+    return WHEN.sub("", reason)

@@ -23,9 +23,9 @@ from shakedown.joint.arguments import check_load_factor, checked, real_array
 from shakedown.joint.problem import Problem
 from shakedown.long_term.slip_criterion import check_slip_below
 from shakedown.models.importing.import_model import Import
-from shakedown.studies.designs.design_point import LIMITS, DesignPoint, Question, design_point
-from shakedown.studies.designs.diagram import Sweep
-from shakedown.studies.designs.variation import Configured, ProblemOf, Variation, checked_variation
+from shakedown.studies.design_point import LIMITS, DesignPoint, Question, design_point
+from shakedown.studies.diagram import Sweep
+from shakedown.studies.variation import Configured, ProblemOf, Variation, checked_variation
 
 Progress = Callable[[int, int], None]
 
