@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 import shakedown
 from benchmarks.refinement import block_on_plane
@@ -97,5 +98,8 @@ def figures(rows: list[dict]) -> dict[str, Figure]:
         times = [1e3 * row["gauss_seidel_s"] for row in chosen]
         axes.loglog(n, times, marker + "--", label=f"Gauss–Seidel, λ = {above} λ_max")
     axes.set(xlabel="contact nodes", ylabel="time of one cycle of 48 load steps [ms]")
+    axes.set_xticks(sorted({row["n"] for row in rows}))
+    axes.xaxis.set_major_formatter(ScalarFormatter())
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.legend(fontsize=8)
     return {"block_cycle": figure}

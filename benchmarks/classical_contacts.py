@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from benchmarks.bodies.classical import cylinder_on_flat, hertz, press_fit, press_fit_pressure
 from shakedown.motion.evolve import evolve
@@ -108,7 +109,10 @@ def figures(rows: list[dict]) -> dict[str, Figure]:
         mine = sorted((row["refinement"], row[key]) for row in rows if row["contact"] == contact)
         if mine:
             axes.loglog(*zip(*mine, strict=True), "o-", ms=4, label=label)
-    axes.set(xlabel="refinement (elements multiplied by)", ylabel="relative error")
+    axes.set(xlabel="elements multiplied by", ylabel="relative error")
+    axes.set_xticks(sorted({row["refinement"] for row in rows}), minor=False)
+    axes.xaxis.set_major_formatter(ScalarFormatter())
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.legend(fontsize=8)
     axes.grid(alpha=0.3, which="both")
     return {"classical-contacts": figure}

@@ -334,7 +334,8 @@ def figures(rows: list[dict]) -> dict[str, Figure]:
         some = [row for row in maps if row["transients"] == strength]
         said = f"{strength:g} times the loop at λ_max"
         _share(left, some, color, f"transients up to {said}" if strength != 1 else "transients within it")
-        _dissipation(right, [row for row in some if row["dissipation_of_cycles"]], color)
+        name = "within the loop" if strength == 1 else f"up to {strength:g} times"
+        _dissipation(right, [row for row in some if row["dissipation_of_cycles"]], color, name)
     left.set(ylabel="share that shakes down, with 95 % interval", ylim=(-0.05, 1.05))
     left.legend(loc="lower left", fontsize=8)
     right.set(ylabel="dissipation per cycle of the states that slip", yscale="log")
@@ -353,15 +354,15 @@ def _share(axes: Axes, maps: list[dict], color: str, label: str) -> None:
     axes.errorbar(above, share, np.abs(ends.T - share), fmt="o-", color=color, capsize=3, label=label)
 
 
-def _dissipation(axes: Axes, maps: list[dict], color: str) -> None:
+def _dissipation(axes: Axes, maps: list[dict], color: str, name: str) -> None:
     """Range, quartiles and median."""
     if len(maps) == 0:
         return
     above = [row["above"] for row in maps]
     low, first, middle, third, high = np.array([row["dissipation_of_cycles"] for row in maps]).T
-    axes.fill_between(above, low, high, color=color, alpha=0.15, label="smallest to largest")
-    axes.fill_between(above, first, third, color=color, alpha=0.35, label="middle half")
-    axes.plot(above, middle, "o-", color=color, label="median")
+    axes.fill_between(above, low, high, color=color, alpha=0.15, label=f"{name}: smallest to largest")
+    axes.fill_between(above, first, third, color=color, alpha=0.35, label=f"{name}: middle half")
+    axes.plot(above, middle, "o-", color=color, label=f"{name}: median")
 
 
 def _marks(axes: Axes, bounds: dict) -> None:

@@ -56,7 +56,7 @@ def measure(case: dict[str, Any]) -> dict[str, Any]:
         return {"found": reaction_map(problem).tolist(), "says": "M = L₂ L₁⁻¹"}
     if case["what"] == "wedging":
         wedged = shakedown.friction_thresholds(problem).wedging
-        return {"found": [wedged.value, *wedged.slip.tolist()], "says": "friction, witness"}
+        return {"found": [wedged.value, *wedged.slip.tolist()], "says": "friction, locked-in slip"}
     if case["what"] == "extreme points":
         rows = constraints(problem)
         return {"found": rows.step.tolist(), "says": "load step of each row, backward and forward"}
@@ -73,8 +73,8 @@ def reaction_map(problem: Problem) -> FloatArray:
 def tenth_cycle(problem: Problem) -> dict[str, FloatArray]:
     """Σ|Δv| of every node in the tenth cycle at λ_max, from the safe slip and from two others."""
     upper = shakedown.upper_bound(problem)
-    witness = shakedown.lower_bound(problem).slip
-    starts = {"safe slip": upper.slip, "slip 0": 0 * upper.slip, "witness of the first collapse": witness}
+    critical = shakedown.lower_bound(problem).slip
+    starts = {"safe slip": upper.slip, "slip 0": 0 * upper.slip, "critical slip state": critical}
     return {
         name: evolve(problem, upper.load_factor, start, cycles=CYCLE + 1).cycles[CYCLE].slip
         for name, start in starts.items()
@@ -140,7 +140,7 @@ def _sectors(axes: Axes, problem: Problem, load_factor: float, step: int, slip: 
 
 
 def wedging_figure() -> Figure:
-    """|A v| ≤ f B v over the direction of v, for both nodes, and the witness (4.3.2)."""
+    """|A v| ≤ f B v over the direction of v, for both nodes, and the slip that wedges (4.3.2)."""
     problem = shakedown.example("two-node")
     wedged = shakedown.friction_thresholds(problem).wedging
     figure = Figure(figsize=(7, 5.0), layout="constrained")
@@ -154,7 +154,7 @@ def wedging_figure() -> Figure:
             np.degrees(angle), need, color=colour, label=f"friction that node {node} needs, |A v| / B v"
         )
     where = np.degrees(np.arctan2(wedged.slip[1], wedged.slip[0])) % 360
-    axes.plot(where, wedged.value, "o", color=RED, label=f"witness, f = {wedged.value:.4g}")
+    axes.plot(where, wedged.value, "o", color=RED, label=f"wedging, f = {wedged.value:.4g}")
     axes.axhline(wedged.value, color=GREY, lw=0.8, ls="--")
     axes.set(ylim=(0, 3 * wedged.value), xlim=(0, 360), xticks=range(0, 361, 45))
     axes.set(xlabel="direction of the slip (v₀, v₁) [degrees]", ylabel="friction coefficient f")

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 
 from benchmarks.bodies.blocks import cantilevered_block
@@ -204,16 +205,22 @@ def tables(rows: list[dict[str, Any]]) -> str:
 
 def figures(rows: list[dict[str, Any]]) -> dict[str, Figure]:
     """Every number over the nodes of the mesh, joint by joint."""
-    found = refinements(rows)
+    found, lines = refinements(rows), dict[str, Artist]()
     figure = Figure(figsize=(13, 3.2 * -(-len(found) // 3)), layout="constrained")
     panels = figure.subplots(-(-len(found) // 3), 3, squeeze=False).ravel()
     for axes, (joint, each) in zip(panels, found.items(), strict=False):
         plot.refinement(each, ax=axes)
         axes.set_title(joint, fontsize="medium")
         axes.set_ylabel("")
-        axes.legend(fontsize=6)
+        lines |= {
+            label.partition(":")[0]: line
+            for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
+        }
+        axes.get_legend().remove()
     for axes in panels[len(found) :]:
         axes.set_axis_off()
+    figure.supylabel("value, by that on the finest mesh; dashed: limit, where it converges")
+    figure.legend(list(lines.values()), list(lines), loc="outside lower center", ncols=4)
     return {"refinement": figure}
 
 

@@ -100,7 +100,7 @@ def chapter_4() -> list[Entry]:
         ),
         entry("(4.21), (4.24)", "extremal constraints", "shakedown.joint.constraints"),
         entry(
-            "4.3.2", "wedging: |A v| ≤ f B v, its friction; the witness is drawn", "shakedown.bounds.uniqueness.wedging.Wedging",
+            "4.3.2", "wedging: |A v| ≤ f B v, its friction; the slip that wedges is drawn", "shakedown.bounds.uniqueness.wedging.Wedging",
             computed=limits.wedging.value, figure="planes-wedging",
         ),
         entry(
@@ -169,7 +169,7 @@ def _nine_nodes() -> list[Entry]:
         ),
         entry(
             "fig. 5.8", "largest slip in the tenth cycle at λ_max from the safe slip: none (here from slip "
-            "zero neither; from the witness of the first collapse it slips)", "shakedown.motion.evolve", "0",
+            "zero neither; from the critical slip state it slips)", "shakedown.motion.evolve", "0",
             safe if safe > least else 0.0, OTHER_BLOCK, "planes-tenth-cycle",
         ),
     ]  # fmt: skip

@@ -10,7 +10,7 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.files.vtk_points import series_paths
-from shakedown.ground.shown_values import sized
+from shakedown.ground.shown_values import few, sized
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.units import units_of
 from shakedown.report.node_words import (
@@ -28,7 +28,7 @@ from .options import (
     output_options,
     run_options,
 )
-from .output import echo_json, headline, load_factor_in_words, number, paragraph, say
+from .output import echo_json, headline, load_factor_in_words, paragraph, say
 
 if TYPE_CHECKING:  # it loads what computes
     from shakedown import NodeResults
@@ -130,17 +130,20 @@ def _worst(problem: Problem, found: NodeResults) -> str:
     label = {} if problem.label is None else {"FE": [shortened(name, LONGEST_LABEL) for name in found.label]}
     shown = {"node": list(map(str, range(problem.n)))} | label | {"status": list(found.status)}
     for name, values in columns.items():
-        shown[name.replace("_", " ")] = [number(value, DIGITS) for value in values]
+        shown[name.replace("_", " ")] = ["-" if value != value else few(value, DIGITS) for value in values]
     text = table(list(shown), [[column[node] for column in shown.values()] for node in worst])
     while max(map(len, text.splitlines())) > WIDTH:  # the last columns stand in the files
         shown.popitem()
         text = table(list(shown), [[column[node] for column in shown.values()] for node in worst])
-    return "\n".join([_heading(problem, len(worst)), "", text])
+    slips = bool((columns["slip_range"] > 0).any())
+    return "\n".join([_heading(problem, len(worst), slips), "", text])
 
 
-def _heading(problem: Problem, shown: int) -> str:
+def _heading(problem: Problem, shown: int, slips: bool) -> str:
     """What the table shows, in which units."""
     known = units_of(problem)
     units = f" ({known.length}, {known.force}, {known.work})" if known.work else ""
-    which = f"The {shown} nodes with the largest slip range" if shown < problem.n else "All nodes"
-    return paragraph(f"{which}; accumulated slip is Σ|Δv| in contact per cycle{units}:")
+    most = "slip range" if slips else "p max"
+    which = f"The {shown} nodes with the largest {most}" if shown < problem.n else "All nodes"
+    what = "accumulated slip is Σ|Δv| in contact per cycle, p and q are normal and tangential force"
+    return paragraph(f"{which}; {what}{units}:")

@@ -165,7 +165,7 @@ def _reason(search: LimitSearch, at: SearchState, verdict: int) -> tuple[str, fl
     if verdict in (UNDECIDED, LEFT):
         stop = evolution.stop
         return stop.reason if stop else f"no periodic state within {at.cycles} cycles", np.nan
-    text = f"the state that cycles tend to; contact states repeat every {cycles_in_words(at.period)}"
+    text = f"the limit that the cycles tend to: contact states repeat every {cycles_in_words(at.period)}"
     if not at.from_limit:
         ago = f"{at.period} cycle{'s' * (at.period > 1)} before"
         text = f"the state after {at.cycles - at.done} cycles is that of {ago}"

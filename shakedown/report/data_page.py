@@ -39,8 +39,8 @@ BARE = ("kind", "value", "type", "whole body")  # told without their name
 ORDER = ("kind", "value", "boundary")  # of a load, before what else is told of it
 GIVEN_DIGITS = 7  # of what was given
 LEFT_OF_PRELOAD = (
-    "on average, the sum of the mean p_w with all constant loads: when a bolt is tightened the bodies give "
-    "way and its shank gets shorter by as much, which takes a part of its preload"
+    "on average (sum of the mean p_w under all constant loads); tightening compresses the bodies, the shank "
+    "shortens by as much, and the bolt loses that part of its preload"
 )
 
 
@@ -54,7 +54,7 @@ def stiffness_rows(problem: Problem, coupling_ratio: float) -> list[tuple[str, s
         (
             "A and C symmetric" if problem.C is not None else "A symmetric",
             "yes, as stored",
-            f"what was given differed by at most {DEFAULT.symmetry:g} of the largest entry and was averaged",
+            f"passed: differences of up to {DEFAULT.symmetry:g} of the largest entry are averaged",
         ),
         (
             f"{name} positive semi-definite",

@@ -46,7 +46,7 @@ def large_numbers(v: Verification) -> list[LargeNumber]:
 def rest_table(v: Verification) -> PageTable:
     """The largest of what nodes go through at λ = 1, and the other limits, rounded down."""
     return PageTable(
-        ["long-term state at λ = 1", "value", "where, and what it is"],
+        ["long-term state at λ = 1, and limits", "value", "where, and what it is"],
         [*_node_rows(v), *_limit_rows(v)],
         words=(0, 2),
     )
@@ -62,8 +62,8 @@ def _node_rows(v: Verification) -> list[list[str]]:
     slip, path, taken = (columns[word] for word in ("slip_range", "accumulated_slip", "work"))
     rows = [
         _largest(v, "largest slip range", slip, units.length, "distance between its extreme slips"),
-        _largest(v, "largest slip per cycle", path, units.length, "all its way to and fro, Σ|Δv|"),
-        _largest(v, "largest friction work per cycle", taken, units.work, "at one node"),
+        _largest(v, "largest slip per cycle", path, units.length, "the length of its way to and fro, Σ|Δv|"),
+        _largest(v, "largest friction work per cycle", taken, units.work, "of one node"),
         ["friction work per cycle, all nodes", sized(float(taken.sum()), units.work), ""],
     ]
     if not (slip > 0).any() and not (path > 0).any():

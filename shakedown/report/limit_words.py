@@ -78,7 +78,7 @@ def transient_in_words(
         problem is not None and problem.is_domain
     )
     here = f"In the simulation from its initial state{path}"
-    scan = f"{len(limit.scanned)} load factors up to {few(limit.scanned[-1])}"
+    scan = f"{len(limit.scanned)} load factors up to {few(limit.scanned[-1])} simulated"
     if np.isnan(limit.load_factor):
         return f"{here} the joint shakes down at no load factor ({scan})."
     if not np.isfinite(limit.high):

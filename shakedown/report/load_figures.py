@@ -57,7 +57,7 @@ def load_loops_pictures(state: LongTermState, which: str) -> list[Picture]:
         drawings.append(Drawing(alt, partial(plot.loop, state, load=j), at_lambda(state.load_factor)))
     caption = (
         f"Loops of the loads over one period: {which}. A load against the displacement that it works along; "
-        "the areas of all of them are together what friction (and the damping of jumps) takes."
+        "the areas of all of them are together what friction (and the damping of jumps) dissipates."
     )
     return [picture(caption, *drawings)] if drawings else []
 

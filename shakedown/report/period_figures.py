@@ -268,7 +268,7 @@ def _tractions(pictured: Pictured, problem: Problem) -> Picture:
     discs = " within a disc" * (problem.n <= MOST_DISCS)
     smallest = ", and when the total pressure is smallest" * (len(times) > 1)
     caption = (
-        f"Normal reactions; tangential reactions as arrows, all of one scale; the same over their limits, "
+        f"Normal reactions; tangential reactions as arrows, all to one scale; the same over their limits, "
         f"q / f p{discs}: a node at 1 slips or is about to; {pictured.which}; when the tangential reactions "
         f"are largest in all{smallest}.{left_out(problem)}"
     )
@@ -341,8 +341,7 @@ def instants(path: EventHistory) -> list[float]:
 def _slips_along(pictured: Pictured, problem: Problem) -> Picture:
     """How far each node slips back and forth, and what friction dissipates there."""
     return pictured.picture(
-        "How far each node slips back and forth in contact, and what friction dissipates there in one "
-        f"period: {pictured.which}.",
+        f"Slip range of each node in contact, and the friction work there over one period: {pictured.which}.",
         Drawing("Slip range along the contact", partial(plot.slip_range, pictured.state, problem)),
         Drawing("Friction work along the contact", partial(plot.dissipation_along, pictured.state, problem)),
     )
@@ -365,7 +364,7 @@ def _slips_over_patch(pictured: Pictured, problem: Problem) -> Picture:
         for what, draw in drawn
     ]
     caption = (
-        "How far each node slips in all in one period, in contact, and what friction dissipates there: "
+        "Accumulated slip of each node over one period, in contact, and the friction work there: "
         f"{pictured.which}.{left_out(problem)}"
     )
     return pictured.picture(caption, *drawings)

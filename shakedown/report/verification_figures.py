@@ -117,7 +117,7 @@ def guarantee_picture(v: Verification) -> Picture | None:
     )
     unit = sized(v.curve.unit, units_of(v.problem).length)
     caption = (
-        "First collapse when every other slip keeps within R of the safe slip; R = 1 is the largest safe "
+        "First collapse while all other slips stay within R of the safe slip; R = 1 is the largest safe "
         f"slip, {unit}. {stays}"
     )
     alt = "First collapse λ_1(R) against the radius R of the box of initial states"
