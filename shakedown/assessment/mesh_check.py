@@ -15,7 +15,8 @@ from shakedown.assessment.three_numbers import (
 )
 from shakedown.ground.errors import SolverError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import NODES_SHOWN
+from shakedown.ground.round_off import PER_CENT
+from shakedown.ground.size_limits import EACH_SHOWN
 from shakedown.ground.status import Status
 from shakedown.joint.constraints import constraints
 from shakedown.joint.contact_surface import surface_of
@@ -24,9 +25,9 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
 FEWEST = {True: 9, False: 16}  # nodes, in the plane or in space: fewer are too coarse to make coarser
-MUCH = 0.1  # by which a limit changes on every second node: more than that is said
+MUCH = 0.1  # by which limits differ, one on every second node, or λ_S from λ_E: more than that is said
 MOST = 0.5  # of the multipliers at the edge: then it decides
-NEARLY = 0.995  # of them: nothing else does
+NEARLY = 1.0 - PER_CENT  # of them: nothing else does
 TIMES = 2.0  # a change that is larger is told as a factor
 NUMBERS: dict[str, tuple[str, Callable[[Any], float]]] = {
     "impossible_above": ("λ_max", impossible_above),
@@ -78,7 +79,7 @@ def mesh_check(limits: NumberedLimits) -> MeshCheck:
     shares = _shares(limits)
     edge = shares * surface.edge
     ranked = np.argsort(-edge, kind="stable")
-    deciding = tuple(int(node) for node in ranked[:NODES_SHOWN] if edge[node] > MUCH)
+    deciding = tuple(int(node) for node in ranked[:EACH_SHOWN] if edge[node] > MUCH)
     coarser = _coarser(limits)
     share = float(edge.sum())
     return MeshCheck(share, deciding, coarser, _warning(share, sorted(deciding), coarser))

@@ -15,6 +15,7 @@ from skfem import Mesh, MeshHex, MeshQuad, MeshTet, MeshTri
 
 from shakedown.fem.body import AXES, BodyLoad, ElasticBody, Material, Support, kind_of
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import EACH_SHOWN
 
 MADE_BY = "shakedown.fem.contact_problem"
 FILE = "read_from"  # of a mesh: name and SHA-256 of the file that it was read from
@@ -24,7 +25,6 @@ KINDS = {
     MeshHex: ("trilinear", "triquadratic", "hexahedra"),
     MeshTet: ("linear", "quadratic", "tetrahedra"),
 }
-SHORT = 4  # numbers up to which a list is told whole
 
 Entry = dict[str, Any]  # of a JSON object
 
@@ -160,7 +160,7 @@ def _told(value: Any) -> Any:
     if isinstance(value, tuple):
         return [_told(part) for part in value]
     values = np.asarray(value, dtype=float)
-    if values.size <= SHORT:
+    if values.size <= EACH_SHOWN:
         return values.tolist()
     return f"{values.size} values, {_range(values)}"
 

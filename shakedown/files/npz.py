@@ -18,7 +18,7 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError, UsageError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.regular_file import open_regular
-from shakedown.ground.size_limits import BLOCK, memory
+from shakedown.ground.size_limits import BLOCK, TIMES_A_FILE, memory
 from shakedown.ground.visible_text import LONGEST_NAME, shortened
 from shakedown.joint.field_table import ARRAYS, FIELDS, NAMES, TEXTS, check_shapes
 from shakedown.joint.numbers import real_numbers
@@ -28,7 +28,6 @@ from shakedown.joint.texts import LOOP, plain_text
 SCHEMA = "shakedown/1"
 KEYS = frozenset(FIELDS)
 HARMLESS = 2**28  # bytes of all arrays together, whatever the file's size
-MOST_TIMES = 100  # the size of a larger file; compressed stiffness is no tenth of this
 ASSUMED = 2**34  # bytes of a machine that does not say how much memory it has
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # what numpy.savez and savez_compressed write
 
@@ -220,9 +219,9 @@ def _check_sizes(headers: Mapping[str, Header], file_size: int) -> None:
     total = sum(header.size for header in headers.values())
     if total > memory(ASSUMED) / 4:
         raise ProblemError(f"its arrays, {total:.3g} bytes, are more than this machine can hold")
-    if total > max(HARMLESS, MOST_TIMES * file_size):
+    if total > max(HARMLESS, TIMES_A_FILE * file_size):
         raise ProblemError(
-            f"expected arrays of at most {MOST_TIMES} times the file's size, found {total:.3g} bytes in "
+            f"expected arrays of at most {TIMES_A_FILE} times the file's size, found {total:.3g} bytes in "
             f"{file_size} bytes"
         )
 

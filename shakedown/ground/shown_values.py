@@ -14,6 +14,7 @@ from shakedown.ground.visible_text import one_line
 
 DIGITS = 7  # of a load factor or a limit that is known to as many
 FEW_DIGITS = 4  # of simulated values and margins, and of a limit at least
+SHORT_DIGITS = 3  # of differences, and in titles of pictures
 LONGEST_VALUE = 56  # characters of one value
 WIDTH = 79  # of a line that is shown
 LONGEST_WHOLE = 20  # digits of a whole number that is written out

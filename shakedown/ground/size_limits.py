@@ -6,9 +6,10 @@ from math import inf
 MANY = 1_000_000  # of what is given as a list, kept in memory, or followed one after the other
 LARGEST_LABEL = 2**62  # of a node: compiled code counts to twice as many
 BLOCK = 1 << 20  # bytes or numbers that are taken at one time: a few MB, a hundred where each has a matrix
-NODES_SHOWN = 4  # nodes that are named or drawn each on its own
+EACH_SHOWN = 4  # nodes, patches, instants, numbers of a list that are told or drawn each on its own
 AT_ONCE = 1 << 16  # rows or small matrices that are taken at one time
 BATCH = 1 << 12  # states or subsets that one thread takes at one time, or that are kept beside it
+TIMES_A_FILE = 100  # as large as its file an array may be; compressed stiffness is no tenth of this
 READ_AT_ONCE = 1 << 26  # bytes of a table, or of the beginning of a journal, that are read
 
 

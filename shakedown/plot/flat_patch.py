@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.round_off import PER_CENT, SIX_DIGITS
 from shakedown.ground.shown_values import few
 from shakedown.joint.contact_patches import TURN, IntArray, contact_patches, normals_of
 
 OFF = 0.05  # shares by which places and normals may be off the shape that a patch is taken for
-ALONG_AN_AXIS = 0.99  # of a direction along an axis of the model, which then names it
+ALONG_AN_AXIS = 1.0 - PER_CENT  # of a direction along an axis of the model, which then names it
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,6 +27,7 @@ ROUNDED = {"d", "x", "y", "transform"}  # attributes in which nobody sees a thir
 MOST_MARKERS = 700  # of one picture; with more of them lines carry none
 REACH = "4"  # about a marker, in points, within which its values are told
 PANEL, SMALL = (4.6, 3.2), (3.7, 2.9)  # inches: two side by side fill a page, or three
+SIDE_BY_SIDE = 3  # small pictures in a row: of nodes up to so many each has its own
 MARGINS = (0.72, 0.52, 0.22, 0.26)  # inches left, below, right and above the axes
 SCALE = 0.82  # inches beside the axes for a scale of colours
 EDGE = 3.0  # points kept free about what reaches beyond the figure
@@ -110,7 +111,7 @@ def picture(caption: str, *drawings: Drawing, alike: int = 0, one_legend: bool =
         Whether all panels have one legend, above them.
     """
     with matplotlib.rc_context(STYLE):
-        size = SMALL if len(drawings) % 3 == 0 else PANEL
+        size = SMALL if len(drawings) % SIDE_BY_SIDE == 0 else PANEL
         sizes = [drawing.size or size for drawing in drawings]
         figures = [Figure(figsize=size, dpi=DOTS_PER_INCH) for size in sizes]
         axes = [_drawn(*each) for each in zip(figures, sizes, drawings, strict=True)]

@@ -9,7 +9,7 @@ from shakedown.assessment.sensitivities import KINDS, Sensitivities
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
-from shakedown.ground.size_limits import NODES_SHOWN
+from shakedown.ground.size_limits import EACH_SHOWN
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked, require_plane, require_problem
 from shakedown.joint.contact_surface import flanks
@@ -224,7 +224,7 @@ def sensitivity(found: Sensitivities, problem: Problem | None = None, *, ax: Axe
     >>> axes.get_xlabel(), len(axes.patches)
     ('change of λ_max for 1 % more [%]', 6)
     """
-    nodes = found.ranked(at_least=LEAST)[:NODES_SHOWN]
+    nodes = found.ranked(at_least=LEAST)[:EACH_SHOWN]
     if not nodes.size:
         raise UsageError(f"found: expected a bound with derivatives, found none ({found.reason})")
     axes, places = axes_for(ax, (6.0, 0.9 + 0.7 * len(nodes))), -np.arange(len(nodes))

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import few
-from shakedown.ground.size_limits import NODES_SHOWN
+from shakedown.ground.size_limits import EACH_SHOWN
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked, require_plane, require_problem
 from shakedown.joint.loading import loading
@@ -23,9 +23,8 @@ from shakedown.plot.drawn_path import (
     work_of_nodes,
 )
 from shakedown.plot.patch_places import in_space, require_space
-from shakedown.plot.style import GREY, LINES, axes_for, finished, node_name
+from shakedown.plot.style import FARTHEST, GREY, LINES, axes_for, finished, node_name
 
-FARTHEST = 3.0  # times the limit: reactions beyond, of nodes that hardly press, are cut off
 RIM = np.linspace(0.0, 2.0 * np.pi, 121)
 
 
@@ -275,6 +274,7 @@ def load_orbits(
     axes = _disc(ax)
     for colour, node in loaded:
         use = _use(problem, q, p, node)
+        # Reactions of nodes that hardly press are many times their limit.
         use = np.where((np.abs(use) <= FARTHEST).all(axis=1, keepdims=True), use, np.nan)
         _draw_load(axes, use.T, colour, node_name(node, problem))
     axes.plot([], [], "o", mfc="white", color=GREY, label="first load step")
@@ -283,7 +283,7 @@ def load_orbits(
 
 def _worst(work: FloatArray, nodes: Iterable[int] | None) -> Iterator[tuple[str, int]]:
     """The nodes to draw, by default those that dissipate most, and their colours."""
-    most = np.argsort(-work, kind="stable")[:NODES_SHOWN].tolist()
+    most = np.argsort(-work, kind="stable")[:EACH_SHOWN].tolist()
     return _coloured(most if nodes is None else chosen_nodes(nodes, len(work)))
 
 

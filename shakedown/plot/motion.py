@@ -14,6 +14,7 @@ from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import MANY
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked, is_finite, require_plane
 from shakedown.joint.constraints import constraints
@@ -35,7 +36,6 @@ from shakedown.plot.style import (
 )
 from shakedown.programs.polygon import corners
 
-MOST_FRAMES = 10_000
 PER_SECOND = 12
 INSTANT = (5.6, 5.0)  # inches
 COLOURS = {0: BLACK, 1: RED, -1: BLUE, 2: PURPLE}  # of the contact states
@@ -235,7 +235,7 @@ def _animate(
     longest: float,
     frames: int,
 ) -> None:
-    check_count("frames", frames, MOST_FRAMES)
+    check_count("frames", frames, MANY)
     if not (is_finite(longest) and longest > 0):
         raise UsageError(f"longest: expected a number of cycles > 0, found {longest:g}")
     first = float(history.cycle[0])

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from shakedown.ground.contact_status import OPEN, SLIP, STICK
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import sized
+from shakedown.ground.round_off import THREE_DIGITS
+from shakedown.ground.shown_values import SHORT_DIGITS, sized
 from shakedown.joint.arguments import checked, real_array
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
@@ -22,14 +23,12 @@ from shakedown.plot.style import BLUE, GREY, RED, Style, draw_arrows, finished, 
 
 MOST_DISCS = 120  # nodes; of more of them arrows alone are drawn, and these a little longer
 MOST_LOOPS = 80  # nodes whose loads are drawn, evenly spread
-DISC, LONG = 0.47, 0.9  # of the distance of two nodes: radius of a disc, or of a loop, and an arrow
+LONG = 0.9  # of the distance of two nodes: an arrow, or the width of a disc or of a loop
 SEEN = 0.08  # of the size of the patch: the longest arrow
 ROOM = 0.6  # about the outer nodes, of that distance
-SHORT = 3  # digits of a number in a title
-NEXT_TO_NOTHING = 1e-3  # of the largest of a period, or of a limit: what no arrow shows
 KINDS = ((0, "stick", "s", BLUE), (1, "slip", "o", RED), (2, "open", "o", "none"))
-DOT = 3.0  # of a node [points]
-LARGEST, SMALLEST, SHARE = 8.0, 2.5, 75.0  # of a marker [points]: about SHARE of them in a row fill a panel
+DOT = 3.0  # of a node, the least that is seen [points]
+LARGEST, SHARE = 8.0, 75.0  # of a marker [points]: about SHARE of them in a row fill a panel
 
 
 @checked
@@ -118,7 +117,7 @@ def friction_use_at(
     )  # fmt: skip
     use = q / np.where(held, limit, np.inf)[:, None]
     discs = len(places.points) <= MOST_DISCS
-    reach = DISC * places.spacing if discs else _reach(places)
+    reach = 0.5 * LONG * places.spacing if discs else _reach(places)
     axes = _axes(places, ax)
     if discs:
         _discs(axes, places, np.where(held, reach, 0.0))
@@ -166,10 +165,10 @@ def loads_over_patch(
     loop, mean = (problem.layout.by_node(q)[..., places.nodes, :] for q in (whole, given.q0))
     longest = float(problem.law.size(whole).max())
     fewer = max(len(places.points) / MOST_LOOPS, 1.0)  # so many times as much room has each
-    scale, axes = DISC / LONG * np.sqrt(fewer) * _scale(places, longest), _axes(places, ax)
+    scale, axes = 0.5 * np.sqrt(fewer) * _scale(places, longest), _axes(places, ax)
     chosen = _spread(places.points, MOST_LOOPS)
     _nodes(axes, places)
-    if problem.law.size(given.q0).max() > NEXT_TO_NOTHING * longest:
+    if problem.law.size(given.q0).max() > THREE_DIGITS * longest:
         _arrows(axes, places.points[chosen], scale * places.seen(mean)[chosen], BLUE, "mean q_w")
     ways = places.points + scale * places.seen(loop)
     ways = np.concatenate([ways, ways[:1]])[:, chosen]
@@ -282,7 +281,7 @@ def zones_at(
     places = places_of(problem, patch)
     state = np.abs(now.state[0])[places.nodes]
     axes = _axes(places, ax, 0.5 * places.spacing)
-    size = float(np.clip(SHARE / np.sqrt(problem.n), SMALLEST, LARGEST))
+    size = float(np.clip(SHARE / np.sqrt(problem.n), DOT, LARGEST))
     for number, name, shape, colour in KINDS:
         here = places.points[state == number]
         edge = GREY if colour == "none" else colour
@@ -331,10 +330,10 @@ def _scale(places: Places, longest: float) -> float:
 
 def _largest(what: str, sizes: FloatArray, unit: str, longest: float) -> str:
     """The largest on a patch; of what is next to nothing beside the longest arrow only that."""
-    most, shown = float(np.nanmax(sizes, initial=0.0)), NEXT_TO_NOTHING * longest
+    most, shown = float(np.nanmax(sizes, initial=0.0)), THREE_DIGITS * longest
     if most < shown:
-        return f"{what} < {sized(shown, unit, SHORT)}"
-    return f"largest {what} = {sized(most, unit, SHORT)}"
+        return f"{what} < {sized(shown, unit, SHORT_DIGITS)}"
+    return f"largest {what} = {sized(most, unit, SHORT_DIGITS)}"
 
 
 def _nodes(axes: Axes, places: Places) -> None:

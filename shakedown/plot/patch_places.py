@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
+from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.derived import once_per_problem
@@ -23,10 +23,9 @@ from shakedown.plot.style import GREY, MARGIN, axes_for
 # Of the usual longest side and circle about a triangle: larger ones lie across a hole (whose rim may be one
 # circle).
 LARGEST_TRIANGLE = 2.0
-COVERED = 0.999  # of the area of a contact, by the triangles that are drawn
+COVERED = 1.0 - THREE_DIGITS  # of the area of a contact, by the triangles that are drawn
 FEWEST = 4  # nodes that span an area
 MOST_NUMBERED = 16  # nodes whose numbers stand beside them
-ALONE = 1.0  # the room about a node that has no neighbour
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,11 +100,9 @@ class Places:
         """The usual distance of a node from its nearest neighbour [length]."""
         from scipy.spatial import KDTree
 
-        if len(self.points) < 2:
-            return ALONE
         nearest = KDTree(self.points).query(self.points, k=2)[0][:, 1]
-        apart = nearest[nearest > 0]
-        return float(np.median(apart)) if apart.size else ALONE
+        apart = nearest[(nearest > 0) & (nearest < np.inf)]
+        return float(np.median(apart)) if apart.size else 1.0  # about a node that has no neighbour
 
     @cached_property
     def room(self) -> float:

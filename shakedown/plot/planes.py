@@ -13,7 +13,7 @@ from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import at_lambda, few
-from shakedown.ground.size_limits import NODES_SHOWN
+from shakedown.ground.size_limits import EACH_SHOWN
 from shakedown.ground.status import Status
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import check_load_factor, checked, require_plane
@@ -224,7 +224,7 @@ def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axe
     low, high = force.min(axis=0) - size, force.max(axis=0) + size
     reach = 3.0 * float(np.max(high - low))
     stuck = np.unique(path.v[path.state[:, node] == STICK, node].round(9))
-    for colour, v in zip(LINES, stuck[:: max(1, len(stuck) // NODES_SHOWN)][:NODES_SHOWN], strict=False):
+    for colour, v in zip(LINES, stuck[:: max(1, len(stuck) // EACH_SHOWN)][:EACH_SHOWN], strict=False):
         sector = stick_sector(problem, node, v, reach)
         axes.add_patch(Polygon(sector, closed=True, fc=colour, ec=colour, alpha=0.18, label=f"v = {few(v)}"))
         axes.plot(*sector[0], "^", color=colour, ms=6, zorder=2)

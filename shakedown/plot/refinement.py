@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.float_array import FloatArray
-from shakedown.plot.style import BLACK, LINES, axes_for, finished
+from shakedown.plot.style import BLACK, FARTHEST, LINES, axes_for, finished
 
 MARKS = "os^Dvx*"
-HIGHEST = 3.0  # times the number on the finest mesh: what is larger leaves the picture
 
 
 class _Refinement(Protocol):
@@ -62,5 +61,5 @@ def refinement(found: _Refinement, *, ax: Axes | None = None) -> Axes:
     axes.set_xscale("log")
     axes.set_xticks(found.nodes, labels=[str(n) for n in found.nodes])
     axes.minorticks_off()
-    axes.set_ylim(0.0, min(HIGHEST, axes.get_ylim()[1]))
+    axes.set_ylim(0.0, min(FARTHEST, axes.get_ylim()[1]))
     return finished(axes, "contact nodes", "share of the number on the finest mesh")

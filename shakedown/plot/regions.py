@@ -16,7 +16,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.limit_names import named
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import check_load_factor, checked
-from shakedown.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, axes_for
+from shakedown.plot.style import BLACK, BLUE, GREEN, GREY, MARGIN, ORANGE, PURPLE, RED, SKY, axes_for
 
 EVERY, THIS, DEPENDS, NEVER = (
     "proved from every state",
@@ -57,7 +57,6 @@ CEILING = 4.0  # of the largest number drawn: stands for infinity between the po
 HEADROOM = 1.15  # of the largest limit
 ROOM_FOR_A_NAME = 0.1  # of the height of the axes
 BETWEEN = "computed at the dots; between them interpolated, nothing is proved there"
-MARGIN = 0.04  # of the axes: nearer to their edge no contour line has its number
 
 
 Colour = tuple[float, float, float]
@@ -332,6 +331,6 @@ def _places(lines: ContourSet, axes: Axes) -> Iterator[tuple[float, float]]:
     for segment in (segment for level in lines.allsegs for segment in level):
         inside = axes.transLimits.transform(segment)
         depth = np.minimum(inside, 1.0 - inside).min(axis=1)
-        if depth.max(initial=0.0) > MARGIN:
+        if depth.max(initial=0.0) > MARGIN:  # a number has room there
             x, y = segment[np.argmax(depth)]
             yield float(x), float(y)

@@ -35,6 +35,7 @@ STATES = {
 
 MARGIN = 0.06  # about what is drawn, of its size
 MANY = 40  # arrows, beyond which they cover each other
+FARTHEST = 3.0  # times what is looked at: what lies beyond is cut off
 LONGEST_LABEL = 40  # letters in a legend
 DOTS_PER_INCH = 150
 UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}  # the same picture has the same bytes

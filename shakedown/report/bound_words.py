@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from shakedown.assessment.mesh_check import MUCH
 from shakedown.assessment.three_numbers import ENERGY
 from shakedown.ground.evidence import Missing, present
 from shakedown.ground.shown_values import down, up
@@ -24,7 +25,6 @@ NO_FIRST_COLLAPSE = (
     "There is no first collapse λ_1 in space: it is defined by the two opposite friction limits of a node, "
     "and in space the limit is a disc."
 )
-MUCH_LESS = 0.9  # than λ_E: λ_S says why
 
 
 def bounds_in_words(limits: JointLimits) -> list[str]:
@@ -233,7 +233,7 @@ def _slip_bound_ends(limits: JointLimits) -> Iterator[str]:
     where = f", at {node_in_words(limits.problem, slip.node)}" if slip.node >= 0 else ""
     if slip.status in (Status.INFEASIBLE, Status.UNDECIDED):
         yield f"There is no bound on total slip (λ_S) from this state: {slip.reason}{where}."
-    elif slip.load_factor < MUCH_LESS * limits.energy.load_factor:
+    elif slip.load_factor < (1.0 - MUCH) * limits.energy.load_factor:
         start, until = start_in_words(slip.initial_slip), f"λ_S = {down(slip.load_factor)}"
         yield (
             f"Starting {start}, a bound on the total slip of each node is proved up to {until}, for any "

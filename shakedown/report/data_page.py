@@ -9,7 +9,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
-from shakedown.ground.shown_values import count, few, sized
+from shakedown.ground.shown_values import DIGITS, count, few, sized
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.loading import loading
@@ -37,7 +37,6 @@ WORDS = {
 ROWS = {"contact": "contact boundary", "plane": "plane stress or strain", "materials": "material"}
 BARE = ("kind", "value", "type", "whole body")  # told without their name
 ORDER = ("kind", "value", "boundary")  # of a load, before what else is told of it
-GIVEN_DIGITS = 7  # of what was given
 LEFT_OF_PRELOAD = (
     "on average (sum of the mean p_w under all constant loads); tightening compresses the bodies, the shank "
     "shortens by as much, and the bolt loses that part of its preload"
@@ -177,7 +176,7 @@ def _in_words(value: object, units: Mapping[str, str] = MappingProxyType({})) ->
         text = ", ".join(inner) if all(isinstance(part, str) for part in value) else f"({', '.join(inner)})"
         return f"{text} {units.get('', '')}".rstrip()
     if isinstance(value, int | float) and not isinstance(value, bool):
-        return sized(value + 0.0, units.get("", ""), GIVEN_DIGITS)
+        return sized(value + 0.0, units.get("", ""), DIGITS)
     return str(value)
 
 

@@ -6,19 +6,17 @@ import numpy as np
 
 from shakedown import plot
 from shakedown.ground.shown_values import at_lambda
+from shakedown.ground.size_limits import EACH_SHOWN
 from shakedown.joint.problem import Problem
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.long_term.state import LongTermState
-from shakedown.plot.inline_svg import PANEL, SMALL, Drawing, Picture, picture
+from shakedown.plot.inline_svg import MARGINS, PANEL, SCALE, SIDE_BY_SIDE, SMALL, Drawing, Picture, picture
 from shakedown.plot.over_amplitude import load_title
 from shakedown.plot.patch_arrows import MOST_LOOPS
 from shakedown.plot.patch_places import patch_count, places_of
 
-OF_THEIR_OWN = 3  # nodes up to which each one has its own picture
 HALF, THIRD = PANEL[0], SMALL[0]  # inches: widths of two or three pictures that fill a page
 LEAST, MOST = 2.0, 3.6  # inches: heights of a long patch and a high one
-AROUND, BESIDE = 0.85, 1.8  # inches: what stands above and below a patch, and beside it
-MOST_PATCHES = 4  # of one joint, with pictures of their own
 SIDES = (  # of a patch: what is to be seen, what draws it, whether it is numbers in colours
     (
         "Tangential welded reactions over the patch: the mean as an arrow, the path of its tip over a period",
@@ -34,7 +32,7 @@ def problem_pictures(problem: Problem) -> list[Picture]:
     """Nodes, normals and loads; the loads in the limits of a few nodes or of all; their sums."""
     draw = _loads_along if problem.directions == 1 else _loads_over_patches
     time = Drawing("Sums of the welded reactions over one period", partial(plot.loads_in_time, problem))
-    caption, drawings = draw(problem, problem.n <= OF_THEIR_OWN)
+    caption, drawings = draw(problem, problem.n <= SIDE_BY_SIDE)
     if len(drawings) == len(SIDES):
         return [picture(f"{caption}; the sums of all nodes over the period. {WELDED}", *drawings, time)]
     return [
@@ -50,7 +48,7 @@ def load_loops_pictures(state: LongTermState, which: str) -> list[Picture]:
         return []
     areas = np.abs(load_loops(problem, state).areas)
     varying = np.flatnonzero(np.ptp(problem.load_history, axis=0) > 0)
-    chosen = varying[np.argsort(-areas[varying], kind="stable")][:OF_THEIR_OWN].tolist()
+    chosen = varying[np.argsort(-areas[varying], kind="stable")][:SIDE_BY_SIDE].tolist()
     drawings = []
     for j in chosen:
         alt = f"{load_title(problem, j)} against the displacement conjugate to it"
@@ -114,13 +112,13 @@ def _where(problem: Problem) -> str:
 
 def drawn_patches(problem: Problem) -> range:
     """The patches of a joint in space that have pictures, by their numbers."""
-    return range(min(patch_count(problem), MOST_PATCHES))
+    return range(min(patch_count(problem), EACH_SHOWN))
 
 
 def left_out(problem: Problem) -> str:
     """What is said of patches without pictures."""
     count = patch_count(problem)
-    return f" The {MOST_PATCHES} patches with the most nodes, of {count}." * (count > MOST_PATCHES)
+    return f" The {EACH_SHOWN} patches with the most nodes, of {count}." * (count > EACH_SHOWN)
 
 
 def patch_size(
@@ -131,4 +129,6 @@ def patch_size(
     if places.in_a_row:
         return None if numbers else (width, LEAST)
     wide, high = np.ptp(places.points, axis=0) + places.spacing
-    return width, float(np.clip((width - BESIDE) * high / wide + AROUND, LEAST, MOST))
+    left, below, right, above = MARGINS
+    tall = (width - left - right - SCALE) * high / wide + below + above
+    return width, float(np.clip(tall, LEAST, MOST))

@@ -10,7 +10,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import FEW_DIGITS, down, few, sized, up
-from shakedown.ground.size_limits import NODES_SHOWN
+from shakedown.ground.size_limits import EACH_SHOWN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.constraints import SIDE_NAMES
@@ -60,7 +60,7 @@ def open_in_words(nodes: tuple[int, ...], problem: Problem | None = None) -> str
     if len(nodes) == 1:
         return node_in_words(problem, nodes[0])
     text, labels = f"nodes {_ranges(nodes)}", None if problem is None else problem.label
-    if labels is None or len(nodes) > NODES_SHOWN:
+    if labels is None or len(nodes) > EACH_SHOWN:
         return text
     return f"{text} (FE {', '.join(labels[i] for i in nodes)})"
 

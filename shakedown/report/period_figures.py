@@ -14,7 +14,7 @@ from shakedown.assessment.verify import Verification
 from shakedown.ground.contact_status import STICK
 from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import at_lambda, cycles_in_words, sized
-from shakedown.ground.size_limits import NODES_SHOWN
+from shakedown.ground.size_limits import EACH_SHOWN
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
@@ -22,21 +22,18 @@ from shakedown.long_term.state import LongTermState
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import evolve
 from shakedown.plot.drawn_path import extreme_rows, most_sheared_row, time_in_words, work_of_nodes
-from shakedown.plot.inline_svg import Drawing, Picture, picture
+from shakedown.plot.inline_svg import SIDE_BY_SIDE, Drawing, Picture, picture
 from shakedown.plot.patch_arrows import MOST_DISCS
 from shakedown.plot.patch_data import patch_data
 from shakedown.plot.patch_places import places_of
 from shakedown.plot.style import node_name
 from shakedown.report.load_figures import (
-    OF_THEIR_OWN,
     drawn_patches,
     left_out,
     load_loops_pictures,
     patch_size,
 )
 
-LINES = 4  # in one picture, of as many instants of a period
-INSTANTS = 3  # of a period, in pictures side by side
 EARLY = (1, 9)  # cycles whose zones are shown beside those of the long-term state
 AT_ONE = {
     Outcome.SHAKEDOWN: "nothing slips in the long term",
@@ -112,7 +109,7 @@ def cycling_state(v: Verification) -> Pictured | None:
 def state_pictures(v: Verification) -> list[Picture]:
     """Loops of the nodes that dissipate most, reactions, zones, slips and friction work of all nodes."""
     problem, given, cycling = v.problem, as_given_state(v), cycling_state(v)
-    family, many = _family(problem), problem.n > OF_THEIR_OWN
+    family, many = _family(problem), problem.n > SIDE_BY_SIDE
     elsewhere = cycling is not None and (given is None or cycling.state is not given.state)
     pictures = [] if cycling is None else [family.ways(cycling, problem)]
     pictures += [] if cycling is None else load_loops_pictures(cycling.state, cycling.which)
@@ -190,7 +187,7 @@ def _orbits(pictured: Pictured, problem: Problem) -> Picture:
 def _worst(state: LongTermState) -> list[int]:
     """The few nodes that dissipate most."""
     work = work_of_nodes(state)
-    most = np.argsort(-work, kind="stable")[:NODES_SHOWN].tolist()
+    most = np.argsort(-work, kind="stable")[:EACH_SHOWN].tolist()
     return [node for node in most if work[node] > SIX_DIGITS * work.max()] or [0]
 
 
@@ -230,7 +227,7 @@ def _over_time(pictured: Pictured, problem: Problem, what: str, limit: str) -> l
 def _along(pictured: Pictured, problem: Problem) -> Picture:
     """Pressure and use of friction at instants of the period."""
     path = pictured.state.history
-    times = path.cycle[0] + np.arange(LINES) / LINES * (path.cycle[-1] - path.cycle[0])
+    times = path.cycle[0] + np.arange(EACH_SHOWN) / EACH_SHOWN * (path.cycle[-1] - path.cycle[0])
     at = path.at(times)
     caption = (
         f"Normal reactions and use of friction along the contact, {pictured.which}, at instants of the "
@@ -249,7 +246,7 @@ def _tractions(pictured: Pictured, problem: Problem) -> Picture:
     """Reactions when the tangential ones are largest, and when the total pressure is smallest."""
     path = pictured.state.history
     times = [float(path.cycle[row]) for row in (most_sheared_row(path), extreme_rows(path)[1])]
-    times = times[: 1 + (abs(times[1] - times[0]) > 0.5 / INSTANTS)]  # sooner: much the same
+    times = times[: 1 + (abs(times[1] - times[0]) > 0.5 / SIDE_BY_SIDE)]  # sooner: much the same
     drawn = (
         ("Pressure", plot.pressure_over_patch, True),
         ("Tangential reactions", plot.tractions_at, False),
@@ -330,7 +327,7 @@ def instants(path: EventHistory) -> list[float]:
     # a node that touches its limit slips by round-off for less
     lasting = np.diff(path.cycle) > SIX_DIGITS
     moving = np.where(lasting, (path.state[:-1] != STICK).sum(axis=1), -1)
-    ends = np.linspace(first, last, INSTANTS + 1)
+    ends = np.linspace(first, last, SIDE_BY_SIDE + 1)
     times = []
     for begin, end in pairwise(ends):
         inside = np.flatnonzero((middles >= begin) & (middles < end))

@@ -15,7 +15,7 @@ from shakedown.ground.evidence import present
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import DIGITS, at_lambda, few, sized
 from shakedown.joint.units import units_of
-from shakedown.plot.inline_svg import Drawing, Picture, picture
+from shakedown.plot.inline_svg import SIDE_BY_SIDE, Drawing, Picture, picture
 from shakedown.plot.style import BLACK, BLUE, GREEN, MANY, ORANGE, PURPLE, RED
 from shakedown.report.load_figures import drawn_patches, left_out, patch_size
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
@@ -242,7 +242,7 @@ def _final_slips_over_patch(v: Verification, groups: Sequence[Group]) -> list[Pi
     if not found:
         return []
     patches = drawn_patches(v.problem)
-    three = len(found) * len(patches) % 3 == 0
+    three = len(found) * len(patches) % SIDE_BY_SIDE == 0
     drawn = partial(plot.slips_over_patch, problem=v.problem, what="final slip")
     alt = "Final slip of every run over the patch"
     arrows = [

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.campaign.recorded_steps import RecordedSteps
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import FOUR_DIGITS
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
@@ -18,14 +19,13 @@ from shakedown.long_term.many_states import long_term_states
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import admissible, path_accuracy, scales
 from shakedown.studies.cycle_pattern import cycle_pattern, first_load_slip
+from shakedown.studies.samplers import BLOCK
 
 SLIPPING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
 MOST_PATTERNS = 200  # followed one after the other in one descent
 ROUNDED = 16  # how many units in the last place of the data are allowed for
 SHARES = (1e-4, 1e-2, 0.1, 0.5)  # of the way back from where a pattern ends, where it is simulated
-STEP_IN_SPACE = 1e-4  # of λ: a cycle in space, which has no pattern, is not followed down more finely
 BELOW = (1e-6, 1e-4, 1e-2)  # how far below the end of a pattern another one is sought
-BATCH = 64  # states that are simulated, and recorded, together
 
 T = TypeVar("T")
 
@@ -114,7 +114,7 @@ class Simulator:
 
     def ends(self, load_factor: float, slips: FloatArray) -> Ends:
         """What many slips (s, n) lead to, batch by batch."""
-        batches = [slips[first : first + BATCH] for first in range(0, len(slips), BATCH)]
+        batches = [slips[first : first + BLOCK] for first in range(0, len(slips), BLOCK)]
         found = [self.steps.done(partial(self._batch, load_factor, batch)) for batch in batches]
         ends = Ends(*map(np.concatenate, zip(*found, strict=True)))
         self.count(ends.outcome)
@@ -174,7 +174,7 @@ def descended(simulator: Simulator, cycle: FoundCycle, accuracy: float, nothing:
     Of the pattern of a cycle the smallest load factor follows from one linear program
     (:class:`CyclePattern`). A little above it the pattern is simulated; a little below it
     another one may go on. What has no such pattern (nodes open, jump or ratchet) is lowered
-    by bisection from its own state. So is every cycle in space, to ``STEP_IN_SPACE``.
+    by bisection from its own state. So is every cycle in space, to four digits.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def descended(simulator: Simulator, cycle: FoundCycle, accuracy: float, nothing:
         A load factor that counts as zero: there the descent ends.
     """
     if simulator.problem.directions > 1:
-        return lowered(simulator.cycle, cycle, STEP_IN_SPACE, nothing)
+        return lowered(simulator.cycle, cycle, FOUR_DIGITS, nothing)
     for _ in range(MOST_PATTERNS):
         lower = next(_lower_cycles(simulator, cycle, accuracy), None)
         if lower is None:

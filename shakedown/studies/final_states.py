@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import few, sized
+from shakedown.ground.shown_values import SHORT_DIGITS, few, sized
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
@@ -20,7 +20,6 @@ from shakedown.long_term.find_state import long_term_state
 from shakedown.studies.limit_cycles import BORDER, STABLE, UNSTABLE, LimitCycle, Scatter, same_slip
 from shakedown.studies.map_pieces import MapSearch
 
-SHORT = 3  # digits of a difference
 LOOKED_AT = 8  # undecided states, at most
 WHEN = re.compile(r" (at time \S+ cycles|on the way to the first period)")
 
@@ -142,12 +141,12 @@ def _scattered(cycle: LimitCycle, problem: Problem) -> str:
 
 def _apart(scatter: Scatter, problem: Problem) -> str:
     share = 100.0 * scatter.spread / scatter.largest
-    largest = f"{few(share, SHORT)} % of the largest slip, {_length(scatter.largest, problem)}"
+    largest = f"{few(share, SHORT_DIGITS)} % of the largest slip, {_length(scatter.largest, problem)}"
     return f"differ by up to {_length(scatter.spread, problem)} ({largest})"
 
 
 def _length(value: float, problem: Problem) -> str:
-    return sized(value, units_of(problem).length, SHORT)
+    return sized(value, units_of(problem).length, SHORT_DIGITS)
 
 
 def _in_words(outcome: str) -> str:

@@ -13,13 +13,15 @@ from scipy.optimize import brentq
 from shakedown.files.table_file import check_table, read_csv, write_csv, write_parquet
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import PER_CENT, THREE_DIGITS
 from shakedown.ground.shown_values import plain, short
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.result import Result
 
-STILL = 1e-3  # of a number: changes up to that are none; ten times that ends a sequence that turns
 SLOWEST = 0.5  # order of convergence: below it what is left is too uncertain for a limit
-SLOW = 0.25  # order below which there is none: what is left cannot be told from a power of h, or log h
+SLOW = (
+    0.5 * SLOWEST
+)  # order below which there is none: what is left cannot be told from a power of h, or log h
 LEVEL = 0.03  # power of h below which nothing is said to fall or grow
 FASTEST = 8.0  # order, above which the last change tells nothing
 NEAR = 0.25  # of a number: as far as that its limit may be; twice as far leaves it open
@@ -78,12 +80,12 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
         return Trend(Tendency.UNDECIDED)
     h, (first, second, last) = size[-3:].tolist(), map(float, values[-3:])
     before, now = second - first, last - second
-    if max(abs(before), abs(now)) <= STILL * abs(last):
+    if max(abs(before), abs(now)) <= THREE_DIGITS * abs(last):
         return Trend(Tendency.CONVERGES, last)
     if second == last == 0.0:
         return Trend(Tendency.FALLS if first > 0.0 else Tendency.UNDECIDED)
     if before * now <= 0.0:
-        ends = abs(now) <= min(0.5 * abs(before), 10.0 * STILL * abs(last))
+        ends = abs(now) <= min(0.5 * abs(before), PER_CENT * abs(last))
         return Trend(Tendency.CONVERGES, last) if ends else Trend(Tendency.UNDECIDED)
     order = _order(h, before / now)
     left = now / ((h[1] / h[2]) ** order - 1.0) if order > 0.0 else inf * now

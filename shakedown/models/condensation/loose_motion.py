@@ -10,12 +10,12 @@ from scipy.sparse.linalg import eigsh
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.size_limits import EACH_SHOWN
 
 Places = Mapping[int, Sequence[float]]  # node → (x, y, z)
 _SAME = 1e-5  # part of a motion that must lie outside the free ones for it not to be one of them
 _MOST_MODES = 12
 _DENSE = 400  # rows up to which all eigenvalues are computed
-_NAMED = 3  # nodes that a message names
 _AXES = "xyz"
 
 
@@ -125,7 +125,7 @@ def _turns(dofs: NDArray[np.intp], places: Places | None) -> list[tuple[int, Flo
 def _nodes(labels: list[int]) -> str:
     """Nodes as a message names them."""
     once = sorted(set(labels))
-    shown = ", ".join(map(str, once[:_NAMED]))
-    if len(once) > _NAMED:
+    shown = ", ".join(map(str, once[:EACH_SHOWN]))
+    if len(once) > EACH_SHOWN:
         return f"nodes {shown}, … ({len(once)} in all)"
     return f"node {shown}" if len(once) == 1 else f"nodes {shown}"

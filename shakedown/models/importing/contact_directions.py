@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.models.condensation.contact_frame import PLANE, SPACE
 from shakedown.models.importing.model_section import Model
-from shakedown.models.readers.mesh import IN_PLANE
 from shakedown.models.readers.toml_table import TomlTable
 
 _STEEP = np.sqrt(0.5)  # cosine between an axis and the normal from which on the axis is the normal's
@@ -108,7 +108,7 @@ def _in_plane(normals: FloatArray, *, exactly: bool) -> bool:
     """Whether normals (3,) or (n, 3) lie in the plane of x and y: as given, or to what meshes leave."""
     if exactly:
         return not normals[..., 2].any()
-    return bool((np.abs(np.hypot(normals[:, 0], normals[:, 1]) - 1) <= IN_PLANE).all())
+    return bool((np.abs(np.hypot(normals[:, 0], normals[:, 1]) - 1) <= THREE_DIGITS).all())
 
 
 def _axes(table: TomlTable, model: Model) -> Axes | None:

@@ -9,13 +9,12 @@ from scipy.spatial import cKDTree
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.models.importing.model_section import Model
-from shakedown.models.mortar.surface_coupling import UNCOVERED, SurfaceCoupling, surface_coupling
+from shakedown.models.mortar.surface_coupling import REACH, UNCOVERED, SurfaceCoupling, surface_coupling
 from shakedown.models.mortar.surface_mesh import ContactSurface
 from shakedown.models.readers.mesh import CORNERS, Mesh
 from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, shown
 
-FARTHEST = 0.25  # of the spacing: beyond, another partner may be meant
 _BESIDE = ("reach", "uncovered")  # that stand beside 'surfaces' only
 _ALONE = ("nodes", "pairs", "surface", "relative", "tied")  # and those that do not
 
@@ -59,11 +58,11 @@ def _matched(mesh: Mesh, first: NDArray[np.intp], second: NDArray[np.intp], wher
     one, two = mesh.at(first), mesh.at(second)
     distance, partner = cKDTree(two).query(one)
     spacing = _spacing(one, mesh)
-    far = np.flatnonzero(distance > FARTHEST * spacing)
+    far = np.flatnonzero(distance > REACH * spacing)
     if far.size:
         k = int(far[0])
         raise ProblemError(
-            f"{where}: expected nodes that lie on each other (nearer than {FARTHEST:g} of the spacing "
+            f"{where}: expected nodes that lie on each other (nearer than {REACH:g} of the spacing "
             f"{spacing:.3g}), "
             f"found node {first[k]} at a distance of {distance[k]:.3g} from the nearest; give pairs of labels"
         )

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import PER_CENT
 from shakedown.joint.loading import LARGEST_FORCE
 from shakedown.models.condensation.load_case import LoadCase, histories
 from shakedown.models.importing.model_section import Model, Values
 from shakedown.models.importing.static_runs import clamped_run, opened_run, thermal_forces
 from shakedown.models.importing.stiffness_section import ImportContext
-from shakedown.models.importing.time_function import MISSED, time_function
+from shakedown.models.importing.time_function import time_function
 from shakedown.models.readers.abaqus_matrix import read_nodal_loads
 from shakedown.models.readers.abaqus_substructure import read_substructure_load
 from shakedown.models.readers.circumference import HOOP
@@ -136,7 +137,7 @@ def uneven(cases: Sequence[LoadCase]) -> tuple[str, ...]:
     means = factors.period.mean(axis=0) if factors.mean is None else factors.mean
     for case, mean, column in zip(cases, means, factors.period.T, strict=True):
         ends = (1.0 if case.value is None else case.value) * (np.array([column.min(), column.max()]) - mean)
-        if case.is_stated and abs(ends.sum()) > MISSED * np.abs(ends).max():
+        if case.is_stated and abs(ends.sum()) > PER_CENT * np.abs(ends).max():
             departs = f"departs from its mean by {ends.min():+.4g} and {ends.max():+.4g} {case.unit}".rstrip()
             found.append(
                 f"{quoted(case.name)} {departs}: its amplitude is the larger; key 'mean' moves the mean"

@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.round_off import FOUR_DIGITS, SIX_DIGITS
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.importing.bodies import coupled_nodes, rigid_motions
 from shakedown.models.importing.contact_section import ContactSection
@@ -20,7 +20,6 @@ from shakedown.models.readers.stiffness import Stiffness
 _UNALIKE = 200.0  # times: mm for m is 1,000, the shape of an element or Poisson's ratio of 0.499 less
 _MANY = 1000  # elements that are measured
 _FEWEST = 0.1  # of the nodes inside: a few may have springs, equations, elements of no shape here
-_RESISTS = 1e-4  # of the stiffness of a row: what a rigid motion of its neighbours may meet there
 
 
 def model_doubts(stiffness: Stiffness, contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:
@@ -99,7 +98,7 @@ def _resisting(
     resisted = np.zeros(len(labels))
     np.maximum.at(resisted, node, _resistance(stiffness, mesh))
     resisted[~inside] = 0.0
-    count = int((resisted > _RESISTS).sum())
+    count = int((resisted > FOUR_DIGITS).sum())
     if not count:
         return ()
     share, most = count / inside.sum(), labels[np.argmax(resisted)]

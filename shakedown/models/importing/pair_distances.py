@@ -8,14 +8,13 @@ from scipy.spatial import cKDTree
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.round_off import NEGLIGIBLE, THREE_DIGITS
 from shakedown.joint.result import Result
-from shakedown.models.importing.contact_nodes import FARTHEST
 from shakedown.models.importing.contact_section import ContactSection
+from shakedown.models.mortar.surface_coupling import REACH
 from shakedown.models.readers.mesh import Mesh
 
 DOUBTFUL = 0.03  # of the spacing, along the surface: what coordinates as printed do not explain
-DRAWN = 1e-3  # of the spacing, across it: a clearance or an interference that the mesh was drawn with
 _NEIGHBOURS = 8  # nearest nodes among which one lies elsewhere
 
 
@@ -133,7 +132,7 @@ def check_distances(pairs: PairDistances, where: str, *, gap_is_stated: bool) ->
             "place"
         )
     k, largest = _worst(pairs.apart)
-    if largest > DRAWN and not gap_is_stated:
+    if largest > THREE_DIGITS and not gap_is_stated:
         drawn = "overlap by" if pairs.across[k] < 0 else "lie apart by"
         warnings.append(
             f"pairs are drawn so that they {drawn} {abs(pairs.across[k]):.3g} across the surface "
@@ -149,7 +148,7 @@ def drawn_apart(contact: ContactSection) -> tuple[str, ...]:
     if coupling is None or contact.gap_is_stated:
         return ()
     mean = float(coupling.distance[1])
-    if abs(mean) <= (DRAWN if coupling.flat else DOUBTFUL) * coupling.size:
+    if abs(mean) <= (THREE_DIGITS if coupling.flat else DOUBTFUL) * coupling.size:
         return ()
     drawn = "overlap by" if mean < 0 else "lie apart by"
     word = ' (or "coordinates")' if coupling.flat else ""
@@ -165,10 +164,10 @@ def check_gap(contact: ContactSection) -> tuple[str, ...]:
         return ()
     spacing, gap = _spacings(contact.coordinates), np.broadcast_to(contact.gap, len(contact.coordinates))
     nearest, deepest = np.nan_to_num(gap / spacing).min(), np.nan_to_num(-gap / spacing).max()
-    if nearest <= FARTHEST and deepest <= FARTHEST:
+    if nearest <= REACH and deepest <= REACH:
         return ()
     found = f"the bodies touch nowhere: the least gap is {gap.min():.3g}"
-    if deepest > FARTHEST:
+    if deepest > REACH:
         found = f"the interference is up to {-gap.min():.3g}"
     return (
         f"{found}, {max(nearest, deepest):.2g} of the spacing of the nodes: is it in the unit of the model?",
@@ -182,10 +181,10 @@ def _worst(share: FloatArray) -> tuple[int, float]:
 
 
 def _refuse(pairs: PairDistances, share: FloatArray, distance: FloatArray, where: str, how: str) -> None:
-    far = np.flatnonzero(share > FARTHEST)
+    far = np.flatnonzero(share > REACH)
     if far.size:
         k = int(far[np.argmax(share[far])])
         raise ProblemError(
-            f"{where}: key 'pairs': expected nodes that lie on each other (nearer than {FARTHEST:g} of the "
+            f"{where}: key 'pairs': expected nodes that lie on each other (nearer than {REACH:g} of the "
             f"spacing {pairs.spacing[k]:.3g}), found {pairs.names[k]} {distance[k]:.3g} apart {how}"
         )

@@ -6,14 +6,13 @@ import numpy as np
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.round_off import PER_CENT, SIX_DIGITS
 from shakedown.ground.size_limits import MANY
 from shakedown.models.readers.input_files import InputFiles
 from shakedown.models.readers.table import NumberTable, read_table
 from shakedown.models.readers.text import listed
 from shakedown.models.readers.toml_table import TomlTable
 
-MISSED = 0.01  # of the range: peaks between the load steps that go further by less are not said
 _FINE = 64  # places of one wave among which its peaks are looked for
 _UNRECORDED = 0.05  # of the period after the last row of a record
 
@@ -132,7 +131,7 @@ def _missed(sampled: FloatArray, peaks: FloatArray) -> tuple[str, ...]:
     """A doubt where a function goes further between the load steps than at them; its values at its peaks."""
     low, high = peaks.min(), peaks.max()
     share = max(high - sampled.max(), sampled.min() - low) / (high - low) if high > low else 0.0
-    if share <= MISSED:
+    if share <= PER_CENT:
         return ()
     return (
         f"its {len(sampled)} load step(s) miss {100 * share:.2g} % of its range: it lies between "

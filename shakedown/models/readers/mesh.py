@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.joint.places import without_cancelled
 from shakedown.models.mortar.facet_shapes import CORNERS as FACET_CORNERS
 from shakedown.models.mortar.facet_shapes import shapes
@@ -39,8 +40,6 @@ EDGES: dict[str, tuple[tuple[int, int], ...]] = {
 SOLIDS = ("tetrahedron", "wedge", "hexahedron")
 CALCULIX, ABAQUS = "CalculiX", "Abaqus"  # codes that a deck asks for a matrix
 CORNERS = {"triangle": 3, "quadrilateral": 4, "tetrahedron": 4, "wedge": 6, "hexahedron": 8}
-# A normal that leaves the plane by more than this share is not a normal of the plane problem.
-IN_PLANE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,7 +213,7 @@ class Mesh:
         if len(axes) == 3:
             return units
         plane = units[:, [axes[0] - 1, axes[1] - 1]]
-        if (np.abs(np.linalg.norm(plane, axis=1) - 1) > IN_PLANE).any():
+        if (np.abs(np.linalg.norm(plane, axis=1) - 1) > THREE_DIGITS).any():
             k = int(np.argmin(np.linalg.norm(plane, axis=1)))
             raise ProblemError(
                 f"{self.name}: expected normals in the plane of directions {axes[0]} and {axes[1]}, found "

@@ -18,6 +18,7 @@ from scipy import sparse
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import TIMES_A_FILE
 from shakedown.models.readers.nastran_bulk import UNREADABLE, pyyeti_module
 from shakedown.models.readers.row_map import Rows, row_map
 from shakedown.models.readers.stiffness import Stiffness, checked
@@ -29,7 +30,6 @@ HEADER = re.compile(
 _FORMAT = re.compile(r"(?:1P,)?(\d{1,3})[ED](\d{1,3})\.\d+(?:E\d+)?(?:\|I16)?$", re.IGNORECASE)
 _HEADS = {24: 4, 48: 8}  # bytes of a binary header record: width of its integers
 _BIGMAT = 65536  # matrices of so many rows are stored as BIGMAT even where the header does not say so
-_DENSE_SHARE = 64  # a dense array may be so many times as large as its file
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def read_op4_columns(path: str | os.PathLike[str], matrix: str) -> FloatArray:
     loaded = _loaded(path, _chosen(op4_headings(path), matrix, name), name)
     if not isinstance(loaded, np.ndarray):
         raise ProblemError(
-            f"{name}: expected at most {_DENSE_SHARE} times the size of the file in loads, found a header "
+            f"{name}: expected at most {TIMES_A_FILE} times the size of the file in loads, found a header "
             f"that claims {loaded.shape[0]} x {loaded.shape[1]}"
         )
     return loaded
@@ -159,7 +159,7 @@ def _of_name(found: list[Heading], matrix: str, name: str) -> list[Heading]:
 def _loaded(path: str | os.PathLike[str], chosen: Heading, name: str) -> FloatArray | sparse.coo_array:
     """The numbers, by pyYeti; sparse where the header claims far more than the file holds."""
     op4 = pyyeti_module("op4", name)
-    large = 8 * chosen.rows * chosen.columns > _DENSE_SHARE * max(os.stat(path).st_size, 1 << 16)
+    large = 8 * chosen.rows * chosen.columns > TIMES_A_FILE * max(os.stat(path).st_size, 1 << 16)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
