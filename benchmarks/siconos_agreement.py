@@ -26,8 +26,8 @@ import shakedown
 from benchmarks import siconos_peer
 from benchmarks.problems import random_problem
 from shakedown import Problem
-from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import OPEN
 from shakedown.joint.loading import loading
 from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.event_history import EventHistory

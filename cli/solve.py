@@ -9,7 +9,7 @@ import click
 
 import shakedown
 from shakedown import Problem
-from shakedown.ground.evidence import Missing
+from shakedown.ground.errors import Missing
 from shakedown.ground.shown_values import down, plain
 from shakedown.ground.visible_text import shortened
 from shakedown.report.assessment_words import averaged_in_words

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import shakedown
 from shakedown import Problem
-from shakedown.ground.evidence import Missing, present
+from shakedown.ground.errors import Missing, present
 from shakedown.ground.limit_names import named
 from shakedown.ground.shown_values import FEW_DIGITS, down, up
 from shakedown.report.assessment_words import (

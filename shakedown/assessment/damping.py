@@ -21,13 +21,11 @@ from shakedown.campaign.stored_result import restored, stored
 from shakedown.files.atomic_write import record_beside
 from shakedown.files.table_file import check_table
 from shakedown.ground.argument_kinds import check_count
-from shakedown.ground.contact_status import OPEN
-from shakedown.ground.errors import ProblemError, UsageError
-from shakedown.ground.evidence import allowed, present
+from shakedown.ground.errors import ProblemError, UsageError, allowed, present
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.ground.shown_values import short
-from shakedown.ground.status import Outcome
+from shakedown.ground.status import OPEN, Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import (
     check_load_factor,

@@ -24,7 +24,7 @@ from shakedown.bounds.collapse.box_bound import BoxBound, box_bound
 from shakedown.bounds.collapse.lower import LowerBound, lower_bound
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
-from shakedown.bounds.energy.reasons import NO_SAFE_SLIP
+from shakedown.bounds.energy.energy_results import NO_SAFE_SLIP
 from shakedown.bounds.enumeration.critical import subset_count
 from shakedown.bounds.every_state.core_bound import CoreBound, core_bound
 from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve, guarantee_curve
@@ -33,7 +33,7 @@ from shakedown.bounds.methods import methods_of, takes_long
 from shakedown.bounds.results import UpperBound
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, friction_thresholds
 from shakedown.bounds.upper import upper_bound
-from shakedown.ground.evidence import Missing, present, sought
+from shakedown.ground.errors import Missing, present, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import FOUR_DIGITS, PER_CENT, SIX_DIGITS
 from shakedown.ground.shown_values import short

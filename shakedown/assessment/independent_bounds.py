@@ -9,7 +9,7 @@ from shakedown.assessment.shakedown_bounds import ShakedownBounds
 from shakedown.bounds.collapse.lower import LowerBound
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
 from shakedown.bounds.results import UpperBound
-from shakedown.ground.evidence import Missing
+from shakedown.ground.errors import Missing
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem

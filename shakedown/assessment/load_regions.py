@@ -3,7 +3,7 @@
 import numpy as np
 
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.errors import Missing, sought
 from shakedown.ground.shown_values import FEW_DIGITS
 from shakedown.ground.status import Status
 

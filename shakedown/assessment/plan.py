@@ -25,14 +25,13 @@ from shakedown.bounds.energy.energy_ball import energy_ball
 from shakedown.bounds.methods import takes_long
 from shakedown.bounds.safe_slip import safe_slip
 from shakedown.campaign.recorded_steps import RecordedSteps
-from shakedown.ground.evidence import Missing, present, sought
+from shakedown.ground.errors import Missing, present, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.status import Status
 from shakedown.joint.loading import transient_path
 from shakedown.joint.problem import Problem
-from shakedown.long_term.passage import arrives_closed
-from shakedown.long_term.random_transient import slip_after_transient
+from shakedown.long_term.passage import arrives_closed, slip_after_transient
 
 OVERLOAD = (
     2.0  # of the random loads that leave initial states behind: within those of the loop few joints slip

@@ -14,7 +14,7 @@ from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_
 from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds
 from shakedown.campaign.recorded_steps import LEISURE, RecordedSteps
-from shakedown.ground.evidence import Missing, present
+from shakedown.ground.errors import Missing, present
 
 CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
 SHOWN_EVERY = 15.0  # seconds between pages of what is known, or more where one takes long

@@ -9,7 +9,7 @@ from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.load_regions import BELOW, NO_ZONE
 from shakedown.assessment.plan import Case
 from shakedown.bounds.collapse.lower import LowerBound
-from shakedown.ground.evidence import Missing, present
+from shakedown.ground.errors import Missing, present
 from shakedown.ground.shown_values import at_lambda, nodes_in_words, plain, short
 from shakedown.ground.status import Guarantee, Outcome
 from shakedown.joint.result import Result

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from shakedown.assessment.one_sided import OneSidedOptimum
 from shakedown.assessment.row_rates import SIDES, RowRates, rates_of, spread_slopes
 from shakedown.bounds.energy.energy_bound import EnergyBound
-from shakedown.bounds.energy.energy_rows import EnergyRows
-from shakedown.bounds.energy.zone_rows import zone_rows
+from shakedown.bounds.energy.energy_rows import EnergyRows, zone_rows
 from shakedown.bounds.results import UpperBound
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray

@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 from shakedown.bounds.collapse.lower import LowerBound
 from shakedown.bounds.results import UpperBound
-from shakedown.ground.evidence import Missing
+from shakedown.ground.errors import Missing
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.result import Result

@@ -12,7 +12,7 @@ from shakedown.bounds.collapse.lower import LowerBound
 from shakedown.bounds.energy.energy_bound import EnergyBound
 from shakedown.bounds.every_state.universal_bound import UniversalBound
 from shakedown.bounds.results import UpperBound
-from shakedown.ground.evidence import Missing
+from shakedown.ground.errors import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.limit_names import SYMBOLS
 from shakedown.ground.status import Status

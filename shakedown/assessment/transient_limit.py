@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.blas_threads import on_one_thread
-from shakedown.ground.errors import UsageError
-from shakedown.ground.evidence import Missing
+from shakedown.ground.errors import Missing, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.ground.size_limits import MANY

@@ -26,8 +26,7 @@ from shakedown.bounds.methods import takes_long
 from shakedown.campaign.recorded_steps import recorded_steps, run_header
 from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.blas_threads import all_cores, on_one_thread
-from shakedown.ground.errors import UsageError
-from shakedown.ground.evidence import present
+from shakedown.ground.errors import UsageError, present
 from shakedown.ground.limit_names import FROM_HERE
 from shakedown.ground.shown_values import plain
 from shakedown.ground.size_limits import MANY

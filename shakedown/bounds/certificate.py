@@ -9,7 +9,7 @@ import numpy as np
 from shakedown.bounds.exact_rows import ExactRows, exact_rows
 from shakedown.bounds.independent_solver import extreme_load_factor
 from shakedown.bounds.row_programs import load_factor_program, reversed_rows
-from shakedown.ground.evidence import Missing
+from shakedown.ground.errors import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances

@@ -14,7 +14,7 @@ from scipy import sparse
 from scipy.linalg import qr
 
 from shakedown.bounds.row_programs import load_factor_program, reversed_rows
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances

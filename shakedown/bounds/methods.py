@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from shakedown.bounds.energy.energy_results import EnergyBall, EnergyBound, Inner
 from shakedown.bounds.results import SafeSlip, UpperBound, ZoneLimit
-from shakedown.ground.evidence import Missing
+from shakedown.ground.errors import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import Constraints

@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import Constraints
-from shakedown.programs.margin import Widest, widest
 from shakedown.programs.program import INF, Program
+from shakedown.programs.solver import Widest, widest
 
 
 def load_factor_program(rows: Constraints, towards: float, tolerances: Tolerances = DEFAULT) -> Program:

@@ -9,7 +9,7 @@ import numpy as np
 from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.methods import methods_of
 from shakedown.bounds.results import UpperBound as UpperBound
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.fem.body import ElasticBody, IntArray
-from shakedown.joint.faces import faces_among, split_face
+from shakedown.joint.places import faces_among, split_face
 from shakedown.models.mortar.surface_mesh import ContactSurface
 
 

@@ -30,8 +30,7 @@ from numba.extending import (
 from numba.np.numpy_support import as_dtype
 from numpy.typing import NDArray
 
-from shakedown.ground.code_cache import stamped
-from shakedown.ground.linked_code import pipeline
+from shakedown.ground.code_cache import pipeline, stamped
 
 Reals = Annotated[NDArray[np.float64], types.CPointer(types.float64)]
 Integers = Annotated[NDArray[np.int64], types.CPointer(types.int64)]

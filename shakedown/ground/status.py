@@ -2,6 +2,10 @@
 
 from enum import StrEnum
 
+# What a node does at an instant, as compiled code numbers it.
+STICK, BACKWARD_SLIP, FORWARD_SLIP, OPEN = 0, 1, -1, 2
+SLIP, NO_STATE = 1, 3  # in space a disc has no sides; a node for which no state satisfies the law
+
 
 class Status(StrEnum):
     """How an optimisation ended. A member equals its word: ``Status.OPTIMAL == "optimal"``.

@@ -2,7 +2,7 @@
 
 Reading order: ``problem`` (the data, validated once), ``field_table`` (every field once: its part, its
 shape), ``numbers`` (how large and small they may be; stiffness, unit loads), ``texts`` (text, names,
-JSON), ``places`` (where nodes are, and their directions there), ``faces`` (what lies between them),
+JSON), ``places`` (where nodes are, their directions there, the faces between them),
 ``contact_patches`` (its patches in space), ``contact_surface`` (strips, patches and their edges),
 ``hat_functions`` (a joint averaged over a length), ``read_only`` (none is written to), ``layout`` (where
 the slip and the gap of a node stand), ``law`` (Coulomb's law: an interval or a disc), ``loading``

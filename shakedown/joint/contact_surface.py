@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.contact_patches import GAP, contact_patches
 from shakedown.joint.derived import once_per_problem
-from shakedown.joint.faces import NONE
+from shakedown.joint.places import NONE
 from shakedown.joint.problem import Problem
 
 AROUND = 16  # nearest nodes among which the neighbours of a node are

@@ -16,7 +16,6 @@ from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.ground.shown_values import as_html_table, same, short
 from shakedown.ground.tolerances import FIRST_DIGIT
 from shakedown.ground.visible_text import one_line, shortened, visible
-from shakedown.joint.faces import checked_faces, faces_among
 from shakedown.joint.field_table import ARRAYS, NAMES, OF_NODES, STIFFNESS, TEXTS, check_shapes
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout, layout_of
@@ -28,7 +27,7 @@ from shakedown.joint.numbers import (
     real_numbers,
     symmetrised,
 )
-from shakedown.joint.places import check_places, without_cancelled
+from shakedown.joint.places import check_places, checked_faces, faces_among, without_cancelled
 from shakedown.joint.read_only import ReadOnly
 from shakedown.joint.texts import DOMAIN, LOOP, load_path, names, origin, plain_text
 

@@ -2,13 +2,12 @@
 
 Reading order: ``plane/`` (the search in the plane, compiled), ``cycle_map`` (one cycle as an affine map,
 and its limit where it drifts), ``limit_search`` (the search as Python drives it, and what it leaves to
-Python), ``passage`` (where a motion began, and what the transient leaves of its start),
-``random_transient`` (the slip that random loads leave), ``known_bounds`` (limits that no verdict
-contradicts), ``slip_proof`` and ``energy_proof`` (verdicts with proof), ``state`` (the answer), ``space/``
-(the search for motions that are known cycle by cycle only; verdicts of both held against what is
-proved), ``find_state`` (for one initial state), ``many_states`` (for many);
-``fixed_step_verdict`` (what the last cycles of any motion show), ``recorded_walk`` (cycles of a run
-that can be resumed), ``simulation`` (from event to event or at fixed load steps, and the path as a file).
+Python), ``passage`` (where a motion began, and what the transient leaves of its start, the slip that random
+loads leave), ``known_bounds`` (limits that no verdict contradicts), ``energy_proof`` (verdicts with proof),
+``state`` (the answer), ``space/`` (the search for motions that are known cycle by cycle only; verdicts of
+both held against what is proved), ``find_state`` (for one initial state), ``many_states`` (for many);
+``recorded_walk`` (cycles of a run that can be resumed, and what the last ones show), ``simulation`` (from
+event to event or at fixed load steps, and the path as a file).
 
 What a period does to each node: ``node_points`` (where it is, for ParaView), ``node_table`` (the answer, and
 its files), ``node_results`` (how it follows from the path), ``diameters`` (of paths in a plane),

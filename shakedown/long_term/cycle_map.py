@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import schur, solve_sylvester
 
-from shakedown.ground.contact_status import STICK
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.status import STICK
 from shakedown.motion.cycle_record import CycleRecord
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import cycles_of

@@ -8,7 +8,7 @@ from shakedown.bounds.collapse.box_bound import BoxBound, box_bound
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
 from shakedown.bounds.methods import methods_of
 from shakedown.bounds.upper import upper_bound
-from shakedown.ground.evidence import Missing, allowed
+from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.derived import once_per_problem

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.size_limits import LARGEST_LABEL
-from shakedown.joint.faces import wound
+from shakedown.joint.places import wound
 from shakedown.joint.problem import Problem
 
 LONGEST_NUMBER = len(str(LARGEST_LABEL)) - 1  # digits of a label that is written as a whole number

@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.accumulated.accumulated_bound import total_slip_bound
-from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.status import Outcome
+from shakedown.ground.status import OPEN, Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, is_finite
 from shakedown.joint.units import units_of

@@ -21,9 +21,8 @@ from shakedown.joint.arguments import check_arguments, checked, checked_initial_
 from shakedown.joint.loading import loop_path
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import Patience, settled_state
-from shakedown.long_term.fixed_step_verdict import Verdict, judge
 from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.long_term.recorded_walk import recorded_cycles, recorded_walk
+from shakedown.long_term.recorded_walk import Verdict, judge, recorded_cycles, recorded_walk
 from shakedown.long_term.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
 from shakedown.long_term.space.returned_state import ReturnedState
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.argument_kinds import check_count
-from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.result import Result
 from shakedown.motion.plane.moving_state import (

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.argument_kinds import check_count
-from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, SLIP, STICK
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, SLIP, STICK
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.problem import Problem
@@ -17,8 +17,7 @@ from shakedown.motion.contact_law import Scales, law_violation, reactions
 from shakedown.motion.cycle_record import SLIDES_AWAY, Checkpoint, CycleRecord, State, Stop
 from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.motion.implicit.implicit_step import MOST_SWEEPS, ImplicitJoint, Steps, StepStatus
-from shakedown.motion.initial_state import Beginning
-from shakedown.motion.method import Motion
+from shakedown.motion.method import Beginning, Motion
 from shakedown.motion.plane.gauss_seidel import PlaneStiffness, load_steps
 
 REMEMBERED = 2  # cycles whose load steps are kept, recorded or not

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked_damping, require_problem
 from shakedown.joint.derived import once_per_problem
@@ -17,8 +17,7 @@ from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import law_violation
 from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, State, Stop
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.initial_state import Beginning
-from shakedown.motion.method import Motion
+from shakedown.motion.method import Beginning, Motion
 from shakedown.motion.plane.moving_state import (
     DONE,
     LIFTS_OFF,

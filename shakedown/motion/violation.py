@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import law_violation, reactions, scales

@@ -6,11 +6,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import few
+from shakedown.ground.status import OPEN
 from shakedown.joint.arguments import in_the_plane_only, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.long_term.state import LongTermState

@@ -11,10 +11,10 @@ from PIL import Image
 
 from shakedown.files.atomic_write import atomic_write
 from shakedown.ground.argument_kinds import check_count
-from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.size_limits import MANY
+from shakedown.ground.status import OPEN
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked, is_finite, require_plane
 from shakedown.joint.constraints import constraints

@@ -13,9 +13,9 @@ from matplotlib.colors import Normalize
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
-from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import OPEN
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked, real_array, require_plane, require_problem
 from shakedown.joint.contact_surface import flanks

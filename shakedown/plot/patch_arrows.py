@@ -7,11 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection
 from numpy.typing import NDArray
 
-from shakedown.ground.contact_status import OPEN, SLIP, STICK
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.ground.shown_values import SHORT_DIGITS, sized
+from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.joint.arguments import checked, real_array
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from shakedown.ground.contact_status import STICK
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import STICK
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of

@@ -9,10 +9,10 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.status import OPEN
 from shakedown.joint.arguments import checked
 from shakedown.joint.contact_surface import flanks
 from shakedown.joint.problem import Problem

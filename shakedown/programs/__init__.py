@@ -1,9 +1,9 @@
 """Programs in arrays alone: a linear cost over rows, bounds and second-order cones, in floats and exactly.
 
 Reading order: ``program`` (statement, numbers near 1, solution with residuals), ``scaling`` (by powers
-of two), ``solver`` (the method for given cones; planes that cut cones), ``simplex`` (held for many
+of two), ``solver`` (the method for given cones; the point with the most slack), ``simplex`` (held for many
 solves), ``highs`` (what it stands on), ``vertex`` (polish), ``conic`` (Clarabel, cvxpy), ``disc_solver``
-(the cones of two tangential directions), ``margin`` (the point with the most slack), ``polygon`` (corners in
+(the cones of two tangential directions), ``polygon`` (corners in
 the plane), ``cone_rays`` (how far a cone reaches).
 
 Without round-off, through FLINT: ``integer_algebra`` (systems of integers), ``exact_program`` (optimality of

@@ -4,7 +4,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import THREE_DIGITS
-from shakedown.programs.margin import widest
+from shakedown.programs.solver import widest
 
 
 def corners(matrix: FloatArray, right: FloatArray) -> FloatArray:

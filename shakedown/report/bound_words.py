@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from shakedown.assessment.mesh_check import MUCH
 from shakedown.assessment.three_numbers import ENERGY
-from shakedown.ground.evidence import Missing, present
+from shakedown.ground.errors import Missing, present
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Guarantee, Status
 from shakedown.joint.loading import loading

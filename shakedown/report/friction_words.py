@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.ground.evidence import Missing
+from shakedown.ground.errors import Missing
 from shakedown.ground.shown_values import down, up
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.report.assessment_words import IN_CONTACT

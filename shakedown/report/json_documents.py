@@ -6,7 +6,7 @@ The words of one result are those of its ``to_dict``; here they are put together
 import json
 from typing import TYPE_CHECKING, Any
 
-from shakedown.ground.evidence import Missing, present
+from shakedown.ground.errors import Missing, present
 from shakedown.ground.shown_values import plain
 from shakedown.ground.visible_text import visible
 from shakedown.joint.problem import Problem

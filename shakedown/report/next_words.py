@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shakedown.assessment.three_numbers import ENERGY
-from shakedown.ground.evidence import Missing
+from shakedown.ground.errors import Missing
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Said, Status
 from shakedown.report.assessment_words import percent, start_in_words

@@ -9,7 +9,7 @@ from shakedown.assessment.runs import Run
 from shakedown.assessment.three_numbers import BOX, SLIP
 from shakedown.assessment.verify import Verification
 from shakedown.bounds.collapse.lower import LowerBound
-from shakedown.ground.evidence import present
+from shakedown.ground.errors import present
 from shakedown.ground.limit_names import named
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, up
 from shakedown.ground.visible_text import with_unit

@@ -11,11 +11,10 @@ from markupsafe import Markup
 
 from shakedown import plot
 from shakedown.assessment.verify import Verification
-from shakedown.ground.contact_status import STICK
 from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import at_lambda, cycles_in_words, sized
 from shakedown.ground.size_limits import EACH_SHOWN
-from shakedown.ground.status import Outcome
+from shakedown.ground.status import STICK, Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.state import LongTermState

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from shakedown import plot
 from shakedown.assessment.runs import Run
 from shakedown.assessment.verify import Verification
-from shakedown.ground.evidence import present
+from shakedown.ground.errors import present
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import DIGITS, at_lambda, few, sized
 from shakedown.joint.units import units_of

@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.contact_status import STICK
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.status import Outcome
+from shakedown.ground.status import STICK, Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import constraints, step_loads
 from shakedown.joint.problem import Problem

@@ -9,7 +9,7 @@ from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.bounds.energy.energy_bound import EnergyBound
 from shakedown.bounds.results import UpperBound
-from shakedown.ground.evidence import Missing, allowed
+from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.limit_names import FROM_HERE, SYMBOLS
 from shakedown.ground.round_off import SIX_DIGITS, THREE_DIGITS

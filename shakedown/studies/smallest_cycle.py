@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.campaign.recorded_steps import RecordedSteps, recorded_steps, run_header
 from shakedown.ground.argument_kinds import check_count, check_seed
-from shakedown.ground.errors import UsageError
-from shakedown.ground.evidence import Missing
+from shakedown.ground.errors import Missing, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import PER_CENT
 from shakedown.ground.shown_values import plain

@@ -11,7 +11,7 @@ from shakedown.assessment import every_limit
 from shakedown.assessment.three_numbers import admitted_up_to
 from shakedown.bounds import plane_methods
 from shakedown.bounds.collapse import proof_status
-from shakedown.ground.evidence import present
+from shakedown.ground.errors import present
 from shakedown.ground.status import Said
 from shakedown.joint.loading import loading
 from tests.joints import any_joint

@@ -11,7 +11,7 @@ from shakedown.ground.errors import SolverError
 
 WHY = "made to fail"
 OPTIONAL = [  # module and name of every step of evidence on which no answer of `solve` and `verify` rests
-    "bounds.row_limits.certified_upper",
+    "bounds.plane_methods.certified_upper",
     "bounds.collapse.lower.certified_lower",
     "bounds.collapse.collapse_programs.starts_safe",
     "bounds.collapse.proof_status.single_node_cycle",
@@ -71,7 +71,7 @@ def test_solve_keeps_every_answer(monkeypatch, expected, name, step):
 @pytest.mark.parametrize(
     "step",
     [
-        "bounds.row_limits.certified_upper",
+        "bounds.plane_methods.certified_upper",
         "bounds.collapse.lower.certified_lower",
         "bounds.collapse.proof_status.single_node_cycle",
         "bounds.energy.energy_bound._certificate",

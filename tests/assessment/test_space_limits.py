@@ -8,7 +8,7 @@ import pytest
 import shakedown
 from shakedown import Problem
 from shakedown.assessment.three_numbers import admitted_up_to
-from shakedown.ground.evidence import Missing
+from shakedown.ground.errors import Missing
 from shakedown.joint.loading import loading
 from shakedown.programs.cone_rays import leaves_cone
 

@@ -9,7 +9,7 @@ from command import run
 
 import shakedown
 from shakedown import Problem
-from shakedown.ground.evidence import Missing
+from shakedown.ground.errors import Missing
 from shakedown.motion.integrator import Evolution
 
 

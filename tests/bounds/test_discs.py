@@ -232,7 +232,7 @@ def test_what_large_joints_take_is_said_beforehand(caplog, monkeypatch):
 
 
 def test_sums_are_rounded_once():
-    from shakedown.bounds.discs.rounded_once import exact_products
+    from shakedown.bounds.discs.safe_proof import exact_products
 
     rng = np.random.default_rng(0)
     M, x = rng.normal(size=(20, 30)) * 10.0 ** rng.integers(-8, 8, (20, 30)), rng.normal(size=30)

@@ -13,7 +13,7 @@ from shakedown.bounds.best_zone import best_zone
 from shakedown.bounds.discs.disc_rows import zone_rows
 from shakedown.bounds.opened_by_mean_load import opened_by_mean_load
 from shakedown.bounds.space_methods import change_weights, zone_limit
-from shakedown.ground.contact_status import OPEN
+from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.ground.contact_status import OPEN, STICK
+from shakedown.ground.status import OPEN, STICK
 from shakedown.long_term.cycle_map import follow_period, tangent_basis
 from shakedown.motion.cycle_record import State
 from shakedown.motion.integrator import Evolution

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import shakedown
 from shakedown import Outcome, Problem, simulate
-from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, NO_STATE, OPEN, STICK
+from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, NO_STATE, OPEN, STICK
 from shakedown.joint.loading import loading
 from shakedown.motion.contact_law import law_violation
 from shakedown.motion.plane.gauss_seidel import PlaneStiffness, nodal_state

@@ -12,7 +12,7 @@ import pytest
 from joints_in_space import random_joint
 
 import shakedown
-from shakedown.ground.contact_status import OPEN, STICK
+from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.contact_law import law_resolution, scales
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.fixed_steps import FixedSteps

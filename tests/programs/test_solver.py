@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.ground.errors import SolverError
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.programs import solver
 from shakedown.programs.program import Program
 from shakedown.programs.simplex import Simplex

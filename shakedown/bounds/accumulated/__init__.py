@@ -1,8 +1,8 @@
 """What is proved from a given state on by how far nodes can slip in all, in any order of the loads.
 
-Reading order: ``slip_arcs`` (the directions in which nodes may slip), ``arc_limits`` (how far a node is from
-slipping in a direction, and what slip in an arc of directions takes from that), ``lids`` (how far the
-nodes can slip in all), ``arc_search`` (arcs that are wide enough, at one load factor), ``lid_check`` (the
+Reading order: ``slip_arcs`` (the directions in which nodes may slip), ``lids`` (how far the nodes can slip in
+all), ``arc_search`` (how far a node is from slipping in a direction, what slip in an arc of directions takes
+from that, and arcs that are wide enough, at one load factor), ``lid_check`` (the
 conditions of the theorem once more, from the problem as it is stored), ``accumulated_bound`` (the largest
 load factor, λ_S). The theorem and its proof are in ``docs/accumulated.md``.
 """

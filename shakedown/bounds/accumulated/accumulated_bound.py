@@ -7,8 +7,15 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.bounds.accumulated.arc_limits import START, ArcLimits
-from shakedown.bounds.accumulated.arc_search import ALL_AROUND, ArcSearch, FoundArcs, farthest, search_about
+from shakedown.bounds.accumulated.arc_search import (
+    ALL_AROUND,
+    START,
+    ArcLimits,
+    ArcSearch,
+    FoundArcs,
+    farthest,
+    search_about,
+)
 from shakedown.bounds.accumulated.lid_check import Start, confirmed
 from shakedown.bounds.accumulated.lids import OWN, TOGETHER, NoLids
 from shakedown.bounds.accumulated.slip_arcs import Numbers

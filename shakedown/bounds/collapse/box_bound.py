@@ -14,8 +14,7 @@ from shakedown.bounds.results import UpperBound
 from shakedown.bounds.row_programs import load_factor_program
 from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.bounds.upper import upper_bound
-from shakedown.ground.errors import UsageError
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import HALVINGS, ITERATIONS, ROUND_OFF
 from shakedown.ground.status import Status

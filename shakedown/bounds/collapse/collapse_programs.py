@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.certificate import starts_safe
-from shakedown.ground.evidence import sought
+from shakedown.ground.errors import sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ITERATIONS, NEGLIGIBLE, SETTLED
 from shakedown.ground.tolerances import Tolerances

@@ -26,7 +26,7 @@ from shakedown.bounds.collapse.proof_status import Evidence, GuaranteeStatus, gu
 from shakedown.bounds.results import UNSAFE_MEAN, UpperBound
 from shakedown.bounds.row_programs import load_factor_program
 from shakedown.bounds.upper import upper_bound
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Guarantee, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances

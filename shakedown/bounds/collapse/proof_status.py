@@ -21,7 +21,7 @@ from shakedown.bounds.collapse.single_node_cycle import SingleNodeCycle, single_
 from shakedown.bounds.uniqueness.coupling import Coupling, coupling
 from shakedown.bounds.uniqueness.difference_gauge import difference_gauge
 from shakedown.bounds.uniqueness.in_contact import Uniqueness, unique_in_contact
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.errors import Missing, sought
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Guarantee
 from shakedown.ground.tolerances import DEFAULT, Tolerances

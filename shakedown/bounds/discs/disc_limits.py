@@ -23,8 +23,7 @@ from shakedown.bounds.discs.polished_solution import polished_solution
 from shakedown.bounds.discs.safe_proof import proved_unbounded
 from shakedown.bounds.discs.safest_slip import safest
 from shakedown.bounds.discs.scaled_discs import Basis, Carrying, UnscaledSolution, basis_of, scaled_discs
-from shakedown.ground.errors import SolverError
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF
 from shakedown.ground.status import Status

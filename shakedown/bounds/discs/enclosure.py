@@ -11,18 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.discs.disc_rows import DiscRows
-from shakedown.bounds.discs.rounded_once import HALF_ULP, SUMS, TINY, Inverse, exact_products
 from shakedown.bounds.discs.safe_proof import (
+    HALF_ULP,
     LOADS,
+    SUMS,
+    TINY,
+    Inverse,
     Proof,
     doubled,
+    exact_products,
     only_at_zero,
     pressing,
     proof_of,
     proved_low,
 )
 from shakedown.bounds.discs.scaled_discs import UnscaledSolution
-from shakedown.ground.evidence import Missing
+from shakedown.ground.errors import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem

@@ -7,12 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from shakedown.bounds.discs.polished_solution import ProvedSolution, balance, proved_solution
 from shakedown.bounds.energy.about_slip import DiscsAbout, discs_about
 from shakedown.bounds.energy.ball_limits import DiscLimits, Places
 from shakedown.bounds.energy.own_share import MOST, best_share
-from shakedown.bounds.energy.proved_solution import ProvedSolution, balance, proved_solution
-from shakedown.ground.errors import SolverError
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import FOUR_DIGITS, ITERATIONS, NEGLIGIBLE
 from shakedown.ground.status import Status

@@ -7,13 +7,16 @@ import numpy as np
 
 from shakedown.bounds.energy.ball_limits import DiscLimits, disc_limits, without_margin
 from shakedown.bounds.energy.centre_and_shares import ball_margin, largest_load_factor, least_load
-from shakedown.bounds.energy.closed_ball import closed_radius, holds_without_load
-from shakedown.bounds.energy.disc_ball import check_resolved, leaves_margins
+from shakedown.bounds.energy.disc_ball import (
+    check_resolved,
+    closed_radius,
+    holds_without_load,
+    leaves_margins,
+)
 from shakedown.bounds.energy.energy_metric import EnergyMetric
-from shakedown.bounds.energy.energy_results import EnergyBound, Inner, no_bound
+from shakedown.bounds.energy.energy_results import NO_SLACK, TOO_FAR, UNLIMITED, EnergyBound, Inner, no_bound
 from shakedown.bounds.energy.exact_discs import ExactDiscs
-from shakedown.bounds.energy.reasons import NO_SLACK, TOO_FAR, UNLIMITED
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances

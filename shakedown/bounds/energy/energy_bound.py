@@ -13,8 +13,7 @@ from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.bounds.energy.energy_results import EnergyBound as EnergyBound
 from shakedown.bounds.energy.energy_results import EnergyCertificate
 from shakedown.bounds.methods import Methods, methods_of
-from shakedown.ground.errors import UsageError
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances

@@ -7,19 +7,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.energy.cone_rows import margin_rows
-from shakedown.bounds.energy.energy_results import EnergyBall
-from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin
-from shakedown.bounds.energy.reasons import ALL_ADMISSIBLE, NO_SAFE_SLIP, NO_SLACK, NOT_HELD, WEDGED
+from shakedown.bounds.energy.energy_results import (
+    ALL_ADMISSIBLE,
+    NO_SAFE_SLIP,
+    NO_SLACK,
+    NOT_HELD,
+    WEDGED,
+    EnergyBall,
+)
+from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin, zone_rows
 from shakedown.bounds.energy.row_solution import row_solution
-from shakedown.bounds.energy.zone_rows import zone_rows
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.contact_zone import Zone
-from shakedown.programs.margin import widest
 from shakedown.programs.program import INF, Program, Solution
 from shakedown.programs.scaling import typical_size
-from shakedown.programs.solver import solve
+from shakedown.programs.solver import solve, widest
 
 
 def energy_ball(

@@ -6,13 +6,11 @@ from math import inf, nan
 import numpy as np
 
 from shakedown.bounds.energy.cone_rows import ConeRows, cone_rows
-from shakedown.bounds.energy.energy_results import EnergyBound, Inner, no_bound
-from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin
+from shakedown.bounds.energy.energy_results import NO_SLACK, TOO_FAR, UNLIMITED, EnergyBound, Inner, no_bound
+from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin, zone_rows
 from shakedown.bounds.energy.exact_check import ExactBall
-from shakedown.bounds.energy.reasons import NO_SLACK, TOO_FAR, UNLIMITED
 from shakedown.bounds.energy.row_solution import RowSolution, contradiction, row_solution, widest_margin
-from shakedown.bounds.energy.zone_rows import zone_rows
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.energy.cone_rows import ConeRows
-from shakedown.ground.errors import SolverError
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.status import Status

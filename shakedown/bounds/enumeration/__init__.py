@@ -1,6 +1,6 @@
 """Critical load factors of all (n+1)-subsets of the 2n constraints (thesis (5.11), (5.12)).
 
 Reading order: ``critical`` (the public functions), ``intersection`` (a subset solved, with its
-condition), ``findings`` (what is kept of many), ``tasks`` (the work cut into pieces),
+condition; what is kept of many), ``tasks`` (the work cut into pieces),
 ``walk_state``, ``tree_kernel`` and ``leaf_kernel`` (the compiled walk).
 """

@@ -9,15 +9,18 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from shakedown.bounds.enumeration.findings import (
+from shakedown.bounds.enumeration.intersection import (
     NONE,
     Candidate,
+    Intersection,
     SubtreeFindings,
     batch_piece,
     in_batches,
+    intersection,
     joined,
+    scaled_rows,
+    solve_subsets,
 )
-from shakedown.bounds.enumeration.intersection import Intersection, intersection, scaled_rows, solve_subsets
 from shakedown.bounds.exact_rows import exact_rows
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.errors import BudgetExceeded, UsageError

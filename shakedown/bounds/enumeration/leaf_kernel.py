@@ -22,9 +22,8 @@ from shakedown.bounds.enumeration.walk_state import (
     WalkSearch,
     Whole,
 )
-from shakedown.ground.code_cache import ensure_code_can_be_compiled
+from shakedown.ground.code_cache import ensure_code_can_be_compiled, pipeline
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.linked_code import pipeline
 from shakedown.ground.round_off import ROUND_OFF
 
 SUSPECT = 1e-7  # smaller pivots, in rows of size 1, are left to a method that sees the condition number

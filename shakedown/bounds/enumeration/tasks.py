@@ -10,14 +10,15 @@ from math import comb, inf
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds.enumeration.findings import (
+from shakedown.bounds.enumeration.intersection import (
     NONE,
+    ScaledRows,
     SubtreeFindings,
     batch_piece,
     in_batches,
     joined,
+    solve_subsets,
 )
-from shakedown.bounds.enumeration.intersection import ScaledRows, solve_subsets
 from shakedown.bounds.enumeration.tree_kernel import elimination, walk
 from shakedown.bounds.enumeration.walk_state import (
     REGULAR,

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.every_state.bound_of_floating import bound_of_floating
-from shakedown.bounds.every_state.disc_centres import Loops, disc_centres
-from shakedown.bounds.every_state.leaning_discs import leaning_discs
+from shakedown.bounds.every_state.disc_centres import Loops, disc_centres, leaning_discs
 from shakedown.bounds.every_state.least_pressures import LeastPressures, least_pressures
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint, scaled_joint
 from shakedown.bounds.every_state.sector_rows import sector_rows

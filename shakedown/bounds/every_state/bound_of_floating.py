@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from shakedown.bounds.discs.disc_limits import largest_load_factor
 from shakedown.bounds.discs.disc_rows import DiscRows
-from shakedown.bounds.every_state.leaning_discs import LeaningDiscs, leaning_discs
-from shakedown.bounds.every_state.least_pressures import LeastPressures
-from shakedown.bounds.every_state.rigid_parts import pressures_of_floating
+from shakedown.bounds.every_state.disc_centres import LeaningDiscs, leaning_discs
+from shakedown.bounds.every_state.least_pressures import LeastPressures, pressures_of_floating
 from shakedown.bounds.every_state.rigid_rates import rigid_rates
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint, scaled_joint
 from shakedown.ground.float_array import FloatArray

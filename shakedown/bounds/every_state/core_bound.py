@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 
 from shakedown.bounds.every_state.admissible_states import admissible_states
 from shakedown.bounds.every_state.bound_of_floating import core_of_floating
-from shakedown.bounds.every_state.limit_multipliers import limit_multipliers
 from shakedown.bounds.every_state.scaled_joint import scaled_joint
-from shakedown.bounds.every_state.swing_lines import known_lines
+from shakedown.bounds.every_state.swing_lines import known_lines, limit_multipliers
 from shakedown.bounds.every_state.universal_bound import UniversalBound
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.tolerances import DEFAULT, Tolerances

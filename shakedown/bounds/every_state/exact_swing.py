@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.every_state.admissible_states import different_steps
-from shakedown.bounds.every_state.limit_multipliers import limits_used
-from shakedown.bounds.every_state.swing_lines import SwingLines
+from shakedown.bounds.every_state.swing_lines import SwingLines, limits_used
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.constraints import rows_of
 from shakedown.joint.law import Law

@@ -13,11 +13,15 @@ from shakedown.bounds.every_state.admissible_states import (
     first_overlap,
 )
 from shakedown.bounds.every_state.exact_swing import proved_swing
-from shakedown.bounds.every_state.limit_multipliers import limit_multipliers
 from shakedown.bounds.every_state.rigid_swing import limited_rigidly, rigid_motions
-from shakedown.bounds.every_state.swing_lines import SwingLines, known_lines, meeting_states
+from shakedown.bounds.every_state.swing_lines import (
+    SwingLines,
+    known_lines,
+    limit_multipliers,
+    meeting_states,
+)
 from shakedown.bounds.upper import upper_bound
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint
-from shakedown.bounds.uniqueness.weak_coupling import least_of_sums
+from shakedown.bounds.uniqueness.coupling import least_of_sums
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS
 

@@ -10,8 +10,7 @@ from shakedown.bounds.every_state.bound_from_every_state import LeastPressureBou
 from shakedown.bounds.every_state.scaled_joint import scaled_joint
 from shakedown.bounds.every_state.swing_bound import SwingBound, swing_bound
 from shakedown.bounds.every_state.unique_rates import unique_rates
-from shakedown.ground.errors import UsageError
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked

@@ -1,17 +1,236 @@
 """How strongly slip of one node moves the limits of the others."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import nan
+from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.bounds.uniqueness.weak_coupling import influence, row_coupling_ratio
+from shakedown.bounds.uniqueness.scaled_stiffness import ScaledStiffness, held
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import EPS, HALVINGS, ITERATIONS, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
 from shakedown.joint.arguments import NO_SIGNS, require_plane
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import rigid_slips
+
+MANY_ROWS = 200  # below, all eigenvalues take no longer than one by iteration
+WIDTH = 10.0  # largest distance of the best log c from the middle: e²⁰ in c²; any c is valid
+
+
+class RowCoupling(NamedTuple):
+    """ρ*, an upper end of it without round-off, and weights d > 0 that prove it, largest entry 1."""
+
+    ratio: float
+    bound: float
+    weights: FloatArray
+
+
+def influence(A: FloatArray, fB: FloatArray) -> FloatArray | None:
+    """|A_ij ∓ (fB)_ij| / (A_ii ∓ (fB)_ii) of the backward and the forward limit (2, n, n), 0 at j = i.
+
+    None where a node is at or above its own critical friction, A_ii / |f_i B_ii|.
+    """
+    sides = np.stack([A - fB, A + fB])
+    own = np.diagonal(sides, axis1=1, axis2=2)
+    if not np.all(own > 0):
+        return None
+    N = np.abs(sides) / own[:, :, None]
+    nodes = np.arange(len(A))
+    N[:, nodes, nodes] = 0.0
+    return N
+
+
+def row_coupling_ratio(A: FloatArray, fB: FloatArray) -> RowCoupling | None:
+    """The least ρ* for which some d > 0 has N_s d ≤ ρ* d for the limits s of either side.
+
+    It is the largest spectral radius of the matrices that take the row of each node from the side of
+    its own choice. Policy iteration: at weights d every node chooses the side that moves more, and
+    the largest quotient (N_s d)_i / d_i bounds ρ* from above, the least from below; inverse
+    iteration with that bound as its shift (Noda) improves d.
+
+    None where a node is at or above its own critical friction.
+    """
+    N = influence(A, fB)
+    if N is None:
+        return None
+    n = len(A)
+    all_nodes, d, best = np.arange(n), np.ones(n), (np.inf, np.ones(n))
+    # a trace of coupling between all nodes makes the weights positive where some act on no others
+    M = N + ROUND_OFF * N.max()
+    for _ in range(ITERATIONS):
+        moved = M @ d
+        quotient = moved.max(axis=0) / d
+        best = min(best, (float(quotient.max()), d), key=lambda found: found[0])
+        if quotient.max() - quotient.min() <= ROUND_OFF * quotient.max():
+            break
+        chosen = M[moved.argmax(axis=0), all_nodes]
+        try:
+            d = np.linalg.solve(quotient.max() * np.eye(n) - chosen, d)
+        except np.linalg.LinAlgError:
+            break
+        d = np.abs(d)
+        if not np.all(np.isfinite(d)) or d.max() == 0.0:
+            break
+        d = np.maximum(d / d.max(), ROUND_OFF)  # where a node hardly takes part in the coupling
+    weights = best[1]
+    bound = _rounded_up(A, fB, weights)
+    return RowCoupling(min(float((N @ weights / weights).max()), bound), bound, weights)
+
+
+def _rounded_up(A: FloatArray, fB: FloatArray, d: FloatArray) -> float:
+    """max_i Σ_{j≠i} |A_ij ∓ f_i B_ij| d_j / ((A_ii ∓ f_i B_ii) d_i), never below the exact number.
+
+    Each product f B, each difference and each of the n additions is off by half a unit at most of
+    what the terms without cancellation come to; all of it is taken twice.
+    """
+    n = len(A)
+    sizes = np.abs(A) + np.abs(fB)
+    own, off = np.diagonal(sizes) * d, ~np.eye(n, dtype=bool)
+    moved = np.stack([np.abs(A - fB) * off @ d, np.abs(A + fB) * off @ d])
+    moved = moved + (n + 4) * EPS * (sizes * off @ d)
+    held = np.stack([np.diagonal(A - fB), np.diagonal(A + fB)]) * d - 4 * EPS * own
+    if not np.all(held > 0):
+        return np.inf
+    return float((moved / held).max()) * (1 + 2 * EPS)
+
+
+def coupling_limit(stiffness: ScaledStiffness) -> float:
+    """The factor t on φ where the coupling ratio ρ* reaches 1.
+
+    Below it every A − t S φ B is an H-matrix with a positive diagonal, so that all its
+    principal minors are positive. ρ* < 1 at t implies the same at every smaller factor: for given
+    weights it is a set of inequalities that are convex and even in t.
+    """
+    a, b = np.diag(stiffness.A), np.abs(np.diag(stiffness.weighted))
+    own = float(np.min(a / np.where(b > 0, b, 1.0), where=b > 0, initial=np.inf))
+    if not weakly_coupled(stiffness, 0.0):
+        return 0.0
+    high = own * (1 - NEGLIGIBLE)  # at a node's own critical friction its limits move without bound
+    if np.isinf(own):
+        high = next((t for t in 2.0 ** np.arange(HALVINGS) if not weakly_coupled(stiffness, t)), np.inf)
+    if np.isinf(high) or weakly_coupled(stiffness, high):
+        return float(high)
+    low = 0.0
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if weakly_coupled(stiffness, middle) else (low, middle)
+    return float(low)
+
+
+def weakly_coupled(stiffness: ScaledStiffness, factor: float) -> bool:
+    """Whether ρ* < 1: some x > 0 has N_s x < x on both sides.
+
+    x_i = 1 + max_s (N_s x)_i, by policy iteration; it ends as x never falls while ρ* < 1.
+    """
+    N = influence(stiffness.A, factor * stiffness.weighted)
+    if N is None:
+        return False
+    n = len(stiffness.A)
+    side = N.sum(axis=2).argmax(axis=0)
+    for _ in range(ITERATIONS):
+        try:
+            x = np.linalg.solve(np.eye(n) - N[side, np.arange(n)], np.ones(n))
+        except np.linalg.LinAlgError:
+            return False
+        if not np.all(x > 0):
+            return False
+        moved = N @ x
+        if np.all(moved < x * (1 - (n + 4) * EPS)):
+            return True
+        side = moved.argmax(axis=0)
+    return False
+
+
+def energy_limit(stiffness: ScaledStiffness, *, separation: bool) -> float:
+    """The factor t on φ where uᵀκu + t Σ s φ v p could first vanish for some motion; 0 for a floating body.
+
+    Below it all moving sets are unique. With p = G u the sum is at most
+    ½ uᵀ (c φ + Gᵀφ G / c) u for any c > 0; the best c is searched for. The logarithm
+    of the largest eigenvalue changes by no more than log c does, and is convex in it.
+    """
+    K = stiffness.kappa if separation else stiffness.A
+    G = K[stiffness.layout.gaps] if separation else stiffness.B
+    if not held(K, stiffness.tolerances):
+        return 0.0
+    try:
+        root = np.linalg.inv(np.linalg.cholesky(K))
+    except np.linalg.LinAlgError:  # indefinite by round-off
+        return 0.0
+    slip = root[:, stiffness.layout.slips] * np.sqrt(stiffness.weights)
+    pressure = root @ G.T * np.sqrt(stiffness.weights)
+    largest = least_of_sums(slip @ slip.T, pressure @ pressure.T)
+    return 2.0 / largest if largest > 0.0 else np.inf
+
+
+def least_of_sums(first: FloatArray, second: FloatArray) -> float:
+    """The largest eigenvalue of c F + S / c at the best c > 0, found or not: that of any c is an upper bound.
+
+    F and S are symmetric and positive semi-definite. Of many rows c is searched for with eigenvalues by
+    iteration, each a tenth of the time of all of them.
+    """
+    sizes = np.trace(first), np.trace(second)
+    if 0.0 in sizes:
+        return 0.0
+    middle = 0.5 * np.log(sizes[1] / sizes[0])
+
+    def largest(log_c: float) -> float:
+        c = np.exp(log_c)
+        return float(np.linalg.eigvalsh(c * first + second / c)[-1])
+
+    if len(first) < MANY_ROWS:
+        return least_point(largest, middle - WIDTH, middle + WIDTH)[1]
+    return largest(least_point(_about(first, second), middle - WIDTH, middle + WIDTH)[0])
+
+
+def _about(first: FloatArray, second: FloatArray) -> Callable[[float], float]:
+    """The largest eigenvalue of c F + S / c over log c, to a few digits."""
+    from scipy.sparse.linalg import ArpackNoConvergence, eigsh
+
+    start = np.random.default_rng(0).normal(size=len(first))
+
+    def largest(log_c: float) -> float:
+        c = np.exp(log_c)
+        matrix = c * first + second / c
+        try:
+            return float(
+                # of an eigenvalue, relatively: c is sought to 1e-4
+                eigsh(matrix, k=1, which="LA", v0=start, tol=SIX_DIGITS, return_eigenvectors=False)[0]
+            )
+        except ArpackNoConvergence:
+            return float(np.linalg.eigvalsh(matrix)[-1])
+
+    return largest
+
+
+STEPS = 24  # of a golden section: the place to 1e-5 of the range
+
+
+def least_point(convex: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
+    """Where a convex function is least, as a golden section finds it, and its value: one value a step.
+
+    By hand, because to load scipy.optimize takes longer than what it is used for here.
+
+    Examples
+    --------
+    >>> [round(number, 3) for number in least_point(lambda x: (x - 1.0) ** 2 + 3.0, -5.0, 5.0)]
+    [1.0, 3.0]
+    """
+    ratio = 0.5 * (5**0.5 - 1)
+    a, b = high - ratio * (high - low), low + ratio * (high - low)
+    at_a, at_b = convex(a), convex(b)
+    for _ in range(STEPS):
+        if at_a < at_b:
+            high, b, at_b = b, a, at_a
+            a = high - ratio * (high - low)
+            at_a = convex(a)
+        else:
+            low, a, at_a = a, b, at_b
+            b = low + ratio * (high - low)
+            at_b = convex(b)
+    return (a, at_a) if at_a < at_b else (b, at_b)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -8,12 +8,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from shakedown.bounds.uniqueness.coupling import coupling_limit, energy_limit
 from shakedown.bounds.uniqueness.moving_sets import LARGEST_SET, LostAt, every_set, first_to_lose, grown_set
 from shakedown.bounds.uniqueness.scaled_stiffness import ScaledStiffness, held, scaled_stiffness
-from shakedown.bounds.uniqueness.weak_coupling import coupling_limit, energy_limit
 from shakedown.bounds.uniqueness.wedging import Wedging, wedging_threshold
 from shakedown.ground.blas_threads import on_one_thread
-from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
 from shakedown.ground.tolerances import DEFAULT, Tolerances

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from shakedown.bounds.uniqueness.coupling import energy_limit, weakly_coupled
 from shakedown.bounds.uniqueness.moving_sets import (
     LARGEST_SET,
     MovingSet,
@@ -10,7 +11,6 @@ from shakedown.bounds.uniqueness.moving_sets import (
     first_to_lose,
 )
 from shakedown.bounds.uniqueness.scaled_stiffness import ScaledStiffness, held, scaled_stiffness
-from shakedown.bounds.uniqueness.weak_coupling import energy_limit, weakly_coupled
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIGNS, checked, require_plane
 from shakedown.joint.problem import Problem

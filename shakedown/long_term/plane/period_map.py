@@ -5,9 +5,9 @@ and move within the period. The others keep their slips exactly, so that the map
 these nodes as it is: there lie all its powers of the increment, and their limit.
 """
 
-from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Integers, NamedState, Reals, inner
+from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.plane.active_set import ActiveSet, larger
 from shakedown.motion.plane.moving_state import PlaneMotion
 

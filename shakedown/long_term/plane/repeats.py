@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from shakedown.ground.contact_status import BACKWARD_SLIP, STICK
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import inner
+from shakedown.ground.status import BACKWARD_SLIP, STICK
 from shakedown.long_term.plane.path_check import broken_law
 from shakedown.long_term.plane.period_map import begin_map, end_map
 from shakedown.long_term.plane.search import BROKEN, CONFIRM, LIMIT, MAP, REPEATS, SEARCHING, WALK, Settler

@@ -9,12 +9,12 @@ import numpy as np
 from shakedown.bounds.energy.ball_watch import BallWatch
 from shakedown.bounds.every_state.universal_bound import universal_bound
 from shakedown.ground.blas_threads import on_one_thread
-from shakedown.ground.contact_status import OPEN
-from shakedown.ground.evidence import Missing, allowed
+from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.round_off import SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.shown_values import short
-from shakedown.ground.status import Outcome
+from shakedown.ground.status import OPEN, Outcome
 from shakedown.joint.problem import Problem
+from shakedown.long_term.energy_proof import further_from_start
 from shakedown.long_term.known_bounds import (
     ABOVE,
     BELOW,
@@ -25,7 +25,6 @@ from shakedown.long_term.known_bounds import (
     known_limits,
 )
 from shakedown.long_term.passage import Passage
-from shakedown.long_term.slip_proof import further_from_start
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import scales
 from shakedown.motion.cycle_record import State

@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.campaign.recorded_steps import Halt
-from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
-from shakedown.ground.status import Outcome
+from shakedown.ground.status import OPEN, Outcome
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import FirstCycles
 from shakedown.long_term.space.leap_methods import Ahead, Crawl, Leap, measure_of

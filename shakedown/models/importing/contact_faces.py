@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.faces import faces_among, split_face
+from shakedown.joint.places import faces_among, split_face
 from shakedown.models.condensation.contact_frame import SPACE
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.readers.mesh import CORNERS, Mesh

@@ -1,8 +1,8 @@
 """One load step at once: slips and gaps after it, for two tangential directions of a node.
 
 They know arrays and small named states, no ``Problem``. Reading order: ``swept_stiffness`` (κ with its
-open nodes eliminated, and the state in it), ``node_alone`` (the law at one node, its neighbours held),
-``sweeps`` (Gauss–Seidel over the nodes), ``dense_solver`` (linear equations), ``newton_rounds`` (Newton on
+open nodes eliminated, and the state in it), ``sweeps`` (the law at one node, its neighbours held;
+Gauss–Seidel over the nodes), ``dense_solver`` (linear equations), ``newton_rounds`` (Newton on
 the slipping nodes), ``load_steps`` (both together, the law re-checked, step after step),
 ``implicit_step`` (what Python calls).
 """

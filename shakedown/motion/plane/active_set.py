@@ -24,10 +24,10 @@ compilation, is slower below 20 equations, and twice as fast at 60.
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Integers, NamedState, Reals, entered, inner, summing
 from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.status import OPEN, STICK
 
 
 class ActiveSet(NamedState):

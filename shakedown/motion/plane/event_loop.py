@@ -27,10 +27,10 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import address_of, handed_on, inner
 from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.plane.active_set import (
     ActiveSet,
     add_product,

@@ -17,10 +17,9 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from shakedown.ground.code_cache import stamped
-from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, NO_STATE, OPEN, STICK
+from shakedown.ground.code_cache import pipeline, stamped
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.linked_code import pipeline
+from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, NO_STATE, OPEN, STICK
 
 linked: Any = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **pipeline())  # type: ignore[call-overload]
 

@@ -18,8 +18,8 @@ reactions with the limits.
 
 import numpy as np
 
-from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.named_state import inner
+from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.plane.active_set import ActiveSet, add_product, correct, largest, largest_residual
 from shakedown.motion.plane.moving_state import Course, PlaneMotion, Record
 from shakedown.motion.plane.rate_problem import Rates

@@ -28,10 +28,10 @@ as zero up to round-off (relative to the largest rate), so that a limit
 touched tangentially is no slip.
 """
 
-from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Integers, NamedState, Reals, inner
 from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 from shakedown.motion.plane.active_set import (
     ActiveSet,
     add_product,

@@ -7,8 +7,8 @@ from math import prod
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 from shakedown.ground.named_state import entered
+from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 from shakedown.motion.plane.active_set import ActiveSet, factorize, reach_states
 from shakedown.motion.plane.rate_problem import (
     AIR,

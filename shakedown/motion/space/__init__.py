@@ -5,7 +5,7 @@ slips obey a smooth differential equation, which compiled loops integrate to a g
 and what its error estimate means stand in docs/space.md.
 
 Reading order: ``moving_state`` (the joint, its state and its record as compiled code takes them),
-``rates_state`` and ``step_state`` (what rates and steps are computed with), ``space_run`` (all of these
+``step_state`` (what rates and steps are computed with), ``space_run`` (all of these
 together), ``exchange`` (open nodes eliminated),
 ``speeds`` (rates of the nodes that slip), ``explicit_step`` (Dormand and Prince's pair), ``turning_step``
 (Radau's method near the apex), ``rate_choice`` (which nodes move after an event), ``event_search`` (the

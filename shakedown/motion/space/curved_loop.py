@@ -16,9 +16,9 @@ the ends of a step, may be in error by the whole of it.
 
 import numpy as np
 
-from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.named_state import entered, inner, summing
 from shakedown.ground.round_off import ROUND_OFF, SIX_DIGITS
+from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.plane.moving_state import (
     CLOSES,
     DONE,
@@ -52,9 +52,17 @@ from shakedown.motion.space.moving_state import (
     SpaceMotion,
 )
 from shakedown.motion.space.rate_choice import choose_rates
-from shakedown.motion.space.rates_state import Slipping, SpaceRates
 from shakedown.motion.space.space_run import SpaceRun
-from shakedown.motion.space.step_state import EXPLICIT, PATIENCE, RADAU, STAGES, Step, StepControl
+from shakedown.motion.space.step_state import (
+    EXPLICIT,
+    PATIENCE,
+    RADAU,
+    STAGES,
+    Slipping,
+    SpaceRates,
+    Step,
+    StepControl,
+)
 from shakedown.motion.space.turning_step import turning, turning_step
 
 AT_EVENT = PAUSED + 1  # within a load step

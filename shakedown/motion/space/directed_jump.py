@@ -9,9 +9,9 @@ put into equilibrium exactly, nodes that still slip at the limit in their last d
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.contact_status import OPEN, SLIP, STICK
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
 from shakedown.motion.implicit.implicit_step import ImplicitJoint, StepStatus

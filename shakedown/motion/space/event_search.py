@@ -7,15 +7,14 @@ behind it, so that one that leaves its limit and returns within the step is seen
 
 import numpy as np
 
-from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.named_state import inner, summing
+from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.plane.moving_state import CLOSES, OPENS, Course
 from shakedown.motion.space.exchange import move, move_twice
 from shakedown.motion.space.explicit_step import find_curve
 from shakedown.motion.space.moving_state import DEGREE, REACHES_LIMIT, STOPS, CompiledJoint, SpaceMotion
-from shakedown.motion.space.rates_state import Slipping, SpaceRates
 from shakedown.motion.space.space_run import SpaceRun
-from shakedown.motion.space.step_state import RADAU, Step, StepControl
+from shakedown.motion.space.step_state import RADAU, Slipping, SpaceRates, Step, StepControl
 
 SAMPLES = 8  # of a distance within a step
 NEVER = 2.0  # in shares of a step

@@ -11,13 +11,13 @@ its three places, closing it the same three: the exchange is its own inverse. Wh
 and the other is not the matrix is antisymmetric, elsewhere symmetric, so that its rows serve as columns.
 """
 
-from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import inner, summing
 from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.status import OPEN
 from shakedown.motion.plane.moving_state import Course
 from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
-from shakedown.motion.space.rates_state import Slipping, SpaceRates
+from shakedown.motion.space.step_state import Slipping, SpaceRates
 
 MOST_EXCHANGES = 60  # after which the matrix is made afresh: each adds its round-off
 

@@ -10,7 +10,6 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import inner, summing
 from shakedown.motion.plane.moving_state import Course
 from shakedown.motion.space.moving_state import DEGREE, SpaceMotion
-from shakedown.motion.space.rates_state import Slipping
 from shakedown.motion.space.space_run import SpaceRun
 from shakedown.motion.space.speeds import (
     factor,
@@ -19,7 +18,7 @@ from shakedown.motion.space.speeds import (
     find_rates,
     substitute,
 )
-from shakedown.motion.space.step_state import STAGES, Step
+from shakedown.motion.space.step_state import STAGES, Slipping, Step
 
 WEIGHTS = np.zeros((STAGES, STAGES))  # of the rates of earlier stages in each; the last row gives the end
 WEIGHTS[1, :1] = 1 / 5

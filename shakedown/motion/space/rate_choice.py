@@ -14,13 +14,12 @@ the problem until it has left the cone or is found outside.
 
 import numpy as np
 
-from shakedown.ground.contact_status import OPEN, SLIP, STICK
 from shakedown.ground.named_state import inner, summing
 from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.motion.plane.moving_state import CLOSES, OPENS, Course
 from shakedown.motion.space.exchange import arrange, compute_base, compute_out, move
 from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
-from shakedown.motion.space.rates_state import Slipping, SpaceRates
 from shakedown.motion.space.space_run import SpaceRun
 from shakedown.motion.space.speeds import (
     factor,
@@ -30,6 +29,7 @@ from shakedown.motion.space.speeds import (
     spread_rates,
     substitute,
 )
+from shakedown.motion.space.step_state import Slipping, SpaceRates
 
 ENUMERABLE = 10  # nodes on their cones up to which every choice of those that slip is tried
 ANGLES = 64  # at which a direction at the apex is looked for

@@ -15,18 +15,16 @@ from shakedown.motion.space.moving_state import (
     compiled_joint,
     motion_at_rest,
 )
-from shakedown.motion.space.rates_state import (
-    Slipping,
-    SpaceRates,
-    empty_slipping,
-    empty_space_rates,
-)
 from shakedown.motion.space.step_state import (
     EXPLICIT,
     PATIENCE,
+    Slipping,
+    SpaceRates,
     Step,
     StepControl,
     Turning,
+    empty_slipping,
+    empty_space_rates,
     empty_step,
     empty_turning,
 )

@@ -14,8 +14,7 @@ from shakedown.ground.round_off import ROUND_OFF
 from shakedown.motion.implicit.dense_solver import address, call
 from shakedown.motion.plane.moving_state import Course
 from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
-from shakedown.motion.space.rates_state import Slipping, SpaceRates
-from shakedown.motion.space.step_state import STAGES, Step, StepControl
+from shakedown.motion.space.step_state import STAGES, Slipping, SpaceRates, Step, StepControl
 
 FEW = 12  # slipping nodes up to which equations are always solved afresh, and without LAPACK
 MOST_CORRECTIONS = 9  # of speeds, with the factors of an earlier stage

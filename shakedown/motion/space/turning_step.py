@@ -13,7 +13,6 @@ from shakedown.ground.named_state import inner, summing
 from shakedown.motion.plane.moving_state import Course
 from shakedown.motion.space.explicit_step import FAILED, PLACES, lagrange, return_to_cones
 from shakedown.motion.space.moving_state import CompiledJoint
-from shakedown.motion.space.rates_state import Slipping
 from shakedown.motion.space.space_run import SpaceRun
 from shakedown.motion.space.speeds import (
     factor_few,
@@ -22,7 +21,7 @@ from shakedown.motion.space.speeds import (
     substitute,
     substitute_few,
 )
-from shakedown.motion.space.step_state import MOST_FAST, STAGES, Step, StepControl, Turning
+from shakedown.motion.space.step_state import MOST_FAST, STAGES, Slipping, Step, StepControl, Turning
 
 ROOT = np.sqrt(6.0)
 INWARD = np.array(

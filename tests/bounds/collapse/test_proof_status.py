@@ -12,9 +12,8 @@ from shakedown import Problem
 from shakedown.bounds.collapse.lift_off import lift_off_bound
 from shakedown.bounds.collapse.proof_status import Evidence, guarantee_status
 from shakedown.bounds.collapse.single_node_cycle import single_node_cycle
-from shakedown.bounds.uniqueness.coupling import coupling
+from shakedown.bounds.uniqueness.coupling import coupling, row_coupling_ratio
 from shakedown.bounds.uniqueness.in_contact import unique_in_contact
-from shakedown.bounds.uniqueness.weak_coupling import row_coupling_ratio
 from shakedown.joint.loading import loading
 
 

@@ -11,7 +11,7 @@ from joints_in_space import embedded, in_units, turned
 import shakedown
 from shakedown import Problem, energy_ball, energy_bound
 from shakedown.bounds.energy.ball_watch import BallWatch
-from shakedown.bounds.energy.closed_ball import closed_radius
+from shakedown.bounds.energy.disc_ball import closed_radius
 from shakedown.bounds.energy.energy_ball import holding_ball
 from shakedown.bounds.energy.exact_discs import ExactDiscs
 from shakedown.ground.tolerances import DEFAULT

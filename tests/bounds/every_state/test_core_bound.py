@@ -10,7 +10,7 @@ import shakedown
 from shakedown.bounds.every_state.admissible_states import StateProgram, admissible_states
 from shakedown.bounds.every_state.core_bound import core_bound, edge_distances
 from shakedown.bounds.every_state.universal_bound import universal_bound
-from shakedown.ground.evidence import Missing
+from shakedown.ground.errors import Missing
 from shakedown.ground.shown_values import down
 from shakedown.report.assessment_words import certain_in_words, numbers_in_words
 

@@ -10,8 +10,8 @@ from benchmarks.floating_adversary import floating_joint
 from shakedown import Problem, universal_bound
 from shakedown.bounds.every_state.bound_from_every_state import least_pressure_bound
 from shakedown.bounds.every_state.bound_of_floating import bounds_at, floating_limits
-from shakedown.bounds.every_state.leaning_discs import LeaningDiscs
-from shakedown.bounds.every_state.rigid_parts import pressures_of_floating
+from shakedown.bounds.every_state.disc_centres import LeaningDiscs
+from shakedown.bounds.every_state.least_pressures import pressures_of_floating
 from shakedown.bounds.every_state.rigid_rates import rigid_rates
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint, scaled_joint
 from shakedown.joint.loading import loading

@@ -5,7 +5,7 @@ Independent of the compiled loops: numpy only.
 
 import numpy as np
 
-from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN
+from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, OPEN
 from shakedown.motion.plane.rate_problem import AIR, APEX, FRICTIONLESS, ON_BACKWARD, ON_FORWARD
 
 

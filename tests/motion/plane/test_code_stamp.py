@@ -89,7 +89,7 @@ def test_a_kernel_stands_on_the_modules_whose_code_is_linked_into_it():
     importlib.import_module("shakedown.long_term.plane.settle")
     below = code_cache.modules_below("shakedown.long_term.plane.settle")
     loops = ("active_set", "moving_state", "rate_problem", "run")
-    below_them = ("contact_status", "named_state")
+    below_them = ("status", "named_state")
     assert {f"shakedown.motion.plane.{module}" for module in loops} <= set(below)
     assert {f"shakedown.ground.{module}" for module in below_them} <= set(below)
     assert "shakedown.motion.plane.gauss_seidel" not in below

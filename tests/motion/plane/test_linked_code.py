@@ -2,7 +2,7 @@
 
 import numba
 
-from shakedown.ground.linked_code import LinkedLibrary
+from shakedown.ground.code_cache import LinkedLibrary
 from shakedown.ground.named_state import inner
 
 

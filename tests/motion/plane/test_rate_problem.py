@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from motion.plane.lemke import lemke, rates_by_lemke
 
-from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.named_state import entered
+from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.plane.active_set import active_set, factorize, solve
 from shakedown.motion.plane.rate_problem import (
     AIR,

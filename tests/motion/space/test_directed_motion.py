@@ -13,8 +13,8 @@ from shakedown.motion.contact_law import law_resolution
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolve import evolve
 from shakedown.motion.fixed_steps import FixedSteps
-from shakedown.motion.initial_state import beginning
 from shakedown.motion.integrator import Evolution
+from shakedown.motion.method import beginning
 from shakedown.motion.space import directed_jump
 from shakedown.motion.space.directed_jump import DirectedJump
 from shakedown.motion.violation import path_violation
