@@ -12,7 +12,7 @@ import numpy as np
 from shakedown.bounds.methods import methods_of
 from shakedown.bounds.opened_by_mean_load import opened_by_mean_load
 from shakedown.bounds.results import ZoneLimit
-from shakedown.ground.errors import UsageError
+from shakedown.ground.errors import SolverError, UsageError
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import require_problem
@@ -62,6 +62,11 @@ class _Visit:
     def load_factor(self) -> float:
         """λ_max; −inf without a safe slip."""
         return self.found.load_factor
+
+    @property
+    def failed(self) -> bool:
+        """Whether its program came to no end."""
+        return self.zone is not None and self.found is NOTHING
 
     @property
     def rank(self) -> tuple[float, float]:
@@ -134,7 +139,7 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
             found = [_climb(visit, start, tolerances) for start in (starts if several else starts[:1])]
         best = _first_of_the_best(found)
     zone = contact_zone(problem, ()) if best.zone is None else best.zone
-    seen = sum(len(nodes) < problem.n for nodes in visited)
+    seen = sum(len(nodes) < problem.n and not one.failed for nodes, one in visited.items())
     return ZoneSearch(zone, best.load_factor, opened, len(visited), seen < most)
 
 
@@ -175,12 +180,18 @@ def _better(visit: Visitor, best: _Visit, neighbours: Iterator[tuple[int, ...]])
 
 
 def _visit(problem: Problem, nodes: tuple[int, ...], compared: bool, tolerances: Tolerances) -> _Visit:
-    """One zone; ``compared``: with others without a safe slip, if it has none itself."""
+    """One zone; ``compared``: with others without a safe slip, if it has none itself.
+
+    One whose program comes to no end is as good as nothing, and left out.
+    """
     try:
         zone = contact_zone(problem, nodes, tolerances=tolerances)
     except UsageError:  # all nodes open, or open nodes that nothing holds
         return _Visit(nodes, None, NOTHING)
-    return _Visit(nodes, zone, methods_of(problem).zone_limit(zone, compared, tolerances))
+    try:
+        return _Visit(nodes, zone, methods_of(problem).zone_limit(zone, compared, tolerances))
+    except SolverError:
+        return _Visit(nodes, zone, NOTHING)
 
 
 def _asked_for(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ...]]:

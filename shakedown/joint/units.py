@@ -80,7 +80,12 @@ def units_of(problem: Problem | None) -> Units:
     >>> units_of(shakedown.example("block-9"))
     Units(force='N', length='mm')
     """
-    parts = [] if problem is None else [part.strip() for part in problem.units.split(",")]
+    return units_in("" if problem is None else problem.units)
+
+
+def units_in(text: str) -> Units:
+    """Units of force and of length that a text names."""
+    parts = [part.strip() for part in text.split(",")]
     force, length = ([part for part in parts if part in known] for known in (FORCES, LENGTHS))
     return Units(force[0] if force else "", length[0] if length else "")
 

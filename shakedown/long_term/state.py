@@ -175,7 +175,7 @@ class LongTermState(SettledState):
     def history(self) -> EventHistory:
         """The events of one period of the long-term state; none where it is undecided, or the body leaves."""
         path = self._walk.history if self.period else None
-        return EventHistory.none(self.problem.n) if path is None else path
+        return EventHistory.none(self.problem.layout) if path is None else path
 
     @cached_property
     def work_per_cycle(self) -> FloatArray:

@@ -14,6 +14,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.layout import Layout
 from shakedown.joint.result import Result
 from shakedown.motion.plane.moving_state import (
     CLOSES,
@@ -86,12 +87,12 @@ class EventHistory(Result):
         return len(self.cycle)
 
     @classmethod
-    def none(cls, n: int) -> "EventHistory":
-        """A path of n nodes on which nothing is recorded."""
-        empty, numbers = np.empty((0, n)), np.empty(0, dtype=np.int64)
-        return cls(
-            np.empty(0), numbers, numbers, empty, empty, empty, empty, empty, empty, empty.astype(np.int64)
-        )
+    def none(cls, layout: Layout) -> "EventHistory":
+        """A path on which nothing is recorded."""
+        slips, empty = np.empty((0, layout.slip_size)), np.empty((0, layout.n))
+        numbers = np.empty(0, dtype=np.int64)
+        state = empty.astype(np.int64)
+        return cls(np.empty(0), numbers, numbers, slips, empty, slips, empty, slips, empty, state)
 
     @classmethod
     def joined(cls, pieces: "Sequence[EventHistory]") -> Self:

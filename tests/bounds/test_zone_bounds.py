@@ -8,7 +8,7 @@ import pytest
 
 import shakedown
 from benchmarks.bodies.lap_joint import lap_joint
-from shakedown import UsageError, safe_slip, upper_bound
+from shakedown import SolverError, UsageError, safe_slip, upper_bound
 from shakedown.bounds.best_zone import best_zone
 from shakedown.bounds.discs.disc_rows import zone_rows
 from shakedown.bounds.opened_by_mean_load import opened_by_mean_load
@@ -81,6 +81,24 @@ def test_from_zones_without_a_safe_slip_the_search_reaches_one_that_has_it(seed,
     assert 0 < search.load_factor == pytest.approx(found.load_factor, rel=1e-6)
     assert search.left_out
     assert search.visited <= 40
+
+
+def test_a_zone_whose_program_comes_to_no_end_is_left_out(monkeypatch):
+    """The search goes on without it: it ended in an error, and with it all limits of the joint."""
+    joint = partly_open(2, 5, d=2)
+    assert not best_zone(joint).left_out
+    best = best_zone(joint).zone.open_nodes
+
+    def without_end(zone, *how):
+        if zone.open_nodes == best:
+            raise SolverError("the program ended without an answer")
+        return zone_limit(zone, *how)
+
+    monkeypatch.setattr("shakedown.bounds.space_methods.zone_limit", without_end)
+    search = best_zone(joint)
+    assert search.left_out
+    assert search.zone.open_nodes != best
+    assert search.load_factor > -np.inf
 
 
 @pytest.mark.parametrize(("seed", "n"), [(13, 7)])

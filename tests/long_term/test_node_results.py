@@ -185,13 +185,14 @@ def test_open_nodes_carry_nothing_and_mixed_ones_do_for_some_time():
         assert getattr(nodes, word)[apart] == pytest.approx([0.0], abs=1e-12), word
 
 
-def test_without_a_long_term_state_there_are_no_numbers():
-    state = shakedown.long_term_state(shakedown.example("two-node"), 0.8, max_cycles=1)
-    nodes = node_results(state)
-    assert (nodes.outcome, nodes.status) == ("undecided", ("undecided",) * 2)
+@pytest.mark.parametrize(("name", "load_factor"), [("two-node", 0.8), ("four-node-3d", 1.2)])
+def test_without_a_long_term_state_there_are_no_numbers(name, load_factor):
+    problem = shakedown.example(name)
+    nodes = node_results(shakedown.long_term_state(problem, load_factor, max_cycles=1))
+    assert (nodes.outcome, nodes.status) == ("undecided", ("undecided",) * problem.n)
     for word in (*FIELDS, "tau_delta", "wear_depth"):
         assert np.isnan(getattr(nodes, word)).all(), word
-    assert nodes.to_dict()["slip_range"] == [None, None]
+    assert nodes.to_dict()["slip_range"] == [None] * problem.n
 
 
 def test_fixed_load_steps_show_the_same_where_events_fall_on_them():

@@ -177,7 +177,7 @@ class ReturnSearch:
             leapt = self._leap()
             if halt is not None and not leapt:  # a state leapt to is followed once before
                 halt.note(self._checkpoint)
-        return self._undecided(f"no periodic state within {cycles_in_words(self.rules.most_cycles)}")
+        return self._undecided(f"no periodic state within {self.rules.most_cycles} cycles")
 
     def _checkpoint(self) -> tuple[dict[str, Any], Checkpoint]:
         """How far the search has got, and the motion."""

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.shown_values import few
 from shakedown.models.condensation.condense import Condensation
 from shakedown.models.condensation.load_case import LoadCase
@@ -18,6 +18,7 @@ from shakedown.models.importing.stiffness_section import ImportContext
 from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, shown
 
+HALF = 0.5  # cosine: what leans more does not stand on its head
 ELASTIC = ("area", "length", "young")  # that make a stiffness together
 
 
@@ -35,25 +36,30 @@ class BoltSection:
         A force of 1 in the shank on what it pulls together, or a shortening of the section by 1.
     rows : (r,)
         The row of the section, which is held.
+    along : (3,) or None
+        Of a shank, from the head to the nut, of length 1.
     """
 
     preload: float
     stiffness: float
     unit: LoadCase
     rows: NDArray[np.intp]
+    along: FloatArray | None
 
     def pull(self, reduced: Condensation, case: LoadCase) -> float:
         """By how much a load at factor 1 raises the force in the bolt while the contact is welded [force]."""
         way = reduced.conjugate(self.unit, case)
         return -way if self.rows.size else -self.stiffness * way
 
-    def load(self, reduced: Condensation) -> LoadSection:
+    def load(self, reduced: Condensation, force_unit: str) -> LoadSection:
         """The preload as a load: as much as leaves it in the bolt once the contact has given way."""
         left = self.pull(reduced, self.unit) + (0.0 if self.rows.size else 1.0)
         factor, unit = self.preload / left, self.unit
         force = None if unit.force is None else factor * unit.force
         displacement = None if unit.displacement is None else factor * unit.displacement
-        return LoadSection(replace(unit, force=force, displacement=displacement), self.rows, None)
+        whole = replace(unit, force=force, displacement=displacement)
+        stated = replace(whole, value=self.preload, unit=force_unit) if self.preload else whole
+        return LoadSection(stated, self.rows, None)
 
 
 def bolt_section(table: TomlTable, context: ImportContext) -> BoltSection:
@@ -71,16 +77,16 @@ def bolt_section(table: TomlTable, context: ImportContext) -> BoltSection:
         raise ProblemError(f"{table.where}: key 'preload': expected a force >= 0, found {found}")
     section, size = table.integer("section"), len(context.stiffness.dofs)
     unit = np.zeros(size)
-    rows, stiffness = np.zeros(0, dtype=np.intp), 0.0
+    rows, stiffness, along = np.zeros(0, dtype=np.intp), 0.0, None
     if section is None:
-        unit, stiffness = _shortening(table, context), _stiffness(table)
+        (unit, along), stiffness = _shortening(table, context), _stiffness(table)
     else:
         rows = _row(section, table.where, context)
         unit[rows] = 1.0
     table.done()
     force, moved = (unit, None) if section is None else (None, unit)
     case = LoadCase(history=1.0, transient=transient, name=name, force=force, displacement=moved)
-    return BoltSection(preload, stiffness, case, rows)
+    return BoltSection(preload, stiffness, case, rows, along)
 
 
 def check_bolts(tables: Sequence[TomlTable], others: Sequence[TomlTable], model: Model, where: str) -> None:
@@ -124,10 +130,17 @@ def bolt_notes(
             if case.name != bolt.unit.name and case.reactions is None and case.opened is None
         ]
         found.append(
-            f"bolt {quoted(bolt.unit.name)} carries {few(bolt.preload, 4)} once tightened; while the contact "
-            f"stays closed and sticks, {', '.join(added) or 'nothing else acts'} at factor 1"
+            f"bolt {quoted(bolt.unit.name)} carries {few(bolt.preload, 4)}{_way(bolt)} once tightened; while "
+            f"the contact stays closed and sticks, {', '.join(added) or 'nothing else acts'} at factor 1"
         )
     return tuple(found)
+
+
+def _way(bolt: BoltSection) -> str:
+    """Along which axis a shank pulls."""
+    if bolt.along is None:
+        return ""
+    return f" along ({', '.join(few(part, 3) for part in np.round(bolt.along, 3) + 0.0)})"
 
 
 def _without_round_off(pull: float, reduced: Condensation, case: LoadCase) -> float:
@@ -168,15 +181,14 @@ def _stiffness(table: TomlTable) -> float:
     return stiffness if there == ["stiffness"] else young * area / length
 
 
-def _shortening(table: TomlTable, context: ImportContext) -> FloatArray:
-    """e of the shortening e · u of the shank, (N,): the mean motion of its ends towards each other."""
+def _shortening(table: TomlTable, context: ImportContext) -> tuple[FloatArray, FloatArray]:
+    """e of the shortening e · u of the shank, (N,), how its ends approach on average, and its axis."""
     ends = [_end(table, key, context) for key in ("head", "nut")[: 1 + table.has("nut")]]
     axis = table.array("axis", float, (3,), required=False)
-    middles = [
-        share @ context.model.mesh.at(labels) for labels, share in ends if context.model.mesh is not None
-    ]
+    assert context.model.mesh is not None  # there are ends
+    places = [context.model.mesh.at(labels) for labels, _ in ends]
     along = (
-        np.array(axis) if axis is not None else middles[1] - middles[0] if len(middles) > 1 else np.zeros(3)
+        np.array(axis) if axis is not None else _across_head(places, [share for _, share in ends], context)
     )
     if not np.linalg.norm(along) > 0:
         raise ProblemError(
@@ -185,11 +197,59 @@ def _shortening(table: TomlTable, context: ImportContext) -> FloatArray:
         )
     along = along / np.linalg.norm(along)
     found = np.zeros(len(context.stiffness.dofs))
-    for (labels, share), sign in zip(ends, (1.0, -1.0), strict=False):
+    middle, shares = ends[0][1] @ places[0], [share for _, share in ends]
+    if len(ends) == 2 and not context.model.axisymmetric:  # a ring makes no couple
+        shares[1] = _about(middle, along, places[1], shares[1], table)
+    for (labels, _), share, sign in zip(ends, shares, (1.0, -1.0), strict=False):
         for direction in np.flatnonzero(along).tolist():
             keys = dict.fromkeys(((label, direction + 1) for label in labels.tolist()), 0.0)
             found[context.rows(table.where, keys)] += sign * along[direction] * share
-    return found
+    return found, along
+
+
+def _across_head(
+    places: Sequence[FloatArray], shares: Sequence[FloatArray], context: ImportContext
+) -> FloatArray:
+    """From the head towards the nut: across a flat head, else to the middle of the nut; 0 without one.
+
+    Head and nut of two meshes hardly ever have their middles opposite each other, and slip would tighten a
+    shank that leans.
+    """
+    if len(places) == 1:
+        return np.zeros(3)
+    way = shares[1] @ places[1] - shares[0] @ places[0]
+    head = places[0] - shares[0] @ places[0]
+    if len(context.contact.axes) == 2:  # a line, as deep as it is wide
+        deep = np.setdiff1d([0, 1, 2], np.array(context.contact.axes) - 1)
+        head = np.vstack([head, np.abs(head).max() * np.eye(3)[deep]])
+    _, sizes, axes = np.linalg.svd(np.vstack([head, np.zeros((3, 3))]), full_matrices=False)
+    flat, across = (
+        sizes[2] <= SIX_DIGITS * sizes[1] and sizes[1] > SIX_DIGITS * sizes[0],
+        float(axes[2] @ way),
+    )
+    return np.sign(across) * axes[2] if flat and abs(across) > HALF * np.linalg.norm(way) else way
+
+
+def _about(
+    middle: FloatArray, along: FloatArray, places: FloatArray, share: FloatArray, table: TomlTable
+) -> FloatArray:
+    """Shares of the nut's nodes whose resultant lies on the axis of the head: both ends make no couple.
+
+    As even as that allows, linear over the nut.
+    """
+    off = places - middle
+    off = off - np.outer(off @ along, along)
+    size = max(float(np.abs(off).max()), float(np.ptp(places, axis=0).max()))
+    moments = np.column_stack([np.ones(len(off)), off / (size or 1.0)])
+    changed = share * (moments @ np.linalg.pinv(moments.T @ (share[:, None] * moments))[:, 0])
+    left = np.abs(moments.T @ changed - [1.0, 0.0, 0.0, 0.0]).max()
+    if not left <= SIX_DIGITS or changed.min() < -NEGLIGIBLE:
+        away = float(np.linalg.norm(share @ off))
+        raise ProblemError(
+            f"{table.where}: expected nodes of the nut around the axis of the head, or both ends make a "
+            f"couple; found their middle {few(away, 3)} beside it"
+        )
+    return np.asarray(changed)
 
 
 def _end(table: TomlTable, key: str, context: ImportContext) -> tuple[NDArray[np.intp], FloatArray]:

@@ -16,6 +16,7 @@ from shakedown.ground.shown_values import plain
 from shakedown.joint.doubtful_data import doubtful_data
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.joint.units import units_in
 from shakedown.models.condensation.condense import Condensation, condensed_stiffness
 from shakedown.models.condensation.contact_frame import friction_left_out
 from shakedown.models.condensation.shanks import with_shanks
@@ -351,7 +352,7 @@ def import_model(
     loads = [load_section(table, context) for table in asked.loads]
     bolts = [bolt_section(table, context) for table in asked.bolts]
     reduced = _reduced(asked, context, loads, bolts, doubts, announce) if kept is None else _Reduced.of(kept)
-    loads += [bolt.load(reduced.condensation) for bolt in bolts]
+    loads += [bolt.load(reduced.condensation, units_in(asked.units).force) for bolt in bolts]
     cases = [load.case for load in loads]
     bare = reduced.condensation.problem(
         cases, f, x=contact.x, gap=contact.gap, name=asked.name, units=asked.units

@@ -56,8 +56,28 @@ def test_a_shank_is_that_of_a_joint_from_meshes(folder):
     assert ratio > 50.0  # tightened against a contact that gives way
     np.testing.assert_allclose(own[2], ratio * theirs[2], rtol=0, atol=1e-9 * np.abs(own[2]).max())
     np.testing.assert_allclose(made.loads[2].contact, [0.0, 0.0, 50.0], atol=1e-8)  # what is asked for
-    assert "bolt 'M8' carries 50 once tightened" in made.notes[-1]
+    assert "bolt 'M8' carries 50 along (0, 0, -1) once tightened" in made.notes[-1]
     assert "'press' adds -" in made.notes[-1]
+
+
+def test_head_and_nut_of_two_meshes_make_no_couple(tmp_path):
+    """The middle of the nut is beside that of the head: the shank stands on its head all the same."""
+    write(tmp_path, *bricks((2, 2, 1), (3, 2, 1)), {"NUT": lambda x: x[:, 0] > 0.5})
+    text = configuration(tmp_path, SHANK.replace("axis = [0, 0, -1]", 'nut = "LOWER_NUT"')).read_text()
+    (tmp_path / "import.toml").write_text(text.replace("pairs = [", "surfaces = ["))
+    made = import_model(tmp_path / "import.toml")
+    assert "carries 50 along (0, 0, -1) once tightened" in made.notes[-1]
+    upper, lower = (part for part in made.loads[2].parts if part.what.startswith("applied"))
+    size = np.abs(upper.force).max()
+    np.testing.assert_allclose(upper.force + lower.force, 0.0, atol=1e-12 * size)
+    np.testing.assert_allclose(upper.moment + lower.moment, 0.0, atol=1e-12 * size)
+    assert made.problem.load_mean[2] == 50.0
+    assert made.problem.load_units[2] == "N"
+    aside = text.replace("pairs = [", "surfaces = [").replace("LOWER_NUT", "LOWER_RIM")
+    write(tmp_path, *bricks((2, 2, 1), (3, 2, 1)), {"RIM": lambda x: x[:, 0] > 1.5})
+    (tmp_path / "import.toml").write_text(aside)
+    with pytest.raises(ProblemError, match=r"or both ends make a couple; found their middle 1 beside it"):
+        import_model(tmp_path / "import.toml")
 
 
 def test_a_section_of_the_deck_is_a_shank(folder):
@@ -69,7 +89,7 @@ def test_a_section_of_the_deck_is_a_shank(folder):
     np.testing.assert_allclose(
         section.problem.load_reactions, expected, rtol=0, atol=1e-8 * np.abs(expected).max()
     )
-    assert section.notes[-1] == shank.notes[-1]
+    assert section.notes[-1] == shank.notes[-1].replace(" along (0, 0, -1)", "")
 
 
 def test_preload_comes_at_assembly_and_can_be_varied(folder):
