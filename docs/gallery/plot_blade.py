@@ -14,7 +14,7 @@ limit = shakedown.upper_bound(joint, certify=False).load_factor
 run = shakedown.simulate(joint, 0.9 * limit, record=True)
 print(f"{run.outcome.value} at 0.9 λ_max: {(run.slip_per_cycle > 0).sum()} of {joint.n} nodes slip")
 count = shakedown.plot.patch_count(joint)
-_, panels = plt.subplots(1, count, figsize=(5 * count, 5), layout="constrained")
+_, panels = plt.subplots(1, count, figsize=(5 * count, 2.6), layout="constrained")
 for patch, axes in enumerate(panels):
     shakedown.plot.slip_over_patch(run, joint, patch=patch, ax=axes)
 

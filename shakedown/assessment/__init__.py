@@ -1,17 +1,17 @@
-"""What an engineer asks of a joint, each limit computed once; prediction held against simulation.
+"""What an engineer asks about a joint, each limit computed once; predictions compared with simulations.
 
-Reading order: ``assess`` (the three numbers, and the nominal load), ``every_limit`` (every limit, when it
-is first read), ``three_numbers`` (what is made of many limits: three numbers, what has no answer),
+Reading order: ``assess`` (the three numbers, and the nominal load), ``every_limit`` (every limit, computed
+when first read), ``three_numbers`` (many limits reduced to three numbers, and open ends),
 ``mesh_check`` (whether an edge of the mesh decides them), ``shakedown_bounds`` (lower and upper bound
 together), ``transient_limit`` (λ_T, up to which the joint shakes down from its own start),
-``slip_limit`` (up to which it slips little enough). What a limit owes to friction, constant load and
+``slip_limit`` (up to which slips stay small). How a limit depends on friction, constant load and
 amplitude of each node: ``row_rates`` (how the slack in every row changes with a parameter), ``one_sided``
-(what that makes of the load factor, on either side), ``sensitivities``. Between the limit and gross slip:
+(the resulting change of the load factor, either side), ``sensitivities``. Between the limit and gross slip:
 ``damping`` (long-term states over the amplitude of a load), ``loaded_joint`` (the joint under that load),
-``amplitude_curve`` (what they make of stiffness and damping).
+``amplitude_curve`` (the resulting stiffness and damping).
 
 Beside simulations: ``load_regions`` (where a load factor lies), ``plan`` (which load factors and initial
 states, what is predicted there), ``runs`` (the simulations), ``independent_bounds`` (the bounds by another
-method), ``recorded_work`` (its pieces, and what is asked beside), ``verify``, ``random_paths`` (other paths
+method), ``recorded_work`` (a verification in recorded pieces), ``verify``, ``random_paths`` (other paths
 through the same loads).
 """

@@ -26,12 +26,12 @@ class AmplitudePoint(NamedTuple):
     displacement
         Half the range of the displacement conjugate to the load; NaN where no loop closes.
     dissipation
-        What friction and jumps take per cycle [force × length]; 0 where it shakes down, NaN where no loop
-        closes.
+        Dissipation of friction and jumps per cycle [force × length]; 0 where it shakes down, NaN where no
+        loop closes.
     outcome
         The long-term state.
     proved
-        Whether it is proved that friction takes nothing.
+        Whether it is proved that friction dissipates nothing.
     slides_away
         Whether it is undecided because the body slides away: gross slip, which nothing holds.
     share
@@ -77,7 +77,7 @@ class DampingCurve(Result):
     outcome : k times
         Long-term state (:class:`Outcome`).
     proved : (k,)
-        Whether it is proved that there is no friction damping, and not only found.
+        Whether the absence of friction damping is proved, not only found by simulation.
     slides_away : (k,)
         Whether it is undecided because the body slides away: gross slip, which nothing holds.
     slipping_share : (k,)
@@ -146,12 +146,12 @@ class DampingCurve(Result):
 
     @property
     def differs(self) -> NDArray[np.bool_]:
-        """Where the start decides: from the amplitude before and from the state given it ends apart."""
+        """Where the start matters: the joint ends differently from the previous and the given one."""
         other = self.from_zero
         if other is None:
             return np.zeros(len(self.amplitude), dtype=bool)
         size = np.fmax(self.dissipation, other.dissipation)
-        # of a dissipation: what no two starts are said to differ by
+        # of a dissipation: a smaller difference between two starts does not count
         apart = np.abs(self.dissipation - other.dissipation) > SIX_DIGITS * size
         return np.array([a != b for a, b in zip(self.outcome, other.outcome, strict=True)]) | apart
 

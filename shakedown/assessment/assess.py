@@ -1,4 +1,4 @@
-"""What an engineer asks of a joint: three numbers, and what becomes of it under the nominal load."""
+"""What an engineer asks about a joint: three numbers, and what happens under the nominal load."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -81,7 +81,7 @@ class Assessment(Result):
     def said_as_given(self) -> Said:
         """What the bounds say of the nominal load (λ = 1), without a simulation."""
         limits, here = self.details, self.details.from_state
-        if limits.open_nodes:  # the bounds are about a state with these open
+        if limits.open_nodes:  # the bounds are about a state with these nodes open
             return Said.OPEN
         if self.proved_from_this_state > AS_GIVEN or here.least_load_factor < AS_GIVEN < here.load_factor:
             return Said.SHAKEDOWN
@@ -90,7 +90,7 @@ class Assessment(Result):
         return Said.OPEN
 
     def averaged(self, radius: float) -> "Assessment":
-        """The same of slips and reactions averaged over a length: no proof of this joint itself."""
+        """The assessment with slips and reactions averaged over a length: no proof for this joint itself."""
         limits, problem = self.details, self.problem
         start = np.zeros(problem.layout.slip_size)
         start = start if limits.initial_slip is None else np.asarray(limits.initial_slip, dtype=float)
@@ -133,14 +133,14 @@ class Assessment(Result):
 
 
 class ProvedLimit(NamedTuple):
-    """Up to where shakedown is proved about the nominal load, and whether of every state or of this one."""
+    """Up to where shakedown is proved around the nominal load, and whether from every state."""
 
     load_factor: float
     of_every_state: bool
 
 
 def proved_limit(found: Assessment) -> ProvedLimit:
-    """The larger of what is proved from this state and from every state; 0 where nothing is, or of a zone.
+    """The larger of the limits proved from this state and from every state; 0 where none, or for a zone.
 
     A proof from this state that begins above λ = 0 counts where it begins below λ = 1.
     """

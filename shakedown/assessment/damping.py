@@ -62,9 +62,9 @@ def damping(
 ) -> DampingCurve:
     """What a joint does over the amplitude of one of its loads: loop, dissipation, stiffness, damping.
 
-    At every amplitude the exact long-term state is found, no fixed steps and no rule of Masing. Amplitudes
-    go upwards, and each begins from the state before it, as a test that is driven up does. Below the limit
-    there is no friction damping, which is said to be proved where it is (docs/damping.md).
+    At every amplitude the exact long-term state is found, without fixed steps and without Masing's rule.
+    Amplitudes increase, and each begins in the state before it, as in a test with rising amplitude. Below the
+    limit     there is no friction damping, which is said to be proved where it is (docs/damping.md).
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ class _Amplitudes:
     def rising(
         self, journal: Journal, progress: Callable[[int, int], None] | None, count: int
     ) -> list[AmplitudePoint]:
-        """The amplitudes one after the other, as far as they are not recorded."""
+        """The amplitudes one after the other, except those that are recorded."""
         points: list[AmplitudePoint] = []
         begun, after = (self.loaded, self.start, self.open_nodes), self.loaded.past_transient()
         for number, amplitude in enumerate(self.values):
@@ -185,7 +185,7 @@ class _Amplitudes:
         except UsageError:
             if open_nodes == self.open_nodes:
                 raise
-            state = long_term_state(problem, load_factor, slip, **settings)  # those open before would overlap
+            state = long_term_state(problem, load_factor, slip, **settings)  # open nodes would overlap
         closes = state.period > 0 and state.outcome != Outcome.RATCHETTING
         rests = state.outcome == Outcome.SHAKEDOWN
         start = state.history.at(np.ceil(state.history.cycle[:1])) if closes else state.history
@@ -216,7 +216,7 @@ class _Amplitudes:
         return known and point.slip.shape == self.start.shape
 
     def header(self) -> dict[str, str]:
-        """All that the points depend on."""
+        """Everything that the points depend on."""
         about: dict[str, Any] = {
             "load": self.loaded.load,
             "amplitudes": self.values.tolist(),
@@ -243,7 +243,7 @@ def _checked_nodes(problem: Problem, nodes: Iterable[int] | Literal["auto"]) -> 
 
 
 def _about(loaded: LoadedJoint, values: FloatArray) -> dict[str, Any]:
-    """What a curve knows before anything is computed."""
+    """The fields of a curve that are known before anything is computed."""
     problem, load = loaded.problem, loaded.load
     history = require_loads(problem)[1]
     names, frequency = problem.load_names or (), problem.load_frequency

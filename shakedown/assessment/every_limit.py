@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from shakedown.assessment.slip_limit import SlipLimit
     from shakedown.assessment.transient_limit import TransientLimit
 
-ONE_SIDED_UP_TO = 20  # nodes: at a degenerate optimum their derivatives take tenths of a second
+ONE_SIDED_UP_TO = 20  # nodes; one-sided derivatives at a degenerate optimum take tenths of a second
 
 LIMITS = ("universal", "core", "energy", "box", "accumulated", "transient", "lower", "upper")  # shown
 
@@ -56,7 +56,7 @@ T = TypeVar("T")
 
 
 def _where_it_exists(compute: "Callable[[JointLimits], T]") -> "cached_property[T | Missing]":
-    """A limit that joints of some kind do not have: there it is the reason why."""
+    """A limit that some kinds of joints do not have: for these it is the reason why."""
 
     def found(limits: "JointLimits") -> T | Missing:
         absent = limits.absent.get(compute.__name__)
@@ -68,13 +68,13 @@ def _where_it_exists(compute: "Callable[[JointLimits], T]") -> "cached_property[
 
 @dataclass(frozen=True, eq=False, repr=False)
 class JointLimits(Result):
-    """The limits of one joint: whoever needs one reads it here.
+    """The limits of one joint, the only place where they are computed.
 
     With two tangential directions there are λ_max, λ_E, λ_U and λ_T. A disc has no sides, so that there is no
     first collapse λ_1 and nothing that rests on it, no box bound and no friction threshold by signs: these
     are ``Missing``, with the reason (``absent``), and null in documents.
 
-    A limit whose program comes to no end raises ``SolverError`` where it is an answer (λ_1, λ_max) and is a
+    A limit whose program does not finish raises ``SolverError`` where it is an answer (λ_1, λ_max) and is a
     status where it is a proof; evidence beside the answers (λ_T, the guarantee curve) is ``Missing`` then.
 
     Attributes
@@ -106,7 +106,7 @@ class JointLimits(Result):
     tolerances: Tolerances = DEFAULT
 
     def _shown(self) -> Iterator[tuple[str, str]]:
-        """What was asked, where it is not the usual, and every limit that has been read so far."""
+        """Settings that differ from the defaults, and every limit that has been read so far."""
         usual = {field.name: field.default for field in fields(self)}
         for name, value in super()._shown():
             if name == "problem" or value != short(usual[name]):
@@ -117,18 +117,18 @@ class JointLimits(Result):
             yield name, value.reason if isinstance(value, Missing) else short(value)
 
     def keep(self, name: str, found: object) -> None:
-        """Keep a limit that was worked out as a piece of work, now or before."""
+        """Store a limit that was computed as a piece of recorded work, now or earlier."""
         vars(self)[name] = found
 
     def so_far(self, *names: str) -> "JointLimits":
-        """These limits, in which those of some names are missing where they are not worked out yet."""
+        """A copy in which limits that are not computed yet are missing, those of the given names."""
         known = copy(self)
         vars(known).update(dict.fromkeys(set(names) - set(vars(self)), Missing("still to come")))
         return known
 
     @cached_property
     def absent(self) -> dict[str, Missing]:
-        """What joints of this kind do not have, by its word in documents, and why."""
+        """The limits that joints of this kind do not have, by their words in documents, and why."""
         return {word: Missing(reason) for word, reason in methods_of(self.problem).ABSENT.items()}
 
     @_where_it_exists
@@ -152,7 +152,7 @@ class JointLimits(Result):
 
     @cached_property
     def through_transient(self) -> UpperBound | None:
-        """λ_max of slips that the transient load steps do not move either; None without such steps."""
+        """λ_max for slips that the transient load steps do not move either; None without such steps."""
         problem = self.problem
         if self.open_nodes or through_transient(problem) is constraints(problem):
             return None
@@ -175,7 +175,7 @@ class JointLimits(Result):
 
     @cached_property
     def core(self) -> CoreBound | None:
-        """λ_core, off the edges, at most λ_max; None where they do not decide λ_U, or it is hardly larger."""
+        """λ_core, away from the edges, at most λ_max; None where edges do not matter, or hardly."""
         every, upper = self.universal, self.upper
         if upper.status != Status.OPTIMAL or upper.open_nodes:
             return None
@@ -187,7 +187,7 @@ class JointLimits(Result):
 
     @cached_property
     def energy(self) -> EnergyBound:
-        """λ_E, proved from this state by an energy; that of the zone where nodes are open."""
+        """λ_E, proved from this state by an energy; for the zone where nodes are open."""
         return energy_bound(
             self.problem,
             self.initial_slip,
@@ -205,11 +205,11 @@ class JointLimits(Result):
 
     @cached_property
     def accumulated(self) -> AccumulatedBound:
-        """λ_S, proved from this state, closed at all nodes, by how far these slip in all."""
+        """λ_S, proved from this state, closed at all nodes, by a bound on their total slip."""
         return accumulated_bound(self.problem, self.initial_slip)
 
     def ball_at(self, load_factor: float) -> EnergyBall | Missing:
-        """An energy ball of this load factor, sought once; Missing above λ_max, where there is none.
+        """An energy ball at this load factor, sought once; Missing above λ_max, where there is none.
 
         In the plane the largest. In space, where one that holds a slip is found sooner, the one that holds
         this state best where λ_E proves it, above λ_E a slip that is safe there.
@@ -231,14 +231,14 @@ class JointLimits(Result):
             if proved.least_load_factor <= load_factor < proved.load_factor:
                 around, split = proved.initial_slip, not takes_long(problem)
             elif proved.load_factor <= load_factor < upper.load_factor < inf:
-                # from a slip that is safe at λ_E to one that is at λ_max: between them all are
+                # between a slip safe at λ_E and one safe at λ_max all slips are safe in between
                 share = (load_factor - proved.load_factor) / (upper.load_factor - proved.load_factor)
                 around = (1.0 - share) * proved.slip + share * upper.slip
         return energy_ball(problem, load_factor, around=around, split=split, tolerances=self.tolerances)
 
     @cached_property
     def transient(self) -> "TransientLimit | Missing | None":
-        """λ_T: up to where this history is found to shake down; None without a finite λ_max to scan up to."""
+        """λ_T, up to which this history is found to shake down; None without a finite λ_max to scan up to."""
         from shakedown.assessment.transient_limit import scan_end, transient_limit  # loads compiled code
 
         end = scan_end(self.upper)
@@ -256,11 +256,11 @@ class JointLimits(Result):
 
     @property
     def _usual_accuracy(self) -> float:
-        # where it takes seconds to follow a joint, the longer the nearer to λ_T
+        # where following a joint takes seconds, and longer near λ_T
         return FOUR_DIGITS if takes_long(self.problem) else SIX_DIGITS
 
     def note_what_is_known(self) -> None:
-        """Keep λ_max and what is proved for the states that are followed; nothing where nodes stay open."""
+        """Pass λ_max and the proved limits on to simulations; nothing where nodes stay open."""
         from shakedown.long_term.known_bounds import known_limits, note_bound, note_box, note_slip
         from shakedown.long_term.passage import Passage
 
@@ -281,11 +281,11 @@ class JointLimits(Result):
 
     @cached_property
     def mesh(self) -> MeshCheck:
-        """Whether the edge of the mesh decides λ_max, and what limits are on every second node."""
+        """Whether the edge of the mesh determines λ_max, and the limits on every second node."""
         return mesh_check(self)
 
     def slip(self, below: float) -> "SlipLimit | Missing":
-        """Up to where every slip range of this history stays below a length."""
+        """The load factor up to which every slip range of this history stays below a length."""
         from shakedown.assessment.slip_limit import slip_limit  # loads compiled code
         from shakedown.assessment.transient_limit import scan_end
 
@@ -307,14 +307,14 @@ class JointLimits(Result):
     def from_state(self) -> FromState:
         """What is proved from this state: the largest of λ_E, λ_box and λ_S.
 
-        λ_S is worked out where it is larger than the others.
+        λ_S is computed only where it may be larger than the others.
         """
         slip = self.accumulated if self._slip_may_prove_more else None
         return from_state(self.energy, present(self.box), slip)
 
     @cached_property
     def _slip_may_prove_more(self) -> bool:
-        """Whether λ_S may be larger than λ_E and λ_box: its conditions there are looked at first."""
+        """Whether λ_S may be larger than λ_E and λ_box, by checking its conditions at that load factor."""
         if self.open_nodes or self.distance > 0.0:
             return False
         others = from_state(self.energy, present(self.box))
@@ -326,7 +326,7 @@ class JointLimits(Result):
 
     @property
     def is_open_from_state(self) -> bool:
-        """Whether a program for λ_E or λ_box came to no end."""
+        """Whether a program for λ_E or λ_box did not finish."""
         box = present(self.box)
         return Status.UNDECIDED in (self.energy.status, None if box is None else box.status)
 
@@ -337,7 +337,7 @@ class JointLimits(Result):
 
     @cached_property
     def sensitivities(self) -> dict[str, Sensitivities | Missing]:
-        """By how much λ_max ("upper") and λ_E ("energy") move with friction and loads at every node.
+        """How λ_max ("upper") and λ_E ("energy") depend on friction and loads at every node.
 
         Missing for larger joints where that takes many programs (:func:`sensitivities` goes on there).
         """

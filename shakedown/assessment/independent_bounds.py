@@ -1,4 +1,4 @@
-"""Both bounds once more by an independent solver, and what the two answers say of each other."""
+"""Both bounds again by an independent solver, and a comparison of the two answers."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -14,12 +14,12 @@ from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 
-ALL_NODES = 60  # up to so many nodes every one is asked by the independent solver; its programs grow as n³
-FIRST_NODES = 8  # of larger joints those that collapse first
+ALL_NODES = 60  # up to this size the independent solver checks every node; its cost grows as n³
+FIRST_NODES = 8  # nodes checked in larger joints: those that collapse first
 
 
 class SecondBounds(NamedTuple):
-    """λ_1, where there is one, and λ_max by another solver, and how many nodes λ_1 was sought at."""
+    """λ_1, where there is one, and λ_max by another solver, and the number of nodes checked for λ_1."""
 
     lower: ConicBound | None
     upper: ConicBound
@@ -27,7 +27,7 @@ class SecondBounds(NamedTuple):
 
 
 def second_bounds(problem: Problem, bounds: ShakedownBounds, tolerances: Tolerances) -> SecondBounds:
-    """The bounds by Clarabel; λ_1 of a large joint at the nodes alone that collapse first by HiGHS."""
+    """The bounds by Clarabel; for a large joint λ_1 only at the nodes that collapse first by HiGHS."""
     upper = conic_upper_bound(problem, open_nodes=bounds.upper.open_nodes, tolerances=tolerances)
     if isinstance(bounds.lower, Missing):
         return SecondBounds(None, upper, 0)
@@ -36,8 +36,8 @@ def second_bounds(problem: Problem, bounds: ShakedownBounds, tolerances: Toleran
 
 
 def nodes_asked(lower: LowerBound) -> list[int]:
-    """The nodes that are asked by the independent solver, the first to collapse foremost."""
-    order = np.argsort(lower.collapse_limits, kind="stable").tolist()  # where nothing is known: foremost
+    """The nodes that the independent solver checks, in the order in which they collapse."""
+    order = np.argsort(lower.collapse_limits, kind="stable").tolist()  # unknown limits come first
     if lower.node in order:
         order.remove(lower.node)
         order.insert(0, lower.node)
@@ -45,7 +45,7 @@ def nodes_asked(lower: LowerBound) -> list[int]:
 
 
 def _closest(bound: LowerBound | UpperBound, tolerances: Tolerances) -> float:
-    """How far both answers may be apart: what says that it is of reduced accuracy proves no disagreement."""
+    """How far both answers may differ; one of reduced accuracy proves no disagreement."""
     return tolerances.cross_check if bound.reduced_accuracy else tolerances.agreement
 
 
@@ -53,7 +53,7 @@ def independent_findings(
     bounds: ShakedownBounds, second: SecondBounds, tolerances: Tolerances
 ) -> Iterator[tuple[bool | None, str]]:
     """(False, what differs) or (None, what the independent solver leaves open) for each bound."""
-    # A bound may be zero: it is compared on the scale of λ_max, or of the nominal loop.
+    # As a bound may be zero, differences are relative to λ_max, or to the nominal load.
     size = bounds.upper.load_factor if 0 < bounds.upper.load_factor < np.inf else 1.0
     lower = bounds.lower
     pairs: list[tuple[str, LowerBound | UpperBound, ConicBound]] = [("λ_max", bounds.upper, second.upper)]
@@ -65,7 +65,7 @@ def independent_findings(
         if other.status == Status.UNDECIDED:
             left = f"the value rests on {method} alone"
             yield None, f"{name}: the independent solver ({other.solver}) stopped without an answer; {left}"
-        elif first.status == Status.UNDECIDED:  # no zone was found: the other is about all nodes closed
+        elif first.status == Status.UNDECIDED:  # no zone found; the other bound is for all closed
             continue
         elif first.status != other.status:
             yield False, f"{name}: {first.status} by {method}, {other.status} by the independent solver"

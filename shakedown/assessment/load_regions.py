@@ -1,4 +1,4 @@
-"""In which region of the load factor something lies: what is predicted there follows from it."""
+"""The regions of the load factor, and the prediction that follows in each."""
 
 import numpy as np
 
@@ -8,14 +8,14 @@ from shakedown.ground.shown_values import FEW_DIGITS
 from shakedown.ground.status import Status
 
 UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above λ_max"
-PROVED = "below λ_U"  # of a load domain, of whose λ_1 nothing is predicted, and in space, which has none
-NARROW = 10.0**-FEW_DIGITS  # relative width of a region that is not shown: nothing is simulated in it
+PROVED = "below λ_U"  # for a load domain, where λ_1 predicts nothing, and in space, where it does not exist
+NARROW = 10.0**-FEW_DIGITS  # relative width below which nothing is simulated in a region
 IN_ZONE, OUTSIDE = "zone is safe", "zone is not safe"  # between λ_lo and λ_max of a zone, and elsewhere
 NO_ZONE = "no zone is safe"  # all were tried
 
 
 def predicted_below(limits: JointLimits) -> tuple[float, str]:
-    """Up to where every closed state is expected to shake down: λ_1, of a load domain and in space λ_U."""
+    """Up to where every closed state is predicted to shake down: λ_1; for a load domain and in space λ_U."""
     lower = limits.lower
     if isinstance(lower, Missing) or limits.problem.is_domain:
         return limits.universal.load_factor, PROVED
@@ -23,7 +23,7 @@ def predicted_below(limits: JointLimits) -> tuple[float, str]:
 
 
 def default_load_factors(limits: JointLimits) -> list[float]:
-    """One load factor a little inside every region that is wider than four digits show.
+    """One load factor slightly inside every region that is wider than four digits resolve.
 
     Examples
     --------
@@ -71,6 +71,6 @@ def region_of(load_factor: float, limits: JointLimits) -> str:
         return NO_ZONE if limits.zone == "auto" else ABOVE
     if load_factor < upper.least_load_factor:
         return UNSAFE
-    if load_factor < first:  # whatever round-off leaves of λ_max
+    if load_factor < first:  # even where round-off affects λ_max
         return below
     return ABOVE if load_factor > upper.load_factor else BETWEEN

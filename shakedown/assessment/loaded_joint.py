@@ -50,7 +50,7 @@ class LoadedJoint:
         return cls(problem, load, replace(problem, q_mean=q_mean, p_mean=p_mean))
 
     def past_transient(self) -> "LoadedJoint":
-        """The joint that has been through its transient load steps already."""
+        """The joint after its transient load steps."""
         if self.problem.q_transient is None:
             return self
         return self.of(replace(self.problem, q_transient=None, p_transient=None), self.load)
@@ -66,7 +66,7 @@ class LoadedJoint:
         scaled[:, self.load] *= amplitude
         q_w, p_w = self.problem.q_w + q, self.problem.p_w + p
         joint = replace(self.problem, q_w=q_w, p_w=p_w, load_history=scaled, q_mean=None, p_mean=None)
-        return joint, 1.0  # where the mean decides nothing
+        return joint, 1.0  # the mean does not matter then
 
 
 def load_number(problem: Problem, load: int | str) -> int:

@@ -1,4 +1,4 @@
-"""Whether a limit is decided by the edge of its mesh: told from one mesh (docs/mesh.md)."""
+"""Whether the edge of the mesh determines a limit, judged from one mesh (docs/mesh.md)."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -24,11 +24,11 @@ from shakedown.joint.hat_functions import coarsened
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
-FEWEST = {True: 9, False: 16}  # nodes, in the plane or in space: fewer are too coarse to make coarser
-MUCH = 0.1  # by which limits differ, one on every second node, or λ_S from λ_E: more than that is said
-MOST = 0.5  # of the multipliers at the edge: then it decides
-NEARLY = 1.0 - PER_CENT  # of them: nothing else does
-TIMES = 2.0  # a change that is larger is told as a factor
+FEWEST = {True: 9, False: 16}  # nodes, in the plane or in space; fewer cannot be coarsened
+MUCH = 0.1  # relative difference of limits (on every second node; λ_S and λ_E) from which on it is mentioned
+MOST = 0.5  # share of the multipliers at the edge from which on it determines the limit
+NEARLY = 1.0 - PER_CENT  # share from which on nothing else does
+TIMES = 2.0  # a larger relative change is given as a factor
 NUMBERS: dict[str, tuple[str, Callable[[Any], float]]] = {
     "impossible_above": ("λ_max", impossible_above),
     "proved_from_this_state": ("what is proved from this state", proved_from_this_state),
@@ -40,7 +40,7 @@ T = TypeVar("T", bound=NumberedLimits)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeshCheck(Result):
-    """How far limits are statements about one element.
+    """How far limits depend on a single element.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class MeshCheck(Result):
         :meth:`Assessment.to_dict`, inf where a limit is 0 on all. Empty where the joint has too few nodes
         or some are open.
     warning
-        What to know of it, where a limit changes by more than a tenth; else None.
+        A sentence where a limit changes by more than a tenth; else None.
     """
 
     DOCUMENT: ClassVar[str] = "edge_share coarser warning"
@@ -66,7 +66,7 @@ class MeshCheck(Result):
 
 
 def mesh_check(limits: NumberedLimits) -> MeshCheck:
-    """What one mesh tells of limits: whether its edge decides λ_max, and what they are twice as coarse."""
+    """Check limits on one mesh: whether its edge determines λ_max, and their values on a coarser mesh."""
     problem = limits.problem
     surface = surface_of(problem)
     if (
@@ -86,7 +86,7 @@ def mesh_check(limits: NumberedLimits) -> MeshCheck:
 
 
 def on_mesh(limits: T, problem: Problem) -> T:
-    """The same limits of a joint between knots; its first initial slip is the state asked about."""
+    """The same limits for an averaged joint; its first initial slip is the state in question."""
     start = None if problem.initial_slip is None else problem.initial_slip[0]
     changes: dict[str, Any] = {"problem": problem, "initial_slip": start}
     if not isinstance(limits.zone, str):
@@ -95,7 +95,7 @@ def on_mesh(limits: T, problem: Problem) -> T:
 
 
 def _shares(limits: NumberedLimits) -> FloatArray:
-    """The part of every node in the multipliers that prove λ_max, (n,); NaN where there are none."""
+    """The share of every node in the multipliers that prove λ_max, (n,); NaN where there are none."""
     problem, upper = limits.problem, limits.upper
     rows = constraints(problem)
     if upper.status != Status.OPTIMAL or len(upper.multipliers) != len(rows.d):
@@ -105,7 +105,7 @@ def _shares(limits: NumberedLimits) -> FloatArray:
 
 
 def _coarser(limits: NumberedLimits) -> dict[str, float]:
-    """By how much limits are larger on every second node, less 1, those that are known."""
+    """Ratios, less 1, of the known limits on every second node to those on all nodes."""
     problem = limits.problem
     start = limits.energy.initial_slip
     between = coarsened(replace(problem, initial_slip=start if np.isfinite(start).all() else None))
@@ -149,7 +149,7 @@ def _warning(share: float, nodes: Sequence[int], coarser: dict[str, float]) -> s
 
 
 def _told(name: str, by: float) -> str:
-    """What becomes of one limit on the coarser mesh."""
+    """The change of one limit on the coarser mesh, in words."""
     if not isinf(by):
         return f"{NUMBERS[name][0]} is {_change(by)}"
     if NUMBERS[name][1] is proved_from_every_state:
@@ -158,7 +158,7 @@ def _told(name: str, by: float) -> str:
 
 
 def _rise(low: float, high: float) -> str:
-    """By how much limits are higher, from the least to the most."""
+    """The increase of several limits, from the least to the largest, in words."""
     if _change(low) == _change(high):
         return _change(low)
     if high > TIMES:

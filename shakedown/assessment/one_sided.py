@@ -14,7 +14,7 @@ from shakedown.programs.program import INF, Program, ball
 from shakedown.programs.scaling import equilibration
 from shakedown.programs.solver import solve
 
-SAME = 10 * NEGLIGIBLE  # of the terms of a derivative: what different optima may do to it without a kink
+SAME = 10 * NEGLIGIBLE  # relative to the terms of a derivative: differences between optima that are no kink
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class OneSidedOptimum:
 
     @cached_property
     def _determined(self) -> bool:
-        """Whether there are no other multipliers."""
+        """Whether the multipliers are unique."""
         if len(self.d) == 1:
             return True
         matrix = np.column_stack([self.W, self.d])
@@ -96,7 +96,7 @@ class OneSidedOptimum:
 
     @cached_property
     def _elsewhere(self) -> FloatArray:
-        """Directions (N, q) along which x may be changed without loss."""
+        """Directions (N, q) in which x may change and stay optimal."""
         share = self.multipliers * np.abs(self.W).max(axis=1, initial=0.0)
         held = self.W[share > SAME * share.max(initial=0.0)] * self._columns
         if self.ray is not None:
@@ -109,12 +109,12 @@ class OneSidedOptimum:
         return (directions[rank:] * self._columns).T
 
     def _stays(self, turn: FloatArray) -> bool:
-        """Whether all optimal x gain alike."""
+        """Whether all optimal x have the same gain."""
         moved, terms = turn @ self._elsewhere, np.abs(turn) @ np.abs(self._elsewhere)
         return bool(np.all(np.abs(moved) <= SAME * terms))
 
     def _by_program(self, gain: FloatArray, turn: FloatArray) -> float:
-        """Max λ' over the changes x', and over the other optima x + w where they gain otherwise."""
+        """Max λ' over the changes x', and over other optima x + w where their gains differ."""
         size, cones = self.W.shape[1], tuple[int, ...]()
         if self.tip.any():
             matrix = np.column_stack([self.W, self.tip, self.d])

@@ -36,9 +36,9 @@ from shakedown.long_term.passage import arrives_closed, slip_after_transient
 OVERLOAD = (
     2.0  # of the random loads that leave initial states behind: within those of the loop few joints slip
 )
-IN_BALL = 2  # initial states in the energy ball, per load factor
-JUST_INSIDE = 1 - 10 * NEGLIGIBLE  # of its radius: the proof is for less than all of it
-JUST_BELOW = 1 - SIX_DIGITS  # of the box bound, where it proves most from the state given
+IN_BALL = 2  # initial states drawn in the energy ball per load factor
+JUST_INSIDE = 1 - 10 * NEGLIGIBLE  # times its radius, as the proof is for its interior
+JUST_BELOW = 1 - SIX_DIGITS  # times the box bound, where that proves most from the given state
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Case:
 
 
 class _SafeStart(NamedTuple):
-    """A safe slip, the nodes that are open in it, and whether it is one after the transient only."""
+    """A safe slip, the nodes open in it, and whether it is safe only after the transient."""
 
     slip: FloatArray
     open_nodes: tuple[int, ...]
@@ -114,7 +114,7 @@ def planned_cases(
     seed: int,
     steps: RecordedSteps,
 ) -> list[Case]:
-    """Every simulation of a verification but the nominal one, λ = 1 first; each load factor a step."""
+    """All simulations of a verification except the nominal one, λ = 1 first; one step per load factor."""
     chosen = default_load_factors(limits) if load_factors is None else load_factors
     name, state = _first_state(limits)
     cases = list[Case]()
@@ -128,12 +128,12 @@ def planned_cases(
 
 
 def _first_state(limits: JointLimits) -> tuple[str, FloatArray]:
-    """The first initial state that comes with the problem, or slip zero, and its name."""
+    """The first initial state of the problem, or slip zero, and its name."""
     return next(iter((given_states(limits.problem) | {"zero": _at_zero(limits)}).items()))
 
 
 def _cases_at(limits: JointLimits, load_factor: float, random_states: int, seed: int) -> list[Case]:
-    """The simulations at one load factor: from what loads of this joint can leave behind, each state once."""
+    """The simulations at one load factor, from states that loads of this joint can leave, each once."""
     problem, at = limits.problem, _At(limits, load_factor)
     states = {"zero": _at_zero(limits), "safe": at.safe.slip}
     states |= {} if isinstance(limits.lower, Missing) else {"witness": limits.lower.slip}
@@ -148,7 +148,7 @@ def _cases_at(limits: JointLimits, load_factor: float, random_states: int, seed:
 
 
 def _different(states: dict[str, FloatArray]) -> dict[str, FloatArray]:
-    """The states that exist; of random ones only those that are not there already."""
+    """The states that exist; random ones only where they differ from the others."""
     kept: dict[str, FloatArray] = {}
     for name, state in states.items():
         again = name.startswith("random") and any(np.array_equal(state, other) for other in kept.values())
@@ -167,7 +167,7 @@ def _at_zero(limits: JointLimits) -> FloatArray:
 
 
 class _At:
-    """What is known at one load factor: its region, a safe slip, the largest energy ball."""
+    """The known facts at one load factor: its region, a safe slip, the largest energy ball."""
 
     def __init__(self, limits: JointLimits, load_factor: float) -> None:
         self.limits, self.load_factor = limits, load_factor
@@ -207,7 +207,7 @@ class _At:
         )
 
     def _in_ball(self, name: str, state: FloatArray) -> bool:
-        """Whether a state is proved to shake down: in the largest ball, or (zero, given) one about itself."""
+        """Whether a state is proved to shake down: by the largest ball, or (zero, given) by its own."""
         ball, limits = self.ball, self.limits
         if isinstance(ball, Missing):
             return False
@@ -222,7 +222,7 @@ class _At:
 
     @cached_property
     def safe(self) -> _SafeStart:
-        """A slip that is safe under the transient too; without one, one to be locked in after it."""
+        """A slip that is safe under the transient too; where there is none, one locked in after it."""
         problem, upper, tolerances = self.limits.problem, self.limits.upper, self.limits.tolerances
         opened = upper.open_nodes
         if self.region not in (BELOW, PROVED, BETWEEN, IN_ZONE):
@@ -237,7 +237,7 @@ class _At:
 
 
 def _bounded(limits: JointLimits, case: Case) -> Case:
-    """A case that knows whether it begins at the state of λ_box or λ_S, below what that proves."""
+    """The case, marked where it begins at the state of λ_box or λ_S and below that limit."""
     if case.after_transient or case.open_nodes:
         return case
     known = [bound for bound in (present(limits.box), limits.accumulated) if bound is not None]

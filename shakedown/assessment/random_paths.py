@@ -1,4 +1,4 @@
-"""Other paths through the same loads: what is said of a load domain holds for each of them."""
+"""Other paths through the same loads; statements on a load domain hold for each of them."""
 
 from collections.abc import Iterator
 from dataclasses import replace

@@ -17,13 +17,13 @@ from shakedown.campaign.recorded_steps import LEISURE, RecordedSteps
 from shakedown.ground.errors import Missing, present
 
 CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
-SHOWN_EVERY = 15.0  # seconds between pages of what is known, or more where one takes long
+SHOWN_EVERY = 15.0  # seconds between intermediate pages, or more where writing one takes long
 
 T = TypeVar("T")
 
 
 class RecordedWork:
-    """Pieces of work, recorded where they are to be, of which somebody is told that they are done."""
+    """Pieces of work, recorded where requested, with progress reported."""
 
     def __init__(
         self,
@@ -35,7 +35,7 @@ class RecordedWork:
         self.so_far, self._since, self._wait = so_far, time.monotonic(), SHOWN_EVERY
 
     def show(self, found: Callable[[], Any]) -> None:
-        """Show what is known, where somebody wants to see it and it is time to."""
+        """Show intermediate results, where requested and due."""
         began = time.monotonic()
         if self.so_far is None or began - self._since < self._wait:
             return
@@ -44,7 +44,7 @@ class RecordedWork:
         self._wait = max(SHOWN_EVERY, LEISURE * (self._since - began))
 
     def done(self, step: Callable[[], T]) -> T:
-        """What a piece of work finds."""
+        """The result of a piece of work, computed or read from the record."""
         result = self.steps.done(step)
         self.count += 1
         if self.progress is not None:
@@ -53,9 +53,9 @@ class RecordedWork:
 
 
 class ThreadedSteps:
-    """Steps that threads do one after the other from the first that is asked for; in one thread when asked.
+    """Steps done by threads one after the other, from the first requested one on; or in the calling thread.
 
-    What they take most of their time for is compiled, and lets others work.
+    Most of their time is spent in compiled code that releases the lock of the interpreter.
     """
 
     def __init__(self, steps: Sequence[Callable[[], Any]], threads: int) -> None:
@@ -63,13 +63,13 @@ class ThreadedSteps:
         self._ends: dict[int, Future[Any]] = {}
 
     def result(self, number: int) -> Any:
-        """What a step finds; those after it are begun."""
+        """The result of a step; the following ones are started."""
         if self.threads == 1:
             return self.steps[number]()
         if not self._ends:
             self._ends = {k: Future() for k in range(number, len(self.steps))}
             left = iter(self._ends.items())
-            for _ in range(self.threads):  # an interrupt does not wait for them
+            for _ in range(self.threads):  # daemons, so that an interrupt does not wait for them
                 Thread(target=self._work, args=(left,), daemon=True).start()
         return self._ends[number].result()
 
@@ -83,7 +83,7 @@ class ThreadedSteps:
 
 
 class OtherEvidence(NamedTuple):
-    """What a verification asks for beside its simulations."""
+    """The evidence of a verification besides its simulations."""
 
     second: SecondBounds
     curve: GuaranteeCurve | Missing | None
@@ -93,7 +93,7 @@ class OtherEvidence(NamedTuple):
     slip: SlipLimit | Missing | None
 
     def missing(self) -> Iterator[str]:
-        """One sentence for each piece of evidence whose solver came to no end."""
+        """One sentence for each piece of evidence whose solver did not finish."""
         evidence = {"the guarantee curve": self.curve, "λ_T": self.transient, "the slip limit": self.slip}
         for name, found in evidence.items():
             if isinstance(found, Missing):
@@ -103,7 +103,7 @@ class OtherEvidence(NamedTuple):
 def other_evidence(
     limits: JointLimits, budget: int, below: float | None, work: RecordedWork
 ) -> OtherEvidence:
-    """What is asked for beside the simulations, piece by piece."""
+    """Compute the evidence besides the simulations, piece by piece."""
     problem, subsets = limits.problem, limits.subsets
     few = subsets is not None and subsets <= budget
     second = work.done(lambda: second_bounds(problem, limits.bounds, limits.tolerances))

@@ -1,4 +1,4 @@
-"""How the slack that the rows of a bound leave changes with friction, constant load and amplitude."""
+"""How the slacks of the rows of a bound change with friction, constant load and amplitude."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -80,7 +80,7 @@ class RowRates:
 
     @property
     def rubs(self) -> NDArray[np.bool_]:
-        """Which rows are limits of friction: no gaps, no pressures."""
+        """Which rows are friction limits, rather than gaps or pressures."""
         return self.zone.constraints.sided[self.row]
 
     @cached_property
@@ -91,7 +91,7 @@ class RowRates:
 
     @cached_property
     def _constant(self) -> FloatArray:
-        """What of these loads the load factor does not multiply."""
+        """The part of these loads that the load factor does not multiply."""
         loop, problem = loading(self.zone.problem), self.zone.problem
         mean = np.tile(problem.layout.joined(loop.q0, loop.p0), (problem.m, 1))
         return np.vstack([mean, transient_path(problem)])
@@ -112,13 +112,13 @@ class RowRates:
         return *zone.joint.layout.split(left), -moved[:, len(moved.T) // (layout.d + 1) * layout.d :]
 
     def _slacks(self, loads: FloatArray) -> FloatArray:
-        """What loads leave in every row at zero slip, (m + k, rows)."""
+        """The slack of every row at zero slip under each load, (m + k, rows)."""
         q, p, gaps = self._condensed(loads)
         return np.hstack([self.zone.joint.law.cone(q, p), gaps])[:, self.row]
 
     @cached_property
     def _tied(self) -> NDArray[np.bool_]:
-        """The load steps that decide a row, (m + k, rows)."""
+        """The load steps that determine each row, (m + k, rows)."""
         step = np.arange(len(self._loads))[:, None]
         slacks = np.where((step >= self.zone.problem.m) == self.before, self._slacks(self._loads), np.inf)
         tangential, normal = np.abs(self._loads), np.abs(self._loads)
@@ -127,13 +127,13 @@ class RowRates:
         return slacks <= slacks.min(axis=0) + NEGLIGIBLE * size
 
     def _worst(self, rates: FloatArray) -> FloatArray:
-        """The least rate over the load steps that decide, for a parameter that falls and one that grows."""
+        """The least rate over the determining load steps, for a falling and for a growing parameter."""
         both = np.where(self._tied[..., None], rates[..., None] * SIDES, np.inf)
         return both.min(axis=0) * self.scale[:, None]
 
 
 def rates_of(zone: Zone, load_factor: float, *, scale: float = 1.0, before: bool = False) -> RowRates:
-    """The rates of all rows of a zone; with those of the transient as energy rows have them."""
+    """The rates of all rows of a zone; those of the transient in the order of the energy rows."""
     o = len(zone.open_nodes)
     closed = len(zone.constraints.g) - o
     times = 2 if before else 1

@@ -1,4 +1,4 @@
-"""The simulations of a verification, each held against what was predicted for it."""
+"""The simulations of a verification, each compared with its prediction."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -19,7 +19,7 @@ from shakedown.long_term.simulation import Simulation, simulate
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Run(Result):
-    """One simulation, with what was predicted for it.
+    """One simulation with its prediction.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Run(Result):
         True, False, or None where nothing was predicted, the simulation is undecided, or comes to rest
         with other nodes open than the prediction is about.
     simulation, seconds
-        What came out, and the time it took [s].
+        The result, and the time it took [s].
     """
 
     case: Case
@@ -38,7 +38,7 @@ class Run(Result):
     seconds: float = field(compare=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """What was predicted, and the words of the simulation."""
+        """The prediction, and the document of the simulation."""
         words = ("region", "initial", "predicted", "agrees", "seconds")
         about = {word: plain(getattr(self, word)) for word in words}
         about |= {"initially_open": plain(self.open_nodes), "after_transient": self.case.after_transient}
@@ -76,12 +76,12 @@ class Run(Result):
 
 
 def compile_loops(limits: JointLimits, method: str) -> None:
-    """Follow a joint through one cycle at λ = 0, so that no run's time counts what is compiled."""
+    """Follow a joint through one cycle at λ = 0, so that no run's time includes compilation."""
     simulate(limits.problem, 0.0, cycles=1, method=method)
 
 
 def run_of(limits: JointLimits, case: Case, cycles: int, method: str) -> Run:
-    """Simulate a case, and hold what comes out against what is predicted, and against the plan's ball."""
+    """Simulate a case, and compare the result with the prediction and with the plan's ball."""
     began, problem = time.perf_counter(), limits.problem
     if case.after_transient:
         problem = replace(problem, q_transient=None, p_transient=None)
@@ -105,7 +105,7 @@ def run_of(limits: JointLimits, case: Case, cycles: int, method: str) -> Run:
 
 
 def _agreement(case: Case, run: Simulation) -> bool | None:
-    """The bounds speak of shakedown with all nodes closed, or exactly these open, or of every zone."""
+    """Whether the result agrees; the bounds are about all nodes closed, exactly these open, or every zone."""
     if case.predicted == "either" or run.outcome == Outcome.UNDECIDED:
         return None
     shakes_down = case.predicted == "shakedown"
@@ -117,7 +117,7 @@ def _agreement(case: Case, run: Simulation) -> bool | None:
 
 
 def disagreements(runs: Sequence[Run], lower: LowerBound | Missing) -> Iterator[str]:
-    """One sentence for each run that does not do what is predicted."""
+    """One sentence for each run that contradicts its prediction."""
     for run in runs:
         if run.agrees is not False:
             continue

@@ -1,4 +1,4 @@
-"""By how much a bound moves with the friction, the constant load and the load amplitude of every node."""
+"""How a bound depends on friction, constant load and load amplitude at every node."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
 KINDS = ("friction", "constant", "amplitude")
-SMOOTH = 10.0**-DIGITS  # of the largest elasticity: one-sided values that differ by less are one
+SMOOTH = 10.0**-DIGITS  # of the largest elasticity: one-sided values that differ by less are equal
 SLOPE_ROUND_OFF = 64 * np.finfo(float).eps  # of a difference of slopes, relative to its terms
 
 
@@ -85,7 +85,7 @@ class Sensitivities(Result):
         return bool(np.all(np.abs(values[:, 1] - values[:, 0]) <= SMOOTH * size))
 
     def ranked(self, at_least: float = SMOOTH) -> NDArray[np.intp]:
-        """The nodes that the load factor depends on, by a share of the most, those that count most first."""
+        """The nodes with a notable influence on the load factor, the most important first."""
         sizes = np.nansum([np.abs(getattr(self, kind).elasticity).max(axis=1) for kind in KINDS], axis=0)
         order = np.argsort(-sizes, kind="stable")
         return order[sizes[order] > at_least * sizes.max(initial=0.0)]
@@ -181,7 +181,7 @@ def sensitivities(
 
 @dataclass(frozen=True)
 class _Reached:
-    """An optimum, what changes the slack of the rows that it reaches, and their gain from friction."""
+    """An optimum, the influences on the slack of the rows it reaches, and their gain from friction."""
 
     optimum: OneSidedOptimum
     rates: RowRates
@@ -189,7 +189,7 @@ class _Reached:
     turn: FloatArray  # (k, N), over its unknowns
 
     def friction(self, problem: Problem, load_factor: float) -> Slopes:
-        """Of the friction of every node, and of a factor on all of them."""
+        """Slopes for the friction of every node, and for a factor on all of them."""
         closed = self.rates.rubs
         derivative = np.zeros((problem.n, 2))
         for node in np.unique(self.rates.node[closed]):
@@ -203,7 +203,7 @@ class _Reached:
         return self.optimum.derivative(gain, turn)
 
     def loads(self, of_nodes: Callable[[NDArray[np.intp]], FloatArray], load_factor: float) -> Slopes:
-        """Of a factor on loads, at every node and at all of them."""
+        """Slopes for a factor on loads, at every node and at all of them."""
         still = np.zeros_like(self.turn)
         everywhere = np.arange(self.rates.zone.problem.n)
         acting = everywhere if self.rates.zone.open_nodes else np.unique(self.rates.node)
@@ -221,7 +221,7 @@ def _of_upper(zone: Zone, bound: UpperBound, one_sided: bool, tolerances: Tolera
     chosen = np.flatnonzero((excess >= -tolerances.feasibility) | (bound.multipliers > 0))
     rates = rates_of(zone, bound.load_factor, before=before).among(chosen)
     y, slack = bound.multipliers[chosen], np.maximum(-rows.excess(slip, bound.load_factor), 0.0)
-    slack[chosen] = 0.0  # what round-off leaves there would be taken for the size of the others
+    slack[chosen] = 0.0  # otherwise round-off there would set the scale of the others
     optimum = OneSidedOptimum(
         W=rows.coefficients[chosen],
         d=rows.d[chosen],
@@ -274,6 +274,6 @@ def _of_energy(zone: Zone, bound: EnergyBound, one_sided: bool, tolerances: Tole
 def _is_kept(
     rows: EnergyRows, slip: FloatArray, load_factor: float, reach: float, tolerances: Tolerances
 ) -> bool:
-    """Whether a slip is the middle of a ball of some radius at a load factor."""
+    """Whether a slip is the centre of a ball of some radius at a load factor."""
     slack = rows.slack(slip, load_factor, reach) / rows.sizes(slip, load_factor, reach)
     return bool(slack.min() >= -tolerances.feasibility)

@@ -20,7 +20,7 @@ from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
 
-DOUBLINGS = 10  # of the end of the scan while slips are not too large there
+DOUBLINGS = 10  # at most so many doublings of the end of the scan, while slips there are small enough
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -32,7 +32,7 @@ class SlipLimit(Result):
     below
         The length that slip ranges are to stay below [length].
     load_factor
-        The largest load factor up to which they do at every one that was simulated; NaN where
+        The largest load factor such that they do at every simulated one up to it; NaN where
         they do not at λ = 0.
     largest, node
         The largest slip range there [length], and its node, −1 where nothing slips.
@@ -136,7 +136,7 @@ def slip_limit(
 
 @dataclass(frozen=True)
 class _Runs:
-    """One start at many load factors: the outcomes and criteria found so far."""
+    """Simulations from one start at many load factors: outcomes and criteria found so far."""
 
     problem: Problem
     below: float
@@ -156,7 +156,7 @@ class _Runs:
         return self.found[load_factor][1].met is True
 
     def end(self, top: float) -> float:
-        """A load factor at which slips are too large, from this one on; else the last one tried."""
+        """A load factor at or above this one at which slips are too large; else the last one tried."""
         for _ in range(DOUBLINGS):
             if not self.meets(top):
                 break
@@ -177,7 +177,7 @@ class _Runs:
         return low, inf
 
     def limit(self) -> SlipLimit:
-        """All that has been found."""
+        """Everything found so far."""
         low, high = self.first_change()
         scanned = sorted(self.found)
         at_low = self.found[low][1] if isfinite(low) else SlipCriterion(self.below, False, nan, -1)
@@ -196,6 +196,6 @@ class _Runs:
 
 
 def _first_end(problem: Problem, open_nodes: tuple[int, ...], tolerances: Tolerances) -> float:
-    """A little more than the upper bound; 1 where there is none."""
+    """Slightly more than the upper bound; 1 where there is none."""
     upper = upper_bound(problem, open_nodes=open_nodes, certify=False, tolerances=tolerances)
     return scan_end(upper) or 1.0

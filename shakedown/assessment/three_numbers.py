@@ -1,4 +1,4 @@
-"""What is proved from every state, from this one, what is impossible: three numbers of many limits."""
+"""Proved from every state, proved from this state, impossible above: three numbers from many limits."""
 
 from collections.abc import Iterator
 from math import inf, isnan, nan
@@ -34,7 +34,7 @@ class FromState(NamedTuple):
     load_factor
         Where the proof ends; NaN where nothing is proved.
     least_load_factor
-        Where it begins: zero but for a λ_E of a mean load that is not safe by itself.
+        Where it begins: zero, except for λ_E where the mean load alone is not safe.
     """
 
     symbol: str
@@ -45,9 +45,9 @@ class FromState(NamedTuple):
 def from_state(
     energy: EnergyBound, box: BoxBound | None = None, slip: AccumulatedBound | None = None
 ) -> FromState:
-    """The largest of the bounds of the same state; λ_E where no other proves more.
+    """The largest of the bounds for one state; λ_E where no other proves more.
 
-    The others are of the state alone, with all nodes closed.
+    The others are for that state alone, with all nodes closed.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def from_state(
 
 
 def admitted_up_to(problem: Problem, slip: FloatArray, tolerances: Tolerances = DEFAULT) -> float:
-    """Up to which load factor the first load step admits a slip with all nodes closed; 0 where none does.
+    """The load factor up to which the first load step admits a slip with all nodes closed; 0 where none.
 
     Examples
     --------
@@ -91,7 +91,7 @@ def admitted_up_to(problem: Problem, slip: FloatArray, tolerances: Tolerances = 
 
 
 class NumberedLimits(Protocol):
-    """The limits that the numbers are made of."""
+    """The limits from which the three numbers are taken."""
 
     @property
     def problem(self) -> Problem: ...
@@ -116,14 +116,14 @@ class NumberedLimits(Protocol):
 
 
 def proved_from_every_state(limits: NumberedLimits) -> float:
-    """λ_U; 0 where nothing is proved, NaN where a program of the proof came to no end."""
+    """λ_U; 0 where nothing is proved, NaN where a program of the proof did not finish."""
     if limits.universal.status == Status.UNDECIDED:
         return nan
     return 0.0 if isnan(limits.universal.load_factor) else limits.universal.load_factor
 
 
 def proved_from_this_state(limits: NumberedLimits) -> float:
-    """The largest of what is proved of the state asked about; NaN where a program came to no end."""
+    """The largest limit proved for the state in question; NaN where a program did not finish."""
     here = limits.from_state
     known = [nan if here.least_load_factor > 0 else here.load_factor, _as_one_of_all(limits)]
     proved = [number for number in known if not isnan(number)]
@@ -133,7 +133,7 @@ def proved_from_this_state(limits: NumberedLimits) -> float:
 
 
 def _as_one_of_all(limits: NumberedLimits) -> float:
-    """Up to where this state is one of those that λ_U is about; NaN where that is not known."""
+    """Up to where this state is among those that λ_U is about; NaN where that is not known."""
     if limits.open_nodes or limits.distance > 0 or limits.universal.after_transient:
         return nan
     every = proved_from_every_state(limits)
@@ -141,7 +141,7 @@ def _as_one_of_all(limits: NumberedLimits) -> float:
 
 
 def impossible_above(limits: NumberedLimits) -> float:
-    """λ_max, the upper end of what encloses it; inf where nodes are open, 0 where no slip is safe."""
+    """The upper end of what encloses λ_max; inf where nodes are open, 0 where no slip is safe."""
     upper = limits.upper
     if upper.open_nodes:
         return inf
@@ -153,9 +153,9 @@ def impossible_above(limits: NumberedLimits) -> float:
 def open_ends(
     *results: LowerBound | UpperBound | EnergyBound | UniversalBound | Missing,
 ) -> Iterator[str]:
-    """One sentence for each result without an answer, or whose answer is disputed.
+    """One sentence for each result that is open or disputed.
 
-    What a joint has not, as λ_1 with two tangential directions, is not open.
+    A limit that does not exist, like λ_1 with two tangential directions, is not open.
 
     Examples
     --------

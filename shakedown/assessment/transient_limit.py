@@ -28,12 +28,12 @@ from shakedown.long_term.state import LongTermState
 if TYPE_CHECKING:
     from shakedown.bounds.results import UpperBound
 
-SCANNED = 20  # load factors, beside λ = 0; one number everywhere, so that a joint has one λ_T
-SCAN_ABOVE = 1.05  # of λ_max, beyond which nothing shakes down: where the scan ends
-BELOW = (  # where a proof is sought
+SCANNED = 20  # load factors besides λ = 0; fixed, so that a joint has one λ_T
+SCAN_ABOVE = 1.05  # times λ_max, beyond which nothing shakes down: end of the scan
+BELOW = (  # shares below λ_T at which a proof is sought
     0.0, 1e-6, 1e-5, 1e-4, 2e-4, 4e-4, 6e-4, 8e-4, 1e-3, 2e-3, 5e-3, 1e-2, 1.5e-2, 2e-2, 3e-2, 0.1, 0.3,
 )  # fmt: skip
-HALVINGS = 2  # of the step between two of these, with two tangential directions
+HALVINGS = 2  # bisections between two of these, with two tangential directions
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -50,7 +50,7 @@ class TransientLimit(Result):
     proved
         The largest load factor at or below ``low`` at which shakedown was proved (the motion comes
         into an energy ball, or into a state from which its total slip is bounded); NaN where no proof was
-        found. The proof is for this load factor: of smaller ones it says nothing.
+        found. The proof is for this load factor only, not for smaller ones.
     cycling
         The smallest simulated load factor above ``low`` at which a long-term state
         other than shakedown was found: cyclic slip, ratchetting, or separation, where nodes
@@ -88,7 +88,7 @@ class TransientLimit(Result):
 
     @property
     def followed(self) -> dict[str, Any]:
-        """What is proved once cycles are followed: at which load factor, after how many.
+        """What is proved by following cycles: at which load factor, after how many cycles.
 
         NaN and None where nothing is.
         """
@@ -168,13 +168,13 @@ def transient_limit(
     histories = _Histories(problem, start, opened, tolerances, {})
     scan = np.linspace(0.0, float(top), steps + 1)
     low, high = histories.last_change(np.union1d(scan, histories.certain(float(top))))
-    # of the end of the scan: no more narrowly towards an outcome in space that is undecided
+    # of the end of the scan: limit of bisection towards an undecided outcome in space
     return histories.limit(*histories.narrowed(low, high, accuracy * float(top), THREE_DIGITS * float(top)))
 
 
 @dataclass(frozen=True)
 class _Histories:
-    """One history at many load factors: the long-term states found so far."""
+    """Long-term states found so far for one history at many load factors."""
 
     problem: Problem
     start: FloatArray
@@ -195,7 +195,7 @@ class _Histories:
         return float(scan[good[-1]]), float(np.append(scan, np.inf)[good[-1] + 1])
 
     def narrowed(self, low: float, high: float, width: float, coarse: float) -> tuple[float, float]:
-        """The change from shakedown within a width; towards an undecided state within the coarse one."""
+        """Narrow the change from shakedown to a width; towards an undecided state to the coarse width."""
         return bisected(
             self.shakes_down, low, high, lambda end: max(width, coarse) if self.is_open(end) else width
         )
@@ -208,7 +208,7 @@ class _Histories:
         return [nextafter(CERTAIN * end, 0.0) for end in ends if 0.0 < end < top]
 
     def limit(self, low: float, high: float) -> TransientLimit:
-        """All that has been found, with a proof near ``low``."""
+        """Everything found, with a proof near ``low``."""
         at_proved = self._proved(low) if np.isfinite(low) else None
         for state in (self.runs[each] for each in self.certain(low)):
             if state.proved and (at_proved is None or at_proved.load_factor < state.load_factor):
@@ -232,7 +232,7 @@ class _Histories:
         )
 
     def is_open(self, load_factor: float) -> bool:
-        """Whether a state in space is undecided: where it is, is up to the cycles allowed."""
+        """Whether a state in space is undecided; where such states begin depends on the cycles allowed."""
         found = self.runs.get(load_factor)
         return self.problem.directions > 1 and found is not None and found.outcome == Outcome.UNDECIDED
 
@@ -244,7 +244,7 @@ class _Histories:
     def _proved(self, low: float) -> LongTermState | None:
         """The state at the largest of some load factors up to ``low`` at which shakedown can be proved.
 
-        With two tangential directions, where every try takes programs over cones, by bisection.
+        With two tangential directions, where every attempt solves cone programs, by bisection.
         """
         states = (self._at(share, low) for share in BELOW)
         if self.problem.directions == 1:
@@ -253,14 +253,14 @@ class _Histories:
         if proved.proved:
             return proved
         best, last, few = None, 0, len(BELOW)
-        while few - last > 1:  # nothing is proved at `last`, and something at `few` if anywhere
+        while few - last > 1:  # nothing is proved at `last`; if anywhere, at `few`
             middle = (last + few) // 2
             state = self._at(BELOW[middle], low)
             last, few, best = (last, middle, state) if state.proved else (middle, few, best)
         return best if best is None else self._sharpened(best, BELOW[last], BELOW[few], low)
 
     def _sharpened(self, best: LongTermState, without: float, proved: float, low: float) -> LongTermState:
-        """A state that is proved, nearer to one that is not."""
+        """A proved state nearer to one that is not."""
         for _ in range(HALVINGS):
             share = 0.5 * (without + proved)
             state = self._at(share, low)
@@ -268,7 +268,7 @@ class _Histories:
         return best
 
     def _at(self, share: float, low: float) -> LongTermState:
-        """The state at a load factor below a limit by such a share of it."""
+        """The state at a load factor below a limit by a given share of it."""
         load_factor = (1.0 - share) * low
         known = self.runs.get(load_factor)
         return self._followed(load_factor) if known is None else known
@@ -286,26 +286,26 @@ def check_scan(largest: float, steps: int, accuracy: float) -> None:
 def bisected(
     holds: Callable[[float], bool], low: float, high: float, width: Callable[[float], float]
 ) -> tuple[float, float]:
-    """A change from holding at ``low`` to not holding at ``high``, more narrowly; as given without one.
+    """Bisect a change from holding at ``low`` to not holding at ``high``; unchanged where there is none.
 
-    How narrowly may depend on the end at which it does not hold.
+    The width may depend on the end at which it does not hold.
     """
     middle = 0.5 * (low + high)
-    while np.isfinite(high) and high - low > width(high) and low < middle < high:  # floats are finite
+    while np.isfinite(high) and high - low > width(high) and low < middle < high:  # ends as floats are finite
         low, high = (middle, high) if holds(middle) else (low, middle)
         middle = 0.5 * (low + high)
     return low, high
 
 
 def scan_end(upper: "UpperBound") -> float | None:
-    """A little more than λ_max, so that the scan ends above it; None where that is no positive number."""
+    """Slightly more than λ_max, so that the scan ends above it; None where that is not positive."""
     largest = SCAN_ABOVE * upper.load_factor
     return largest if 0 < largest < np.inf else None
 
 
 def _top(problem: Problem, open_nodes: tuple[int, ...], tolerances: Tolerances) -> float:
     """Where the scan ends by default."""
-    from shakedown.bounds.upper import upper_bound  # LPs are needed only here
+    from shakedown.bounds.upper import upper_bound  # linear programs are needed only here
 
     upper = upper_bound(problem, open_nodes=open_nodes, certify=False, tolerances=tolerances)
     if upper.status != Status.OPTIMAL:

@@ -44,7 +44,7 @@ RANDOM_STATES = 3
 
 @dataclass(frozen=True)
 class Settings:
-    """How a verification was made, so that it can be made again.
+    """The settings of a verification, so that it can be repeated.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class Verification(Result):
     settings
         How it was made.
     unfinished
-        What is still to come, in words, of one that is shown while it is made; else empty.
+        What is still missing, in words, where it is shown before it is finished; else empty.
     """
 
     assessment: Assessment
@@ -175,7 +175,7 @@ class Verification(Result):
 
     @cached_property
     def nodes(self) -> NodeResults:
-        """What every node goes through in the long run under the nominal load."""
+        """The results of every node in the long term under the nominal load."""
         return node_results(self.as_given, tolerances=self.limits.tolerances)
 
     @property
@@ -292,7 +292,7 @@ def verify(
 
 
 class _Scope(NamedTuple):
-    """What a verification is asked beside its :class:`Settings`."""
+    """What a verification is asked for besides its :class:`Settings`."""
 
     open_nodes: Iterable[int] | Literal["auto"]
     load_factors: Sequence[float] | None
@@ -301,7 +301,7 @@ class _Scope(NamedTuple):
 
 
 def _header(problem: Problem, asked: _Scope, settings: Settings, tolerances: Tolerances) -> dict[str, str]:
-    """All that a verification depends on, by name."""
+    """Everything that a verification depends on, by name."""
     factors = None if asked.load_factors is None else [float(factor) for factor in asked.load_factors]
     words = asked._replace(load_factors=factors)._asdict() | vars(settings)
     return run_header("verify", problem, tolerances, words)
@@ -321,10 +321,10 @@ def _verified(
     how = settings.cycles, settings.method
     nominal = work.steps.done(functools.partial(case_as_given, limits))
     runs: list[Run] = [work.steps.done(functools.partial(run_of, limits, nominal, *how))]
-    work.show(lambda: _so_far(found, runs, "all other runs", settings))  # before the others are planned
+    work.show(lambda: _so_far(found, runs, "all other runs", settings))  # before the other runs are planned
     cases = planned_cases(limits, asked.load_factors, *random, work.steps)
     work.count, work.pieces = len(runs), len(runs) + len(cases) + len(OtherEvidence._fields)
-    work.show(lambda: _so_far(found, runs, "all other runs", settings))  # where it was too early before
+    work.show(lambda: _so_far(found, runs, "all other runs", settings))  # in case it was too early before
     steps: list[Callable[[], Any]] = [functools.partial(run_of, limits, case, *how) for case in cases]
     first = sum(case.load_factor == AS_GIVEN for case in cases)  # λ = 1 comes first, then λ_T
     steps.insert(first, lambda: limits.transient)
@@ -364,7 +364,7 @@ def _is_as_given(run: Run, problem: Problem) -> bool:
 
 
 def _so_far(found: Assessment, runs: Sequence[Run], to_come: str, settings: Settings) -> Verification:
-    """What is known before all is done; limits that are not worked out yet are missing."""
+    """What is known before the end; limits that are not computed yet are missing."""
     limits = found.details.so_far("transient", "friction")
     none = ConicBound(Status.UNDECIDED, nan, -1, np.full(limits.problem.layout.slip_size, nan), "Clarabel")
     return Verification(

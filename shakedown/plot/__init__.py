@@ -4,8 +4,8 @@ Every function takes ``ax``, the axes to draw on; without it a new figure is mad
 ``plot.save(axes, path)`` writes to a file. Labels carry the units of the problem where they are
 known. The report is drawn by the same functions.
 
-From a result to a picture: ``drawn_path`` reads a result (its path, an instant, what nodes do along it),
-a module below works out what is seen, ``style`` has what all of them look like (axes, colours, legends).
+From a result to a picture: ``drawn_path`` reads a result (its path, an instant, sums of each node along it),
+a module below computes what is drawn, ``style`` holds what all pictures share (axes, colours, legends).
 
 - the joint as given: ``joint`` (nodes, loads, what limits it), ``loops`` (the loading of a node)
 - a number per node, lines along a contact, colours over a patch: ``over_contact``
@@ -18,7 +18,7 @@ a module below works out what is seen, ``style`` has what all of them look like 
 - limits on one scale, against a parameter or the cycle: ``load_factors``; design diagrams: ``regions``
 - maps of initial states: ``basins``
 - numbers against the mesh: ``refinement``
-- inside a page: ``inline_svg``, ``patch_data`` (to turn there); without a window: ``backend``
+- inside a page: ``inline_svg``, ``patch_data`` (the view in three dimensions); without a window: ``backend``
 """
 
 import shakedown.plot.backend  # noqa: F401  before matplotlib

@@ -1,4 +1,4 @@
-"""Pictures need no window: an ``MPLBACKEND`` that matplotlib does not know is nothing to stop at."""
+"""Pictures need no window, so an ``MPLBACKEND`` unknown to matplotlib must not stop the import."""
 
 import os
 import sys
@@ -6,7 +6,7 @@ from contextlib import suppress
 
 
 def import_matplotlib() -> None:
-    """Import matplotlib, which refuses to be imported beside such a variable."""
+    """Import matplotlib, which refuses to be imported while that variable has an unknown value."""
     if "matplotlib" in sys.modules:
         return
     wanted = os.environ.pop("MPLBACKEND", None)

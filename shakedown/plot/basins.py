@@ -23,11 +23,11 @@ from shakedown.joint.units import units_of
 from shakedown.plot.style import BLACK, BLUE, GREEN, MARGIN, PURPLE, RED, SKY, axes_for, finished, node_name
 
 RESTING = "#D9D9D9"  # states that shake down
-DISSIPATION = "cividis_r"  # even in lightness, and for readers with colour-blindness
+DISSIPATION = "cividis_r"  # perceptually uniform, also with colour-blindness
 
 
 class Outlines(Protocol):
-    """What is drawn into the plane: closed outlines (k, 2), empty where there is none."""
+    """The outlines drawn into the plane: closed polygons (k, 2), empty where there is none."""
 
     @property
     def coordinates(self) -> tuple[int, int]: ...
@@ -131,7 +131,7 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     plane = found.problem.layout.slip_size == 2 or found.sampling.sampler == "grid"
     if plane:
         handles += _draw_outlines(axes, found.plane)
-    centre: dict[str, Any] = {  # hollow: a safe region may be smaller than the marker
+    centre: dict[str, Any] = {  # hollow, as a safe region may be smaller than the marker
         "marker": "o",
         "mfc": "none",
         "mec": BLACK,
@@ -152,13 +152,13 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
 
 
 def _slip_name(place: int, problem: Problem) -> str:
-    """Whose slip stands at a place, with two directions also along which of its tangents."""
+    """Which node's slip a place holds; in space also along which of its tangents."""
     d = problem.directions
     return node_name(place // d, problem) + ("" if d == 1 else f" along {'xy'[place % d]}")
 
 
 def _draw_states(axes: Axes, found: Mapped, points: FloatArray, label: str) -> list[Any]:
-    """Every state by what becomes of it, a colour bar; entries of the legend."""
+    """Draw every state by its outcome, with a colour bar; returns entries of the legend."""
     resting, undecided = found.outcome == "shakedown", found.outcome == "undecided"
     separation, leaving = found.outcome == "separation", (found.period == 0) & ~undecided
     moving = ~resting & ~undecided & ~separation
@@ -187,7 +187,7 @@ def _cells(
     colours: str | Colormap,
     scale: Normalize | None = None,
 ) -> ScalarMappable:
-    """The states of a square grid as cells."""
+    """Draw the states of a square grid as cells."""
     side = isqrt(len(points))
     x, y, image = points[:side, 0], points[::side, 1], values.reshape(side, side)
     return axes.pcolormesh(x, y, image, cmap=colours, norm=scale, shading="nearest", rasterized=True)
@@ -200,14 +200,14 @@ def _dots(
     colours: str | Colormap,
     scale: Normalize | None = None,
 ) -> ScalarMappable:
-    """States anywhere as dots, the smaller the more there are."""
+    """Draw scattered states as dots, smaller where there are more of them."""
     x, y = points[~values.mask].T
     size = float(np.clip(4000.0 / len(points), 1.0, 12.0))
     return axes.scatter(x, y, s=size, c=values.compressed(), cmap=colours, norm=scale, lw=0, rasterized=True)
 
 
 def _draw_outlines(axes: Axes, plane: Outlines) -> list[Any]:
-    """Regions of the plane; entries of the legend."""
+    """Draw regions of the plane; returns entries of the legend."""
     lines: list[tuple[FloatArray, dict[str, Any]]] = [
         (plane.admissible, {"ec": BLACK, "ls": "-", "label": "admissible at the first load"}),
         (plane.safe, {"ec": GREEN, "ls": "-", "label": "safe region"}),

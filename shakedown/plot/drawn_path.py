@@ -1,4 +1,4 @@
-"""What pictures read from a result: its recorded path, an instant of it, what each node does along it."""
+"""What pictures read from a result: its recorded path, an instant, slip and work of each node."""
 
 from collections.abc import Iterable
 from typing import Protocol
@@ -34,7 +34,7 @@ def path_of(result: Recorded | EventHistory) -> EventHistory:
 
 
 def path_in_the_plane(result: Recorded | EventHistory, problem: Problem | None) -> EventHistory:
-    """The same, with or without its joint; ``UsageError`` where that has two tangential directions."""
+    """As :func:`path_of`, with or without its joint; ``UsageError`` where the joint is one in space."""
     if problem is not None:
         require_plane("picture", problem)
     path = path_of(result)
@@ -44,20 +44,20 @@ def path_in_the_plane(result: Recorded | EventHistory, problem: Problem | None) 
 
 
 def pressed(problem: Problem, path: EventHistory) -> NDArray[np.bool_]:
-    """Where nodes are closed and pressed by more than a path resolves, so that there is a q/(f p), (s, n)."""
+    """Where nodes are closed and p exceeds the resolution of a path, so that q/(f p) is defined, (s, n)."""
     limit = problem.law.limit(path.p)
     return np.asarray((path.state != OPEN) & (limit > SIX_DIGITS * np.abs(limit).max(initial=0.0)))
 
 
 def time_in_words(cycle: float) -> str:
-    """An instant of a path."""
+    """The time of an instant, as pictures write it."""
     return f"t = {few(cycle)} cycles"
 
 
 def at_instant(path: EventHistory, cycle: float | None, *, sheared: bool = False) -> tuple[EventHistory, str]:
-    """The state at a time, by default when the total pressure is largest, and what a picture calls it.
+    """The state at a time, by default when the total pressure is largest, and its name in a picture.
 
-    Or, by default, when the tangential reactions are largest in all.
+    On request the default is the time when the sum of the tangential reactions is largest.
     """
     usual = most_sheared_row(path) if sheared else extreme_rows(path)[0]
     time = float(path.cycle[usual]) if cycle is None else cycle
@@ -74,8 +74,8 @@ def most_sheared_row(path: EventHistory) -> int:
 def extreme_rows(path: EventHistory) -> tuple[int, int]:
     """The rows with the largest and the smallest total pressure, once the first period has begun.
 
-    Of rows that differ from these by round-off the one with the largest tangential reactions:
-    where the pressure stays, no row with hardly any load. The two may be the same.
+    Among rows that equal these up to round-off, the one with the largest tangential reactions is taken:
+    where the pressure is constant, a row without load would show nothing. The two may be the same row.
     """
     begun = path.cycle >= 0
     rows = np.flatnonzero(begun) if begun.any() else np.arange(len(path.cycle))
@@ -113,7 +113,7 @@ def so_far(state: LongTermState, cycles: FloatArray) -> tuple[FloatArray, FloatA
         (_work_of_steps(path), work_of_nodes(state)),
     ):
         grown = np.concatenate([np.zeros((1, problem.n)), np.cumsum(steps, axis=0)])
-        whole = np.where(grown[-1] != 0, grown[-1], 1.0)  # by straight lines: nearly what is integrated
+        whole = np.where(grown[-1] != 0, grown[-1], 1.0)  # piecewise linear, close to what was integrated
         found.append((grown[row] + share * steps[row]) * (total / whole))
     return found[0], found[1]
 

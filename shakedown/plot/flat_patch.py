@@ -10,8 +10,8 @@ from shakedown.ground.round_off import PER_CENT, SIX_DIGITS
 from shakedown.ground.shown_values import few
 from shakedown.joint.contact_patches import TURN, IntArray, contact_patches, normals_of
 
-OFF = 0.05  # shares by which places and normals may be off the shape that a patch is taken for
-ALONG_AN_AXIS = 1.0 - PER_CENT  # of a direction along an axis of the model, which then names it
+OFF = 0.05  # relative deviation of places and normals from the fitted shape that is accepted
+ALONG_AN_AXIS = 1.0 - PER_CENT  # cosine from which on a direction is named after an axis of the model
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ def flat(places: FloatArray, normals: FloatArray | None, nodes: IntArray, faces:
     known = beside if faces is None else _of_nodes(at, beside, faces)
     mean = _mean_normal(at, known)
     plane = _mean_normal(at, None)
-    if abs(plane @ mean) > TURN:  # at its edges normals may be those of an edge
+    if abs(plane @ mean) > TURN:  # normals at the edge of the patch may be those of the edge
         mean = plane * np.sign(plane @ mean)
     sag = np.ptp(at @ mean - at.mean(axis=0) @ mean)
     size = float(np.linalg.norm(np.ptp(at, axis=0)))
@@ -68,7 +68,7 @@ def flat(places: FloatArray, normals: FloatArray | None, nodes: IntArray, faces:
 
 
 def _of_nodes(at: FloatArray, normals: FloatArray | None, faces: IntArray) -> FloatArray:
-    """Unit normals of nodes by the faces of their patch alone: at an edge not those of the other side."""
+    """Unit normals of nodes from the faces of their own patch, so that an edge does not mix both sides."""
     total, across = np.zeros_like(at), normals_of(at, normals, faces)
     for corner in faces.T:
         np.add.at(total, corner[corner >= 0], across[corner >= 0])
@@ -80,13 +80,13 @@ def _of_nodes(at: FloatArray, normals: FloatArray | None, faces: IntArray) -> Fl
 
 def _mean_normal(at: FloatArray, known: FloatArray | None) -> FloatArray:
     mean = np.zeros(3) if known is None else known.mean(axis=0)
-    if np.linalg.norm(mean) < 0.5:  # unknown, or all around
+    if np.linalg.norm(mean) < 0.5:  # unknown, or pointing in all directions
         mean = flattest(at)
     return np.asarray(mean / np.linalg.norm(mean))
 
 
 def flattest(at: FloatArray) -> FloatArray:
-    """The direction along which points extend least; of points in a row an axis of the model."""
+    """The direction in which points extend least; for collinear points an axis of the model."""
     arms = at - at.mean(axis=0)
     arms = arms / (np.abs(arms).max() or 1.0)
     sizes, directions = np.linalg.eigh(arms.T @ arms)
@@ -96,7 +96,7 @@ def flattest(at: FloatArray) -> FloatArray:
 
 
 def _projected(nodes: IntArray, at: FloatArray, normal: FloatArray, faces: IntArray | None) -> Patch:
-    """Seen along a normal."""
+    """The patch projected along a normal."""
     most = int(np.abs(normal).argmax())
     names = "along the patch", "across the patch"
     if abs(normal[most]) > ALONG_AN_AXIS:
@@ -111,7 +111,7 @@ def _projected(nodes: IntArray, at: FloatArray, normal: FloatArray, faces: IntAr
 
 
 def _cylinder(nodes: IntArray, at: FloatArray, normals: FloatArray, faces: IntArray | None) -> Patch | None:
-    """Unrolled, where the normals are across one axis and the nodes on a circle about it."""
+    """The patch unrolled, where normals are perpendicular to an axis and nodes on a circle about it."""
     axis = _upwards(np.linalg.eigh(normals.T @ normals)[1][:, 0])
     if np.sqrt(np.mean((normals @ axis) ** 2)) > OFF:
         return None
@@ -135,7 +135,7 @@ def _cylinder(nodes: IntArray, at: FloatArray, normals: FloatArray, faces: IntAr
 
 
 def _cone(nodes: IntArray, at: FloatArray, normals: FloatArray, faces: IntArray | None) -> Patch | None:
-    """Unrolled, where the normals make one angle with an axis that they meet."""
+    """The patch unrolled, where all normals meet one axis at the same angle."""
     axis = _upwards(np.linalg.eigh(np.cov(normals.T))[1][:, 0])
     lean = normals @ axis
     if np.std(lean) > OFF or abs(lean.mean()) < OFF:
@@ -153,7 +153,7 @@ def _cone(nodes: IntArray, at: FloatArray, normals: FloatArray, faces: IntArray 
     if off > OFF * radii.max() or not abs(slope) > OFF:
         return None
     sine, away = abs(slope) / float(np.hypot(1.0, slope)), float(np.sign(slope))
-    axis, plane, arms = away * axis, plane * [[1.0], [away]], arms * [1.0, away]  # from the apex on
+    axis, plane, arms = away * axis, plane * [[1.0], [away]], arms * [1.0, away]  # measured from the apex
     angle, nodes, faces, copies = _unrolled(np.arctan2(arms[:, 1], arms[:, 0]), nodes, faces)
     out = np.column_stack([np.cos(angle), np.sin(angle)]) @ plane
     generator = sine * out + np.sqrt(1.0 - sine**2) * axis
@@ -167,15 +167,15 @@ def _cone(nodes: IntArray, at: FloatArray, normals: FloatArray, faces: IntArray 
 
 
 def _start(angle: FloatArray) -> float:
-    """The angle after the largest gap; of gaps that are alike but for round-off, that of the first node."""
+    """The angle after the largest gap; among gaps equal up to round-off, that of the first node."""
     order = np.sort(angle)
     gaps = np.diff(np.append(order, order[0] + 2 * np.pi))
     alike = np.flatnonzero(gaps >= (1.0 - SIX_DIGITS) * gaps.max())
     begins = order[(alike + 1) % len(order)]
     away = np.abs(np.mod(angle[None] - begins[:, None] + np.pi, 2 * np.pi) - np.pi)
-    first = (away <= SIX_DIGITS).argmax(axis=1)  # the first node there
+    first = (away <= SIX_DIGITS).argmax(axis=1)  # the first such node
     start = begins[int(first.argmin())] + np.pi - SIX_DIGITS
-    return float(np.mod(start, 2 * np.pi) - np.pi + SIX_DIGITS)  # π and −π are one
+    return float(np.mod(start, 2 * np.pi) - np.pi + SIX_DIGITS)  # π and −π are the same angle
 
 
 def _unrolled(
@@ -206,7 +206,7 @@ def _upwards(axis: FloatArray) -> FloatArray:
 
 
 def _across(axis: FloatArray) -> FloatArray:
-    """Two directions across an axis, (2, 3): with it a right-handed frame."""
+    """Two directions perpendicular to an axis, (2, 3), that form a right-handed frame with it."""
     first = np.eye(3)[int(np.abs(axis).argmin())]
     first = first - (first @ axis) * axis
     first /= np.linalg.norm(first)

@@ -1,4 +1,4 @@
-"""Pictures inside the page: SVG without outside help, in the colours of the page, with values to hover."""
+"""Pictures inside the page: self-contained SVG in the colours of the page, with values shown on hover."""
 
 import io
 import re
@@ -22,19 +22,19 @@ from shakedown.ground.visible_text import SUBSCRIPT, visible
 from shakedown.plot.style import DOTS_PER_INCH
 
 SVG = "{http://www.w3.org/2000/svg}"
-POINTS = 72  # of an inch: then a place on the figure is a place in the picture
-ROUNDED = {"d", "x", "y", "transform"}  # attributes in which nobody sees a third decimal
-MOST_MARKERS = 700  # of one picture; with more of them lines carry none
-REACH = "4"  # about a marker, in points, within which its values are told
-PANEL, SMALL = (4.6, 3.2), (3.7, 2.9)  # inches: two side by side fill a page, or three
+POINTS = 72  # per inch, so that points of the figure are units of the picture
+ROUNDED = {"d", "x", "y", "transform"}  # attributes whose third decimal is invisible
+MOST_MARKERS = 700  # in one picture; lines with more points have none
+REACH = "4"  # radius about a marker, in points, within which its values are shown
+PANEL, SMALL = (4.6, 3.2), (3.7, 2.9)  # inches: two, or three, side by side fill a page
 SIDE_BY_SIDE = 3  # small pictures in a row: of nodes up to so many each has its own
 MARGINS = (0.72, 0.52, 0.22, 0.26)  # inches left, below, right and above the axes
-SCALE = 0.82  # inches beside the axes for a scale of colours
-EDGE = 3.0  # points kept free about what reaches beyond the figure
+SCALE = 0.82  # inches beside the axes for a colour bar
+EDGE = 3.0  # points kept free around labels that extend beyond the figure
 LETTER, SAMPLE = 4.3, 44.0  # widths in a legend, in points: of a letter, of the line before a name
 LEGEND, LINE = 0.46, 0.17  # inches from the axes down to their legend; height of one line of it
 
-# What a page in the dark draws in another colour; the names are those of the page's style.
+# Colours that a dark page replaces, by the names of the variables in the page's style.
 COLOURS = {"#000000": "ink", "#ffffff": "paper", "#0072b2": "blue", "#777777": "grey", "#cccccc": "rule"}
 NAME = re.compile(SUBSCRIPT.pattern + "([^λ]*)")  # a symbol, its subscript, what follows it
 STYLE: Any = {
@@ -56,7 +56,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Picture:
-    """Panels side by side under one caption, and their common legend."""
+    """Panels side by side under one caption, with their common legend."""
 
     caption: str
     panels: tuple[Panel, ...]
@@ -64,24 +64,24 @@ class Picture:
 
     @property
     def heading(self) -> str:
-        """The name that all panels have, which stands above them once; empty where they differ."""
+        """The name shared by all panels, shown once above them; empty where they differ."""
         names = {panel.name for panel in self.panels}
         return names.pop() if len(names) == 1 else ""
 
 
 class Draws(Protocol):
-    """What draws on given axes, as every function of ``shakedown.plot`` does."""
+    """A function that draws on given axes, like every function of ``shakedown.plot``."""
 
     def __call__(self, *, ax: Axes) -> object: ...
 
 
 class Drawing(NamedTuple):
-    """What is to be drawn on one panel.
+    """The contents of one panel.
 
     Attributes
     ----------
     alt
-        What is to be seen, for those who do not see it.
+        Text that describes the picture for readers who do not see it.
     draw
         What draws it.
     name
@@ -106,7 +106,7 @@ def picture(caption: str, *drawings: Drawing, alike: int = 0, one_legend: bool =
     drawings
         What is drawn on each.
     alike
-        So many of the first ones have the same limits of their axes.
+        The number of first panels whose axes share their limits.
     one_legend
         Whether all panels have one legend, above them.
     """
@@ -137,21 +137,21 @@ def _drawn(figure: Figure, size: tuple[float, float], drawing: Drawing) -> Axes:
 
 
 def _beside(axes: Axes) -> float:
-    """The room that a scale of colours takes [inch]."""
+    """The width of a colour bar [inch]."""
     return SCALE if axes.child_axes else 0.0
 
 
 def _place(
     size: tuple[float, float], below: float = 0.0, beside: float = 0.0
 ) -> tuple[float, float, float, float]:
-    """Where the axes are in a figure made so much taller below, with room beside, in shares of its size."""
+    """The axes' rectangle in a figure made taller below and wider beside, as fractions of its size."""
     (width, height), (left, bottom, right, top) = size, MARGINS
     tall, wide = height + below, width - left - right - beside
     return left / width, (bottom + below) / tall, wide / width, (height - bottom - top) / tall
 
 
 def _share_limits(alike: Sequence[Axes]) -> None:
-    """The same ends of the axes in all of them, where the scale is one."""
+    """Give all axes the same limits, where they have the same kind of scale."""
     for name in "xy":
         axis = [axes.xaxis if name == "x" else axes.yaxis for axes in alike]
         if len({one.get_scale() for one in axis}) == 1:
@@ -161,7 +161,7 @@ def _share_limits(alike: Sequence[Axes]) -> None:
 
 
 def _common_legend(axes: Sequence[Axes]) -> Markup | None:
-    """The legend of all of them, a picture of its own, in place of theirs."""
+    """Replace the legends of the panels by a common one, as a picture of its own."""
     legends = [legend for each in axes if (legend := each.get_legend()) is not None]
     entries: dict[str, Any] = {}
     for legend in legends:
@@ -179,7 +179,7 @@ def _common_legend(axes: Sequence[Axes]) -> Markup | None:
 
 
 def _legend_below(figure: Figure, axes: Axes, size: tuple[float, float]) -> None:
-    """Move the legend where it hides nothing, and make room for it."""
+    """Move the legend below the axes, where it hides nothing, and enlarge the figure for it."""
     legend = axes.get_legend()
     if legend is None:
         return
@@ -196,7 +196,7 @@ def _legend_below(figure: Figure, axes: Axes, size: tuple[float, float]) -> None
 
 
 def _entries(legend: Legend) -> dict[str, Any]:
-    """What a legend names, each name once."""
+    """The entries of a legend, each name once."""
     return {text.get_text(): line for text, line in zip(legend.texts, legend.legend_handles, strict=True)}
 
 
@@ -217,11 +217,11 @@ def inline(figure: Figure, alt: str) -> Markup:
     (True, True)
     """
     lines = _marked(figure)
-    for paper in (figure.patch, *(axes.patch for axes in figure.axes)):  # that of the page is the picture's
+    for paper in (figure.patch, *(axes.patch for axes in figure.axes)):  # the page provides the background
         paper.set_alpha(0.0)
     buffer = io.BytesIO()
     with matplotlib.rc_context(STYLE | {"svg.hashsalt": alt}):
-        FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None})  # draws once, savefig twice
+        FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None})  # savefig would draw twice
     root = ElementTree.fromstring(buffer.getvalue())
     _without_metadata(root)
     height = figure.get_figheight() * POINTS
@@ -229,7 +229,7 @@ def inline(figure: Figure, alt: str) -> Markup:
     for gid, line in lines.items():
         if gid in groups:
             _hover(groups[gid], line, height)
-    for group in groups.values():  # nothing refers to them, and another picture has the same
+    for group in groups.values():  # nothing refers to these identifiers, and other pictures would repeat them
         group.attrib.pop("id", None)
     for element in root.iter():
         for key in ROUNDED.intersection(element.keys()):
@@ -240,7 +240,7 @@ def inline(figure: Figure, alt: str) -> Markup:
 
 
 def _size(figure: Figure, height: float) -> str:
-    """What is to be seen: the figure, with labels that reach beyond it; or a legend alone."""
+    """The visible extent: the figure with labels that extend beyond it, or a legend alone."""
     boxes = [legend.get_window_extent() for legend in figure.legends]
     for axes in figure.axes:
         boxes += [axes.title.get_window_extent()] if axes.get_title() else []
@@ -253,7 +253,7 @@ def _size(figure: Figure, height: float) -> str:
 
 
 def _marked(figure: Figure) -> dict[str, Line2D]:
-    """The lines whose points can be hovered over, by the identity that they get in the picture."""
+    """The lines whose points show values on hover, by their identifiers in the picture."""
     drawn = [
         line for axes in figure.axes for line in axes.get_lines() if line.get_marker() not in ("", "None")
     ]
@@ -268,7 +268,7 @@ def _marked(figure: Figure) -> dict[str, Line2D]:
 
 
 def _hover(group: ElementTree.Element, line: Line2D, height: float) -> None:
-    """Tell the values of each marker, and say once how all of them look."""
+    """Attach the values to each marker, and define the marker's shape once."""
     markers = group.findall(f".//{SVG}use")
     label = str(line.get_label())
     name = "" if label.startswith("_") or not label else f"{label}: "
@@ -276,7 +276,7 @@ def _hover(group: ElementTree.Element, line: Line2D, height: float) -> None:
     for marker in markers:
         group.set("style", marker.attrib.pop("style", ""))
         x, y = float(marker.get("x", "nan")), float(marker.get("y", "nan"))
-        for place, text in points:  # a point outside of the picture has no marker
+        for place, text in points:  # a point outside the picture has no marker
             if np.hypot(place[0] - x, place[1] - y) < 0.01:
                 spot = {"cx": f"{x:.2f}", "cy": f"{y:.2f}", "r": REACH, "class": "spot"}
                 spots.append(ElementTree.Element(f"{SVG}circle", spot))
@@ -300,24 +300,24 @@ def _without_metadata(root: ElementTree.Element) -> None:
 
 
 def _plain(text: str) -> str:
-    """Without the namespaces that an SVG inside a page does not need."""
+    """The element without the namespaces that inline SVG does not need."""
     text = re.sub(r' xmlns:\w+="[^"]*"', "", text).replace("ns0:", "").replace("ns1:href", "href")
     return re.sub(r"\s*\n\s*", "\n", text)
 
 
 def _lowered(text: str) -> str:
-    """With subscripts in the texts of a picture, where these are written with an underscore: λ_E."""
+    """The picture with real subscripts in its texts, where these have an underscore: λ_E."""
     return re.sub(r"(?<=>)[^<>]+(?=</text>)", lambda found: NAME.sub(_subscript, found[0]), text)
 
 
 def _subscript(name: re.Match[str]) -> str:
-    """A symbol with its subscript, and what follows back on its line."""
+    """A symbol with its subscript, and the rest of the text back on the baseline."""
     rest = f'<tspan dy="-.225em">{name[3]}</tspan>' if name[3] else ""
     return f'{name[1]}<tspan dy=".3em" font-size="75%">{name[2]}</tspan>{rest}'
 
 
 def _themed(text: str) -> str:
-    """With colours that follow the page, light or dark."""
+    """The picture with colours that follow the page, light or dark."""
     for colour, name in COLOURS.items():
         text = re.sub(rf"(?<=[:\" ]){colour}\b", f"var(--{name})", text, flags=re.IGNORECASE)
     return text

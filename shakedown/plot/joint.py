@@ -32,10 +32,10 @@ from shakedown.plot.style import (
     positions,
 )
 
-LONGEST_ARROW = 0.16  # of the size of the picture
-NORMAL = 0.06  # length of a normal, of the size of the picture
-LEAST = 0.02  # of the influence of the first: what would be no bar
-BAR = 0.26  # of the distance of two nodes
+LONGEST_ARROW = 0.16  # as a fraction of the size of the picture
+NORMAL = 0.06  # length of a normal, as a fraction of the size of the picture
+LEAST = 0.02  # smallest influence that has a visible bar, as a fraction of the first
+BAR = 0.26  # height of a bar, as a fraction of the distance of two nodes
 NAMES = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
 
 
@@ -43,7 +43,7 @@ NAMES = {"friction": "friction", "constant": "constant load", "amplitude": "load
 def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
     """The contact nodes with their normals, and the loads on them as arrows.
 
-    An arrow is the mean welded reaction on the (first) body; the line about its tail is the way
+    An arrow is the mean welded reaction on the (first) body; the line about its tail is the path
     of the tail over a period. Nodes are where they are in the model, in the plane in which they
     lie; where the problem does not know that, side by side along the contact.
 
@@ -85,7 +85,7 @@ def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = Non
     axes.autoscale_view()
     axes.set_aspect("equal", adjustable="datalim")
     unit = units_of(problem).length if problem.x is not None or problem.coordinates is not None else ""
-    if not label[1]:  # side by side: heights mean nothing
+    if not label[1]:  # side by side: the vertical position has no meaning
         axes.set_yticks([])
     if label[0] == "node":
         axes.xaxis.set_major_locator(MaxNLocator(min(problem.n, 9), integer=True, min_n_ticks=1))

@@ -34,8 +34,8 @@ from shakedown.plot.style import (
 MANY_CYCLES = 100  # from here on the cycles are drawn on a logarithmic axis
 LETTER = 5.0  # width of one letter on the scale of load factors, in points
 BAND, LOWEST_TEXT = 0.27, 0.95  # heights of the coloured band and of the axes with one level of text
-AXES = 0.8  # of the width of a picture, at least
-ROOM = 1e6  # above the floor where nothing slips, so that the floor is seen to be one
+AXES = 0.8  # smallest width of the axes, as a fraction of the picture
+ROOM = 1e6  # range of the axis above the floor “no slip”, so that it reads as a floor
 
 
 @checked
@@ -73,7 +73,7 @@ def load_factor_scale(
     axes = axes_for(ax, (9.0, 1.6))
     as_given = f"λ = {given:g}" if short else f"nominal load, λ = {given:g}"
     texts = sorted([*known, (given, as_given)])
-    letter = LETTER / (AXES * axes.figure.bbox.width * 72 / axes.figure.dpi)  # of the length of the scale
+    letter = LETTER / (AXES * axes.figure.bbox.width * 72 / axes.figure.dpi)  # relative to the scale
     top = max(value / (1.0 - letter * len(text)) for value, text in texts)
     levels = _levels([(value, value + letter * len(text) * top) for value, text in texts])
     highest = LOWEST_TEXT + 0.3 * max(levels)
@@ -92,7 +92,7 @@ def load_factor_scale(
 
 
 def _levels(spans: list[tuple[float, float]]) -> list[int]:
-    """On which level each text stands, from right to left, so that none lies on another or on its line."""
+    """The level of each text, from right to left, so that none covers another text or its line."""
     levels: list[int] = []
     for k in range(len(spans) - 1, -1, -1):
         touched = [levels[i] for i, span in enumerate(reversed(spans[k + 1 :])) if span[0] < spans[k][1]]
@@ -267,7 +267,7 @@ def slip_per_cycle(
     below = f"no slip: at most {floor:.0e} {units_of(problem).length}".rstrip() if resolution else "no slip"
     axes.text(0.99, floor / 8, below, transform=axes.get_yaxis_transform(), ha="right", color=GREY,
               fontsize="small")  # fmt: skip
-    if largest <= floor:  # nothing but the floor: no range to scale by
+    if largest <= floor:  # only the floor is drawn: there is no range to scale by
         axes.set_ylim(floor / 30, ROOM * floor)
     axes.set(yscale="log", xscale="log" if longest > MANY_CYCLES else "linear")
     axes.set_ylim(bottom=floor / 30)

@@ -292,7 +292,7 @@ def _coloured(nodes: list[int]) -> Iterator[tuple[str, int]]:
 
 
 def _with_work(node: int, work: FloatArray, problem: Problem | None) -> str:
-    """The name of a node, and what friction takes there."""
+    """The name of a node, and the friction work there."""
     return with_unit(f"{node_name(node, problem)}: {few(work[node])}", units_of(problem).work)
 
 

@@ -80,8 +80,8 @@ def slip_space_at(result: Recorded, problem: Problem, cycle: float, *, ax: Axes 
     path, rows = path_of(result), constraints(problem)
     axes, now = axes_for(ax, INSTANT), path.at(np.array([cycle]))
     slip, state = now.v[0], now.state[0]
-    limits = problem.law.cone(now.q[0], now.p[0]) + rows.G @ slip  # what load and gaps leave at this instant
-    region = corners(rows.G, limits)  # empty where no slip of both nodes sticks
+    limits = problem.law.cone(now.q[0], now.p[0]) + rows.G @ slip  # that load and gaps leave now
+    region = corners(rows.G, limits)  # empty where no pair of slips lets both nodes stick
     axes.fill(*region.T, fc=GREEN, alpha=0.25, lw=0, label="both stick")
     draw_rows(axes, rows, limits, active=state[rows.node] == rows.side)
     way = path.v[path.cycle <= cycle]
@@ -247,7 +247,7 @@ def _animate(
         axes.clear()
         draw(float(cycle), axes)
         pictures.append(_picture(figure))
-        figure.set_layout_engine("none")  # that of the first picture stays
+        figure.set_layout_engine("none")  # keep the layout of the first frame
     with atomic_write(path) as file:
         pictures[0].save(
             file, "GIF", save_all=True, append_images=pictures[1:], duration=1000 // PER_SECOND, loop=0
@@ -255,7 +255,7 @@ def _animate(
 
 
 def _times(first: float, last: float, frames: int) -> FloatArray:
-    """Evenly spaced; without the last where the motion begins again there."""
+    """Evenly spaced times, without the last one where the motion repeats from there."""
     return np.linspace(first, last, frames, endpoint=False) if frames > 1 else np.array([first])
 
 

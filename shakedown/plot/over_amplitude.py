@@ -16,7 +16,7 @@ from shakedown.joint.units import units_of
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.plot.style import BLUE, GREEN, GREY, LINES, LONGEST_LABEL, RED, axes_for, finished
 
-DECADE = 10.0  # between the smallest and the largest amplitude: from there on the axis is logarithmic
+DECADE = 10.0  # ratio of the largest to the smallest amplitude from which on the axis is logarithmic
 
 
 SLIDES_AWAY = "slides away"
@@ -45,7 +45,7 @@ def load_title(problem: Problem, load: int) -> str:
 def loop(state: OfJoint, *, load: int = 0, ax: Axes | None = None) -> Axes:
     """A load against the displacement that it works along, over one period of a long-term state.
 
-    The areas of the loops of all loads are together what friction (and the damping of jumps) takes.
+    The areas of the loops of all loads are together what friction (and the damping of jumps) dissipates.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def damping_curve(curve: DampingCurve, *, ax: Axes | None = None) -> Axes:
     """Damping and stiffness over the amplitude of a load, with the limit below which nothing damps.
 
     The loss factor (of a mode the damping ratio) on the left, the secant stiffness (the frequency) on the
-    right, each relative to nothing: as computed. Amplitudes without a closed loop are marked below.
+    right, each in absolute terms, as computed. Amplitudes without a closed loop are marked below.
 
     Parameters
     ----------

@@ -46,10 +46,10 @@ from shakedown.plot.style import (
 )
 
 COLOURS = "viridis"
-LONG = 24  # characters of a label: the unit of a longer one stands below it
-BAR = (1.04, 0.0, 0.045, 1.0)  # of the axes: the scale of colours beside them
+LONG = 24  # characters; the unit of a longer label stands on a line of its own
+BAR = (1.04, 0.0, 0.045, 1.0)  # place of the colour bar, as fractions of the axes
 
-Numbers = tuple[FloatArray, str]  # of the nodes, and what they are called with their unit
+Numbers = tuple[FloatArray, str]  # one number per node, and their name with its unit
 
 
 @checked
@@ -265,7 +265,7 @@ def slip_range(result: Recorded | EventHistory, problem: Problem, *, ax: Axes | 
     """
     require_plane("picture", problem)
     path = path_of(result)
-    closed = (path.state != OPEN) | (path.w == 0.0)  # a node that is about to open is in contact still
+    closed = (path.state != OPEN) | (path.w == 0.0)  # a node about to open is still in contact
     low = np.where(closed, path.v, np.inf).min(axis=0)
     high = np.where(closed, path.v, -np.inf).max(axis=0)
     apart = np.where(closed.any(axis=0), high - low, np.nan)
@@ -301,7 +301,7 @@ def dissipation_along(
     node_area: FloatArray | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """What friction takes at each node along a path, along the contact; per area where areas are known.
+    """Friction work of each node along a path, along the contact; per area where areas are known.
 
     Parameters as for :func:`pressure`.
 
@@ -327,7 +327,7 @@ def work_over_patch(
     patch: int = 0,
     ax: Axes | None = None,
 ) -> Axes:
-    """What friction takes at each node along a path, over a patch; per area where areas are known.
+    """Friction work of each node along a path, over a patch; per area where areas are known.
 
     Parameters as for :func:`pressure_over_patch`; of a long-term state the path is one period.
 
@@ -379,7 +379,7 @@ def _areas_of(problem: Problem, node_area: FloatArray | None) -> FloatArray | No
 
 def _over_areas(values: FloatArray, area: FloatArray) -> FloatArray:
     """Values per area; a node without area has none."""
-    with np.errstate(over="ignore"):  # of an area next to nothing
+    with np.errstate(over="ignore"):  # where an area is almost zero
         found = np.where(area > 0, values / np.where(area > 0, area, 1.0), np.nan)
     return np.where(np.isfinite(found), found, np.nan)
 
@@ -430,7 +430,7 @@ def _over(
     if whole is not None and len(whole):
         levels = MaxNLocator(nbins=10).tick_values(*_ends(of_nodes))
         scale.set_norm(Normalize(levels[0], levels[-1]))
-        inside = np.clip(np.where(known, values, 0.0), levels[0], levels[-1])  # −1e-17 of an open node
+        inside = np.clip(np.where(known, values, 0.0), levels[0], levels[-1])  # an open node may have −1e-17
         axes.tricontourf(Triangulation(x, y, whole), inside, levels, cmap=COLOURS)
         axes.scatter(x, y, s=6.0, color=GREY, lw=0, zorder=3)
         known = known & ~np.isin(np.arange(len(values)), whole)
@@ -441,7 +441,7 @@ def _over(
 
 
 def _ends(values: FloatArray) -> tuple[float, float]:
-    """The ends of the scale: from zero, or what is below."""
+    """The ends of the scale: from zero, or from the smallest value where that is negative."""
     known = values[np.isfinite(values)]
     low, high = float(known.min(initial=0.0)), float(known.max(initial=0.0))
     return (low, high) if high > low else (0.0, 1.0)

@@ -21,14 +21,14 @@ from shakedown.plot.drawn_path import Recorded, at_instant, path_of, pressed
 from shakedown.plot.patch_places import Places, numbered, patch_axes, places_of, require_space
 from shakedown.plot.style import BLUE, GREY, RED, Style, draw_arrows, finished, style_of
 
-MOST_DISCS = 120  # nodes; of more of them arrows alone are drawn, and these a little longer
+MOST_DISCS = 120  # nodes; beyond this only arrows are drawn, a little longer
 MOST_LOOPS = 80  # nodes whose loads are drawn, evenly spread
-LONG = 0.9  # of the distance of two nodes: an arrow, or the width of a disc or of a loop
-SEEN = 0.08  # of the size of the patch: the longest arrow
-ROOM = 0.6  # about the outer nodes, of that distance
+LONG = 0.9  # length of an arrow, width of a disc or a loop, as a fraction of the distance of two nodes
+SEEN = 0.08  # least length of the longest arrow, as a fraction of the size of the patch
+ROOM = 0.6  # margin around the outer nodes, as a fraction of that distance
 KINDS = ((0, "stick", "s", BLUE), (1, "slip", "o", RED), (2, "open", "o", "none"))
-DOT = 3.0  # of a node, the least that is seen [points]
-LARGEST, SHARE = 8.0, 75.0  # of a marker [points]: about SHARE of them in a row fill a panel
+DOT = 3.0  # smallest visible diameter of a node [points]
+LARGEST, SHARE = 8.0, 75.0  # marker size [points]; about SHARE in a row fill a panel
 
 
 @checked
@@ -164,7 +164,7 @@ def loads_over_patch(
     whole = given.at(load_factor)[0]
     loop, mean = (problem.layout.by_node(q)[..., places.nodes, :] for q in (whole, given.q0))
     longest = float(problem.law.size(whole).max())
-    fewer = max(len(places.points) / MOST_LOOPS, 1.0)  # so many times as much room has each
+    fewer = max(len(places.points) / MOST_LOOPS, 1.0)  # the drawn ones have this many times more space
     scale, axes = 0.5 * np.sqrt(fewer) * _scale(places, longest), _axes(places, ax)
     chosen = _spread(places.points, MOST_LOOPS)
     _nodes(axes, places)
@@ -294,7 +294,7 @@ def zones_at(
 
 def _finished(axes: Axes, places: Places, title: str) -> Axes:
     finished(axes, title=places.titled(title))
-    if (legend := axes.get_legend()) is not None:  # beside arrows that are everywhere
+    if (legend := axes.get_legend()) is not None:  # beside the axes, as arrows may be anywhere
         legend.set_loc("upper left")
         legend.set_bbox_to_anchor((1.0, 1.0), axes.transAxes)
     return axes
@@ -308,7 +308,7 @@ def _axes(places: Places, ax: Axes | None, room: float | None = None) -> Axes:
 
 
 def _spread(points: FloatArray, most: int) -> NDArray[np.intp]:
-    """So many of the points, each next the one farthest from all before; all where there are no more."""
+    """A number of the points, each the farthest from those before; all where there are no more."""
     if len(points) <= most:
         return np.arange(len(points))
     chosen, apart = [0], np.full(len(points), np.inf)
@@ -319,17 +319,17 @@ def _spread(points: FloatArray, most: int) -> NDArray[np.intp]:
 
 
 def _reach(places: Places) -> float:
-    """How long the longest arrow is: it keeps clear of the neighbours or nearly does, and can be seen."""
+    """The length of the longest arrow: visible, and short enough to keep (nearly) clear of its neighbours."""
     return max(LONG * places.room, SEEN * float(np.ptp(places.points, axis=0).max()))
 
 
 def _scale(places: Places, longest: float) -> float:
-    """Lengths in the picture per force or slip, so that this one has the longest arrow."""
+    """Length in the picture per force or slip, so that the given value has the longest arrow."""
     return _reach(places) / longest if longest > 0 else 0.0
 
 
 def _largest(what: str, sizes: FloatArray, unit: str, longest: float) -> str:
-    """The largest on a patch; of what is next to nothing beside the longest arrow only that."""
+    """The largest value on a patch; if negligible beside the longest arrow, only a bound on it."""
     most, shown = float(np.nanmax(sizes, initial=0.0)), THREE_DIGITS * longest
     if most < shown:
         return f"{what} < {sized(shown, unit, SHORT_DIGITS)}"
@@ -337,7 +337,7 @@ def _largest(what: str, sizes: FloatArray, unit: str, longest: float) -> str:
 
 
 def _nodes(axes: Axes, places: Places) -> None:
-    """Dots where the nodes are: of those with no arrow that could be seen nothing else shows it."""
+    """Dots at the nodes, since nodes without a visible arrow would otherwise not be seen."""
     axes.scatter(places.points[:, 0], places.points[:, 1], s=DOT**2, color=GREY, lw=0)
 
 

@@ -1,4 +1,4 @@
-"""The contact of a joint in space, to turn on a page: what nodes do at instants of a period, as short text.
+"""The contact of a joint in space for the page's view in three dimensions: states at instants, as short text.
 
 The script of the report (``view.js.j2`` among its templates) draws it.
 """
@@ -21,14 +21,14 @@ from shakedown.plot.patch_places import patch_count, places_of
 from shakedown.plot.style import node_name
 
 DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"
-LEVELS = len(DIGITS) ** 2 - 2  # of a number in two digits; the last pair is no number
-MOST_NUMBERS = 24_000  # nodes times instants: some 0.16 MB
-INSTANTS = (7, 25)  # of a period, both ends among them: of many nodes, of few
-TILT = np.radians([35.0, -50.0])  # about the normal, then towards it: how the contact is seen at first
+LEVELS = len(DIGITS) ** 2 - 2  # of a number coded in two digits; the last pair means “no number”
+MOST_NUMBERS = 24_000  # nodes times instants, about 0.16 MB
+INSTANTS = (7, 25)  # of a period including both ends: for many nodes, for few
+TILT = np.radians([35.0, -50.0])  # initial view: rotation about the normal, then towards it
 
 
 def patch_data(state: LongTermState) -> str:
-    """A long-term state of a joint in space whose nodes have places, as JSON that ends no script."""
+    """A long-term state of a joint in space whose nodes have places, as JSON that ends no script element."""
     text = json.dumps(_data(state, state.problem), ensure_ascii=False, separators=(",", ":"))
     return text.replace("<", "\\u003c")
 
@@ -80,7 +80,7 @@ def _coded(values: FloatArray, name: str) -> dict[str, Any]:
 
 
 def _places(problem: Problem) -> tuple[FloatArray, FloatArray, float]:
-    """Where the nodes are (n, 3), the middle between the outermost, how far the farthest is from there."""
+    """Where the nodes are (n, 3), the centre of their bounding box, and the largest distance from it."""
     place = problem.coordinates
     if place is None:
         assert problem.x is not None
@@ -90,7 +90,7 @@ def _places(problem: Problem) -> tuple[FloatArray, FloatArray, float]:
 
 
 def _faces(problem: Problem) -> list[list[int]]:
-    """Corners of what lies between the nodes: the faces, or triangles of each patch."""
+    """Corners of the surface between the nodes: the faces, or triangles of each patch."""
     if problem.faces is not None:
         return [[node for node in face if node >= 0] for face in problem.faces.tolist()]
     found: list[list[int]] = []
@@ -104,7 +104,7 @@ def _faces(problem: Problem) -> list[list[int]]:
 def _turn(problem: Problem, place: FloatArray) -> FloatArray:
     """Rows that lead to the right, up and out of the picture at first, (3, 3)."""
     out = np.zeros(3) if problem.normal is None else problem.normal.mean(axis=0)
-    if np.linalg.norm(out) < 0.5:  # unknown, or on all sides
+    if np.linalg.norm(out) < 0.5:  # unknown, or pointing in all directions
         out = flattest(place) if problem.normal is None else np.eye(3)[2]
     out = out / np.linalg.norm(out)
     right = np.eye(3)[int(np.abs(out).argmin())]

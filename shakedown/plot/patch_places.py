@@ -1,4 +1,4 @@
-"""Where the nodes of a patch are drawn, which way their tangents lead there, what lies between them."""
+"""Where the nodes of a patch are drawn, their tangents in the picture, and the surface between them."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -23,7 +23,7 @@ from shakedown.plot.style import GREY, MARGIN, axes_for
 # Of the usual longest side and circle about a triangle: larger ones lie across a hole (whose rim may be one
 # circle).
 LARGEST_TRIANGLE = 2.0
-COVERED = 1.0 - THREE_DIGITS  # of the area of a contact, by the triangles that are drawn
+COVERED = 1.0 - THREE_DIGITS  # share of the area of a contact that the drawn triangles must cover
 FEWEST = 4  # nodes that span an area
 MOST_NUMBERED = 16  # nodes whose numbers stand beside them
 
@@ -66,17 +66,17 @@ class Places:
         return "\n".join(filter(None, [self.name, title]))
 
     def seen(self, vectors: FloatArray) -> FloatArray:
-        """Vectors of the nodes (…, n, 2), in their tangents, as they are drawn (…, n, 2)."""
+        """Vectors of the nodes in their own tangents (…, n, 2), in the axes of the picture (…, n, 2)."""
         return np.asarray(np.einsum("...nd,ndk->...nk", vectors, self.tangents))
 
     @property
     def in_a_row(self) -> bool:
-        """Whether the heights of the picture mean nothing."""
+        """Whether the nodes are drawn in a row, so that the vertical axis has no meaning."""
         return not self.axes[1]
 
     @cached_property
     def triangles(self) -> Triangulation | None:
-        """What lies between the nodes, holes and gaps left out; None where they span no area."""
+        """The triangles between the nodes, without holes and gaps; None where they span no area."""
         if self.in_a_row:
             return None
         if self.faces is not None:
@@ -89,7 +89,7 @@ class Places:
             return None
         mesh = Triangulation(
             middle[:, 0] / long, middle[:, 1] / long
-        )  # of a size of its own: coordinates may be large numbers
+        )  # scaled, as coordinates may be large numbers
         kept = mesh.triangles[_usual(self.points[mesh.triangles] - self.points[0])]
         if self.area is not None:
             kept = kept[_as_large_as(self.area, self.points[kept] - self.points[0])]
@@ -120,16 +120,16 @@ def triangles_of(faces: NDArray[np.intp]) -> NDArray[np.intp]:
 
 
 def _usual(corners: FloatArray) -> NDArray[np.bool_]:
-    """Which triangles, corners (k, 3, 2), are not much larger than most: sides, and circles about them."""
+    """Which triangles, corners (k, 3, 2), are not much larger than most, by sides and circumcircles."""
     longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
     sizes = longest, _circles(corners)
     return np.all([size <= LARGEST_TRIANGLE * np.median(size) for size in sizes], axis=0)
 
 
 def _as_large_as(area: float, corners: FloatArray) -> NDArray[np.bool_]:
-    """Which triangles are left once those with the largest circles, which lie across holes, are taken out.
+    """Which triangles remain once those with the largest circles, which span holes, are removed.
 
-    So many go that the others still cover the area.
+    As many are removed as leave the area covered.
     """
     each, order = _areas(corners), np.argsort(-_circles(corners), kind="stable")
     left = each.sum() - np.cumsum(each[order])
@@ -144,7 +144,7 @@ def _areas(corners: FloatArray) -> FloatArray:
 
 
 def _circles(corners: FloatArray) -> FloatArray:
-    """Radii of the circles through the corners of triangles; of thin ones next to infinite."""
+    """Radii of the circumscribed circles of triangles; almost infinite for thin ones."""
     sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     area = np.maximum(_areas(corners), (SIX_DIGITS * sides.max(axis=1)) ** 2)
     return np.asarray(sides.prod(axis=1) / (4.0 * area))
@@ -188,7 +188,7 @@ def _all_places(problem: Problem) -> tuple[Places, ...]:
         known = np.column_stack([known, np.zeros(problem.n)])
     patches, tangents = laid_flat(known, problem.normal, problem.faces), problem.tangents
     if problem.x is not None and problem.x.ndim == 2 and problem.x.shape[1] == 2 and _alike(problem):
-        axes = np.tile(np.eye(3)[:2], (problem.n, 1, 1))  # the tangents are those of x
+        axes = np.tile(np.eye(3)[:2], (problem.n, 1, 1))  # along the tangents of x
         patches = [
             replace(each, points=problem.x[each.nodes], frame=axes[each.nodes], axes=("x", "y"))
             for each in patches
@@ -202,13 +202,13 @@ def _all_places(problem: Problem) -> tuple[Places, ...]:
 
 
 def _alike(problem: Problem) -> bool:
-    """Whether all nodes look the same way, and so do their tangents."""
+    """Whether all nodes have the same normal and the same tangents."""
     known = [each for each in (problem.normal, problem.tangents) if each is not None]
     return all(bool(np.abs(each - each[0]).max() < NEGLIGIBLE) for each in known)
 
 
 def _called(problem: Problem, patch: Patch) -> str:
-    """What stands before the label of every node of a patch, ``flange: 4711``; "" where that differs."""
+    """The common prefix of the node labels of a patch, as in ``flange: 4711``; "" where they differ."""
     labels = [""] if problem.label is None else [problem.label[node] for node in patch.nodes]
     names = {label.rpartition(": ")[0] for label in labels}
     return names.pop() if len(names) == 1 else ""
@@ -255,7 +255,7 @@ def require_space(what: str, problem: object) -> Problem:
 
 
 def patch_axes(places: Places, ax: Axes | None, room: float) -> Axes:
-    """Axes with the places of the nodes at one scale, so much room about them, and their names."""
+    """Axes with equal scales, a margin around the places of the nodes, and the names of the axes."""
     axes = axes_for(ax)
     low, high = places.points.min(axis=0), places.points.max(axis=0)
     about = room + MARGIN * float((high - low).max())
@@ -273,7 +273,7 @@ def patch_axes(places: Places, ax: Axes | None, room: float) -> Axes:
 
 
 def numbered(axes: Axes, places: Places) -> None:
-    """The numbers of the nodes beside them, where there are few and no axis says them."""
+    """Write the numbers beside the nodes, where these are few and no axis shows them."""
     if len(places.points) > MOST_NUMBERED or places.axes[0] == "node":
         return
     for node, point in zip(places.nodes.tolist(), places.points.tolist(), strict=True):

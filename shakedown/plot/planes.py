@@ -37,7 +37,7 @@ from shakedown.plot.style import (
 from shakedown.programs.polygon import corners
 
 ROW_COLOURS = (SKY, ORANGE)
-SLANTED = 0.05  # sine of the angle between two limits below which they meet far away, if at all
+SLANTED = 0.05  # sine of the angle between two limits below which their intersection is too far away
 
 
 @checked

@@ -29,9 +29,9 @@ class _Refinement(Protocol):
 
 @checked
 def refinement(found: _Refinement, *, ax: Axes | None = None) -> Axes:
-    """Every number over the nodes of its mesh, in shares of that on the finest: what is level has converged.
+    """Every number over the nodes of its mesh, relative to the finest: a level line has converged.
 
-    Where that is zero, in shares of the largest. Dashed: the extrapolated limits.
+    Where that is zero, relative to the largest. Dashed: the extrapolated limits.
 
     Parameters
     ----------

@@ -46,16 +46,16 @@ NAMES = {
     "coupling": "factor on the coupling B",
 }
 NO_JOINT = "#EEEEEE"
-# Light, so that black numbers stay readable.
+# Light enough for black numbers to stay readable.
 BETWEEN_LINES = LinearSegmentedColormap.from_list("light", ["#F7FBFF", "#6BAED6"])
 BELOW: dict[str, Any] = {
     "loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "fontsize": "small", "title_fontsize": "small",
     "frameon": False,
 }  # fmt: skip
-TINT = 0.35  # of a region's colour in its area
-CEILING = 4.0  # of the largest number drawn: stands for infinity between the points of a grid
-HEADROOM = 1.15  # of the largest limit
-ROOM_FOR_A_NAME = 0.1  # of the height of the axes
+TINT = 0.35  # share of a region's colour in the tint of its area
+CEILING = 4.0  # times the largest number drawn: stands for infinity when interpolating
+HEADROOM = 1.15  # top of the axis, times the largest limit
+ROOM_FOR_A_NAME = 0.1  # height that a region's name needs, as a fraction of the axes
 BETWEEN = "computed at the dots; between them interpolated, nothing is proved there"
 
 
@@ -225,9 +225,9 @@ def _named(diagram: Diagram, axis: int) -> str:
 
 
 def _name_inside(axes: Axes, x: FloatArray, layer: _Layer, top: float, simulated: tuple[float, ...]) -> bool:
-    """Write the name of a region where it is high and wide; whether it fits there."""
+    """Write the name of a region where it is high and wide; returns whether it fits."""
     height = np.nan_to_num(layer.top - layer.bottom)
-    if len(height) > 4:  # not at the edge, nor on a peak
+    if len(height) > 4:  # neither at the edge nor on a peak
         k = 1 + int(np.argmax(np.min([height[:-2], height[1:-1], height[2:]], axis=0)))
     else:
         k = int(np.argmax(height))
@@ -253,7 +253,7 @@ def _tinted(name: str) -> Colour:
 
 
 def _draw_outcomes(axes: Axes, diagram: Diagram) -> None:
-    """What was simulated, on top."""
+    """Draw simulated outcomes on top."""
     drawn = set()
     for k, load_factor in enumerate(diagram.load_factors_simulated):
         for x, outcome in zip(diagram.values[0], diagram.outcomes[:, k], strict=True):
@@ -298,7 +298,7 @@ def _over_two(diagram: Diagram, load_factor: float, contours: str, axes: Axes) -
 
 
 def _shown(edges: Mapping[str, FloatArray], load_factor: float) -> dict[str, FloatArray]:
-    """The regions that have an area at a load factor, from outside in, and the edges that they reach."""
+    """The regions that have an area at a load factor, from the outside in, and their boundaries."""
     known = ~np.isnan(edges[EVERY])
     inner = [*list(edges.values())[1:], np.zeros_like(edges[EVERY])]
     return {
@@ -327,7 +327,7 @@ def _draw_contours(axes: Axes, diagram: Diagram, name: str, filled: bool = False
 
 
 def _places(lines: ContourSet, axes: Axes) -> Iterator[tuple[float, float]]:
-    """Where each line has its number: where it is farthest from the edge of the axes."""
+    """Where each line has its label: where it is farthest from the edge of the axes."""
     for segment in (segment for level in lines.allsegs for segment in level):
         inside = axes.transLimits.transform(segment)
         depth = np.minimum(inside, 1.0 - inside).min(axis=1)

@@ -24,7 +24,7 @@ BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 BLUE, RED, PURPLE, GREY = "#0072B2", "#D55E00", "#CC79A7", "#777777"
 LINES = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY)
 
-# Contact states as events record them: name and colour. Maps are images, whose colours stay as they are
+# Contact states as events record them: name and colour. Maps are images, whose colours do not change
 # on a dark page: none of these is one that changes there.
 STATES = {
     0: ("stick", "#D9D9D9"),
@@ -33,9 +33,9 @@ STATES = {
     2: ("open", "none"),  # the paper shows
 }
 
-MARGIN = 0.06  # about what is drawn, of its size
-MANY = 40  # arrows, beyond which they cover each other
-FARTHEST = 3.0  # times what is looked at: what lies beyond is cut off
+MARGIN = 0.06  # around what is drawn, as a fraction of its size
+MANY = 40  # arrows; more would cover each other
+FARTHEST = 3.0  # times the range of interest; beyond it pictures are cut off
 LONGEST_LABEL = 40  # letters in a legend
 DOTS_PER_INCH = 150
 UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}  # the same picture has the same bytes
@@ -67,7 +67,7 @@ def draw_arrows(axes: Axes, feet: FloatArray, vectors: FloatArray, **look: Any) 
 
 
 def power_of_ten(value: float, _: object = None) -> str:
-    """A tick of a logarithmic axis as text, 10⁻³: matplotlib would set a formula, at many times the cost.
+    """A tick of a logarithmic axis as text, 10⁻³: matplotlib's formula would cost many times as much.
 
     Examples
     --------
@@ -106,7 +106,7 @@ def save(ax: Axes, path: str | os.PathLike[str]) -> None:
     known = figure.canvas.get_supported_filetypes()
     if ending not in known:
         raise UsageError(f"{path}: expected a name that ends in one of {', '.join(known)}, found '.{ending}'")
-    picture = io.BytesIO()  # drawn first: a picture that fails leaves the old file
+    picture = io.BytesIO()  # drawn first, so that a picture that fails leaves the old file
     with matplotlib.rc_context({"svg.hashsalt": "shakedown"}):
         figure.savefig(picture, format=ending, dpi=DOTS_PER_INCH, metadata=UNDATED.get(ending))
     with atomic_write(path) as file:
@@ -123,7 +123,7 @@ def positions(problem: Problem | None, n: int) -> tuple[FloatArray, str]:
 def node_name(node: int, problem: Problem | None = None) -> str:
     """How a node is called in legends: by its number, and by its label where it has one."""
     name = f"{node}" if problem is None else problem.node_name(node)
-    return "node " + shortened(name, LONGEST_LABEL).replace("$", r"\$")  # or it would begin a formula
+    return "node " + shortened(name, LONGEST_LABEL).replace("$", r"\$")  # a bare $ would begin a formula
 
 
 def style_of(name: str, k: int, styles: Mapping[str, Style] | None) -> dict[str, Any]:

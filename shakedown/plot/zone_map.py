@@ -20,7 +20,7 @@ from shakedown.motion.event_history import EventHistory
 from shakedown.plot.drawn_path import Recorded, path_in_the_plane
 from shakedown.plot.style import BLACK, GREY, STATES, axes_for, positions
 
-DOTS = "#D01C8B"  # seen on what sticks and on paper, light or dark
+DOTS = "#D01C8B"  # visible on “stick” and on the page, light or dark
 
 
 @checked
@@ -61,7 +61,7 @@ def zones(
     path = path_in_the_plane(result, problem)
     x, label = positions(problem, path.v.shape[1])
     order = np.argsort(x, kind="stable")
-    keep = np.append(np.diff(path.cycle) > 0, True)  # of several events at one instant the last
+    keep = np.append(np.diff(path.cycle) > 0, True)  # the last of several events at one instant
     time, state = path.cycle[keep], path.state[keep][:, order]
     if len(time) < 2:
         raise UsageError("result: expected events at two instants or more, found one")
@@ -69,7 +69,7 @@ def zones(
     image = np.vectorize(kinds.index)(state[:-1])
     colours = ListedColormap([STATES[kind][1] for kind in kinds])
     axes, first = axes_for(ax, (6.0, 4.8)), 0
-    for part in flanks(x):  # between two flanks there is nothing
+    for part in flanks(x):  # no contact between two flanks
         columns = slice(first, first + len(part))
         axes.pcolormesh(
             _edges(x[part]), time, image[:, columns], cmap=colours, vmin=-0.5, vmax=len(kinds) - 0.5,

@@ -1,20 +1,20 @@
 """Results for readers: sentences, JSON documents, tables and pictures, the HTML report.
 
-From a result to what is read: a ``*_words`` module says a result in sentences; ``page_tables`` and its
-neighbours put its numbers in tables, the ``*_figures`` its pictures (drawn by ``shakedown.plot``);
-``json_documents`` has it for programs. The command prints these sentences and tables as wide as the terminal,
-``html`` puts the same ones on a page.
+From a result to the reader: a ``*_words`` module puts a result into sentences; ``page_tables`` and its
+neighbours put its numbers into tables, the ``*_figures`` choose its pictures (drawn by ``shakedown.plot``);
+``json_documents`` writes it for programs. The command prints these sentences and tables as wide as the
+terminal, ``html`` puts the same ones on a page.
 
 What you see, and the module that writes it:
 
 - the answer in one sentence, and its margin: ``answer_words``
-- the three numbers, and what is certain: ``assessment_words``; what decides, what to do next: ``next_words``
-- what lies below, between and above the bounds: ``bound_words``; of a zone of open nodes: ``zone_words``
-- λ_T, the guarantee curve, the coupling ratio, which node limits: ``limit_words``
+- the three numbers, and what is certain: ``assessment_words``; what decides, the next step: ``next_words``
+- what holds below, between and above the bounds: ``bound_words``; with a zone of open nodes: ``zone_words``
+- λ_T, the guarantee curve, the coupling ratio, the limiting node: ``limit_words``
 - friction thresholds, critical load factors: ``friction_words``
 - what a simulation found: ``run_words``; a sweep, a smallest cycle: ``design_words``;
   a map of initial states: ``map_words``
-- what the data leave open: ``hint_words``; nodes by number and label: ``node_words``; tables as text:
+- doubts about the data: ``hint_words``; nodes by number and label: ``node_words``; tables as text:
   ``text_table``
 - the page, from top to bottom: ``first_page`` (three numbers, one table), ``load_figures`` and ``data_page``
   (the joint), ``page_tables`` and ``verification_figures`` (bounds, runs, nodes), ``period_figures`` (loops,

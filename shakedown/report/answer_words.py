@@ -41,7 +41,7 @@ def answer_in_words(v: Verification) -> str:
     (λ = 0.7315934); bolt preload 12 kN, unchanged.
     """
     loads = varying_loads_in_words(v.problem)
-    if not loads:  # then the margin has the same number
+    if not loads:  # then the margin says the same number
         proved = "" if margin_of_answer(v) else _proved(v)
         return " ".join(filter(None, [f"At the nominal load (λ = 1) {_what(v)}.", proved]))
     said = " ".join(filter(None, [f"At {loads} (λ = 1) {_what(v)}.", _proved(v)]))
@@ -50,26 +50,28 @@ def answer_in_words(v: Verification) -> str:
 
 
 def _what(v: Verification) -> str:
-    """What the joint does, and how that is known."""
+    """What the joint does under the nominal load, and how that is known."""
     run, limit = v.as_given.simulation, proved_limit(v.assessment)
     path = ", with the corners of the load domain in their order" * v.problem.is_domain
     if run.slides_away:
         return f"the joint does not hold: {sliding_in_words(run)}"
     if run.outcome == Outcome.UNDECIDED:
         return f"it is undecided what the joint does: {run.reason}"
+    if run.outcome == Outcome.SEPARATION:
+        return f"the joint is in separation, in the simulation{path}: {run.reason}"
     if run.outcome != Outcome.SHAKEDOWN:
         return f"{_does(v)}, in the simulation{path}"
     with_open = f" with {open_in_words(run.open_nodes, v.problem)} open" if run.open_nodes else ""
     if limit.load_factor > 1:
         state = "every" if v.assessment.proved_from_every_state > 1 else "this"
-        proved = "" if v.problem.loads else f", proved from {state} state"  # loads: the next sentence says it
+        proved = "" if v.problem.loads else f", proved from {state} state"  # with loads, said next
         return f"the joint shakes down{with_open}{proved}"
-    how = "proved" if run.proved else f"in the simulation{path}, not proved"
+    how = "proved by following its cycles" if run.proved else f"in the simulation{path}, not proved"
     return f"the joint shakes down{with_open}, {how}"
 
 
 def _proved(v: Verification) -> str:
-    """Up to which loads shakedown is proved; empty where it is not, or nothing holds the joint."""
+    """Up to which loads shakedown is proved; empty where it is not, or where the joint slides away."""
     run, limit = v.as_given.simulation, proved_limit(v.assessment)
     rests = run.outcome == Outcome.SHAKEDOWN
     if (
@@ -90,10 +92,8 @@ def _proved(v: Verification) -> str:
 
 
 def _does(v: Verification) -> str:
-    """What a joint does that does not come to rest."""
+    """What a joint does that slips in every cycle."""
     run = v.as_given.simulation
-    if run.outcome == Outcome.SEPARATION:
-        return f"the joint is in separation: {run.reason}"
     verb = "slips on and on" if run.outcome == Outcome.RATCHETTING else "slips"
     nodes = v.nodes
     most = int(nodes.slip_range.argmax())
@@ -103,15 +103,15 @@ def _does(v: Verification) -> str:
 
 
 def up_to(problem: Problem, load_factor: float) -> str:
-    """Up to which loads something holds, rounded down."""
+    """The loads up to which a statement holds, rounded down."""
     if np.isinf(load_factor):
         return "at every load factor"
-    loads = loads_at(problem, load_factor, down)  # say themselves what the load factor is a factor of
+    loads = loads_at(problem, load_factor, down)  # with them the factor needs no explanation
     return f"up to {at_load_factor(problem, load_factor, down)}{'' if loads else ' times the load amplitude'}"
 
 
 def margin_of_answer(v: Verification) -> str:
-    """By how much the amplitude may grow, or how much less is enough; empty where no limit is known.
+    """By how much the amplitude may grow or must shrink; empty where no limit is known.
 
     Examples
     --------

@@ -30,7 +30,7 @@ PROOFS = {
 }
 IN_CONTACT = "while all nodes stay in contact"
 HEADING = "Shakedown under λ times the varying part of the load is"  # above the three numbers
-ARGUMENTS = {  # what the names of the arguments for λ_U stand for, where they do not speak for themselves
+ARGUMENTS = {  # what the names of the proofs of λ_U stand for, where they are not self-explanatory
     "Melan": "slip changes no pressure",
     "differences": "no slip raises the differences between nodes",
     "swing": "a potential decreases with every slip",
@@ -72,7 +72,7 @@ def numbers_in_words(found: Assessment) -> list[tuple[str, str, str]]:
 
 
 def _aligned(numbers: list[str]) -> list[str]:
-    """Numbers with as many decimals as the longest of those that are alike before the point."""
+    """Pad numbers with equal integer parts to the same number of decimals."""
     decimals: dict[str, int] = {}
     for whole, _, rest in (number.partition(".") for number in numbers):
         decimals[whole] = max(decimals.get(whole, 0), len(rest) * ("e" not in rest))
@@ -109,7 +109,7 @@ def _this_state(limits: JointLimits) -> str:
 
 
 def start_in_words(slip: FloatArray | bool) -> str:
-    """Where a motion starts, after the word that says so."""
+    """The initial state, as it continues a sentence after “starting”."""
     return "from the given slip" if np.any(slip) else "without slip"
 
 
@@ -127,7 +127,7 @@ def _number(value: float, rounded: Callable[[float, int], str]) -> str:
 
 
 def beside_one(value: float, rounded: Callable[[float, int], str], digits: int = DIGITS) -> str:
-    """A load factor, with more digits where it would else not be seen on which side of 1 it is.
+    """A load factor, with more digits where rounding would hide on which side of 1 it lies.
 
     Examples
     --------
@@ -141,13 +141,13 @@ def beside_one(value: float, rounded: Callable[[float, int], str], digits: int =
 def at_load_factor(
     problem: Problem, load_factor: float, rounded: Callable[[float, int], str], digits: int = DIGITS
 ) -> str:
-    """A load factor in the user's loads; by itself where the problem does not say them."""
+    """A load factor in the user's loads; alone where the problem does not know them."""
     factor, loads = f"λ = {beside_one(load_factor, rounded, digits)}", loads_at(problem, load_factor, rounded)
     return f"{loads} ({factor})" if loads else factor
 
 
 def loads_at(problem: Problem, load_factor: float, rounded: Callable[[float, int], str]) -> str:
-    """The varying loads at a load factor; without its name where there is one only, empty where none is said.
+    """The varying loads at a load factor; a single one without its name, empty where none are known.
 
     Examples
     --------
@@ -175,7 +175,7 @@ def percent(load_factor: float, rounded: Callable[[float, int], str]) -> str:
 
 
 def loads_of_numbers(found: Assessment) -> list[str]:
-    """The three numbers of a joint in the user's loads; empty where these are not said."""
+    """The three numbers of a joint in the user's loads; empty where these are not known."""
     limits = (
         (found.proved_from_every_state, down),
         (found.proved_from_this_state, down),
@@ -212,8 +212,8 @@ def said_as_given_in_words(found: Assessment) -> str:
 def certain_in_words(limits: JointLimits) -> list[str]:
     """What is certain, first of all: proved from this state, proved from every state, excluded.
 
-    Of a load domain it is said that this holds for every path, and where it is not clear whether the
-    joint can move as a whole, that is said.
+    For a load domain it adds that this holds for every path; it also says where it is not clear whether
+    the joint can move as a whole.
 
     Examples
     --------
@@ -231,7 +231,7 @@ def certain_in_words(limits: JointLimits) -> list[str]:
 
 
 def _decided_at_the_edge(limits: JointLimits) -> list[str]:
-    """Where a node at an edge decides λ_U: what that means, and what is proved besides."""
+    """Where a node at an edge determines λ_U: what that means, and what is proved in addition."""
     core, energy = limits.core, limits.energy
     if core is None:
         return []
@@ -240,7 +240,7 @@ def _decided_at_the_edge(limits: JointLimits) -> list[str]:
         f"λ_U is determined at an edge of the contact, by {where}: where slip of the size of one element is "
         "locked in there, that edge may slip for ever."
     ]
-    since = from_state(energy, slip=limits.accumulated)  # of every order of the loads, too
+    since = from_state(energy, slip=limits.accumulated)  # holds for every order of the loads
     since_assembly = not energy.initial_slip.any() and energy.distance == since.least_load_factor == 0
     if since_assembly and since.load_factor > limits.universal.load_factor:
         up_to = f"{since.symbol} = {down(since.load_factor)}"

@@ -61,7 +61,7 @@ def _below_and_above(limits: JointLimits, lower: LowerBound | None) -> list[str]
     if begins:
         return _from_least(upper, limits.problem)
     endless = upper.status == Status.UNBOUNDED
-    above = [above_in_words(upper, limits.problem)] if endless else []  # else certain_in_words says it
+    above = [above_in_words(upper, limits.problem)] if endless else []  # otherwise certain_in_words says it
     if lower is None:
         return [*_open_in_space(limits), *above]
     gap = endless and lower.status == Status.OPTIMAL
@@ -98,16 +98,16 @@ def _below(limits: JointLimits, lower: LowerBound) -> str:
         where = f"Between λ_U = {down(known)} and λ_1 = {down(lower.load_factor)}"
         if lower.status == Status.UNBOUNDED:
             where = f"Above λ_U = {down(known)}"
-    return f"{where} {claim} ({lower.guarantee}): {lower.reason}."
+    return f"{where} {claim} (guarantee of λ_1: {lower.guarantee}): {lower.reason}."
 
 
 def _transient_over(lower: LowerBound) -> str:
-    """λ_1 is about the loop: of transient load steps before it nothing is said."""
+    """λ_1 is about the periodic loop; it says nothing about transient load steps before it."""
     return "" if lower.problem.q_transient is None else " when the transient is over"
 
 
 def _from_least(upper: UpperBound, problem: Problem) -> list[str]:
-    """The bounds where the mean load alone has no safe slip, but load factors from λ_lo on have."""
+    """The bounds where the mean load alone has no safe slip, but load factors from λ_lo on do."""
     from shakedown.bounds.methods import methods_of  # loaded with the bounds, not with the words of commands
 
     elsewhere = "lower" not in methods_of(problem).ABSENT
@@ -177,7 +177,7 @@ def above_in_words(upper: UpperBound, problem: Problem) -> str:
 
 
 def _nominal_load(limits: JointLimits, lower: LowerBound | None) -> str:
-    """Where λ = 1 lies between the limits, and whether it is proved from this state where that is open."""
+    """Where λ = 1 lies between the limits; where that leaves it open, whether this state is proved."""
     upper, known = limits.upper, proved_up_to(limits.universal)
     finite = upper.status == Status.OPTIMAL
     if upper.least_load_factor > 1:
@@ -191,7 +191,7 @@ def _nominal_load(limits: JointLimits, lower: LowerBound | None) -> str:
             return "below λ_1"
         place = "between λ_U and λ_1" if known > 0 else "below λ_1"
     elif lower is not None and lower.status != Status.INFEASIBLE:
-        place = f"between λ_1 and {'λ_max' if finite else 'any load factor'}"
+        place = "between λ_1 and λ_max" if finite else "above λ_1"
     elif lower is None and finite:
         place = "between λ_U and λ_max" if known > 0 else "below λ_max"
     else:
@@ -200,7 +200,7 @@ def _nominal_load(limits: JointLimits, lower: LowerBound | None) -> str:
 
 
 def from_here_in_words(limits: JointLimits) -> str:
-    """Whether the nominal load is proved from this state, where every state does not do the same."""
+    """Whether shakedown at λ = 1 is proved from this state, where it is not from every state."""
     energy, here = limits.energy, limits.from_state
     if energy.open_nodes:
         return ""
@@ -213,7 +213,7 @@ def from_here_in_words(limits: JointLimits) -> str:
 
 
 def reservations_in_words(limits: JointLimits) -> list[str]:
-    """What keeps a number from being certified or fully accurate, where something does."""
+    """Why a number is not certified or not fully accurate, where that is so."""
     sentences = [f"{missing} (no number is touched by it)." for missing in _missing(limits)]
     if limits.energy.uncertified:
         sentences.append(f"λ_E is not certified: {limits.energy.uncertified}.")
@@ -250,7 +250,7 @@ def _missing(limits: JointLimits) -> Iterator[str]:
 
 
 def _open_in_space(limits: JointLimits) -> list[str]:
-    """What is open between what is proved and λ_max, where there is no first collapse."""
+    """What remains open between the proved limit and λ_max, where there is no first collapse."""
     known = proved_up_to(limits.universal)
     if known >= limits.upper.load_factor:
         return []

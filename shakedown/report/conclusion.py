@@ -1,4 +1,4 @@
-"""The answer for the nominal load: its colour, what agrees with it, its limits of validity."""
+"""The answer for the nominal load: its colour, its agreement with simulations, its limits of validity."""
 
 from shakedown.assessment.verify import Verification
 from shakedown.ground.shown_values import count
@@ -27,7 +27,7 @@ def banner_class(v: Verification) -> str:
     )
     if v.disagreements or run.slides_away or run.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING):
         return "disagree"
-    exact = run.proved or run.long_term is not None  # with fixed load steps a slow slip may look like none
+    exact = run.proved or run.long_term is not None  # at fixed load steps slow slip may look like none
     return (
         "agree"
         if run.outcome == Outcome.SHAKEDOWN and exact and len(v.open_questions) == elsewhere
@@ -50,7 +50,7 @@ def verdict_in_words(v: Verification) -> str:
 
 
 def agreement_in_words(judged: int, runs: int) -> str:
-    """That nothing contradicts in so many runs of which an outcome is predicted, of all.
+    """That the simulations agree with the bounds, in how many runs with a predicted outcome, and in all.
 
     Examples
     --------

@@ -35,8 +35,8 @@ WORDS = {
     "history": "times",
 }
 ROWS = {"contact": "contact boundary", "plane": "plane stress or strain", "materials": "material"}
-BARE = ("kind", "value", "type", "whole body")  # told without their name
-ORDER = ("kind", "value", "boundary")  # of a load, before what else is told of it
+BARE = ("kind", "value", "type", "whole body")  # written without their key
+ORDER = ("kind", "value", "boundary")  # of a load, in this order before the other keys
 LEFT_OF_PRELOAD = (
     "on average (sum of the mean p_w under all constant loads); tightening compresses the bodies, the shank "
     "shortens by as much, and the bolt loses that part of its preload"
@@ -72,7 +72,7 @@ def stiffness_rows(problem: Problem, coupling_ratio: float) -> list[tuple[str, s
 
 
 def _free_motions(free: int) -> str:
-    """How many motions no stiffness resists, and what that means."""
+    """How many motions are resisted by no stiffness, and what that means."""
     if not free:
         return "every motion is resisted"
     return f"{count(free, 'motion')} of one body on the other resisted by friction only, as in a bolted joint"
@@ -127,7 +127,7 @@ def source_rows(problem: Problem) -> list[tuple[str, str]]:
 
 
 def _body_rows(body: object, problem: Problem) -> list[tuple[str, str]]:
-    """What a body is made of, held by and loaded with, each with its unit."""
+    """Material, supports and loads of a body, with units."""
     if not isinstance(body, dict):
         return []
     known = units_of(problem)
@@ -148,12 +148,12 @@ def _body_rows(body: object, problem: Problem) -> list[tuple[str, str]]:
 
 
 def _over_time(load: dict[str, Any]) -> dict[str, Any]:
-    """A load or bolt whose history says that it is constant where it is."""
+    """A load or bolt; a history of 1 is replaced by a word for “constant”."""
     return load | {"history": "1, constant"} if load.get("history") == 1 else load
 
 
 def _bolt_rows(bolts: object, problem: Problem) -> list[tuple[str, str]]:
-    """Patches, preload and stiffness of every bolt, and what presses the bodies together in the end."""
+    """Patches, preload and stiffness of every bolt, and the resulting force in the contact."""
     known = units_of(problem)
     own = {"preload": known.force, "stiffness": known.stiffness}
     told = [_over_time(bolt) for bolt in bolts if isinstance(bolt, dict)] if isinstance(bolts, list) else []
@@ -165,7 +165,7 @@ def _bolt_rows(bolts: object, problem: Problem) -> list[tuple[str, str]]:
 
 
 def _in_words(value: object, units: Mapping[str, str] = MappingProxyType({})) -> str:
-    """A value of JSON in one line; numbers under a name that has a unit with that unit."""
+    """A JSON value in one line; numbers under a key that has a unit are followed by it."""
     if isinstance(value, dict):
         parts = [(key, _in_words(part, {**units, "": units.get(key, "")})) for key, part in value.items()]
         return ", ".join(text if key in BARE else f"{WORDS.get(key, key)} {text}" for key, text in parts)
@@ -212,7 +212,7 @@ def node_load_rows(problem: Problem) -> list[list[str]]:
 
 
 def node_load_head(problem: Problem) -> list[str]:
-    """The head of that table, with units."""
+    """The heading of the table of node loads, with units."""
     units = units_of(problem)
     places = ["x", "y", "z"][: len(node_places(problem)[0])]
     return [
@@ -240,5 +240,5 @@ def node_places(problem: Problem) -> list[list[str]]:
 
 
 def _without_round_off(values: FloatArray) -> FloatArray:
-    """Numbers of one kind, for people: those that are nothing beside the largest are zero."""
+    """Numbers of one kind for display: those negligible beside the largest become zero."""
     return np.where(np.abs(values) > NEGLIGIBLE * np.abs(values).max(), values, 0.0)

@@ -1,4 +1,4 @@
-"""What a sweep over designs says, and what the search for the smallest cycle, in words."""
+"""The results of a design sweep and of the search for the smallest cycle, in words."""
 
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
@@ -29,11 +29,11 @@ SAID = {
     "never": "certain not to shake down while all nodes stay in contact",
 }
 SHOWN = 6  # digits of a parameter
-TIED = 10.0**-DIGITS  # of the largest limit: what is not shown
+TIED = 10.0**-DIGITS  # as a fraction of the largest limit: differences not shown
 LISTED = 3  # values in a row; more are counted
-SAME = 10.0**-FEW_DIGITS  # of λ_1: a cycle this near begins at it
+SAME = 10.0**-FEW_DIGITS  # as a fraction of λ_1: a cycle this near begins at it
 SEPARATES = "nodes open and close in every period, or contact is lost, without slip in contact,"
-NOTHING = 1e-5  # of where the search began: no load factor at all
+NOTHING = 1e-5  # as a fraction of where the search began: counts as zero
 
 
 def sweep_in_words(sweep: "Sweep", load_factor: float = 1.0) -> list[str]:
@@ -95,7 +95,7 @@ def _best(sweep: "Sweep") -> Iterator[str]:
 
 
 def _places(sweep: "Sweep", chosen: NDArray[np.bool_]) -> str:
-    """Some of the points that were computed: by value, or how many in a row; of two parameters how many."""
+    """Some of the computed points: by value, or counted where many are consecutive or two parameters vary."""
     places = np.argwhere(chosen)
     if len(places) == 1:
         return "at " + ", ".join(_valued(sweep, axis, [k]) for axis, k in enumerate(places[0]))
@@ -110,7 +110,7 @@ def _places(sweep: "Sweep", chosen: NDArray[np.bool_]) -> str:
 
 
 def _valued(sweep: "Sweep", axis: int, places: Sequence[int]) -> str:
-    """A parameter with some of its values; × where they are factors."""
+    """A parameter with some of its values; with × where they are factors."""
     *most, last = (few(sweep.values[axis][k], SHOWN) for k in places)
     values = f"{', '.join(most)} and {last}" if most else last
     if sweep.is_factor(axis):
@@ -119,7 +119,7 @@ def _valued(sweep: "Sweep", axis: int, places: Sequence[int]) -> str:
 
 
 def _counted(sweep: "Sweep", run: NDArray[np.intp]) -> str:
-    """Neighbouring values of the one parameter: how many, from where to where."""
+    """Consecutive values of the parameter: their number and range."""
     values = sweep.values[0][run]
     what = f"factors on {sweep.meanings[0]}" if sweep.is_factor(0) else f"values of {sweep.parameters[0]}"
     return f"{len(values)} {what} from {few(values[0], SHOWN)} to {few(values[-1], SHOWN)}"
@@ -196,7 +196,7 @@ def _enclosed(found: "SmallestCycle") -> Iterator[str]:
 
 
 def _against_first_collapse(found: "SmallestCycle") -> Iterator[str]:
-    """How the smaller of cycle and separation stands to λ_1, where there is one."""
+    """How the smaller of cycle and separation compares with λ_1, where there is one."""
     lower = found.limits.lower
     limit, first = found.interval[1], lower.load_factor if lower else np.nan
     share = limit / (first or np.nan)

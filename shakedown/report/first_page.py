@@ -26,7 +26,7 @@ HOW = {
 
 
 class LargeNumber(NamedTuple):
-    """One of the three numbers: its name, it in the user's loads or as a load factor, what it is about."""
+    """One of the three numbers: its name, its value in the user's loads or as a load factor, a remark."""
 
     name: str
     value: str
@@ -44,7 +44,7 @@ def large_numbers(v: Verification) -> list[LargeNumber]:
 
 
 def rest_table(v: Verification) -> PageTable:
-    """The largest of what nodes go through at λ = 1, and the other limits, rounded down."""
+    """The largest results per node at λ = 1, and the other limits, rounded down."""
     return PageTable(
         ["long-term state at λ = 1, and limits", "value", "where, and what it is"],
         [*_node_rows(v), *_limit_rows(v)],
@@ -53,7 +53,7 @@ def rest_table(v: Verification) -> PageTable:
 
 
 def _node_rows(v: Verification) -> list[list[str]]:
-    """The worst of the results per node for the nominal load, and the node at which it is."""
+    """The largest results per node for the nominal load, each with its node."""
     nodes = v.nodes
     if not nodes.period:
         return [["results per node", "–", f"no long-term state at λ = 1: {nodes.reason}"]]
@@ -79,7 +79,7 @@ def _node_rows(v: Verification) -> list[list[str]]:
 
 
 def _largest(v: Verification, name: str, values: FloatArray, unit: str, what: str) -> list[str]:
-    """A row of the largest of values per node, and where it is."""
+    """A row with the largest of the values per node, and its node."""
     if np.isnan(values).all():
         return [name, "–", what]
     most = int(np.nanargmax(values))
@@ -89,7 +89,7 @@ def _largest(v: Verification, name: str, values: FloatArray, unit: str, what: st
 
 
 def _limit_rows(v: Verification) -> list[Sequence[str]]:
-    """Limits that are no guarantee: λ_T and λ_1, and up to where slips stay small."""
+    """Limits that are no guarantee: λ_T, λ_1, and the limit of small slips."""
     rows, problem = list[Sequence[str]](), v.problem
     limit = v.transient
     if limit is not None and np.isfinite(limit.load_factor):

@@ -24,7 +24,7 @@ NO_THRESHOLDS = (
     "Friction thresholds (uniqueness, wedging) are computed for joints in the plane only: in space they do "
     "not follow from the signs of slips."
 )
-MANY = 10**15  # subsets, from here on only their order of magnitude is said
+MANY = 10**15  # subsets; from here on only their order of magnitude is given
 
 
 def friction_in_words(problem: Problem, limits: FrictionThresholds | Missing) -> list[str]:

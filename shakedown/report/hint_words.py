@@ -1,4 +1,4 @@
-"""What a user should know of the data: load domains, likely slips of the pen, what slips are relative to."""
+"""What a user should know about the data: load domains, likely mistakes, what slips are relative to."""
 
 from __future__ import annotations
 
@@ -22,28 +22,28 @@ ONE_PATH = (
 
 
 def simulated_path_in_words(problem: Problem) -> list[str]:
-    """Along which of many paths a load domain was simulated; nothing for a loop, which has one."""
+    """Along which of many paths a load domain was simulated; nothing for a loop, which has only one."""
     return [ONE_PATH] if problem.is_domain else []
 
 
 def last_digit_in_words(problem: Problem) -> list[str]:
-    """That it is not clear whether the joint can move as a whole, where it is not; else nothing."""
+    """A warning where it is not clear whether the joint can move as a whole; otherwise nothing."""
     doubt = rigid_slips(problem).doubt
     return [f"All of this is about the stiffness to its last stored digit: {doubt}."] if doubt else []
 
 
 def doubts_in_words(problem: Problem) -> list[str]:
-    """What in the data throws doubt on every number."""
+    """Doubts about the data that affect every number."""
     return [*last_digit_in_words(problem), *doubtful_data(problem)]
 
 
 def relative_in_words(problem: Problem, open_nodes: tuple[int, ...] = ()) -> str:
-    """What slips are relative to; empty where the joint is held, or where the words of a zone say it."""
+    """What slips are relative to; empty where the joint is held, or where the sentences on a zone say it."""
     return "" if open_nodes else pinned_in_words(rigid_slips(problem).pinned, problem)
 
 
 def hints_in_words(problem: Problem, open_nodes: tuple[int, ...] = ()) -> list[str]:
-    """What a user should know of the data, in words: what slips are relative to, likely slips of the pen.
+    """What a user should know about the data: what slips are relative to, likely mistakes.
 
     Examples
     --------

@@ -64,7 +64,7 @@ from shakedown.report.verification_figures import (
 )
 from shakedown.studies.refined import Refinement
 
-REPORT = "shakedown-bounds verify"  # what a report's JSON begins with
+REPORT = "shakedown-bounds verify"  # the first entry of a report's JSON
 
 
 @checked
@@ -105,7 +105,7 @@ def write_report(
 
 
 def check_refinement(refinement: Refinement | None, problem: Problem) -> None:
-    """Raise ``UsageError`` where a refinement is one of other joints."""
+    """Raise ``UsageError`` where a refinement belongs to other joints."""
     if refinement is not None and problem.fingerprint not in refinement.fingerprints:
         raise UsageError(
             "refinement: expected meshes of which the joint has one, found only others "
@@ -115,7 +115,7 @@ def check_refinement(refinement: Refinement | None, problem: Problem) -> None:
 
 @checked
 def write_page(path: str | os.PathLike[str], verification: Verification) -> None:
-    """Write the page of a verification alone, as of one that goes on; raises as :func:`write_report`."""
+    """Write only the page of a verification, for one still running; raises as :func:`write_report`."""
     page = render(verification).encode()
     with atomic_write(path) as file:
         file.write(page)
@@ -166,7 +166,7 @@ def render(
 
 
 def _beside(v: Verification, average: float | None, refinement: Refinement | None) -> list[str]:
-    """What is said of averaged slips, and of other meshes, below the answer."""
+    """Sentences on averaged slips and on other meshes, below the answer."""
     averaged = [] if average is None else [averaged_in_words(v.assessment.averaged(average), average)]
     others = [] if refinement is None else [f"{refinement_in_words(refinement)} See “Meshes”."]
     return averaged + others
@@ -187,7 +187,7 @@ def _meshes(problem: Problem, refinement: Refinement | None) -> dict[str, Any]:
 
 
 def environment() -> Environment:
-    """What makes pages of the templates: what is said has subscripts, and no character that a page obeys."""
+    """The environment of the templates: texts get subscripts, and special characters are escaped."""
     found = Environment(
         loader=PackageLoader("shakedown.report"),
         autoescape=True,
@@ -200,19 +200,19 @@ def environment() -> Environment:
 
 
 def _shown(value: Any) -> Any:
-    """What the page shows of a value: texts with subscripts, no control characters; pictures as they are."""
+    """A value as the page shows it: texts with subscripts, without control characters; pictures unchanged."""
     if not isinstance(value, str) or isinstance(value, Markup):
         return value
     return Markup(SUBSCRIPT.sub(r"\1<sub>\2</sub>", str(_as_written(value))))
 
 
 def _as_written(value: str) -> Markup:
-    """A text of the user's own, letter by letter."""
+    """A text of the user's own, unchanged but escaped."""
     return escape(visible(value, keep="\n"))
 
 
 def _attribute(value: str) -> Markup:
-    """A text in which there can be no subscripts, as that of the style."""
+    """A text where there can be no subscripts, as in an attribute."""
     return _as_written(SUBSCRIPT.sub(r"\1\2", value))
 
 
@@ -298,7 +298,7 @@ def _steps(problem: Problem) -> str:
 
 
 def _runs_note(plane: bool) -> str:
-    """What the columns of the table of runs mean; what is in the plane only is said of joints there."""
+    """What the columns of the table of runs mean; some sentences are for joints in the plane only."""
     return RUNS_NOTE.format(
         predicted="up to λ_1 that is predicted, and proved only where the guarantee of λ_1 says so; " * plane,
         box=f", and the state asked about below its {'λ_box or ' * plane}λ_S",
@@ -325,7 +325,7 @@ RUNS_NOTE = (
 
 
 def _provenance(v: Verification) -> str:
-    """Version, date, machine, seed: what it takes to make the report again."""
+    """Version, date, machine, seed: what is needed to reproduce the report."""
     asked = v.settings
     return (
         f"shakedown {version('shakedown-bounds')}, Python {platform.python_version()}, "

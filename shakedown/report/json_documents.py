@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def as_text(document: dict[str, Any]) -> str:
-    """A JSON document as it is written to files and to stdout, without characters that a terminal obeys."""
+    """A JSON document as written to files and stdout, without control characters."""
     text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
     return visible(text, keep="\n", escape=_json_escape)
 

@@ -1,4 +1,4 @@
-"""What is said of limits beside the bounds: coupling ratio, guarantee curve, λ_T, which node limits."""
+"""Sentences on limits other than the bounds: coupling ratio, guarantee curve, λ_T, the limiting node."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ IN_SPACE = (
     "How much λ_max and λ_E depend on each node is computed for joints in the plane only. The table above "
     "shows which nodes reach their friction limits at λ_max, and in which load steps."
 )
-SLIGHT = 5e-4  # of a per cent: what is said to change nothing
+SLIGHT = 5e-4  # per cent: a smaller change is called none
 
 
 def coupling_in_words(ratio: float) -> str:
-    """Which side of 1 a coupling ratio ρ* is on: below it the first collapse is the limit.
+    """Whether a coupling ratio ρ* is below 1, where the first collapse is the limit.
 
     Examples
     --------
@@ -181,7 +181,7 @@ def limited_in_words(found: Sensitivities, problem: Problem, name: str = "") -> 
 
 
 def _effect(sides: FloatArray, name: str) -> str:
-    """What one per cent more of something does, and one per cent less where that is not the opposite."""
+    """The effect of one per cent more of a quantity, and of one per cent less if that is not the opposite."""
     fallen, grown = sides
     if np.isnan(fallen) or np.isnan(grown):
         return ""

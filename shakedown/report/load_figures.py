@@ -16,8 +16,8 @@ from shakedown.plot.patch_arrows import MOST_LOOPS
 from shakedown.plot.patch_places import patch_count, places_of
 
 HALF, THIRD = PANEL[0], SMALL[0]  # inches: widths of two or three pictures that fill a page
-LEAST, MOST = 2.0, 3.6  # inches: heights of a long patch and a high one
-SIDES = (  # of a patch: what is to be seen, what draws it, whether it is numbers in colours
+LEAST, MOST = 2.0, 3.6  # inches: least and largest height of a picture of a patch
+SIDES = (  # of a patch: description, drawing function, whether it has a colour bar
     (
         "Tangential welded reactions over the patch: the mean as an arrow, the path of its tip over a period",
         plot.loads_over_patch,
@@ -83,7 +83,7 @@ def _loads_along(problem: Problem, few: bool) -> tuple[str, list[Drawing]]:
 def _loads_over_patches(problem: Problem, few: bool) -> tuple[str, list[Drawing]]:
     """Caption, loads over each patch, and these within the limits of nodes or the mean pressure."""
     found, patches = list[Drawing](), drawn_patches(problem)
-    three = len(patches) % 2 == 1  # with the sums beside them, or two of each of three patches
+    three = len(patches) % 2 == 1  # with the sums beside them, or two pictures of each of three patches
     for patch in patches:
         for alt, draw, numbers in SIDES:
             size = patch_size(problem, patch, numbers=numbers, three=three)
@@ -116,7 +116,7 @@ def drawn_patches(problem: Problem) -> range:
 
 
 def left_out(problem: Problem) -> str:
-    """What is said of patches without pictures."""
+    """A sentence on patches that are not drawn."""
     count = patch_count(problem)
     return f" The {EACH_SHOWN} patches with the most nodes, of {count}." * (count > EACH_SHOWN)
 
@@ -124,7 +124,7 @@ def left_out(problem: Problem) -> str:
 def patch_size(
     problem: Problem, patch: int = 0, *, numbers: bool = False, three: bool = False
 ) -> tuple[float, float] | None:
-    """Of a picture of a patch, so high as that asks for; None where numbers stand over a row."""
+    """The size of a picture of a patch, as high as the patch needs; None for numbers over a row of nodes."""
     places, width = places_of(problem, patch), THIRD if three else HALF
     if places.in_a_row:
         return None if numbers else (width, LEAST)

@@ -1,4 +1,4 @@
-"""What a map of initial states says: how many shake down, why some are undecided, whether all end alike.
+"""A map of initial states in words: how many shake down, why some are undecided, whether all end alike.
 
 And what meshes of one joint say that get finer: which of its numbers converge.
 """
@@ -14,12 +14,12 @@ from shakedown.ground.visible_text import with_unit
 from shakedown.joint.units import units_of
 from shakedown.report.node_words import resolution, without_round_off
 
-if TYPE_CHECKING:  # it loads what computes
+if TYPE_CHECKING:  # importing it would load the solvers
     from shakedown.joint.problem import Problem
     from shakedown.studies.basin_map import InitialStateMap
     from shakedown.studies.refined import Refinement
 
-MESH_NUMBERS = {  # of a refinement, in a table and in a sentence: first what has a limit on most joints
+MESH_NUMBERS = {  # of a refinement, in a table and in a sentence; first those that converge for most joints
     "work": ("friction work", "the friction work"),
     "largest_slip": ("largest slip", "the largest slip"),
     "slip_limit": ("slips small up to λ", "the load up to which slips stay small"),
@@ -28,7 +28,7 @@ MESH_NUMBERS = {  # of a refinement, in a table and in a sentence: first what ha
     "proved_from_this_state": ("proved, this state", "what is proved from this state"),
     "proved_from_every_state": ("proved, every state", "what is proved from every state"),
 }
-VERDICTS = {  # of one number, and of several
+VERDICTS = {  # singular and plural
     "converges": ("converges", "converge"),
     "undecided": ("is left open", "are left open"),
     "falls": ("falls", "fall"),
@@ -68,7 +68,7 @@ def shares_in_words(found: InitialStateMap) -> list[str]:
 
 
 def outcomes_in_words(found: InitialStateMap) -> list[tuple[str, str, str]]:
-    """How many states have which outcome, and what the words mean."""
+    """The number of states per outcome, and what the words mean."""
     leave = int(np.count_nonzero((found.outcome == "separation") & (found.period == 0)))
     rows = []
     for word, count in found.outcomes.items():
@@ -92,7 +92,7 @@ def dissipation_in_words(found: InitialStateMap) -> str:
 
 
 def slips_in_words(found: InitialStateMap) -> str:
-    """From which share of the states slip ranges stay below the length asked for."""
+    """The share of the states from which slip ranges stay below the requested length."""
     length, criterion = units_of(found.problem).length, found.slip_criterion
     if criterion is None:
         return ""
@@ -120,7 +120,7 @@ def _of(count: int, states: int) -> str:
 
 
 def uniqueness_in_words(found: InitialStateMap) -> list[str]:
-    """Whether the outcome, and whether the state itself, is one and the same for all."""
+    """Whether the outcome, and whether the final state, is the same for all."""
     outcome = {
         True: "The outcome is the same for all states tried",
         False: "The outcome is not the same for all states",
@@ -155,7 +155,7 @@ def cycles_in_words(found: InitialStateMap) -> str:
 
 
 def work_that_is_none(found: InitialStateMap) -> float:
-    """The work that counts as none."""
+    """The work below which it counts as none."""
     return resolution(found.problem, found.load_factor, found.search.tolerances)[1]
 
 
@@ -167,12 +167,12 @@ def initial_states_in_words(found: InitialStateMap) -> str:
 
 
 def percent_of_states(share: float) -> str:
-    """A share of the states, whose sign stays on its line."""
-    return f"{100 * share:.1f}\u00a0%"  # no line ends between them
+    """A share of the states in per cent, with a non-breaking space."""
+    return f"{100 * share:.1f}\u00a0%"  # no line break in between
 
 
 def interval_in_words(found: InitialStateMap) -> str:
-    """Between which shares that of all states lies, with 95 % confidence; empty where that is not known."""
+    """The 95 % confidence interval of the share; empty where it is not known."""
     low, high = found.interval
     return "" if low != low else f"{100 * low:.1f}–{100 * high:.1f} %"
 
@@ -189,7 +189,7 @@ def refinement_in_words(found: Refinement) -> str:
     """
     names: dict[str, list[str]] = {}
     for name in told_of_meshes(found):
-        if found.numbers[name].any():  # else there is nothing on any mesh: no slip, or no proof
+        if found.numbers[name].any():  # all zero: no slip, or no proof, on any mesh
             names.setdefault(found.verdict[name], []).append(MESH_NUMBERS[name][1])
     said = []
     for verdict, verbs in VERDICTS.items():
@@ -200,13 +200,13 @@ def refinement_in_words(found: Refinement) -> str:
 
 
 def told_of_meshes(found: Refinement) -> list[str]:
-    """The columns of a refinement that are told, what is most likely to converge first."""
+    """The columns of a refinement that are reported, those most likely to converge first."""
     asked = {"averaged_impossible_above": found.radius, "slip_limit": found.slip_below}
     return [name for name in MESH_NUMBERS if asked.get(name, found.load_factor) is not None]
 
 
 def refinement_notes(found: Refinement, problem: Problem) -> list[str]:
-    """What the numbers of a refinement are, and what is meant by their verdicts."""
+    """What the numbers of a refinement are, and what their verdicts mean."""
     length = units_of(problem).length
     about = f"Friction work per cycle and slip at λ = {found.load_factor:g}, simulated starting without slip."
     if found.slip_below is not None:

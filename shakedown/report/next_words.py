@@ -1,4 +1,4 @@
-"""After the three numbers: by how much the amplitude may grow, what decides, and the one thing to do next."""
+"""After the three numbers: the margin of the amplitude, what determines the limit, and the next step."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ GIVEN = ("solve {} --initial given", "the slip in the file")
 
 
 def margin_in_words(found: Assessment, simulated: float = np.nan) -> str:
-    """By how much the amplitude may grow, or how much less is enough; with λ_T also by simulation.
+    """By how much the amplitude may grow or must shrink; with λ_T also by simulation.
 
     Examples
     --------
@@ -67,7 +67,7 @@ def _larger(found: Assessment, every: float, here: float, simulated: float) -> s
 
 
 def decides_in_words(found: Assessment) -> str:
-    """What decides: the node that limits what is proved, or λ_max, most, or why there is no limit.
+    """The node that λ_max or the proved limit depends on most, or why there is no limit.
 
     Examples
     --------
@@ -106,7 +106,7 @@ def decides_in_words(found: Assessment) -> str:
 
 
 def next_in_words(found: Assessment, file: str = "FILE") -> str:
-    """The one thing to do next, a command on the file, and why.
+    """The next step: a command on the file, and its purpose.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Nodes and their numbers as text shows them: by number, by label where they have one, without round-off."""
+"""Nodes and their results as text: by number, by label where they have one, without round-off."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 
 AXES = "xy"  # of the two tangential directions of a node
 LONGEST_LABEL = 16  # characters of a label in a table
-COLUMNS = (  # of a table of what nodes go through, those first that stand where it is narrow
+COLUMNS = (  # of a table of results per node; the first ones are kept where the table is narrow
     "slip_range", "accumulated_slip", "work", "p_max", "q_max", "p_min",
     "pressure_max", "shear_max", "tau_delta", "wear_depth", "total_slip_bound",
 )  # fmt: skip
-LONGEST_RANGES = 24  # characters of a column
+LONGEST_RANGES = 24  # characters in a column
 
 
 def node_in_words(problem: Problem | None, node: int) -> str:
@@ -47,7 +47,7 @@ def node_in_words(problem: Problem | None, node: int) -> str:
 
 
 def open_in_words(nodes: tuple[int, ...], problem: Problem | None = None) -> str:
-    """All of some nodes by number, neighbours in short, with the labels of a few.
+    """Nodes by number, consecutive ones as ranges, with labels where they are few.
 
     Examples
     --------
@@ -66,9 +66,9 @@ def open_in_words(nodes: tuple[int, ...], problem: Problem | None = None) -> str
 
 
 def pinned_in_words(pinned: tuple[int, ...], problem: Problem | None = None) -> str:
-    """Which components are zero where friction alone holds a body; empty for a joint that is held.
+    """Which slip components are set to zero where only friction holds a body; empty for a joint that is held.
 
-    The slips that are set to zero are given by number: with one direction they are nodes.
+    The components are given by number; with one tangential direction these are nodes.
 
     Examples
     --------
@@ -87,7 +87,7 @@ def pinned_in_words(pinned: tuple[int, ...], problem: Problem | None = None) -> 
 
 
 def label_column(problem: Problem) -> dict[str, list[str]]:
-    """The column of a table of nodes that names them in the model; none where they have no labels.
+    """The column with the labels of the nodes in the model; none where they have no labels.
 
     Examples
     --------
@@ -100,7 +100,7 @@ def label_column(problem: Problem) -> dict[str, list[str]]:
 
 
 def slipping_nodes(slip: FloatArray, tolerances: Tolerances = DEFAULT) -> tuple[int, ...]:
-    """Nodes that slip, by more than what counts as none beside the largest slip (``steadiness``).
+    """Nodes whose slip is not negligible beside the largest slip (``steadiness``).
 
     Examples
     --------
@@ -111,7 +111,7 @@ def slipping_nodes(slip: FloatArray, tolerances: Tolerances = DEFAULT) -> tuple[
 
 
 def without_round_off(values: Sequence[float] | FloatArray, resolution: float) -> list[float]:
-    """Values for people: what lies within the resolution of a result is zero.
+    """Values for display: those within the resolution of a result become zero.
 
     Examples
     --------
@@ -124,14 +124,14 @@ def without_round_off(values: Sequence[float] | FloatArray, resolution: float) -
 def resolution(problem: Problem, load_factor: float, tolerances: Tolerances = DEFAULT) -> tuple[float, float]:
     """The slip [length] and the work [force × length] per period that count as none in a long-term state.
 
-    They are what a path resolves (:func:`path_resolution`) of the scales of the joint at that load factor.
+    They are the resolution of a path (:func:`path_resolution`) times the scales of the joint there.
     """
     scale, share = scales(problem, load_factor), path_resolution(problem, tolerances)
     return share * scale.length, share * scale.length * scale.force
 
 
 def node_columns(nodes: NodeResults, problem: Problem) -> dict[str, FloatArray]:
-    """What nodes go through, round-off as 0, by the words of a file; without columns that nobody knows."""
+    """Results per node, round-off as 0, by their names in a file; without columns that are all unknown."""
     none = resolution(problem, nodes.load_factor)
     resolved = {"slip_range": none[0], "accumulated_slip": none[0], "work": none[1]}
     columns = {
@@ -141,7 +141,7 @@ def node_columns(nodes: NodeResults, problem: Problem) -> dict[str, FloatArray]:
 
 
 def total_slip_in_words(nodes: NodeResults, problem: Problem) -> str:
-    """How far any node slips in all, where that is proved; else empty.
+    """The proved bound on the total slip of any node; empty where there is none.
 
     Examples
     --------
@@ -160,13 +160,13 @@ def total_slip_in_words(nodes: NodeResults, problem: Problem) -> str:
 
 
 def worst_first(nodes: NodeResults, problem: Problem) -> list[int]:
-    """The nodes in the order of their slip ranges, of equal ones those first that are pressed hardest."""
+    """The nodes by decreasing slip range; equal ones by decreasing pressure."""
     slip = without_round_off(nodes.slip_range, resolution(problem, nodes.load_factor)[0])
     return np.lexsort([-np.nan_to_num(part, nan=-1.0) for part in (nodes.p_max, np.array(slip))]).tolist()
 
 
 def slip_limit_in_words(limit: SlipLimit, problem: Problem | None = None) -> str:
-    """Up to where slips stay below a length, and what was simulated to say so.
+    """The load factor up to which slips stay below a length, and what was simulated to find it.
 
     Examples
     --------
@@ -194,7 +194,7 @@ def slip_limit_in_words(limit: SlipLimit, problem: Problem | None = None) -> str
 
 
 def by_direction(problem: Problem, name: str, slips: FloatArray) -> dict[str, list[float]]:
-    """A column of slips, or with two tangential directions one of each.
+    """A column of slips, or with two tangential directions one column for each.
 
     Examples
     --------
@@ -206,7 +206,7 @@ def by_direction(problem: Problem, name: str, slips: FloatArray) -> dict[str, li
 
 
 def of_directions(problem: Problem, name: str, between: str = " ") -> list[str]:
-    """The name of a tangential quantity, or with two directions of both of its components."""
+    """The name of a tangential quantity, or with two directions the names of both components."""
     return [name] if problem.directions == 1 else [f"{name}{between}{axis}" for axis in AXES]
 
 
@@ -219,7 +219,7 @@ def bound_columns(
 ) -> dict[str, list[str]]:
     """Columns of a table of nodes: the slips of the bounds, limits reached at λ_max, friction thresholds.
 
-    ``shown`` writes a number, and NaN as what is none.
+    ``shown`` formats a number; it must also accept NaN.
     """
     slips = by_direction(problem, "safe slip", upper.slip)
     slips |= {} if lower is None else {"critical": lower.slip.tolist()}
@@ -233,7 +233,7 @@ def bound_columns(
 
 
 def _reached(problem: Problem, upper: UpperBound, node: int) -> str:
-    """Which limits of a node are reached at λ_max: sides, or with two directions load steps."""
+    """The limits that a node reaches at λ_max: sides, or with two directions load steps."""
     reached = [where for at, where in upper.active if at == node]
     if node in upper.open_nodes:
         return "open; gap closes" if reached else "open"
@@ -244,7 +244,7 @@ def _reached(problem: Problem, upper: UpperBound, node: int) -> str:
 
 
 def _ranges(numbers: Sequence[int]) -> str:
-    """Numbers in order, neighbours as ``first–last``."""
+    """Increasing numbers, consecutive ones as ``first–last``."""
     runs = [
         [number for _, number in run]
         for _, run in groupby(enumerate(numbers), key=lambda pair: pair[1] - pair[0])

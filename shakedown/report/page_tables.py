@@ -1,4 +1,4 @@
-"""The tables of a report about bounds, runs, nodes and meshes: texts ready to be shown."""
+"""The tables of a report on bounds, runs, nodes and meshes, as formatted text."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -30,13 +30,13 @@ from shakedown.report.node_words import (
 from shakedown.report.run_words import start_remark
 from shakedown.studies.refined import Refinement
 
-WORST = 10  # nodes that the page shows of many
-FEW_NODES = 24  # up to so many a table is printed whole
+WORST = 10  # nodes shown where there are many
+FEW_NODES = 24  # nodes; up to this number a table is printed whole
 
 
 @dataclass(frozen=True)
 class PageTable:
-    """A table: head, rows, the columns that are words, and the rows that are printed where not all are."""
+    """A table: heading, rows, the columns that hold words, and the rows to print where not all are."""
 
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
@@ -47,7 +47,7 @@ class PageTable:
 def bounds_table(v: Verification) -> PageTable:
     """Every limit of the load factor; λ_1 and λ_max by both solvers."""
     upper, transient = v.limits.upper.load_factor, v.transient
-    scale = upper if np.isfinite(upper) else 0.0  # a bound may be zero
+    scale = upper if np.isfinite(upper) else 1.0  # the nominal load; a bound may be zero
     begins = v.limits.energy.least_load_factor
     least = f" from {up(begins)} on" if begins > 0 else ""
     pairs = [(_name_of_largest(v), upper, v.second.upper.load_factor)]
@@ -77,12 +77,12 @@ def _other_rows(v: Verification) -> list[tuple[str, str]]:
 
 
 def _over(v: Verification) -> str:
-    """What λ_U also asks for where there are transient load steps."""
+    """The additional condition of λ_U where there are transient load steps."""
     return ", transient over" * v.limits.universal.after_transient
 
 
 def _bound(value: float, rounded: Callable[[float, int], str] = down) -> str:
-    """A limit of the load factor, rounded to where what is said of it stays true."""
+    """A limit of the load factor, rounded to the safe side."""
     return rounded(value, DIGITS) if np.isfinite(value) else number(value)
 
 
@@ -108,9 +108,9 @@ def number(value: float, digits: int = 6) -> str:
 
 
 def limits_on_page(v: Verification) -> dict[str, float]:
-    """Limits by name, rounded to where what is said of them stays true; NaN where there is none.
+    """Limits by name, rounded to the safe side; NaN where there is none.
 
-    Of λ_E, λ_box and λ_S the largest.
+    Only the largest of λ_E, λ_box and λ_S is included.
     """
     largest = {"λ_max": v.limits.upper.load_factor}
     others = {
@@ -125,12 +125,12 @@ def limits_on_page(v: Verification) -> dict[str, float]:
 
 
 def transient_is_proved(v: Verification) -> bool:
-    """Whether shakedown is proved at λ_T itself, not simulated only."""
+    """Whether shakedown is proved at λ_T itself, not only simulated."""
     return v.transient is not None and v.transient.proved == v.transient.load_factor
 
 
 def runs_table(v: Verification, *, brief: bool = False) -> PageTable:
-    """Every simulation, with what was predicted for it; in brief what fits a terminal."""
+    """Every simulation with its prediction; ``brief`` selects the columns that fit a terminal."""
     units = units_of(v.problem)
     rows = [_run_row(v.problem, run) for run in v.runs]
     slip, work = with_unit("slip per period", units.length), with_unit("dissipation per cycle", units.work)
@@ -138,7 +138,7 @@ def runs_table(v: Verification, *, brief: bool = False) -> PageTable:
     table = [[*head, "law residual", "time"], *rows]
     if brief:
         chosen = [[row[k] for k in (0, 2, 3, 4, 6, 8, 10)] for row in table]
-    else:  # remarks stand behind the outcome
+    else:  # remarks follow the outcome
         chosen = [[*row[:4], row[4] + row[5], *row[6:]] for row in table]
     return PageTable(chosen[0], chosen[1:], words=(1, 2, 3, 4, 5))
 
@@ -163,7 +163,7 @@ def _run_row(problem: Problem, run: Run) -> list[str]:
 
 
 def remarks(run: Simulation) -> str:
-    """Period, jumps and open nodes of a long-term state, where there is something to say."""
+    """Remarks on a long-term state: period, jumps, open nodes, proof."""
     found = [f"period {run.period}"] if run.period > 1 else []
     if run.jumps_per_cycle > 0:
         lost = number(run.jump_dissipation_per_cycle, FEW_DIGITS)
@@ -176,7 +176,7 @@ def remarks(run: Simulation) -> str:
 
 
 def nodes_table(v: Verification) -> PageTable:
-    """Node by node: slips of the bounds, limits reached, friction threshold, what it does at λ = 1."""
+    """Node by node: slips of the bounds, limits reached, friction threshold, results at λ = 1."""
     problem, limits, units = v.problem, v.limits, units_of(v.problem)
     run, none = v.as_given.simulation, resolution(problem, 1.0)
     slips = without_round_off(run.slip_per_cycle, none[0])
@@ -198,17 +198,17 @@ def nodes_table(v: Verification) -> PageTable:
 
 
 def printed_nodes(v: Verification) -> frozenset[int] | None:
-    """The nodes that tables show on paper where there are too many: the worst; None where all are shown."""
+    """The nodes printed where there are too many for paper: the worst; None where all are printed."""
     return None if v.problem.n <= FEW_NODES else frozenset(worst_nodes(v))
 
 
 def worst_nodes(v: Verification) -> list[int]:
-    """The nodes that slip most in the long run under the nominal load, then those pressed hardest."""
+    """The nodes with the largest slip range in the long term at λ = 1, then with the largest pressure."""
     return worst_first(v.nodes, v.problem)[:WORST]
 
 
 def worst_table(v: Verification) -> PageTable:
-    """What the worst nodes go through in the long run under the nominal load."""
+    """Results of the worst nodes in the long term under the nominal load."""
     problem, nodes = v.problem, v.nodes
     labels = {} if problem.label is None else {"FE label": problem.label}
     columns = node_columns(nodes, problem)
@@ -220,7 +220,7 @@ def worst_table(v: Verification) -> PageTable:
 
 
 def nodes_note(v: Verification) -> str:
-    """Which nodes the first table of nodes shows, and where all of them are."""
+    """Which nodes the first table of nodes shows, and where to find all of them."""
     shown = "Every node" if v.problem.n <= WORST else f"The {WORST} worst nodes of {v.problem.n}"
     return (
         f"{shown} over one period of the long-term state at λ = 1, the largest slip range first, then the "
@@ -231,7 +231,7 @@ def nodes_note(v: Verification) -> str:
 
 
 def refinement_table(found: Refinement, problem: Problem, meshes: int = 3) -> PageTable:
-    """Number by number the values on the finest meshes, what they do, their limit and order."""
+    """For each number its values on the finest meshes, its trend, limit and order."""
     units, last = units_of(problem), slice(max(0, len(found.nodes) - meshes), None)
     unit = {"work": units.work, "largest_slip": units.length}
     rows = []

@@ -43,14 +43,14 @@ MOVING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
 
 @dataclass(frozen=True, eq=False)
 class Pictured:
-    """A long-term state that is drawn, and in words which one it is."""
+    """A long-term state to draw, with words that identify it."""
 
     state: LongTermState
     which: str
 
     @property
     def name(self) -> str:
-        """What stands above its pictures."""
+        """The heading of its pictures."""
         return at_lambda(self.state.load_factor)
 
     def picture(self, caption: str, *drawings: Drawing) -> Picture:
@@ -59,18 +59,18 @@ class Pictured:
 
 
 class Family(NamedTuple):
-    """How states of joints with one tangential direction are drawn, or with two.
+    """How states are drawn, for joints with one tangential direction or with two.
 
     Attributes
     ----------
     loops
         What the paths of the nodes are called.
     ways, reactions, contact, slips
-        Pictures of a state: the nodes that dissipate most, reactions of a few nodes, all nodes, their slips.
+        Pictures of one state: nodes that dissipate most, reactions of a few nodes, of all nodes, slips.
     zones
-        Of several states: what sticks, slips and is open.
+        A picture of several states: which nodes stick, slip and are open.
     all_in_ways
-        Whether the ways show the reactions, too; zones are then drawn of states at rest as well.
+        Whether ``ways`` also shows the reactions; zones are then drawn for states at rest as well.
     """
 
     loops: str
@@ -89,7 +89,7 @@ def as_given_state(v: Verification) -> Pictured | None:
 
 
 def cycling_state(v: Verification) -> Pictured | None:
-    """A state in which nodes slip: that at λ = 1, or the nearest load factor above that was simulated."""
+    """A state in which nodes slip: at λ = 1, or at the nearest simulated load factor above."""
     if v.as_given.simulation.outcome in MOVING:
         return as_given_state(v)
     runs = [run.simulation for run in v.runs if run.initial == v.as_given.initial]
@@ -127,7 +127,7 @@ def state_pictures(v: Verification) -> list[Picture]:
 
 
 def contact_to_turn(v: Verification) -> dict[str, str] | None:
-    """Data of the state in which nodes slip, or else of that at λ = 1, for the script; which one it is."""
+    """Data for the script of the view: a state in which nodes slip, or else that at λ = 1; and which."""
     pictured = cycling_state(v) or as_given_state(v)
     if pictured is None or _family(v.problem) is not IN_SPACE or places_of(v.problem).in_a_row:
         return None
@@ -135,7 +135,7 @@ def contact_to_turn(v: Verification) -> dict[str, str] | None:
 
 
 def no_pictures(v: Verification) -> str:
-    """Why there is no picture of something, or nothing."""
+    """Why some pictures are missing; empty where none are."""
     if as_given_state(v) is None:
         return "No state is drawn: the simulations did not go from event to event."
     if cycling_state(v) is None:
@@ -245,7 +245,7 @@ def _tractions(pictured: Pictured, problem: Problem) -> Picture:
     """Reactions when the tangential ones are largest, and when the total pressure is smallest."""
     path = pictured.state.history
     times = [float(path.cycle[row]) for row in (most_sheared_row(path), extreme_rows(path)[1])]
-    times = times[: 1 + (abs(times[1] - times[0]) > 0.5 / SIDE_BY_SIDE)]  # sooner: much the same
+    times = times[: 1 + (abs(times[1] - times[0]) > 0.5 / SIDE_BY_SIDE)]  # closer in time they look the same
     drawn = (
         ("Pressure", plot.pressure_over_patch, True),
         ("Tangential reactions", plot.tractions_at, False),
@@ -272,7 +272,7 @@ def _tractions(pictured: Pictured, problem: Problem) -> Picture:
 
 
 def _zones(v: Verification, shown: Sequence[Pictured], problem: Problem) -> Picture:
-    """Stick, slip and open zones in the long term, and in early cycles at λ = 1 in which not all stick."""
+    """Stick, slip and open zones in the long term, and in early cycles at λ = 1 with slip."""
     maps = [(one.state.history, f"{at_lambda(one.state.load_factor)}, long term") for one in shown]
     if shown[0].state is v.as_given.simulation.long_term:
         early = _early(v, shown[0], problem).items()
@@ -288,9 +288,9 @@ def _zones(v: Verification, shown: Sequence[Pictured], problem: Problem) -> Pict
 
 
 def _early(v: Verification, given: Pictured, problem: Problem) -> dict[int, EventHistory]:
-    """Early cycles at λ = 1 that came to their end before the long-term state."""
+    """Early cycles at λ = 1 that were completed before the long-term state."""
     simulation, end = v.as_given.simulation, float(given.state.history.cycle[0])
-    last = max(1, min(max(EARLY), simulation.cycles_simulated))  # the first one may not come to its end
+    last = max(1, min(max(EARLY), simulation.cycles_simulated))  # the first one may not be completed
     path = evolve(problem, simulation.load_factor, simulation.initial_slip, cycles=last).history
     pieces = {cycle: _cycle(path, cycle) for cycle in EARLY if cycle <= last and cycle < end + 1}
     return {cycle: piece for cycle, piece in pieces.items() if piece is not None}
@@ -304,7 +304,7 @@ def _cycle(path: EventHistory, number: int) -> EventHistory | None:
 
 
 def _zones_at_instants(_: Verification, shown: Sequence[Pictured], problem: Problem) -> Picture:
-    """What sticks, slips and is open at instants of the period."""
+    """Which nodes stick, slip and are open at instants of the period."""
     drawings = []
     for one, patch in product(shown, drawn_patches(problem)):
         path, name = one.state.history, at_lambda(one.state.load_factor)
@@ -322,8 +322,8 @@ def _zones_at_instants(_: Verification, shown: Sequence[Pictured], problem: Prob
 def instants(path: EventHistory) -> list[float]:
     """Times at which the fewest nodes stick, one of each part of the period."""
     from_on, first, last = path.cycle[:-1], max(float(path.cycle[0]), 0.0), float(path.cycle[-1])
-    middles = 0.5 * (from_on + path.cycle[1:])  # a state holds from its row on
-    # a node that touches its limit slips by round-off for less
+    middles = 0.5 * (from_on + path.cycle[1:])  # a state holds until the next row
+    # shorter intervals are round-off: a node that just touches its limit
     lasting = np.diff(path.cycle) > SIX_DIGITS
     moving = np.where(lasting, (path.state[:-1] != STICK).sum(axis=1), -1)
     ends = np.linspace(first, last, SIDE_BY_SIDE + 1)

@@ -30,10 +30,10 @@ SEPARATION = (
 def as_given_in_words(
     run: Run, unit: str = "", problem: Problem | None = None, universal: UniversalBound | None = None
 ) -> str:
-    """The answer for the nominal load: what becomes of the joint at λ = 1, with the unit of slips.
+    """What becomes of the joint under the nominal load, with the unit of slips.
 
-    With the problem its nodes are called by their labels; with the universal bound it is
-    said where shakedown is proved from every state.
+    With the problem, nodes are called by their labels; with the universal bound, the text says
+    where shakedown is proved from every state.
 
     Examples
     --------
@@ -65,14 +65,14 @@ def as_given_in_words(
 
 
 def start_remark(run: Run) -> str:
-    """Beside the name of an initial state: whether nodes are open in it, or it is one after the transient."""
+    """A remark on an initial state: whether nodes are open in it, or whether it follows the transient."""
     if run.open_nodes:
         return " (zone)"
     return " (after)" * run.case.after_transient
 
 
 def sliding_in_words(run: Simulation) -> str:
-    """That the body slides away, and when, in the words of its stop."""
+    """That the body slides away, and when, in the words of the simulation."""
     from shakedown.motion.cycle_record import SLIDES_AWAY  # compiled code stands behind it
 
     return run.reason.replace(SLIDES_AWAY, f"{SLIDES_AWAY} (gross slip)", 1)
@@ -81,7 +81,7 @@ def sliding_in_words(run: Simulation) -> str:
 def _certainty(
     state: Simulation, unit: str, problem: Problem | None, universal: UniversalBound | None
 ) -> str:
-    """How far the shakedown at λ = 1 is proved, and what the state at rest may be off by."""
+    """Whether shakedown at λ = 1 is proved, and how far the state at rest may be disturbed."""
     everywhere = proved_up_to(universal) > 1
     from_all = f"from every initial state {admissible_in_words(universal)}"
     if not state.proved or state.long_term is None:
@@ -91,7 +91,7 @@ def _certainty(
 
 
 def without_margin_in_words(proof: EnergyProof, unit: str) -> str:
-    """What proves shakedown where no energy ball does; without full stop.
+    """What proves shakedown where no energy ball does; without a full stop.
 
     Examples
     --------
@@ -109,7 +109,7 @@ def without_margin_in_words(proof: EnergyProof, unit: str) -> str:
 
 
 def margin_at_rest(state: Simulation, unit: str, problem: Problem | None = None) -> str:
-    """How far slips may be off from those at rest, one node at a time or all of them; without full stop."""
+    """How far slips may deviate from those at rest, one node at a time or together; without a full stop."""
     from shakedown.long_term.energy_proof import held_by_friction  # compiled code stands behind it
 
     if state.long_term is not None and np.isnan(state.long_term.single_node_margin):

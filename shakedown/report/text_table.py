@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 
 def table(headers: Sequence[str], rows: Sequence[Sequence[str]], longest: int = 40) -> str:
-    """Right-aligned columns under their headers; long tables show their ends."""
+    """Right-aligned columns under their headers; of a long table only its first and last rows."""
     cut = len(rows) > longest
     half = longest // 2
     shown = [*rows[:half], *rows[-half:]] if cut else list(rows)

@@ -77,7 +77,7 @@ def scale_picture(v: Verification) -> Picture:
     ).strip()
     draw = partial(plot.load_factor_scale, marks, bands=bands)
     narrow = Drawing(f"{alt}, for a narrow screen", partial(draw, short=True), size=NARROW)
-    return picture(caption, Drawing(alt, draw, size=WIDE), narrow)  # the style of the page shows one of them
+    return picture(caption, Drawing(alt, draw, size=WIDE), narrow)  # the style sheet shows one of them
 
 
 def run_pictures(v: Verification) -> list[Picture]:
@@ -125,7 +125,7 @@ def guarantee_picture(v: Verification) -> Picture | None:
 
 
 def sensitivity_picture(v: Verification) -> Picture | None:
-    """What limits the joint: one panel for λ_max and one for λ_E, as far as they have derivatives."""
+    """What limits the joint: one panel for λ_max and one for λ_E, where they have derivatives."""
     found = [present(each) for each in v.limits.sensitivities.values()]
     panels = [
         Drawing(
@@ -172,7 +172,7 @@ def slip_picture(v: Verification) -> Picture | None:
 
 
 class Group(NamedTuple):
-    """Runs that one panel shows, by the names of their lines, and how these look."""
+    """Runs in one panel, by the names of their lines, and the styles of these."""
 
     title: str
     runs: dict[str, Run]
@@ -189,14 +189,14 @@ def _by_load_factor(runs: Sequence[Run]) -> list[Group]:
 
 
 def _style(initial: str) -> dict[str, Any]:
-    """How the line of an initial state looks."""
+    """The line style of an initial state."""
     word, _, index = initial.partition(" ")
     label = word if word in ("random", "given", "ball") else initial
     return {"color": COLOURS[word], "ls": DASHES[int(index or 0) % len(DASHES)], "label": label}
 
 
 def _together(alone: Sequence[Group]) -> Sequence[Group]:
-    """Load factors at which one state was followed, on one panel: one line each."""
+    """Load factors at which only one state was followed, in one panel: one line each."""
     if len(alone) < 2:
         return alone
     runs = {group.title: run for group in alone for run in group.runs.values()}
@@ -232,7 +232,7 @@ def _slip_space(v: Verification, group: Group, axes: Axes) -> None:
 
 
 def _final_slips_over_patch(v: Verification, groups: Sequence[Group]) -> list[Picture]:
-    """Arrows of all runs of a panel, over many nodes of one; no panel where nothing has slipped."""
+    """Arrows of all runs of a panel, of one run where nodes are many; no panel where nothing has slipped."""
     found: list[tuple[Group, dict[str, FloatArray]]] = []
     for group in groups:
         slips = _final_slips(v, group)
@@ -280,7 +280,7 @@ def _moves(v: Verification, group: Group) -> bool:
 
 
 def _without_slip(v: Verification, groups: Sequence[Group]) -> str:
-    """At which load factors nothing is drawn, as no node slips."""
+    """The load factors at which nothing is drawn, because no node slips."""
     factors = {
         run.simulation.load_factor for group in groups if not _moves(v, group) for run in group.runs.values()
     }
@@ -288,5 +288,5 @@ def _without_slip(v: Verification, groups: Sequence[Group]) -> str:
 
 
 def _none(v: Verification, group: Group) -> float:
-    """The slip that counts as none in the runs of a panel [length]."""
+    """The slip below which it counts as none in the runs of a panel [length]."""
     return max(resolution(v.problem, run.simulation.load_factor)[0] for run in group.runs.values())

@@ -1,4 +1,4 @@
-"""What a contact zone means for the joint: every sentence says for which open nodes."""
+"""What a contact zone means for the joint; every sentence names the open nodes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def zone_in_words(upper: UpperBound, problem: Problem | None = None) -> list[str]:
-    """Up to where a slip-free state of the zone exists, what is not said above, and where λ = 1 lies.
+    """Up to where a slip-free state of the zone exists, what remains open above, and where λ = 1 lies.
 
     Examples
     --------
@@ -52,7 +52,7 @@ def zone_in_words(upper: UpperBound, problem: Problem | None = None) -> list[str
 
 
 def without_safe_slip_in_words(upper: UpperBound) -> str:
-    """That no load factor is safe, or that none was found to be; empty where some are."""
+    """That no load factor is safe, or none was found to be; empty where some are."""
     if upper.status == Status.UNDECIDED:
         return f"No safe slip was found at any load factor: {upper.reason}."
     safe = upper.status != Status.INFEASIBLE

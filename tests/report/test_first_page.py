@@ -190,8 +190,8 @@ def test_symbols_have_subscripts_and_what_the_user_wrote_has_none(slips):
 
 
 SAID = {
-    "one-node-separation": r"At the nominal load \(λ = 1\) the joint is in separation: .*, in the simulation\.",
-    "jump": r"At the nominal load \(λ = 1\) the joint shakes down with node 1 open, proved\.",
+    "one-node-separation": r"At the nominal load \(λ = 1\) the joint is in separation, in the simulation: .*\.",
+    "jump": r"At the nominal load \(λ = 1\) the joint shakes down with node 1 open, proved by following its cycles\.",
     "receding-block": r"At the nominal load \(λ = 1\) the joint .*nodes? .*",
     "uncoupled": rf".*slips in every cycle, with a slip range of up to {NUMBER} at node \d, in the simulation\.",
 }

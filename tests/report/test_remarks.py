@@ -111,7 +111,7 @@ def test_between_proof_and_collapse_nothing_is_called_certain() -> None:
     limits = shakedown.assess(joint).details
     first = bounds_in_words(limits)[0]
     assert first.startswith(f"Between λ_U = {down(limits.universal.load_factor)} and λ_1 = 3.096 ")
-    assert "shakedown is not proved from every initial state (evidence)" in first
+    assert "shakedown is not proved from every initial state (guarantee of λ_1: evidence)" in first
 
 
 def test_the_state_found_above_the_limit_is_named() -> None:
