@@ -37,7 +37,7 @@ class LoadLoops(NamedTuple):
     load, displacement : (s, L)
         Units of each load, and its displacement [work per unit].
     areas : (L,)
-        ∮ c dx of each load [force × length]: their sum is what friction and jumps take in the period.
+        ∮ c dx of each load [force × length]: their sum is the dissipation in the period.
     """
 
     cycle: FloatArray
@@ -126,7 +126,7 @@ def load_loops(problem: Problem, history: EventHistory | WithPath) -> LoadLoops:
     fine = path.refined()
     load, displacement = _along(problem, fine)
     known = np.flatnonzero(np.isfinite(displacement).all(axis=1))
-    known = np.append(known, known[:1])  # without the way to a first load step a period still closes
+    known = np.append(known, known[:1])  # the period closes even so
     load, displacement = load[known], displacement[known]
     areas = -(0.5 * (displacement[1:] + displacement[:-1]) * np.diff(load, axis=0)).sum(axis=0)
     if isinstance(path, CurvedHistory):
@@ -135,7 +135,7 @@ def load_loops(problem: Problem, history: EventHistory | WithPath) -> LoadLoops:
 
 
 def _beside_straight_lines(problem: Problem, path: CurvedHistory) -> FloatArray:
-    """∫ x dc over the steps of curves less that along their chords: x is a polynomial, c runs evenly."""
+    """∫ x dc over the steps of curves minus that along their chords: x is a polynomial, c linear in time."""
     row = np.flatnonzero(path.duration > 0)
     parts = [_along(problem, path.within(row, np.full(len(row), share))) for share in np.linspace(0, 1, 5)]
     change = parts[-1][0] - parts[0][0]
@@ -154,7 +154,7 @@ def _along(problem: Problem, path: EventHistory) -> tuple[FloatArray, FloatArray
 
 
 def _load_factor(problem: Problem, path: EventHistory) -> float:
-    """The load factor of a path: where its welded reactions are, of those that the loop has."""
+    """The load factor of a path, from its welded reactions and those of the loop."""
     loop, later = loading(problem), path.cycle >= 0
     change = np.hstack([path.q_w - loop.q0, path.p_w - loop.p0])[later]
     corners = np.arange(problem.m + 1) / problem.m

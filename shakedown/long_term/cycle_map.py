@@ -63,7 +63,7 @@ def follow_period(evolution: Evolution, period: int) -> CycleMap | None:
 
 
 def tangent_basis(evolution: Evolution, stuck: np.ndarray) -> FloatArray:
-    """∂(v, w)/∂v_stuck: every other moving node follows by its equations."""
+    """∂(v, w)/∂v_stuck, where every other moving node follows from its equations."""
     assert isinstance(evolution.method, PlaneEvents)
     act, layout = evolution.method.active, evolution.problem.layout
     size = int((act.place >= 0).sum())
@@ -99,7 +99,7 @@ def limit(J: FloatArray, d: FloatArray) -> Limit:
 
 
 def asymptotic_factor(matrix: FloatArray, vector: FloatArray) -> float:
-    """lim ‖Mᵏ⁺¹ x‖ / ‖Mᵏ x‖ as far as round-off lets it be seen, by repeated squaring of M."""
+    """lim ‖Mᵏ⁺¹ x‖ / ‖Mᵏ x‖, as accurately as round-off allows, by repeated squaring of M."""
     size = float(np.linalg.norm(vector))
     if size == 0.0:
         return 0.0

@@ -1,4 +1,4 @@
-"""How far apart the places of a path in a plane lie, in memory that grows with the path, not its square."""
+"""The diameter of a path in a plane, in memory proportional to its length, not its square."""
 
 from itertools import combinations_with_replacement
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 
-_BLOCK = 128  # places of a path that are looked at together
+_BLOCK = 128  # points of a path that are handled together
 
 
 def diameter(places: FloatArray) -> FloatArray:
@@ -22,9 +22,9 @@ def diameter(places: FloatArray) -> FloatArray:
 
 
 def diameter_within(places: FloatArray, time: NDArray[np.intp], window: int) -> FloatArray:
-    """The same of places whose times, (k,) increasing, differ by less than a window.
+    """The same for points whose times, (k,) increasing, differ by less than a window.
 
-    Blocks of places between which every pair counts are looked at by the corners of their hulls.
+    Where every pair of two blocks counts, only the corners of their hulls are compared.
 
     Examples
     --------
@@ -46,13 +46,13 @@ def diameter_within(places: FloatArray, time: NDArray[np.intp], window: int) -> 
 
 
 def _farthest(one: FloatArray, two: FloatArray) -> FloatArray:
-    """The longest way from a place of one kind to one of another, some of them at a time."""
+    """The longest vector from a point of one set to one of another, in batches."""
     parts = (one[k : k + _BLOCK] for k in range(0, len(one), _BLOCK))
     return _longest([_way(part, two, _apart(part, two)) for part in parts])
 
 
 def _way(one: FloatArray, two: FloatArray, apart: FloatArray) -> FloatArray:
-    """From a place of one kind to that of another that is the farthest from it, by their distances."""
+    """The vector between the farthest points of two sets, by their distances."""
     i, j = np.unravel_index(apart.argmax(), apart.shape)
     return np.asarray(two[j] - one[i])
 
@@ -62,18 +62,18 @@ def _longest(ways: list[FloatArray]) -> FloatArray:
 
 
 def _apart(one: FloatArray, two: FloatArray) -> FloatArray:
-    """Distances between places (k, 2) and (l, 2), (k, l)."""
+    """Distances between points (k, 2) and (l, 2), (k, l)."""
     return np.asarray(np.hypot(*(one[:, None, :] - two[None, :, :]).transpose(2, 0, 1)))
 
 
 def _hull(places: FloatArray) -> FloatArray:
-    """Corners of the convex hull of places (k, 2), by Andrew's chains: below to the right, above back."""
+    """Corners of the convex hull of points (k, 2), by Andrew's monotone chains."""
     ordered = np.unique(places, axis=0).tolist()
     return np.array([*_chain(ordered), *_chain(ordered[::-1])]).reshape(-1, 2)
 
 
 def _chain(places: list[list[float]]) -> list[list[float]]:
-    """The places that a line around all of them turns left at."""
+    """The points at which a line around all of them turns left."""
     found: list[list[float]] = []
     for x, y in places:
         while len(found) > 1:

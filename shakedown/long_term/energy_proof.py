@@ -1,4 +1,4 @@
-"""A verdict with proof: has the motion come into an energy ball, or into a box that it cannot leave?"""
+"""A verdict with proof: has the motion entered an energy ball, or a box that it cannot leave?"""
 
 from dataclasses import dataclass, replace
 from math import inf, log, nan
@@ -23,18 +23,18 @@ from shakedown.long_term.known_bounds import bound_of_start, bound_proves, is_kn
 from shakedown.long_term.passage import Approach, Passage
 from shakedown.motion.contact_law import path_resolution, scales
 
-MOST = 256  # cycles after which a state is asked about, by doubling from the first on
+MOST = 256  # largest number of cycles after which a state is examined, doubling from 1
 
 
 class SlipProof(NamedTuple):
-    """From which state of a motion the slip that is still to come is bounded.
+    """The state of a motion from which on the total slip is bounded.
 
     Attributes
     ----------
     cycles
         After how many cycles the motion is in that state; 0 at its start.
     further
-        How far any node can slip in all from then on [length].
+        The bound on the total slip of any node from then on [length].
     """
 
     cycles: int
@@ -66,12 +66,12 @@ def slip_proof(passage: Passage, approach: Approach) -> SlipProof | None:
 
 
 def further_from_start(passage: Passage) -> float:
-    """How far any node can slip in all from the very start on; inf where that is not known."""
+    """The bound on the total slip of any node from the start; inf where it is not known."""
     return inf if passage.open_nodes else _further(passage.problem, passage, passage.start, 0.0)
 
 
 def _further(problem: Problem, passage: Passage, slip: FloatArray, error: float) -> float:
-    """How far any node can slip in all from a closed state on, wherever within an error; inf unknown."""
+    """The bound on the total slip of any node from a closed state known to an error; inf where unknown."""
     found = total_slip_bound(problem, passage.load_factor, slip, start_error=error)
     return float(found.total_slip.max()) if found.status == Status.OPTIMAL else inf
 
@@ -93,15 +93,15 @@ class EnergyProof(Result):
     proved
         Whether it is.
     margin, single_node_margin
-        NaN where no ball proves it: of the others no margin is worked out.
+        NaN where no ball proves it; the other proofs have no margin.
     best
-        Whether these are those of the best ball that was found.
+        Whether these are the margins of the best ball found.
     cycles
         After how many cycles the motion is in the state that proves it; None where nothing does.
     by
         What proves it: ``"λ_E"`` (a ball, or the bound of its start), ``"λ_S"``, ``"λ_box"``.
     further
-        By ``"λ_S"`` how far any node can slip in all from then on [length].
+        With ``"λ_S"`` the bound on the total slip of any node from then on [length].
     """
 
     proved: bool
@@ -144,7 +144,7 @@ def energy_proof(passage: Passage, approach: Approach) -> EnergyProof:
         cycles = comes_into(ball, passage, approach)
         if cycles is not None:
             return replace(_proof_of(ball, approach, best=best), cycles=cycles)
-    # A ball that holds the start holds the state at rest: λ_E is not worked out where none does.
+    # A ball that holds the start also holds the state at rest, so where none does λ_E is not computed.
     known = is_known(passage)
     asked = best or ball is not None or known
     if asked and bound_proves(bound_of_start(passage), passage.load_factor):
@@ -156,7 +156,7 @@ def energy_proof(passage: Passage, approach: Approach) -> EnergyProof:
 
 
 def _box_proof(passage: Passage, approach: Approach) -> EnergyProof:
-    """The proof by the least box about a state that the motion passes through."""
+    """The proof by the smallest box about a state that the motion passes through."""
 
     def proves(slip: FloatArray) -> bool:
         found = sought(box_proves, passage.problem, slip, passage.load_factor, passage.tolerances)
@@ -170,7 +170,7 @@ def _box_proof(passage: Passage, approach: Approach) -> EnergyProof:
 
 
 def with_margins(passage: Passage, approach: Approach) -> EnergyProof:
-    """The proof by an energy ball with the margins of the ball that holds the state at rest best."""
+    """The proof by an energy ball, with the margins of the ball best suited to the state at rest."""
     ball = on_one_thread(_ball)(passage, approach, best=True)
     return _proof_of(ball, approach, best=True) if isinstance(ball, EnergyBall) else EnergyProof(True)
 
@@ -183,9 +183,9 @@ def proof_in(ball: EnergyBall, passage: Passage, approach: Approach) -> EnergyPr
 
 
 def held_by_friction(problem: Problem, load_factor: float, slip: FloatArray) -> float:
-    """How far friction can hold any one node off from a slip at some load step, the others in place [length].
+    """How far friction can hold any one node from its slip at some load step, the others fixed [length].
 
-    Off by e, with all nodes closed, the reactions of node i change by A_ii e and B_ii e: from one within
+    With node i displaced by e, all nodes closed, its reactions change by A_ii e and B_ii e: from one within
     f p to another, |A_ii e| ≤ 2 f p + f |B_ii e|. inf where that is no bound.
 
     Examples
@@ -211,7 +211,7 @@ def _proof_of(ball: EnergyBall, approach: Approach, *, best: bool) -> EnergyProo
 
 
 def comes_into(ball: EnergyBall, passage: Passage, approach: Approach) -> int | None:
-    """After how many cycles the motion, which comes to rest in a ball, is seen to be in it; None if not."""
+    """The number of cycles until a motion that comes to rest in a ball is in it; None if not found."""
     kept = 0 if approach.first_cycles is None else len(approach.first_cycles.records)
     for state in passage.passed(approach.first_cycles, approach.most):
         if state.open_nodes == approach.open_nodes and ball.contains(state.slip, off=state.error):
@@ -225,14 +225,14 @@ def comes_into(ball: EnergyBall, passage: Passage, approach: Approach) -> int | 
 
 
 def _cycles_left(away: float, margin: float, contraction: float) -> float:
-    """After how many cycles what is left of a distance that shrinks so is less than a margin, about."""
+    """About how many cycles it takes until a shrinking distance is less than a margin."""
     if not away > margin or not contraction > 0.0:
         return 0.0
     return log(margin / away) / log(contraction) if contraction < 1.0 else inf
 
 
 def _ball(passage: Passage, approach: Approach, *, best: bool) -> EnergyBall | Missing | None:
-    """A ball that holds the state at rest, or the best; None where none does, or there is no such zone."""
+    """A ball that holds the state at rest, or the best one; None where there is none, or no such zone."""
     about, state = (passage.problem, passage.load_factor), approach.final_slip
     opened, tolerances = approach.open_nodes, passage.tolerances
     try:

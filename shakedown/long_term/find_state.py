@@ -1,4 +1,4 @@
-"""The state that a joint settles into under periodic loading, exactly (long-term state)."""
+"""The exact long-term state of a joint under periodic loading."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -36,7 +36,7 @@ def long_term_state(
     longest_period: int = LONGEST_PERIOD,
     tolerances: Tolerances = DEFAULT,
 ) -> LongTermState:
-    """What becomes of a joint under its loading loop, decided exactly and not by waiting.
+    """The long-term state of a joint under its loading loop, decided exactly rather than by waiting.
 
     As soon as the cycles of a period (1, 2, … ``longest_period`` cycles) pass
     through the same sequence of contact states as those before them, the map
@@ -83,7 +83,7 @@ def long_term_state(
 
 
 class Patience(NamedTuple):
-    """How long a long-term state is sought, and where the search says how far it has got."""
+    """How long a long-term state is sought, and where the search reports its progress."""
 
     most_cycles: int
     longest_period: int
@@ -98,7 +98,7 @@ def settled_state(
     patience: Patience,
     tolerances: Tolerances,
 ) -> LongTermState:
-    """As :func:`long_term_state`, by the search last used on the problem if its settings are these."""
+    """As :func:`long_term_state`, reusing the last search on the problem where its settings are the same."""
     if problem.directions > 1:
         start = checked_initial_slip(problem, initial_slip)
         begun = Passage(problem, float(load_factor), tolerances, start, open_nodes)
@@ -118,7 +118,7 @@ def settled_state(
 def _found(
     search: LimitSearch, open_nodes: tuple[int, ...], most_cycles: int, halt: Halt | None
 ) -> LongTermState:
-    """What the motion of a search settles into from its start, with these nodes open there."""
+    """The long-term state of a motion from its start, with the given nodes open there."""
     evolution = search.evolution
     n, slips = evolution.problem.n, evolution.problem.layout.slips
     start, answers = evolution.state.u[slips].copy(), empty_answers(1, evolution.problem.layout)
@@ -160,7 +160,7 @@ def _found(
 
 
 def _reason(search: LimitSearch, at: SearchState, verdict: int) -> tuple[str, float]:
-    """What the verdict rests on, in words; by how much the friction law is broken, NaN where it is not."""
+    """The basis of the verdict in words, and the violation of the friction law, NaN where there is none."""
     evolution = search.evolution
     if verdict in (UNDECIDED, LEFT):
         stop = evolution.stop
@@ -181,7 +181,7 @@ def _reason(search: LimitSearch, at: SearchState, verdict: int) -> tuple[str, fl
 
 
 def _events_in_words(at: SearchState, breathing: NDArray[np.bool_]) -> str:
-    """Nodes that open and close, and jumps, of a period."""
+    """The nodes that open and close in a period, and its jumps, in words."""
     every, text = cycles_in_words(at.done), ""
     if breathing.any():
         text += f"; opening and closing every {every}: {nodes_in_words(np.flatnonzero(breathing))}"

@@ -1,4 +1,4 @@
-"""What is known already of a joint and of where a motion begins: limits that no verdict contradicts."""
+"""Limits already known for a joint and the start of a motion; no verdict may contradict them."""
 
 from math import inf
 from typing import TypeGuard
@@ -15,20 +15,20 @@ from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.long_term.passage import Passage
 
-ABOVE = 1.0 + DEFAULT.agreement  # of λ_max: more than it may be off
+ABOVE = 1.0 + DEFAULT.agreement  # times λ_max: beyond its uncertainty
 NO_BOX = "boxes are of one tangential direction, all nodes closed"
-BELOW = 1.0 - NEGLIGIBLE  # of a load factor up to which something is proved: round-off of the bound
+BELOW = 1.0 - NEGLIGIBLE  # times a proved load factor: below its round-off
 
 
 def bound_proves(bound: EnergyBound | Missing, load_factor: float) -> TypeGuard[EnergyBound]:
-    """Whether a load factor lies where a bound proves shakedown, by more than its round-off."""
+    """Whether a bound proves shakedown at a load factor, beyond its round-off."""
     if isinstance(bound, Missing):
         return False
     return bool(bound.least_load_factor <= load_factor < BELOW * bound.load_factor)
 
 
 def bound_of_start(begun: Passage) -> EnergyBound | Missing:
-    """λ_E of the start, worked out once."""
+    """λ_E of the start, computed once."""
     known, asked = _known_bounds(begun.problem), _key(begun)
     if asked not in known:
         known[asked] = allowed(
@@ -39,17 +39,17 @@ def bound_of_start(begun: Passage) -> EnergyBound | Missing:
 
 
 def is_known(begun: Passage) -> bool:
-    """Whether λ_E of the start is."""
+    """Whether λ_E of the start is known already."""
     return _key(begun) in _known_bounds(begun.problem)
 
 
 def note_bound(begun: Passage, bound: EnergyBound) -> None:
-    """Keep λ_E of a start that is known already."""
+    """Store λ_E of a start."""
     _known_bounds(begun.problem).setdefault(_key(begun), bound)
 
 
 def box_of_start(begun: Passage) -> BoxBound | Missing:
-    """λ_box of the start, worked out once; Missing where nodes are open there, and in space."""
+    """λ_box of the start, computed once; Missing where nodes are open there, and in space."""
     known, asked = _known_boxes(begun.problem), _key(begun)
     if begun.open_nodes or "box" in methods_of(begun.problem).ABSENT:
         return Missing(NO_BOX)
@@ -59,29 +59,29 @@ def box_of_start(begun: Passage) -> BoxBound | Missing:
 
 
 def note_box(begun: Passage, box: BoxBound) -> None:
-    """Keep λ_box of a start that is known already."""
+    """Store λ_box of a start."""
     _known_boxes(begun.problem).setdefault(_key(begun), box)
 
 
 def slip_of_start(begun: Passage) -> AccumulatedBound | Missing:
-    """λ_S of the start where it is known already."""
+    """λ_S of the start, where it is known already."""
     return _known_slips(begun.problem).get(_key(begun), Missing("not worked out"))
 
 
 def note_slip(begun: Passage, slip: AccumulatedBound) -> None:
-    """Keep λ_S of a start that is known already."""
+    """Store λ_S of a start."""
     _known_slips(begun.problem).setdefault(_key(begun), slip)
 
 
 @once_per_problem
 def _known_slips(problem: Problem) -> dict[object, AccumulatedBound]:
-    """The same of one problem by total slip."""
+    """Known bounds of one problem by total slip."""
     return {}
 
 
 @once_per_problem
 def _known_boxes(problem: Problem) -> dict[object, BoxBound]:
-    """Boxes of one problem that are known already, by start, open nodes and tolerances."""
+    """Known boxes of one problem, by start, open nodes and tolerances."""
     return {}
 
 
@@ -91,18 +91,18 @@ def _key(begun: Passage) -> object:
 
 @once_per_problem
 def _known_bounds(problem: Problem) -> dict[object, EnergyBound | Missing]:
-    """Bounds of one problem that are known already, by start, open nodes and tolerances."""
+    """Known energy bounds of one problem, by start, open nodes and tolerances."""
     return {}
 
 
 @once_per_problem
 def known_limits(problem: Problem) -> dict[str, float]:
-    """λ_max and λ_U of a problem with all nodes closed, by their words, where they are known already."""
+    """λ_max and λ_U of a problem with all nodes closed, by their words, where they are known."""
     return {}
 
 
 def bound_of_all(problem: Problem) -> float:
-    """λ_max with all nodes closed, worked out once; inf where that has no end, NaN where none is safe."""
+    """λ_max with all nodes closed, computed once; inf where unbounded, NaN where no slip is safe."""
     known = known_limits(problem)
     if "upper" not in known:
         found = allowed(upper_bound, problem)
@@ -111,5 +111,5 @@ def bound_of_all(problem: Problem) -> float:
 
 
 def beyond_all(begun: Passage) -> bool:
-    """Whether a load factor is known to be above λ_max, by more than its round-off."""
+    """Whether a load factor is known to exceed λ_max, beyond its round-off."""
     return begun.load_factor > ABOVE * known_limits(begun.problem).get("upper", inf)

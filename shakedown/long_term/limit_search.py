@@ -1,4 +1,4 @@
-"""Search for the long-term state: compiled, and what compiled code leaves to Python."""
+"""The search for the long-term state: compiled loops, and the cases that they hand back to Python."""
 
 from collections.abc import Callable
 from typing import Any
@@ -44,24 +44,24 @@ from shakedown.motion.plane.moving_state import DONE, EFFORT, NO_RATES, PAUSED
 from shakedown.motion.plane_events import ROUNDING, PlaneEvents
 
 LONGEST_PERIOD = 8  # cycles
-OUTCOMES = (  # of the verdicts of compiled code
+OUTCOMES = (  # by the verdicts of compiled code
     Outcome.UNDECIDED, Outcome.UNDECIDED, Outcome.UNDECIDED, Outcome.UNDECIDED, Outcome.SEPARATION,
     Outcome.SHAKEDOWN, Outcome.CYCLIC_SLIP, Outcome.RATCHETTING, Outcome.SEPARATION,
 )  # fmt: skip
 COUNTED = "phase", "cycles", "events", "remembered", "signed", "patience"  # on a walk
-LOST = 8.0  # times how near its limit a node is at it: what is lost at the events of a period
-BLURRED = 100.0  # times that force: of loads that change by less at most one digit is certain
+LOST = 8.0  # times the distance at which a node counts as at its limit: loss at the events of a period
+BLURRED = 100.0  # times that force: loads that change by less are certain to one digit at most
 
 
 def empty_answers(s: int, layout: Layout) -> Answers:
-    """Arrays for the answers for s initial states, undecided as yet."""
+    """Arrays for the answers for s initial states, still undecided."""
     slips = np.full((s, layout.slip_size), np.nan), np.full((s, layout.n), np.nan)
     works, numbers = np.full((2, s), np.nan), np.zeros((3, s), np.int64)
     return Answers._make([*slips, *works, *numbers, np.zeros(s, dtype=np.uint64)])
 
 
 class LimitSearch:
-    """Search after search for long-term states, over the moving state of one evolution.
+    """Successive searches for long-term states with the moving state of one evolution.
 
     Compiled code follows cycle after cycle and comes back where it finds no rates, no limit or no
     way on. The evolution then finds rates, jumps, or says why it stops, and the search goes on.
@@ -100,16 +100,16 @@ class LimitSearch:
 
     @property
     def search_state(self) -> SearchState:
-        """Where the present search has got to."""
+        """The progress of the present search."""
         return search_state(self.compiled)
 
     def begin(self, load_factor: float, initial_slip: ArrayLike | None, open_nodes: tuple[int, ...]) -> None:
-        """Go to the very start at a load factor."""
+        """Go to the start at a load factor."""
         self.evolution.begin(load_factor, initial_slip, open_nodes)
         self._weigh()
 
     def _weigh(self) -> None:
-        """Set what the joint is measured by at its load factor, and from its start."""
+        """Set the scales of the joint at its load factor and from its start."""
         evolution, scale = self.evolution, self.evolution.scale
         share, lost = evolution.tolerances.periodicity, self._events.precision.force
         near, moving = share * scale.length, swing(evolution.problem, evolution.load)
@@ -119,7 +119,7 @@ class LimitSearch:
         self.compiled.weight[:] = near / alone(evolution.problem, max(share * moving, LOST * lost))
 
     def from_here(self, answers: Answers, halt: Halt | None = None) -> None:
-        """Answer for the state that the evolution is in, at its very start, or go on from a halt."""
+        """Answer for the present state of the evolution, at its start, or continue after a halt."""
         tell(self.compiled, FROM_HERE, 0.0, 0.0)
         if halt is not None and halt.found is not None:
             self._walk_on(*halt.found)
@@ -128,13 +128,13 @@ class LimitSearch:
         self._settle(answers.final_slip, answers, lambda: self._note(halt))
 
     def _note(self, halt: Halt | None) -> bool:
-        """Report how far a walk has got, where that is asked for; always False: do not stop."""
+        """Report the progress of a walk where requested; always returns False (do not stop)."""
         if halt is not None and self._walks():
             halt.note(self._walked)
         return False
 
     def _walks(self) -> bool:
-        """Whether the search is between two cycles that it has walked."""
+        """Whether the search is between two cycles followed one by one."""
         seen = self.compiled
         return seen.phase in (WALK, REPEATS) and not seen.resumed and seen.placed and seen.cycles > 0
 
@@ -171,7 +171,7 @@ class LimitSearch:
         affine, k = self.compiled.map, self.search_state.nodes
         end = limit(affine.power.ravel()[: k * k].reshape(k, k), affine.change[:k])
         decaying, drift = end.decaying, end.drift
-        if not can_drift(self.evolution.problem):  # what does not decay then is too slow to be told from it
+        if not can_drift(self.evolution.problem):  # otherwise what does not decay is merely too slow to tell
             of_nodes = self.compiled.weight[affine.stuck[affine.moves[:k]]]
             decaying = decaying and bool(np.all(of_nodes * np.abs(drift) <= self._near))
             drift = np.zeros_like(drift)
@@ -179,14 +179,14 @@ class LimitSearch:
         tell(self.compiled, LIMIT_WANTED, float(decaying), end.contraction)
 
     def _give_up(self) -> None:
-        """Nothing holds the moving nodes of the state that a search is to go on from."""
+        """Give up a state whose moving nodes are held by nothing."""
         at = self.search_state
         self.evolution.enter_cycle(at.cycles)
         self.evolution.say_not_held()
         tell(self.compiled, STOPPED, 0.0, 0.0)
 
     def _give_way(self, status: int) -> None:
-        """Rates, or a state to jump to, where the loop has found none; else why the motion stops."""
+        """Supply rates, or a state to jump to, where the loop found none; else why the motion stops."""
         evolution, at = self.evolution, self.search_state
         now = self._events.progress()
         if not at.jumped:

@@ -1,4 +1,4 @@
-"""The long-term states that one joint settles into from many initial slips."""
+"""The long-term states of one joint from many initial slips."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -92,7 +92,7 @@ def long_term_states(
     tolerances: Tolerances = DEFAULT,
     threads: int = 1,
 ) -> LongTermStates:
-    """What becomes of a joint under its loading loop from each of many initial slips.
+    """The long-term state of a joint under its loading loop from each of many initial slips.
 
     State by state the answer is that of :func:`long_term_state`. It depends neither on the
     other states of the batch nor on the number of threads.
@@ -157,7 +157,7 @@ def checked_initial_slips(problem: Problem, initial_slips: ArrayLike) -> FloatAr
 
 
 class _Batch:
-    """The states to be found, in blocks that threads take one after the other."""
+    """The states to be found, in blocks that are distributed over threads."""
 
     def __init__(
         self,
@@ -189,7 +189,7 @@ class _Batch:
                 self.stopped = True
 
     def _work(self, size: int) -> None:
-        """Take blocks of so many states until there are none left."""
+        """Process blocks of a given size until none are left."""
         if not len(self.starts):
             return
         search: LimitSearch | ReturnedStates
@@ -210,9 +210,9 @@ class _Batch:
                 self._heed_proofs(self.starts[block], answers)
 
     def _heed_proofs(self, starts: FloatArray, answers: Answers) -> None:
-        """Ask for single answers where a search has come to no end, or to cycles that slip next to nothing.
+        """Recompute single answers that are undecided, or cycles with negligible slip.
 
-        Of cycles through the same contact states the first one tells, unless its answer is another.
+        Among cycles through the same contact states the first decides, unless its answer changes.
         """
         none = self.tolerances.periodicity * scales(self.problem, self.load_factor).length / CLEAR
         slips = np.nan_to_num(answers.slip).max(axis=1, initial=0.0)
@@ -226,7 +226,7 @@ class _Batch:
             self._differs(starts[k], answers, k)
 
     def _differs(self, start: FloatArray, answers: Answers, k: int) -> bool:
-        """Whether the single answer for a start is another one; it is then entered."""
+        """Whether the single answer for a start differs; if so it is entered."""
         patience = Patience(self.most, self.longest_period)
         state = settled_state(self.problem, self.load_factor, start, (), patience, self.tolerances)
         if OUTCOMES[answers.verdict[k]] == state.outcome:

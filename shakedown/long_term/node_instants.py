@@ -1,4 +1,4 @@
-"""What the nodes do at instants of a period, as a series of files for ParaView."""
+"""The states of the nodes at instants of a period, as a series of files for ParaView."""
 
 import os
 from pathlib import Path
@@ -84,7 +84,7 @@ def save_node_instants(
 
 
 def _numbers(problem: Problem, at: EventHistory, row: int) -> dict[str, NDArray[np.generic]]:
-    """What is written of one instant."""
+    """The data written for one instant."""
     force, length = units_of(problem)
     return {
         "cycle": np.full(problem.n, at.cycle[row]),

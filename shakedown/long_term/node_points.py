@@ -1,4 +1,4 @@
-"""What is known of nodes as points in space, for ParaView: places, faces, directions and names as numbers."""
+"""Nodes as points in space for ParaView: places, faces, directions, and names as numbers."""
 
 from collections.abc import Sequence
 
@@ -10,27 +10,27 @@ from shakedown.ground.size_limits import LARGEST_LABEL
 from shakedown.joint.places import wound
 from shakedown.joint.problem import Problem
 
-LONGEST_NUMBER = len(str(LARGEST_LABEL)) - 1  # digits of a label that is written as a whole number
+LONGEST_NUMBER = len(str(LARGEST_LABEL)) - 1  # digits of a label that can be written as an integer
 
 
 def labels_of(problem: Problem) -> tuple[str, ...]:
-    """What each node is called in the model; its number where it has no name there."""
+    """The name of each node in the model; its number where it has none."""
     return problem.label or tuple(map(str, range(problem.n)))
 
 
 def coordinates_of(problem: Problem) -> FloatArray:
-    """Where the nodes are, (n, 3); of a joint that knows only x, that."""
+    """Where the nodes are, (n, 3); only x where the joint knows no more."""
     if problem.coordinates is not None:
         return problem.coordinates
     places = np.full((problem.n, 3), np.nan)
     if problem.x is not None:
-        known = problem.x.reshape(problem.n, -1)  # one, two or three of them
+        known = problem.x.reshape(problem.n, -1)  # one, two or three coordinates
         places[:, : known.shape[1]] = known
     return places
 
 
 def points_of(coordinates: FloatArray) -> FloatArray:
-    """Where nodes are drawn, (n, 3) [length]: in a row where nothing is known of their places."""
+    """Where nodes are drawn, (n, 3) [length]: in a row where their places are unknown."""
     points = coordinates.copy()
     if np.isnan(points).all():
         points[:, 0] = np.arange(len(points))
@@ -53,7 +53,7 @@ def axes_of(problem: Problem) -> FloatArray | None:
 
 
 def normals_of(problem: Problem) -> FloatArray | None:
-    """Unit vectors into the first body, (n, 3): as they are known, or by both tangents, t₁ × t₂."""
+    """Unit vectors into the first body, (n, 3): given, or from both tangents, t₁ × t₂."""
     if problem.normal is None and problem.tangents is not None:
         return np.cross(problem.tangents[:, 0], problem.tangents[:, 1])
     return problem.normal

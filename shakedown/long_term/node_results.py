@@ -1,4 +1,4 @@
-"""What one period of a settled state does to each node, from its path."""
+"""The results per node over one period of a settled state, from its path."""
 
 from typing import Protocol
 
@@ -23,7 +23,7 @@ Settled = LongTermState | SteppedState
 
 
 class _Simulated(Protocol):
-    """A simulation: it holds what it has settled into."""
+    """A simulation, which holds its settled state."""
 
     @property
     def settled(self) -> Settled: ...
@@ -43,7 +43,7 @@ def node_results(
     wear_coefficient: float | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> NodeResults:
-    """What each node goes through in one period of the long-term state (:class:`NodeResults`).
+    """The results of each node over one period of the long-term state (:class:`NodeResults`).
 
     From event to event every number is exact in the plane: between two events slips, gaps and reactions
     are linear in time. With two tangential directions they are those at five instants of every step of
@@ -75,7 +75,7 @@ def node_results(
     if not (wear_coefficient is None or (is_finite(k) and k >= 0)):
         raise UsageError(f"wear coefficient: expected a number ≥ 0, found {wear_coefficient!r}")
     problem, history, status = settled.problem, settled.history.refined(), statuses(settled, tolerances)
-    carries = np.array(status) != STAYS_OPEN  # elsewhere reactions are round-off
+    carries = np.array(status) != STAYS_OPEN  # at open nodes reactions are round-off
     p, q = history.p * carries, history.q * np.repeat(carries, problem.directions)
     force, length = units_of(problem)
     nothing = np.full(problem.n, np.nan)
@@ -83,7 +83,7 @@ def node_results(
     known = settled.period > 0
     parts = known and problem.directions > 1
     extents, axes = slip_extents(settled, tolerances), axes_of(problem)
-    with np.errstate(over="ignore"):  # what is too large is refused
+    with np.errstate(over="ignore"):  # overflow is refused below
         worn = k * pressed_slip(settled) if known else nothing
         if np.isinf([worn, worn / np.where(area > 0, area, 1.0)]).any():
             raise UsageError(f"wear coefficient: expected one of finite wear, found {wear_coefficient!r}")
@@ -118,7 +118,7 @@ def node_results(
 
 
 def _total_slip_bound(settled: Settled) -> FloatArray:
-    """How far nodes slip in all from where the motion began, all nodes closed (n,); NaN where not proved."""
+    """Bounds on the total slip of nodes from the start, all nodes closed (n,); NaN where not proved."""
     if not isinstance(settled, LongTermState) or settled.outcome != Outcome.SHAKEDOWN:
         return np.full(settled.problem.n, np.nan)
     begun = settled.begun
@@ -138,12 +138,12 @@ def settled_of(given: object, who: str = "node_results") -> Settled:
 
 
 def slip_ranges(settled: Settled, tolerances: Tolerances) -> FloatArray:
-    """How far each node moves in contact within a period, (n,) [length]; 0 where it is never closed."""
+    """The slip range of each node in contact within a period, (n,) [length]; 0 where it is never closed."""
     return settled.problem.law.size(slip_extents(settled, tolerances))
 
 
 def slip_extents(settled: Settled, tolerances: Tolerances) -> FloatArray:
-    """The same as the way between the two places, (dn,) [length]."""
+    """The slip range as the vector between the two extreme places, (dn,) [length]."""
     if not settled.period:
         return np.full(settled.problem.layout.slip_size, np.nan)
     if settled.problem.directions > 1:
@@ -170,7 +170,7 @@ def _ranges(settled: Settled, v: FloatArray, closed: NDArray[np.bool_], drift: F
 
 
 def _ways(settled: Settled, tolerances: Tolerances) -> FloatArray:
-    """Between the two places of a node with two directions that are farthest apart in a period, (n, 2)."""
+    """The vectors between the two slips farthest apart in a period, with two directions, (n, 2)."""
     path, layout = settled.history.refined(), settled.problem.layout
     closed = _closed(settled, path, tolerances)
     places, drift = layout.by_node(path.v), layout.by_node(settled.drift)
@@ -180,7 +180,7 @@ def _ways(settled: Settled, tolerances: Tolerances) -> FloatArray:
         if settled.outcome != Outcome.RATCHETTING:
             ways[node] = diameter(where)
             continue
-        time = np.concatenate([time, time + len(closed) - 1])  # a window of one period may lie across its end
+        time = np.concatenate([time, time + len(closed) - 1])  # a window may extend beyond the end
         ways[node] = diameter_within(np.concatenate([where, where + drift[node]]), time, len(closed))
     return ways
 
@@ -194,8 +194,8 @@ def _direction_ranges(settled: Settled, tolerances: Tolerances) -> FloatArray:
 
 
 def _widest(low: FloatArray, high: FloatArray, drift: FloatArray) -> FloatArray:
-    """The largest range within any window of one period: slips (s, n) go on with the drift of a period."""
-    from scipy.ndimage import maximum_filter1d, minimum_filter1d  # few joints ratchet
+    """The largest range within any window of one period, where slips (s, n) continue with the drift."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d  # imported late, as few joints ratchet
 
     s = len(low)
     window = {"size": s, "axis": 0, "mode": "nearest"}
@@ -218,7 +218,7 @@ def statuses(settled: Settled, tolerances: Tolerances) -> tuple[str, ...]:
 
 
 def _opened(settled: Settled) -> NDArray[np.bool_]:
-    """Whether each node is open for some time of the period."""
+    """Whether each node is open at some time of the period."""
     path = settled.history
     if isinstance(settled, LongTermState):
         return np.asarray((path.state[:-1] == OPEN)[np.diff(path.cycle) > 0].any(axis=0))

@@ -1,4 +1,4 @@
-"""What each node goes through in a period, as a table and as files."""
+"""The results per node over a period, as a table and as files."""
 
 import os
 from dataclasses import dataclass
@@ -49,7 +49,7 @@ class NodeResults(Result):
         The contact area that it stands for [length²]; NaN where that is not known.
     status : (n,)
         "stick": closed throughout and without slip; "slip": closed throughout, with slip; "open":
-        open throughout; "mixed": open for some time; "undecided" where there is no long-term state.
+        open throughout; "mixed": open at times; "undecided" where there is no long-term state.
     slip_range : (n,)
         max |v(t₂) − v(t₁)| over instants in contact with |t₂ − t₁| ≤ T [length]: max v − min v where
         nothing ratchets, with two directions the diameter of the orbit. The same as double amplitude, or
@@ -73,7 +73,7 @@ class NodeResults(Result):
     faces : (k, 4) or None
         Corners of the faces of the contact, as of the problem, where their places are known.
     work : (n,)
-        What friction takes per cycle, −∮ q dv / P in contact, jumps included [force × length].
+        Friction work per cycle, −∮ q dv / P in contact, jumps included [force × length].
     work_per_area : (n,)
         The same over the area [force/length].
     tau_delta : (n,)
@@ -129,7 +129,7 @@ class NodeResults(Result):
         return super().to_dict() | {word: plain(values) for word, values in self._components().items()}
 
     def _components(self) -> dict[str, FloatArray]:
-        """What there is of either direction, by column."""
+        """The components in both directions, by column."""
         both = {"slip_range": self.slip_range_of_directions, "q_max": self.q_max_of_directions}
         return {
             f"{word}_{axis}": values[:, k]
@@ -184,7 +184,7 @@ class NodeResults(Result):
 
     @property
     def units(self) -> dict[str, str]:
-        """The unit of every column of a file, in letters that every program shows; empty where unknown."""
+        """The unit of every column of a file, in characters that every program shows; empty where unknown."""
         force, length = known = Units(self.force_unit, self.length_unit)
         stress = known.stress.replace("²", "^2")
         slips = ("slip_range", "slip_range_x", "slip_range_y", "accumulated_slip", "total_slip_bound")
@@ -231,7 +231,7 @@ class NodeResults(Result):
             write_points(path, points_of(self.coordinates), self._numbers(columns), self.faces)
 
     def _numbers(self, columns: dict[str, Any]) -> dict[str, NDArray[np.generic]]:
-        """Columns as numbers at points, and what is known of directions in space: the status by number."""
+        """Columns as data at points, with directions in space where known; the status as a number."""
         label, status = columns.pop("label"), columns.pop("status")
         found = fixed_numbers(label, self.normal) | {"status": np.array(list(map(STATUSES.index, status)))}
         if self.slip_range_vector is not None:
@@ -239,7 +239,7 @@ class NodeResults(Result):
         return found | columns
 
     def _per_area(self, values: FloatArray) -> FloatArray:
-        """Values over the area; NaN where a node has none, or one next to nothing."""
+        """Values over the area; NaN where a node has none, or a negligible one."""
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
             found = values / self.area
         return np.where(np.isfinite(found), found, np.nan)

@@ -1,4 +1,4 @@
-"""Where a motion began, so that it can be followed again, and what the transient leaves of its start."""
+"""The start of a motion, so that it can be followed again, and the effect of the transient on it."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -19,12 +19,12 @@ from shakedown.motion.evolve import evolve
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import cycles_of
 
-TWICE = 2.0  # the estimate of the error of a path, which may be off by as much
+TWICE = 2.0  # safety factor on the estimated error of a path
 LONGEST_TRANSIENT = 12  # random load steps
 
 
 class FirstCycles(NamedTuple):
-    """What a search has passed through, cycle by cycle, before it first went ahead of the motion.
+    """The states that a search passed through, cycle by cycle, before its first leap.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Approach(NamedTuple):
     open_nodes
         The nodes that are open there, all others closed.
     most
-        After how many cycles at most states are looked at.
+        The number of cycles up to which states are examined.
     contraction
         Factor per cycle by which the distance shrinks in the end; NaN unknown.
     first_cycles
@@ -77,7 +77,7 @@ class Passed(NamedTuple):
     open_nodes
         The nodes that are open then.
     error
-        How far every node may be off by then, twice what is estimated [length]; 0 of exact paths.
+        The possible error of every node, twice the estimate [length]; 0 for exact paths.
     """
 
     cycles: int
@@ -107,20 +107,20 @@ class Passage:
     open_nodes: tuple[int, ...]
 
     def motion(self) -> Evolution:
-        """The motion at its very start: exact in the plane, to the accuracy of the tolerances in space."""
+        """The motion at its start: exact in the plane, to the accuracy of the tolerances in space."""
         return Evolution(
             self.problem, self.load_factor, self.start, self.tolerances, open_nodes=self.open_nodes
         )
 
     def motion_from(self, state: State, done: int) -> Evolution:
-        """The motion in a state after so many cycles."""
+        """The motion in the state after a number of cycles."""
         evolution = self.motion()
         evolution.state = state
         evolution.enter_cycle(done)
         return evolution
 
     def passed(self, first_cycles: FirstCycles | None, most: int) -> Iterator[Passed]:
-        """The states after one cycle after the other: those that are kept, then the others up to so many."""
+        """The states after successive cycles: the stored ones, then others up to a given number."""
         done, error, motion = 0, 0.0, None
         if first_cycles is not None:
             for record, opened in zip(first_cycles.records, first_cycles.opened, strict=True):

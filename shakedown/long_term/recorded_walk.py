@@ -51,14 +51,14 @@ class Verdict:
     period: int
     drift: FloatArray
     reason: str
-    open_nodes: tuple[int, ...] = ()  # through the whole period
+    open_nodes: tuple[int, ...] = ()  # open through the whole period
 
 
 LONGEST_PERIOD = REMEMBERED  # cycles
 
 
 def judge(cycles: Sequence[CycleRecord], threshold: FloatArray) -> Verdict | None:
-    """The long-term state that the last cycles show, or None while there is none yet.
+    """The long-term state that the last cycles show, or None while they show none.
 
     Evidence, not proof: slips of a node below its ``threshold``, (n,) [length], count as none, and
     each finding must hold over two cycles (two periods) in a row.
@@ -87,7 +87,7 @@ def _periodic(cycles: Sequence[CycleRecord], period: int, threshold: FloatArray)
     stays_open = _numbers(~np.any([cycle.closed for cycle in cycles[-period:]], axis=0))
     steps = [cycles[-1 - k].end_slip - cycles[-1 - k - period].end_slip for k in range(period + 1)]
     slip = np.sum([cycle.slip for cycle in cycles[-period:]], axis=0)
-    # A slow approach to shakedown has increments of the size of its slip; a limit cycle has none.
+    # In a slow approach to shakedown the increments are as large as the slip; a limit cycle has none.
     if np.all(slip <= 1e3 * threshold):
         return None
     none = np.repeat(threshold, len(steps[0]) // len(threshold))
@@ -102,5 +102,5 @@ def _periodic(cycles: Sequence[CycleRecord], period: int, threshold: FloatArray)
 
 
 def _numbers(nodes: NDArray[np.bool_]) -> tuple[int, ...]:
-    """Numbers of the nodes that are marked."""
+    """The numbers of the marked nodes."""
     return tuple(np.flatnonzero(nodes).tolist())

@@ -1,4 +1,4 @@
-"""Evolution of a joint from a chosen initial state, what becomes of it, and the path as a file."""
+"""Evolution of a joint from a chosen initial state, its long-term state, and the path as a file."""
 
 import hashlib
 import os
@@ -35,25 +35,25 @@ from shakedown.motion.violation import path_violation
 from shakedown.motion.viscous_jump import Jump
 
 METHODS = ("event", "newton", "gauss-seidel")
-CLEAR = 8.0  # times what a load step leaves: no slip is told below it
+CLEAR = 8.0  # times the accuracy of a load step: smaller slips cannot be distinguished
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Simulation(SettledState):
-    """Result of :func:`simulate`: what the joint settles into (:class:`SettledState`), and the way there.
+    """Result of :func:`simulate`: the settled state of the joint (:class:`SettledState`), and the path to it.
 
-    What every settled state says the simulation says too: ``run.outcome`` is ``run.settled.outcome``.
+    The simulation has all attributes of the settled state: ``run.outcome`` is ``run.settled.outcome``.
 
     Attributes
     ----------
     settled
-        What it has settled into: a :class:`LongTermState` from event to event.
+        The settled state: a :class:`LongTermState` from event to event.
     method
         The method's name.
     followed
-        The way there, where it was recorded or judged.
+        The path to it, where it was recorded or judged.
     slip_criterion
-        Whether it slips little enough, where that was asked for.
+        Whether its slip stays below a limit, where that was requested.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -214,7 +214,7 @@ def simulate(
 
 
 class _Request(NamedTuple):
-    """What a simulation is asked."""
+    """The settings of a simulation."""
 
     load_factor: float
     initial_slip: ArrayLike | None
@@ -225,7 +225,7 @@ class _Request(NamedTuple):
     slip_below: float | None
 
     def header(self, problem: Problem, tolerances: Tolerances) -> dict[str, str]:
-        """All that a simulation depends on, by name."""
+        """Everything that a simulation depends on, by name."""
         start = checked_initial_slip(problem, self.initial_slip)
         words = self._asdict() | {"initial_slip": hashlib.sha256(start.tobytes()).hexdigest()}
         return run_header("simulate", problem, tolerances, words)
@@ -259,7 +259,7 @@ def _from_event_to_event(settled: LongTermState, record: bool, steps: RecordedSt
 
 
 def _cycles_there(settled: LongTermState) -> int:
-    """How many cycles were needed, with the one in which it stops."""
+    """The number of cycles needed, including the one in which it stops."""
     return min(settled.cycles_simulated + (settled.stop is not None), settled.most_cycles)
 
 
@@ -308,7 +308,7 @@ def _stepping(
 
 
 def _at_fixed_steps(motion: FixedSteps, asked: _Request, steps: RecordedSteps) -> Simulation:
-    """Cycle until the last cycles show what it has settled into, or the cycles allowed are spent."""
+    """Cycle until the last cycles show the settled state, or the allowed cycles are spent."""
     problem, scale, t, records = motion.problem, motion.scale, motion.tolerances, list[CycleRecord]()
     moving = swing(problem, loop_path(problem, motion.load_factor))
     threshold = alone(problem, max(t.steadiness * moving, CLEAR * t.convergence * scale.force))[: problem.n]

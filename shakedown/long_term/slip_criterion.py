@@ -1,4 +1,4 @@
-"""Whether a joint slips little enough in the long run: a limit on the slip range of every node."""
+"""A criterion for small slip in the long term: a limit on the slip range of every node."""
 
 from dataclasses import dataclass
 from math import inf, nan

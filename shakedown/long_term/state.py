@@ -23,7 +23,7 @@ from shakedown.motion.violation import path_violation
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class SettledState(Result):
-    """What a joint has settled into, however it was found.
+    """The settled state of a joint, however it was found.
 
     Attributes
     ----------
@@ -42,9 +42,9 @@ class SettledState(Result):
         Σ|Δv| in contact over one period of the long-term state [length]; of a jump
         the change of v where a node is closed before and after it. NaN where undecided.
     friction_dissipation_per_cycle
-        What friction takes per cycle, averaged over the period [force × length].
+        Friction work per cycle, averaged over the period [force × length].
     jump_dissipation_per_cycle
-        What the damping takes in the jumps of the long-term state, per cycle
+        The work of damping in the jumps of the long-term state, per cycle
         [force × length]; 0 with fixed load steps, which cannot tell.
     jumps_per_cycle
         Number of jumps per cycle of the long-term state; NaN where undecided, and
@@ -82,7 +82,7 @@ class SettledState(Result):
 
     @property
     def dissipation_per_cycle(self) -> float:
-        """What friction and the damping of jumps take per cycle, averaged over the period."""
+        """Work of friction and of damping in jumps per cycle, averaged over the period."""
         return self.friction_dissipation_per_cycle + self.jump_dissipation_per_cycle
 
 
@@ -95,7 +95,7 @@ class SteppedState(SettledState):
     residual
         Largest relative violation of the friction law (:func:`law_violation`) at all load steps.
     work_per_cycle : (n,)
-        What friction takes at each node per cycle, averaged over the period [force × length]; NaN
+        Friction work at each node per cycle, averaged over the period [force × length]; NaN
         where undecided.
     history
         The load steps of one period; none where it is undecided.
@@ -116,9 +116,9 @@ class LongTermState(SettledState):
     Attributes
     ----------
     dissipations : (period,)
-        What friction and jumps take in each cycle of the period [force × length].
+        Dissipation of friction and jumps in each cycle of the period [force × length].
     opened : (n,)
-        Whether the node is open for some time of the period.
+        Whether the node is open at some time of the period.
     events
         Events followed in all.
     contraction
@@ -179,7 +179,7 @@ class LongTermState(SettledState):
 
     @cached_property
     def work_per_cycle(self) -> FloatArray:
-        """What friction takes at each node per cycle, averaged over the period, jumps included, (n,).
+        """Friction work at each node per cycle, averaged over the period, jumps included, (n,).
 
         [force × length]; NaN where undecided.
         """
@@ -189,14 +189,14 @@ class LongTermState(SettledState):
 
     @cached_property
     def _walk(self) -> Walk:
-        """One period, once more."""
+        """Follow one period again."""
         return walk(self.motion(), self.period, record=True)
 
     @cached_property
     def residual(self) -> float:
         """Largest relative violation of the friction law (:func:`law_violation`), there or met before."""
         if not self.period or (self.first_cycles is not None and not np.isnan(self.met)):
-            return self.met  # a search that keeps its way has looked at the period
+            return self.met  # a search that records its path has checked the period already
         begun = self.begun
         found = path_violation(begun.problem, begun.load_factor, begun.tolerances, self.history)
         return found if np.isnan(self.met) else max(self.met, found)
@@ -215,7 +215,7 @@ class LongTermState(SettledState):
 
     @property
     def proof_found(self) -> EnergyProof:
-        """What proves it, and after how many cycles; of its margins only whether they are known."""
+        """The proof, and the number of cycles; margins only where they are known."""
         return self._proof
 
     @property
@@ -233,7 +233,7 @@ class LongTermState(SettledState):
 
     @cached_property
     def _proof(self) -> EnergyProof:
-        """Sought when it is asked for, by cone programs."""
+        """The proof, computed on first use by cone programs."""
         if self.outcome != Outcome.SHAKEDOWN:
             return NO_PROOF
         return self.proof or energy_proof(self.begun, self.approach)
@@ -245,7 +245,7 @@ class LongTermState(SettledState):
 
     @property
     def approach(self) -> Approach:
-        """How it comes to rest, as proofs ask for it."""
+        """The approach to rest, as the proofs need it."""
         most = self.cycles_simulated + self.most_cycles
         return Approach(self.final_slip, self.open_nodes, most, self.contraction, self.first_cycles)
 

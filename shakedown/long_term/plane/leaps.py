@@ -29,15 +29,15 @@ MOST_LEAPS = 60
 
 @inner
 def begin_leaps(se: Settler) -> None:
-    """Before the limit stands the way there; a drift that changes reactions cannot go on for ever."""
+    """Before the limit the leaps towards it; a drift that changes reactions cannot last."""
     act, pm, m = se.first.active, se.map, 2 * se.first.active.n
     for j in range(m):
         se.drift[j], se.force[j] = along_basis(pm, pm.drift, j), 0.0
     add_product(act, se.drift, se.force)
     if not largest(se.force, m) <= 1e-3 * se.check.near * se.stiffness:
-        pm.decaying = False  # there is no limit to go to
+        pm.decaying = False  # there is no limit
     for j in range(act.n, m):
-        se.drift[j] = 0.0  # gaps do not grow for ever
+        se.drift[j] = 0.0  # gaps cannot grow for ever
     for i in range(act.n):
         se.contact[i] = pm.contact[i]
     se.leap, se.leaps, se.phase = 1.0, 0, NEXT_LEAP
@@ -45,7 +45,7 @@ def begin_leaps(se: Settler) -> None:
 
 @inner
 def next_leap(se: Settler) -> None:
-    """Try the limit where it is near, else the state twice as many periods ahead."""
+    """Try the limit where it is near, otherwise the state twice as many periods ahead."""
     pm = se.map
     se.phase, se.done, se.placed = LEAVE, 0, False
     if se.leaps == MOST_LEAPS:
@@ -65,7 +65,7 @@ def next_leap(se: Settler) -> None:
 
 @inner
 def after_leap(se: Settler) -> None:
-    """Leap further where the period has run through the sequence of the map."""
+    """Leap further if the period has passed through the sequence of the map."""
     se.signatures[se.done - 1] = np.int64(se.first.motion.signature)
     if se.done < se.period:
         return
@@ -80,7 +80,7 @@ def after_leap(se: Settler) -> None:
 
 @inner
 def leave_leaps(se: Settler) -> None:
-    """Walk on from the last state that has been found to run through the sequence."""
+    """Continue cycle by cycle from the last state found to pass through the sequence."""
     for j in range(2 * se.first.active.n):
         se.goal[j] = se.reached[j]
     se.remembered, se.signed, se.patience, se.phase, se.placed = 0, 0, 2, WALK, False
@@ -99,7 +99,7 @@ def begin_confirmation(se: Settler) -> None:
 
 @inner
 def after_confirmation(se: Settler) -> None:
-    """The answer, if the period, or a shorter one, has come back to the goal."""
+    """The answer, if the period, or a shorter one, has returned to the goal."""
     mo, n, far = se.first.motion, se.first.active.n, 0.0
     for i in range(n):
         se.slip[i] += mo.slip[i]
@@ -120,7 +120,7 @@ def after_confirmation(se: Settler) -> None:
 
 @inner
 def judge_period(se: Settler, share: float) -> None:
-    """What the period that has been confirmed says, if it obeys the friction law."""
+    """The verdict of the confirmed period, if it obeys the friction law."""
     act, mo, check, near = se.first.active, se.first.motion, se.check, se.check.near
     se.signature = end_check(check, act, se.recorded.course, mo.u, se.done)
     breathing, drifts, slip = False, False, 0.0

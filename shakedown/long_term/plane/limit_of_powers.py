@@ -1,4 +1,4 @@
-"""The limit of the powers of an affine map, Σ Jᵏ d, by elimination, and how fast it is approached.
+"""The limit of the powers of an affine map, Σ Jᵏ d, by elimination, and its rate of convergence.
 
 It is (I − J)⁻¹ d where no eigenvalue of J is near 1, which the size of the inverse shows. Where it
 does not, what drifts must be split off (:func:`shakedown.long_term.cycle_map.limit`): that is left
@@ -11,7 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import inner, summing
 from shakedown.long_term.plane.period_map import PeriodMap
 
-LARGEST_INVERSE = 1e5  # norm of (I − J)⁻¹ up to which no eigenvalue of J is near 1, and its round-off small
+LARGEST_INVERSE = 1e5  # norm of (I − J)⁻¹ up to which no eigenvalue of J is near 1 and round-off is small
 DIED_OUT, GROWN = np.log(1e-13), np.log(1e6)  # of ‖Jᵏ d‖ / ‖d‖, logarithms
 
 
@@ -25,7 +25,7 @@ def find_limit(pm: PeriodMap) -> bool:
         rest[a] = d[a]
     if not invert_difference(pm):
         return False
-    for _ in range(2):  # the second time for its round-off
+    for _ in range(2):  # the second pass corrects round-off
         for a in range(k):
             for b in range(k):
                 limit[a] += pm.inverse[a * k + b] * rest[b]
@@ -74,7 +74,7 @@ def invert_difference(pm: PeriodMap) -> bool:
 
 @inner
 def asymptotic_factor(pm: PeriodMap) -> float:
-    """lim ‖Jⁱ⁺¹ d‖ / ‖Jⁱ d‖ as far as round-off lets it be seen, by repeated squaring of J."""
+    """lim ‖Jⁱ⁺¹ d‖ / ‖Jⁱ d‖, as accurately as round-off allows, by repeated squaring of J."""
     k, matrix, vector, image = pm.k, pm.work, pm.image, pm.delay
     for a in range(k * k):
         matrix[a] = pm.power[a]
@@ -104,7 +104,7 @@ def asymptotic_factor(pm: PeriodMap) -> float:
 
 @inner
 def double_leap(pm: PeriodMap) -> None:
-    """From Σ_{i < leap} Jⁱ d and J^leap to those of twice the leap."""
+    """Double the leap: Σ_{i < leap} Jⁱ d and J^leap become those of twice its length."""
     k, image = pm.k, pm.image
     multiply(pm.power, pm.change, image, k)
     for a in range(k):

@@ -28,7 +28,7 @@ class Scale(NamedTuple):
 
 
 class PathCheck(NamedState):
-    """What the rows of a record have said so far.
+    """The results of the rows of a record checked so far.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class PathCheck(NamedState):
     force, length, near
         As in :class:`Scale`.
     violation
-        Largest relative violation of the law, but for the first row.
+        Largest relative violation of the law, without the first row.
     rows, added
         Rows seen, and since κ u was computed.
     time
@@ -74,7 +74,7 @@ class PathCheck(NamedState):
 
 
 def path_check(f: FloatArray, scale: Scale) -> PathCheck:
-    """Arrays to check the path of nodes with these coefficients of friction."""
+    """Arrays for checking the path of nodes with given friction coefficients."""
     n = len(f)
     shapes = dict.fromkeys(("u", "r", "elastic", "change"), 2 * n) | {"always_open": n}
     check = PathCheck(shapes, f=np.array(f, dtype=float))
@@ -84,7 +84,7 @@ def path_check(f: FloatArray, scale: Scale) -> PathCheck:
 
 @inner
 def begin_check(check: PathCheck, n: int) -> None:
-    """Forget what has been seen."""
+    """Reset the check."""
     zero = np.uint64(0)
     check.violation, check.rows, check.added, check.time = 0.0, 0, 0, 0.0
     check.code, check.first, check.last, check.changes = zero, zero, zero, zero
@@ -94,7 +94,7 @@ def begin_check(check: PathCheck, n: int) -> None:
 
 @inner
 def check_rows(check: PathCheck, act: ActiveSet, rec: Record, course: Course, passes: int) -> None:
-    """Check the rows that a record has been filled with, so many passes after the first."""
+    """Check the rows of a record, a given number of passes after the first."""
     n, m, begun = act.n, 2 * act.n, passes * course.steps
     for row in range(rec.rows):
         steps = rec.time[row] - course.first
@@ -115,7 +115,7 @@ def check_rows(check: PathCheck, act: ActiveSet, rec: Record, course: Course, pa
 
 @inner
 def end_check(check: PathCheck, act: ActiveSet, course: Course, u: FloatArray, passes: int) -> np.uint64:
-    """Check the end of a period of so many passes; the signature of its contact states."""
+    """Check the end of a period of a number of passes; returns the signature of its contact states."""
     n, m = act.n, 2 * act.n
     for j in range(m):
         check.r[j], check.change[j] = course.path[course.steps * m + j], u[j]
@@ -131,7 +131,7 @@ def end_check(check: PathCheck, act: ActiveSet, course: Course, u: FloatArray, p
 
 @inner
 def check_row(check: PathCheck, act: ActiveSet, jumps: bool) -> None:
-    """Reactions at a row from its welded ones ``r`` and displacements ``change``; the law, but in a jump."""
+    """Reactions at a row from welded ones ``r`` and displacements ``change``; the law, except in jumps."""
     n, m, u, r, change = act.n, 2 * act.n, check.u, check.r, check.change
     near = check.near
     for j in range(m):
@@ -161,7 +161,7 @@ def check_row(check: PathCheck, act: ActiveSet, jumps: bool) -> None:
 
 @inner
 def broken_law(check: PathCheck, f: float, q: float, p: float, w: float, slip: float) -> float:
-    """By how much a node breaks the contact and friction law, relative; infinite for what is no number."""
+    """The relative violation of the contact and friction law at a node; infinite for NaN."""
     q, p, w, slip = q / check.force, p / check.force, w / check.length, slip / check.length
     worst = larger(larger(-w, -p), abs(q) - f * p)
     worst = larger(worst, smaller(w, larger(abs(p), abs(q))))
@@ -180,7 +180,7 @@ def smaller(a: float, b: float) -> float:
 
 @inner
 def enter_contact(check: PathCheck, time: float, steps: int, code: np.uint64) -> None:
-    """The contact states of the row before have lasted until now, when these take over."""
+    """The contact states of the previous row lasted until now, when these take over."""
     if check.rows > 1 and time - check.time > NEGLIGIBLE * steps:
         if check.first == np.uint64(0):
             check.first = check.code
@@ -192,7 +192,7 @@ def enter_contact(check: PathCheck, time: float, steps: int, code: np.uint64) ->
 
 @inner
 def enter_change(check: PathCheck, code: np.uint64) -> None:
-    """Count the change from the contact states that lasted last to these."""
+    """Count the change from the contact states that lasted before to these."""
     prime = np.uint64(1099511628211)
     mixed = (check.last * prime) ^ code
     check.changes += (mixed ^ (mixed >> np.uint64(32))) * prime

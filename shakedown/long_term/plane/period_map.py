@@ -75,9 +75,9 @@ def period_map(n: int) -> PeriodMap:
 
 @inner
 def begin_map(pm: PeriodMap, act: ActiveSet, mo: PlaneMotion) -> None:
-    """Take the present state as the start of a period and follow its derivative from here on.
+    """Take the present state as the start of a period and follow its derivative from here.
 
-    Every moving node that is not stuck follows the stuck ones by its equations.
+    Every moving node that is not stuck follows the stuck ones through its equations.
     """
     n, m, t, size = act.n, 2 * act.n, 0, act.size
     kappa, cols, coefs, inverse = act.kappa, act.col, act.coef, act.inverse
@@ -112,7 +112,7 @@ def begin_map(pm: PeriodMap, act: ActiveSet, mo: PlaneMotion) -> None:
 
 @inner
 def end_map(pm: PeriodMap, mo: PlaneMotion) -> None:
-    """J and d of the nodes that have moved within the period that ends here."""
+    """J and d of the nodes that moved within the period that ends here."""
     t, k, stuck, tangent = pm.t, 0, pm.stuck, pm.tangent
     for a in range(t):
         node = stuck[a]
@@ -132,7 +132,7 @@ def end_map(pm: PeriodMap, mo: PlaneMotion) -> None:
 
 @inner
 def distance_to_limit(pm: PeriodMap, leap: float, weight: FloatArray) -> float:
-    """Largest slip, weighted, that is left to the limit after so many periods, drift apart."""
+    """Largest weighted slip that remains to the limit after a number of periods, without drift."""
     far = 0.0
     for a in range(pm.k):
         left = abs(pm.change[a] - leap * pm.drift[a] - pm.limit[a])
@@ -153,7 +153,7 @@ def displace(pm: PeriodMap, change: FloatArray, u: FloatArray) -> None:
 
 @inner
 def along_basis(pm: PeriodMap, change: FloatArray, j: int) -> float:
-    """Change of a displacement with the slips of the k nodes."""
+    """Change of a displacement due to the slips of the k nodes."""
     total = 0.0
     for a in range(pm.k):
         total += pm.basis[j * pm.t + pm.moves[a]] * change[a]

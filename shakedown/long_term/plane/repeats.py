@@ -13,7 +13,7 @@ from shakedown.motion.plane.active_set import add_product, factorize, larger
 
 @inner
 def begin_search(se: Settler, start: FloatArray) -> None:
-    """At rest with this slip: the load from which it rises to its first step, and what counts as zero."""
+    """Begin at rest with this slip: the load before the first step, and what counts as zero."""
     act, path, goal, locked = se.first.active, se.first.course.path, se.goal, se.force
     n, m, force = act.n, 2 * act.n, se.least_force
     for i in range(n):
@@ -37,7 +37,7 @@ def begin_search(se: Settler, start: FloatArray) -> None:
 
 @inner
 def begin_walk(se: Settler) -> None:
-    """Nothing has been followed yet."""
+    """Begin before any cycle is followed."""
     se.first.motion.parameters = 0
     se.cycles, se.events, se.remembered, se.signed, se.patience, se.resumed = 0, 0, 0, 0, 0, False
     se.phase, se.verdict, se.placed, se.from_limit = WALK, SEARCHING, True, False
@@ -45,7 +45,7 @@ def begin_walk(se: Settler) -> None:
 
 @inner
 def place_state(se: Settler) -> bool:
-    """Go on from the goal; False where its moving nodes are not held."""
+    """Continue from the goal; False where its moving nodes are not held."""
     act, mo = se.first.active, se.first.motion
     for j in range(2 * act.n):
         mo.u[j] = se.goal[j]
@@ -57,7 +57,7 @@ def place_state(se: Settler) -> bool:
 
 @inner
 def remember(se: Settler, u: FloatArray) -> None:
-    """Keep a state; where there are too many, the older half of them is forgotten."""
+    """Store a state; where there are too many, the older half is dropped."""
     m = 2 * se.first.active.n
     if se.remembered == se.capacity:
         se.remembered = se.capacity // 2
@@ -70,7 +70,7 @@ def remember(se: Settler, u: FloatArray) -> None:
 
 @inner
 def keep_signature(se: Settler) -> None:
-    """Append the signature of the last cycle; the oldest is forgotten."""
+    """Append the signature of the last cycle and drop the oldest."""
     most = 2 * se.longest_period
     if se.signed == most:
         for k in range(most - 1):
@@ -82,7 +82,7 @@ def keep_signature(se: Settler) -> None:
 
 @inner
 def after_walk(se: Settler) -> None:
-    """Where the state is what it was some cycles ago, one period is to confirm it."""
+    """Where the state equals that of some cycles ago, one period has to confirm it."""
     act, mo = se.first.active, se.first.motion
     remember(se, mo.u)
     keep_signature(se)
@@ -102,7 +102,7 @@ def after_walk(se: Settler) -> None:
 
 @inner
 def returned_after(se: Settler) -> int:
-    """After how many cycles the state is what it was, to round-off; 0 where it is not."""
+    """The number of cycles after which the state returned, to round-off; 0 where it did not."""
     last = se.remembered - 1
     for period in range(1, min(se.longest_period, last) + 1):
         if distance(se, last - period, last) <= 1e-3 * se.check.near:
@@ -121,7 +121,7 @@ def distance(se: Settler, one: int, other: int) -> float:
 
 @inner
 def observed_contraction(se: Settler, period: int) -> float:
-    """Factor per cycle between the last two distances to the present state that stand out of round-off."""
+    """Factor per cycle between the last two distances to the present state that exceed round-off."""
     last, nearer = se.remembered - 1, 0.0
     for one in range(last - period, -1, -period):
         far = distance(se, one, last)
@@ -147,7 +147,7 @@ def admissible(se: Settler, u: FloatArray) -> bool:
 
 @inner
 def look_for_repeats(se: Settler) -> None:
-    """Where the sequence of contact states repeats, one more period of it with its derivative."""
+    """Where the sequence of contact states repeats, follow one more period with its derivative."""
     se.patience -= 1
     se.phase = WALK
     if se.patience > 0:
@@ -161,7 +161,7 @@ def look_for_repeats(se: Settler) -> None:
 
 @inner
 def sequence_repeats(se: Settler, period: int) -> bool:
-    """Whether the last cycles have the signatures of those before; those are then ``wanted``."""
+    """Whether the last cycles have the signatures of those before, which then become ``wanted``."""
     if se.signed < 2 * period:
         return False
     for k in range(period):
@@ -174,7 +174,7 @@ def sequence_repeats(se: Settler, period: int) -> bool:
 
 @inner
 def after_map(se: Settler) -> None:
-    """The map of the period, where this has run through the expected sequence."""
+    """The map of the period, if it passed through the expected sequence."""
     act, mo = se.first.active, se.first.motion
     keep_signature(se)
     if se.done < se.period:

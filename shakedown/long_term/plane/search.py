@@ -1,4 +1,4 @@
-"""A search for long-term states as compiled code holds it: its rules, where it has got to, its answers."""
+"""The data of a search for long-term states in compiled code: rules, progress, answers."""
 
 from typing import Any, NamedTuple
 
@@ -14,7 +14,7 @@ from shakedown.motion.plane.run import PlaneRun
 START, WALK, MAP, LEAP, CONFIRM, REPEATS, LIMIT, NEXT_LEAP, LEAVE = range(9)  # phases
 # Verdicts; BLURRED: no slip, but beside the loads at rest those that change are next to round-off.
 SEARCHING, UNDECIDED, BROKEN, BLURRED, LEFT, SHAKEDOWN, CYCLIC_SLIP, RATCHETTING, SEPARATION = range(9)
-LIMIT_WANTED, SINGULAR = 101, 102  # beside what ``follow`` says: why Python is asked
+LIMIT_WANTED, SINGULAR = 101, 102  # besides the codes of ``follow``: reasons to return to Python
 
 
 class SettlingRules(NamedTuple):
@@ -45,7 +45,7 @@ class SettlingRules(NamedTuple):
 
 
 class Answers(NamedTuple):
-    """What has been found for each of s initial slips.
+    """The answers for each of s initial slips.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Answers(NamedTuple):
 
 
 class SearchState(NamedTuple):
-    """Where a search has got to, and what it has counted: as in :class:`Settler`."""
+    """The progress and the counters of a search, as in :class:`Settler`."""
 
     phase: int
     cycles: int

@@ -1,4 +1,4 @@
-"""State after state: the loop that carries searches from phase to phase and enters their answers."""
+"""The loop over initial states that carries searches from phase to phase and enters their answers."""
 
 from shakedown.ground.named_state import call_at, entered, inner
 from shakedown.long_term.plane.leaps import (
@@ -41,7 +41,7 @@ from shakedown.long_term.plane.search import (
 from shakedown.motion.plane.moving_state import DONE, EFFORT, PAUSED, RECORD_FULL, begin
 from shakedown.motion.plane.run import PlaneRun
 
-ANEW, FROM_HERE, RATES, JUMP, STOPPED, LEAVES = range(6)  # what a search is told, beside LIMIT_WANTED
+ANEW, FROM_HERE, RATES, JUMP, STOPPED, LEAVES = range(6)  # instructions to a search, besides LIMIT_WANTED
 
 
 @entered
@@ -96,7 +96,7 @@ def seek(se: Settler, follow: int, effort: int) -> int:
 
 @inner
 def run_of_phase(se: Settler) -> PlaneRun:
-    """The run through the next cycle, at its beginning, or where the loop has returned from it."""
+    """The run through the next cycle, at its beginning or where the loop returned from it."""
     run = se.cyclic
     if se.cycles == 0:
         run = se.first
@@ -112,7 +112,7 @@ def run_of_phase(se: Settler) -> PlaneRun:
 
 @inner
 def after_call(se: Settler, run: PlaneRun, status: int) -> None:
-    """What follows from a cycle, or from as much of it as has been done at one go."""
+    """Evaluate a cycle, or the part of it that was done in one call."""
     if se.phase == CONFIRM:
         check_rows(se.check, run.active, run.record, run.course, se.done)
     se.resumed = status != DONE
@@ -133,7 +133,7 @@ def after_call(se: Settler, run: PlaneRun, status: int) -> None:
 
 @inner
 def decide(se: Settler) -> None:
-    """What to do next, where no cycle is to be followed first."""
+    """Decide what to do next, where no cycle has to be followed first."""
     if se.phase == REPEATS:
         look_for_repeats(se)
     elif se.phase == LIMIT:
@@ -146,7 +146,7 @@ def decide(se: Settler) -> None:
 
 @inner
 def enter_answer(se, answers, row):  # type: ignore[no-untyped-def]
-    """The verdict for one initial slip, and what belongs to it."""
+    """Enter the verdict for one initial slip with its numbers."""
     answers.verdict[row], answers.cycles[row] = se.verdict, se.cycles
     n = se.first.active.n
     for i in range(n):
@@ -162,7 +162,7 @@ def enter_answer(se, answers, row):  # type: ignore[no-untyped-def]
 
 @entered
 def tell(se: Settler, word: int, one: float, other: float) -> None:
-    """What Python has found, or wants.
+    """Pass on what Python has found, or requests.
 
     ANEW, from the first of some initial slips; FROM_HERE, a search from the present state; RATES
     have been found where there were none; a JUMP, of which friction has taken ``one`` and damping
@@ -182,7 +182,7 @@ def tell(se: Settler, word: int, one: float, other: float) -> None:
         if se.phase == CONFIRM:
             run = se.recorded
             if word == RATES:
-                run.record.rows -= 1  # it is recorded when they are taken
+                run.record.rows -= 1  # recorded again when they are taken
             check_rows(se.check, run.active, run.record, run.course, se.done)
         if word == JUMP:
             se.jump_friction += one
@@ -197,7 +197,7 @@ def tell(se: Settler, word: int, one: float, other: float) -> None:
 
 
 def search_state(se: Settler) -> SearchState:
-    """Where a search has got to, and what it has counted."""
+    """The progress and the counters of a search."""
     at = se.content
     return SearchState(
         at.phase, at.cycles, at.events, at.period, at.done, at.jumped, at.jumps, at.from_limit, se.map.k,

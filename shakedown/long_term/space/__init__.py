@@ -1,6 +1,6 @@
-"""The long-term state of a motion that is known only cycle by cycle: the map from one cycle to the next.
+"""The long-term state of a motion known only cycle by cycle, from the map of one cycle to the next.
 
-Reading order: ``extrapolation`` (where a sequence of states goes), ``leap_methods`` (to what comes many
-cycles later), ``return_search`` (cycle after cycle, and leaps, until it is clear), ``proved_rest``
-(verdicts, also those in the plane, held against what is proved), ``returned_state`` (the answer).
+Reading order: ``extrapolation`` (the continuation of a sequence of states), ``leap_methods`` (leaps over
+many cycles), ``return_search`` (cycles and leaps until the outcome is clear), ``proved_rest`` (verdicts,
+also those in the plane, compared with what is proved), ``returned_state`` (the answer).
 """

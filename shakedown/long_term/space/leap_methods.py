@@ -1,4 +1,4 @@
-"""Leaps from the last states of a motion to those that it would come to many periods later.
+"""Leaps from the last states of a motion to those that it would reach many periods later.
 
 Both ways to leap foresee what a period does where they lead, and hold on to it only where it does so.
 A leap moves a joint for good in what no cycle changes; so the more it moves, the better it has to be known.
@@ -18,14 +18,14 @@ from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.long_term.space.extrapolation import recurrence_of
 from shakedown.motion.integrator import closed_stiffness
 
-WORTH = 8.0  # periods that a leap goes ahead, at least: it costs some, and so does what is seen before it
-PRICE = 1e-5  # of all that a joint has slipped: by so much a leap may be unsure
-MOST_TURN = 0.1  # of a change: what it may differ by from what was foreseen, however far
+WORTH = 8.0  # periods that a leap must gain at least, as it costs some, and so does its preparation
+PRICE = 1e-5  # uncertainty allowed in a leap, relative to the total slip so far
+MOST_TURN = 0.1  # largest deviation of a change from its prediction, relative
 
 
 @dataclass(frozen=True)
 class Measure:
-    """What counts of the changes of a state: the energy that they store, which rigid slips do not.
+    """A measure for changes of a state: the energy that they store, in which rigid slips do not count.
 
     Attributes
     ----------
@@ -42,11 +42,11 @@ class Measure:
     slips: FloatArray
 
     def size(self, change: FloatArray) -> float:
-        """Of a change of the state."""
+        """The size of a change of the state."""
         return float(np.linalg.norm(self.root @ change))
 
     def misses(self, change: FloatArray, foreseen: FloatArray, size: float) -> float:
-        """By how much a change misses another one of this size, relative to it: of rigid slips, too."""
+        """The deviation of a change from another one of this size, relative to it; rigid slips included."""
         off = self.size(change - foreseen) / size
         if not self.rigid.shape[1]:
             return off
@@ -55,7 +55,7 @@ class Measure:
 
 @once_per_problem
 def measure_of(problem: Problem) -> Measure:
-    """What counts of the changes of the states of a joint."""
+    """The measure for changes of the states of a joint."""
     stiffness, layout = closed_stiffness(problem).copy(), problem.layout
     if problem.C is None:  # gaps stay zero
         stiffness[layout.gaps] = stiffness[:, layout.gaps] = 0.0
@@ -71,7 +71,7 @@ def measure_of(problem: Problem) -> Measure:
 
 
 class Leap(NamedTuple):
-    """Where to go on from, and what tells whether it was right.
+    """Where to continue, and a test of whether the leap was right.
 
     Attributes
     ----------
@@ -98,15 +98,15 @@ class Ahead:
     Any number of modes, fast and slow, in as many periods ahead as leave something to be seen.
     """
 
-    TRIES: ClassVar[int] = 3  # periods after a leap in which what was foreseen has to come
+    TRIES: ClassVar[int] = 3  # periods after a leap within which the prediction must come true
     FEWEST: ClassVar[int] = 5  # states
-    AGREE: ClassVar[float] = 1e-4  # of the way: by how much two recurrences differ …
-    ROUGHLY: ClassVar[float] = 0.03  # … where the way is short beside all that has slipped
-    ALIKE: ClassVar[float] = 0.1  # of the change foreseen
-    LEFT: ClassVar[float] = 1e-3  # of the last change, at least, where a leap leads
-    GROWN: ClassVar[float] = 2.0  # and at most
-    FURTHER: ClassVar[int] = 4  # times as far after a leap that was taken, and less far after another
-    LONGEST_WAIT: ClassVar[int] = 64  # periods, doubled from leap to leap that leads nowhere
+    AGREE: ClassVar[float] = 1e-4  # largest difference of two recurrences, relative to the leap …
+    ROUGHLY: ClassVar[float] = 0.03  # … and where the leap is short compared with the total slip
+    ALIKE: ClassVar[float] = 0.1  # relative to the predicted change
+    LEFT: ClassVar[float] = 1e-3  # least size of the change after a leap, relative to the last change
+    GROWN: ClassVar[float] = 2.0  # and the largest
+    FURTHER: ClassVar[int] = 4  # factor on the length after an accepted leap; inverse after a rejected one
+    LONGEST_WAIT: ClassVar[int] = 64  # periods, doubled after each leap that fails
 
     care: float = 1.0  # share of what leaps may be unsure by otherwise
     reach: int = 64
@@ -115,7 +115,7 @@ class Ahead:
     count: int = 0
 
     def plan(self, window: FloatArray, measure: Measure, cycles: int) -> Leap | None:
-        """As far as the recurrences of the last states, and of those one period before, agree."""
+        """Leap as far as the recurrences of the last states, and of those one period before, agree."""
         if len(window) < self.FEWEST or cycles < self.since:
             return None
         root, size = measure.root, measure.size
@@ -144,7 +144,7 @@ class Ahead:
         return Leap(state, fits, unsure, min(share ** (1.0 / self.count), 1.0))
 
     def heed(self, taken: bool, cycles: int) -> None:
-        """Farther next time, or not so far."""
+        """Adapt the length of the next leap."""
         self.reach = self.count * self.FURTHER if taken else self.count // self.FURTHER
         if taken:
             self.wait = 0
@@ -154,7 +154,7 @@ class Ahead:
 
 
 class Site(NamedTuple):
-    """Where a crawling motion has leapt from, and what came of it.
+    """The start of a leap of a crawling motion, and its result.
 
     Attributes
     ----------
@@ -186,19 +186,19 @@ class Crawl:
     """
 
     TRIES: ClassVar[int] = 12
-    SLOW: ClassVar[float] = 0.03  # change of F per period, relative
-    STEADY: ClassVar[float] = 0.2  # of that: by how much it changes, and F turns
-    FADING: ClassVar[float] = 0.8  # from period to period, or more: what is off still dies away after a leap
-    SLACK: ClassVar[float] = 0.3  # of |F|: by how much more or less may be left than foreseen
-    OVERSHOT: ClassVar[float] = 0.125  # of what was foreseen: less left is at the very limit, or beyond
-    AS_FORESEEN: ClassVar[float] = 0.25  # of what was foreseen
+    SLOW: ClassVar[float] = 0.03  # largest relative change of F per period
+    STEADY: ClassVar[float] = 0.2  # relative to that: its own change, and the rotation of F
+    FADING: ClassVar[float] = 0.8  # factor per period from which on deviations still die away after a leap
+    SLACK: ClassVar[float] = 0.3  # deviation of |F| from its prediction that is accepted, relative
+    OVERSHOT: ClassVar[float] = 0.125  # relative to the prediction: less means at the limit, or beyond
+    AS_FORESEEN: ClassVar[float] = 0.25  # relative to the prediction
     MOST_BEND: ClassVar[float] = 8.0  # exponent
     LONGER: ClassVar[float] = 8.0  # times the last leap, at most
-    TRUST: ClassVar[tuple[float, float, float]] = 0.25, 2.0, 7.0  # after vain leaps, at first, at most
+    TRUST: ClassVar[tuple[float, float, float]] = 0.25, 2.0, 7.0  # after failed leaps, at first, at most
     PAUSE: ClassVar[int] = 32  # periods
 
     care: float = 1.0  # share of what leaps may be unsure by otherwise
-    trust: float = TRUST[1]  # e^-trust of the way is left
+    trust: float = TRUST[1]  # a share e^-trust of the distance remains
     bend: float = 1.0
     refused: bool = False
     since: int = 0
@@ -214,7 +214,7 @@ class Crawl:
     )
 
     def plan(self, window: FloatArray, measure: Measure, cycles: int) -> Leap | None:
-        """Most of the way to the limit, as far as leaps before have been right."""
+        """Leap most of the distance to the limit, depending on the success of earlier leaps."""
         if len(window) < 4 or cycles < self.since:
             return None
         changes = np.diff(window, axis=0)
@@ -269,7 +269,7 @@ class Crawl:
         return None
 
     def _slope_since(self, changes: FloatArray, measure: Measure) -> float | None:
-        """The same since the last leap, where it is too small to be seen from period to period."""
+        """The slope since the last leap, where it is too small to be seen from period to period."""
         if self.site is None or len(changes) < 4 or not 0.0 < self.site.share < 0.9:
             return None
         before, now = measure.size(changes[-2]), measure.size(changes[-1])
@@ -283,7 +283,7 @@ class Crawl:
     def _fits(
         self, foreseen: FloatArray, turn: float, measure: Measure
     ) -> Callable[[FloatArray], bool | None]:
-        """Whether a change has the direction foreseen, and a share of the size."""
+        """Whether a change has the predicted direction, and a share of the predicted size."""
         whole, direction, self.seen = measure.size(foreseen), measure.root @ foreseen, None
         before = np.inf
 
@@ -308,7 +308,7 @@ class Crawl:
         return fits
 
     def heed(self, taken: bool, cycles: int) -> None:
-        """Trust more, or less."""
+        """Increase or reduce the trust in leaps."""
         assert self.planned is not None
         learnt, self.turned = self.turned is None and self.seen is not None, None
         if not taken:
@@ -322,7 +322,7 @@ class Crawl:
         self.refused = False
 
     def forget(self) -> None:
-        """Know nothing of the last leap, as after one of another kind."""
+        """Forget the last leap, as after one of another kind."""
         self.site, self.bend, self.fresh, self.turned = None, 1.0, False, None
 
     def rigid_miss(self, window: FloatArray, measure: Measure) -> FloatArray | None:

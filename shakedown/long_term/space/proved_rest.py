@@ -1,4 +1,4 @@
-"""What is proved overrules what a search has found: no verdict contradicts a bound."""
+"""Proofs overrule the findings of a search: no verdict contradicts a bound."""
 
 from dataclasses import replace
 from math import inf
@@ -29,7 +29,7 @@ from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import scales
 from shakedown.motion.cycle_record import State
 
-CLEAR = SIX_DIGITS  # of the slip per period: by less a cycle misses its start that no ball can hold
+CLEAR = SIX_DIGITS  # relative to the slip per period: no ball holds a cycle that misses its start by less
 
 S = TypeVar("S", bound=LongTermState)
 
@@ -88,7 +88,7 @@ def proof_of_bounds(begun: Passage, reached: State) -> str:
 
 @on_one_thread
 def proof_by_ball(begun: Passage, reached: State) -> str:
-    """The same, by an energy ball about the state reached."""
+    """What proves it by an energy ball about the state reached."""
     opened = tuple(np.flatnonzero(reached.contact == OPEN).tolist())
     watch = BallWatch(begun.problem, begun.load_factor, opened, tolerances=begun.tolerances)
     inside = allowed(watch.proves, reached.u[begun.problem.layout.slips])
@@ -96,7 +96,7 @@ def proof_by_ball(begun: Passage, reached: State) -> str:
 
 
 def _bound_of_every_state(problem: Problem) -> float:
-    """λ_U, worked out once; 0 where it comes to no end."""
+    """λ_U, computed once; 0 where it does not finish."""
     known = known_limits(problem)
     if "universal" not in known:
         found = allowed(universal_bound, problem, certify=False)
@@ -105,7 +105,7 @@ def _bound_of_every_state(problem: Problem) -> float:
 
 
 def _closes(state: LongTermState, errors: float) -> bool:
-    """Whether a cycle returns to its start, known to such a share of its slip."""
+    """Whether a cycle returns to its start within a given share of its slip."""
     if state.outcome != Outcome.CYCLIC_SLIP:
         return False
     slip = float(state.slip_per_cycle.max())
@@ -114,7 +114,7 @@ def _closes(state: LongTermState, errors: float) -> bool:
 
 
 def _at_rest(state: S, proof: str) -> S:
-    """Shakedown with the numbers of one cycle from where the search has ended."""
+    """Shakedown with the numbers of one cycle from the end of the search."""
     motion, length = state.motion(), scales(state.begun.problem, state.load_factor).length
     record = motion.cycle()
     if record is None:

@@ -1,4 +1,4 @@
-"""Cycle after cycle, with leaps along slow approaches, until it is clear what a joint settles into."""
+"""Cycles, with leaps along slow approaches, until the long-term state of a joint is clear."""
 
 from collections import deque
 from dataclasses import dataclass, replace
@@ -20,19 +20,19 @@ from shakedown.motion.cycle_record import Checkpoint, CycleRecord, State, Stop
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.viscous_jump import Jump
 
-WINDOW = 7  # states one period apart that a leap begins with, at most
+WINDOW = 7  # largest number of states one period apart that a leap starts from
 # Of the slip per period: what a state changes by that repeats. The way to rest is half that slip at least,
 # and would take so many periods.
 FOR_EVER = 10 * NEGLIGIBLE
-STATE_ROUND_OFF = 64.0 * np.finfo(float).eps  # of a state: change that is none
+STATE_ROUND_OFF = 64.0 * np.finfo(float).eps  # relative to a state: smaller changes are none
 ALTERNATES = 0.1  # of the change from one period to the next: that to a later one whose like comes back
-APART = 4.0  # times what fades away: twice that is between states on both sides of where they meet
+APART = 4.0  # times the fading part; twice that separates states on both sides of their limit
 VARIES_LITTLE = "the varying part of the loads is next to round-off beside the constant part"
 
 
 @dataclass(frozen=True)
 class ReturnRules:
-    """When a search ends, and what it takes for nothing.
+    """When a search ends, and what it neglects.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class ReturnRules:
 
 @dataclass(frozen=True, eq=False)
 class Settled:
-    """What a search has found.
+    """The result of a search.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ class Settled:
     stop: Stop | None = None
 
     def undecided(self, reason: str) -> "Settled":
-        """The same, of which nothing can be said."""
+        """The same result with an undecided outcome."""
         nothing = np.full_like(self.drift, np.nan)
         return replace(
             self, outcome=Outcome.UNDECIDED, reason=reason, period=0, drift=nothing, records=(),
@@ -123,7 +123,7 @@ class Settled:
         return self.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING) and self.error > self.slip
 
     def is_like(self, other: "Settled") -> bool:
-        """Whether outcome and slip of a period are those of another search, as far as that is certain."""
+        """Whether outcome and slip of a period equal those of another search, within their certainty."""
         alike = (self.outcome, self.period) == (other.outcome, other.period)
         # of the slip per period: by so little it is uncertain, and differs from the one before
         return alike and abs(self.slip - other.slip) <= THREE_DIGITS * self.slip
@@ -156,7 +156,7 @@ class ReturnSearch:
         self.repeated = [0] * longest  # by period: cycles in a row that end where the one a period before did
         self.cycles = self.events = self.leaps = 0
         self.gathered = 0.0  # errors of integration, which what no cycle changes keeps
-        self.rate, self.unsure = np.nan, 0.0  # per cycle; what leaps leave open
+        self.rate, self.unsure = np.nan, 0.0  # per cycle; uncertainty left by leaps
         self.period, self.crawl, self.ahead = 1, Crawl(care), Ahead(care)
         self.passed: list[tuple[CycleRecord, State]] = []  # before the first leap
         self.jumps: list[Jump] = []
@@ -198,22 +198,22 @@ class ReturnSearch:
         return True
 
     def _change(self, period: int) -> FloatArray:
-        """Of the state over the last period."""
+        """The change of the state over the last period."""
         return np.asarray(self.states[-1].u - self.states[-1 - period].u)
 
     def _slip(self, first: int, last: int) -> FloatArray:
-        """What nodes have slipped in cycles, counted from the last."""
+        """The slip of the nodes in cycles, counted back from the last."""
         return np.sum([self.records[-k].slip for k in range(first, last + 1)], axis=0)
 
     def _at_rest(self) -> Settled | None:
-        """Nothing slips any more: for one cycle exactly, or for two within the accuracy."""
+        """Whether nothing slips any more: exactly for one cycle, or for two within the accuracy."""
         last = list(self.records)[-2:]
         slips = [float((record.slip * self.rules.stiffness).max()) for record in last]
         exact = slips[-1] == 0.0 and not self._change(1).any()
         noise = self.rules.noise
         still = THREE_DIGITS * noise  # slip below it that grows is round-off
         if not exact and (len(last) < 2 or max(slips) > noise or slips[1] > max(slips[0], still)):
-            return None  # what grows below the noise leads away
+            return None  # growth below the noise leads away from rest
         if self.leaps and not exact and slips[1] > still and self._to_come(1)[0] > noise:
             return None
         breathing = np.flatnonzero(last[-1].opened & last[-1].closed)
@@ -228,11 +228,11 @@ class ReturnSearch:
         return self._found(Outcome.SHAKEDOWN, f"no frictional slip {how}{self._way()}", 1)
 
     def _way(self) -> str:
-        """What is known of the way to the last state."""
+        """The known cycles that led to the last state."""
         return ", after leaps along the approach" if self.leaps else ""
 
     def _for_ever(self) -> Settled | None:
-        """Cyclic slip or ratchetting of the shortest period over which states repeat, but for rigid slips."""
+        """Cyclic slip or ratchetting with the shortest period over which states repeat, up to rigid slips."""
         most = min(self.rules.longest_period, len(self.states) - 1)
         u = np.array([self.states[-1 - q].u for q in range(most + 1)])
         changes = np.linalg.norm((u[0] - u[1:]) @ self.measure.root.T, axis=1)
@@ -257,12 +257,12 @@ class ReturnSearch:
         return None
 
     def _left(self, p: int) -> float:
-        """By how much the states of a period may still move together, as changes fade [energy norm]."""
+        """How far the states of a period may still move together, as changes fade [energy norm]."""
         last, before = (self.measure.size(self.states[-1 - k].u - self.states[-1 - k - p].u) for k in (0, p))
         return APART * last * min(before / max(before - last, np.finfo(float).tiny), self.rules.most_cycles)
 
     def _repeats(self, p: int, slip: FloatArray) -> Settled | None:
-        """What slips so much in every period of p cycles, where that is clear."""
+        """The outcome where the same slip occurs in every period of p cycles, if that is clear."""
         most, every = float(slip.max()), cycles_in_words(p)
         clear = THREE_DIGITS * float((slip * self.rules.stiffness).max())
         error = max(record.error for record in list(self.records)[-p:])
@@ -282,7 +282,7 @@ class ReturnSearch:
         return bool(size > known and np.abs(drift - before).max() <= SIX_DIGITS * size + known)
 
     def _find_rhythm(self, u: FloatArray) -> None:
-        """The period after which changes come back, where those of one cycle and the next differ."""
+        """The period after which changes recur, where those of consecutive cycles differ."""
         changes = (u[:-1] - u[1:]) @ self.measure.root.T
         apart = np.linalg.norm(changes[0] - changes[1:], axis=1)
         if len(apart) < self.rules.longest_period - 1:
@@ -301,7 +301,7 @@ class ReturnSearch:
         return np.array([state.u for state in reversed(states) if ((state.contact == OPEN) == opened).all()])
 
     def _leap(self) -> bool:
-        """Go on from where the last states lead, if a period from there does what was foreseen."""
+        """Leap to where the last states lead, and stay if a period from there does what was predicted."""
         window = self._window()
         if self._comes_back(window):
             return False
@@ -318,7 +318,7 @@ class ReturnSearch:
         return missed is not None
 
     def _comes_back(self, window: FloatArray) -> bool:
-        """Whether the last change undoes the one before it along other contact states: no smooth map."""
+        """Whether the last change undoes the previous one along other contact states: no smooth map."""
         p, changes = self.period, np.diff(window[-3:], axis=0) @ self.measure.root.T
         if len(changes) < 2 or changes[0] @ changes[1] >= 0.0:
             return False
@@ -329,7 +329,7 @@ class ReturnSearch:
         return last != before
 
     def _take(self, way: Crawl | Ahead, leap: Leap) -> None:
-        """Follow a leap, or stay where it does not lead to what it has foreseen."""
+        """Follow a leap; stay where its prediction fails."""
         here, p, jumps = self.motion.state, self.period, len(self.jumps)
         before, records, passed = self.states, list(self.records), len(self.passed)
         u = leap.start.copy()
@@ -370,7 +370,7 @@ class ReturnSearch:
         return last * most, rate ** (1.0 / period)
 
     def _found(self, outcome: Outcome, reason: str, period: int) -> Settled:
-        """The answer; of a cycle the period is followed once more from where the search has ended."""
+        """The answer; for a cycle the period is followed again from the end of the search."""
         (left, rate), start = self._to_come(period), self.motion.state
         goes_on = outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
         if goes_on and not all(self._cycle() for _ in range(period)):
@@ -397,7 +397,7 @@ class ReturnSearch:
 
     @property
     def _passed_through(self) -> FirstCycles:
-        """What was passed through before the first leap."""
+        """The states passed through before the first leap."""
         records, states = tuple(record for record, _ in self.passed), [state for _, state in self.passed]
         opened = np.array([state.contact == OPEN for state in states])
         return FirstCycles(records, opened, states[-1] if states else self.motion.state)
@@ -424,7 +424,7 @@ class ReturnSearch:
 
 
 def opened_and_closed(records: tuple[CycleRecord, ...]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Whether each node was open, and whether it was closed, for some time of these cycles."""
+    """Whether each node was open, and whether it was closed, at some time in these cycles."""
     return (
         np.any([record.opened for record in records], axis=0),
         np.any([record.closed for record in records], axis=0),

@@ -1,4 +1,4 @@
-"""The long-term state of a motion that is known to an accuracy only, with the evidence for it."""
+"""The long-term state of a motion known only to an accuracy, with its evidence."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -21,7 +21,7 @@ from shakedown.motion.space.space_events import SpaceEvents
 from shakedown.motion.violation import path_violation
 from shakedown.motion.viscous_jump import Jump
 
-TIGHTER = 0.125  # of what leaps may be unsure by, from one search to the next that is to confirm it
+TIGHTER = 0.125  # factor on the uncertainty allowed in leaps from one search to the next that confirms it
 NOT_CERTAIN = "a cycle exists, not certainly the one that this motion reaches"
 VERDICTS = {outcome: code for code, outcome in reversed(list(enumerate(OUTCOMES)))}
 
@@ -108,7 +108,7 @@ def returned_state(
 
 
 def settled(motion: Evolution, rules: ReturnRules, halt: Halt | None = None) -> Settled:
-    """What a motion settles into, undecided where the period found breaks the friction law."""
+    """The long-term state of a motion; undecided where the period found breaks the friction law."""
     found = carefully(motion, rules, halt)
     if not found.period:
         return found
@@ -128,7 +128,7 @@ def settled(motion: Evolution, rules: ReturnRules, halt: Halt | None = None) -> 
 
 
 def carefully(motion: Evolution, rules: ReturnRules, halt: Halt | None = None) -> Settled:
-    """What a motion settles into; where leaps leave that in doubt, what a search with less leeway confirms.
+    """The long-term state of a motion; where leaps leave it in doubt, as a stricter search confirms it.
 
     Where none does within the cycles allowed, the reason says so.
     """
@@ -149,7 +149,7 @@ def carefully(motion: Evolution, rules: ReturnRules, halt: Halt | None = None) -
 
 
 def rules_of(motion: Evolution, scale: Scales, most_cycles: int, longest_period: int) -> ReturnRules:
-    """When a search over cycles of the accuracy of the motion ends."""
+    """The rules of a search over cycles with the accuracy of the motion."""
     assert isinstance(motion.method, SpaceEvents)
     measures = motion.method.measures
     lost = LOST * measures.near
