@@ -17,7 +17,7 @@ from shakedown.joint.result import Result
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Scales(Result):
-    """What "small" is measured against in one scene.
+    """The scales against which "small" is judged in one scene.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ def scales(problem: Problem, load_factor: float) -> Scales:
 
 
 def path_accuracy(problem: Problem, tolerances: Tolerances) -> float:
-    """Error of a path over one cycle, relative to the scales: in the plane, where it is exact, none."""
+    """Error of a path over one cycle, relative to the scales; zero in the plane, where paths are exact."""
     return 0.0 if problem.directions == 1 else tolerances.path
 
 
@@ -56,7 +56,7 @@ def path_resolution(problem: Problem, tolerances: Tolerances) -> float:
 
 
 def law_resolution(problem: Problem, tolerances: Tolerances) -> float:
-    """Largest relative violation of the law that a path may have: in space what its accuracy leaves.
+    """Largest relative violation of the law accepted in a path; in space given by its accuracy.
 
     Within a step, where a polynomial stands for the path, that is more than at its ends.
     """
@@ -71,7 +71,7 @@ def scales_of(problem: Problem, *paths: FloatArray) -> Scales:
 
 
 def swing(problem: Problem, load: FloatArray) -> float:
-    """What one period changes at most of a tangential reaction or of a friction limit [force].
+    """The largest change of a tangential reaction or of a friction limit over one period [force].
 
     A constant load causes no slip: slips are compared with the displacement that this force would cause at
     the node alone.
@@ -86,7 +86,7 @@ def swing(problem: Problem, load: FloatArray) -> float:
 
 
 def alone(problem: Problem, force: float) -> FloatArray:
-    """How far a force moves each node by itself, a slip in its stiffest direction and a gap, (2n,) [length].
+    """The displacement of each node alone under a force, slip (stiffest direction) and gap, (2n,) [length].
 
     Zero stiffnesses are replaced by the smallest positive one of their kind.
     """
@@ -96,7 +96,7 @@ def alone(problem: Problem, force: float) -> FloatArray:
 
 
 def _held(stiffness: FloatArray) -> FloatArray:
-    """Stiffnesses, with the least of them for zero."""
+    """Stiffnesses, with zeros replaced by the smallest of the others."""
     some = stiffness[stiffness > 0]
     return np.where(stiffness > 0, stiffness, some.min() if some.size else 1.0)
 
@@ -148,7 +148,7 @@ def reactions(
 def law_violation(
     f: FloatArray, q: FloatArray, p: FloatArray, w: FloatArray, slip: FloatArray, scale: Scales
 ) -> FloatArray:
-    """By how much a state breaks the contact and friction law (thesis (2.3)–(2.9)).
+    """The violation of the contact and friction law by a state (thesis (2.3)–(2.9)).
 
     Complementary pairs enter as the smaller of the two relative sizes, so that
     no threshold decides whether a node "is" open or slipping.

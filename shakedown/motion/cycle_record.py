@@ -36,7 +36,7 @@ class Stop:
 
 @dataclass(frozen=True)
 class CycleRecord:
-    """What one cycle did.
+    """The events and sums of one cycle.
 
     Attributes
     ----------
@@ -46,13 +46,13 @@ class CycleRecord:
         Σ|Δv| in contact [length]; of a jump the change of v where a node is closed
         before and after it (:attr:`Jump.slip` has the whole way).
     work : (n,)
-        What friction takes at each node, in jumps too [force × length].
+        Friction work at each node, including jumps [force × length].
     friction_dissipation
-        What it takes in all.
+        The sum of that.
     jump_dissipation
-        What the damping takes in jumps: the rest of the energy that they release [force × length].
+        The work of damping in jumps: the rest of the energy that they release [force × length].
     opened, closed : (n,)
-        Whether the node was open, and whether it was closed, for some time.
+        Whether the node was open, and whether it was closed, at some time.
     events
         Number of events other than load steps.
     signature
@@ -77,12 +77,12 @@ class CycleRecord:
 
     @property
     def dissipation(self) -> float:
-        """What friction and the damping of jumps take [force × length]."""
+        """Work of friction and of damping in jumps [force × length]."""
         return self.friction_dissipation + self.jump_dissipation
 
 
 class Totals(NamedTuple):
-    """What compiled loops have counted in a cycle, jumps apart: as in :class:`CycleRecord`.
+    """Sums of a cycle counted by compiled loops, without jumps: as in :class:`CycleRecord`.
 
     ``friction`` is None where it is not counted apart from the work of each node.
     """

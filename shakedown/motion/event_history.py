@@ -1,4 +1,4 @@
-"""The path of a motion: what happened, and the state at it."""
+"""The path of a motion: its events, and the states at these."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -105,7 +105,7 @@ class EventHistory(Result):
         return type(self)(*(getattr(self, key)[index] for key in self.__dataclass_fields__))
 
     def refined(self) -> "EventHistory":
-        """The path with so many rows that straight lines follow it: without curves its own."""
+        """The path with enough rows for linear interpolation; without curves the path itself."""
         return self
 
     def thinned(self, keep: int = 1) -> "EventHistory":
@@ -124,7 +124,7 @@ class EventHistory(Result):
         return self.rows(np.union1d(steps, np.arange(len(self))[-1:]))
 
     def slips(self, tolerances: Tolerances = DEFAULT) -> NDArray[np.bool_]:
-        """Which slips in contact are more than round-off over the path, one per column of ``v``.
+        """Whether slips in contact exceed round-off over the path, one per column of ``v``.
 
         A node that comes to its limit and no further is there in the state of a slip: whether it is
         depends on the last bit. What it slips then, up to ``periodicity`` of the largest slip, is none.

@@ -1,4 +1,4 @@
-"""A joint followed at fixed load steps: by the thesis's Gauss–Seidel, in space by Newton's method, too."""
+"""A joint followed at fixed load steps: by the thesis's Gauss–Seidel, in space also by Newton's method."""
 
 from collections import deque
 from collections.abc import Iterable
@@ -20,7 +20,7 @@ from shakedown.motion.implicit.implicit_step import MOST_SWEEPS, ImplicitJoint, 
 from shakedown.motion.method import Beginning, Motion
 from shakedown.motion.plane.gauss_seidel import PlaneStiffness, load_steps
 
-REMEMBERED = 2  # cycles whose load steps are kept, recorded or not
+REMEMBERED = 2  # cycles whose load steps are kept, whether recorded or not
 
 
 class FixedSteps(Motion):
@@ -108,11 +108,11 @@ class FixedSteps(Motion):
         return EventHistory.joined(paths), np.concatenate(ways)
 
     def checkpoint(self) -> Checkpoint:
-        """All that what follows depends on, with the load steps that are kept."""
+        """Everything the continuation depends on, with the stored load steps."""
         return *super().checkpoint(), self.residual, tuple(self.recent)
 
     def restore(self, checkpoint: Checkpoint) -> None:
-        """Go on where a motion was at a checkpoint, but for what is recorded."""
+        """Continue from a checkpoint, except for the recorded path."""
         *of_method, self.residual, recent = checkpoint
         super().restore(tuple(of_method))
         self.recent.extend(recent)
@@ -144,7 +144,7 @@ class FixedSteps(Motion):
         )
 
     def _nothing(self) -> EventHistory:
-        """The history of no load step."""
+        """A history without load steps."""
         return self._path(Steps.none(self.problem.layout), self.load[:0], 0)
 
     def _advance(self, loads: FloatArray, first: int) -> tuple[EventHistory, Steps]:
@@ -179,7 +179,7 @@ class FixedSteps(Motion):
             self.stop = Stop(failure, when, steps.node, steps.status == StepStatus.SLIDES_AWAY)
 
     def _failure(self, steps: Steps, where: str) -> str:
-        """Why a load step was not solved; empty where all of them were."""
+        """Why a load step was not solved; empty where all were."""
         if steps.status == StepStatus.SLIDES_AWAY:
             return f"{SLIDES_AWAY} at {where}"
         if steps.status == StepStatus.LIFTS_OFF:
@@ -192,7 +192,7 @@ class FixedSteps(Motion):
 
 
 def _method_of(problem: Problem, parts: int, sweeps_only: bool) -> "SweptSteps | SolvedSteps":
-    """What solves the load steps of a joint."""
+    """The solver for the load steps of a joint."""
     if problem.directions > 1:
         return SolvedSteps(problem, parts, sweeps_only)
     if parts > 1:
@@ -260,7 +260,7 @@ class SweptSteps:
         return steps.slip
 
     def missed(self, steps: Steps, path: EventHistory) -> float:
-        """By how much load steps that were all solved violate the law, relative."""
+        """The relative violation of the law by load steps that were all solved."""
         if steps.status != StepStatus.SOLVED:
             return 0.0
         return float(law_violation(self.problem.f, path.q, path.p, path.w, steps.slip, self.scale).max())
@@ -282,10 +282,10 @@ class SolvedSteps:
         return self.problem.layout.joined(self.joint.v, self.joint.w)
 
     def begin(self, load: FloatArray, scale: Scales, tolerances: Tolerances) -> None:
-        """Before the first load: states that are set are those under the last one of the period."""
+        """Begin before the first load; states set here are those under the last load of the period."""
         problem, self.scale, self._last = self.problem, scale, load
         self.joint = ImplicitJoint(problem.A, problem.B, problem.C, problem.f, scale.force, tolerances)
-        self.begun = False  # whether the first load has been put on
+        self.begun = False  # whether the first load has been applied
 
     def set_state(self, state: State) -> None:
         """Go to a state."""
@@ -322,7 +322,7 @@ class SolvedSteps:
         return steps.length
 
     def missed(self, steps: Steps, path: EventHistory) -> float:
-        """By how much load steps that were solved break the law, relative (:func:`projection_error`)."""
+        """The relative violation of the law by solved load steps (:func:`projection_error`)."""
         good = path.rows(np.arange(steps.solved))
         return projection_error(self.problem, good, steps.slip[: steps.solved], self.scale)
 
@@ -332,7 +332,7 @@ class SolvedSteps:
 
 
 def projection_error(problem: Problem, path: EventHistory, slip: FloatArray, scale: Scales) -> float:
-    """By how much states (k, …) break the law of a load step with these slips in contact (k, 2n), relative.
+    """The relative violation by states (k, …) of the law of a load step with slips in contact (k, 2n).
 
     The departure of the reactions from their projections on what the law allows, q from the disc at
     q − slip and p from max(p − w, 0), forces and lengths relative to the scales. Where a node slips by

@@ -32,7 +32,7 @@ from shakedown.motion.plane_events import PlaneEvents
 from shakedown.motion.space.space_events import SpaceEvents
 from shakedown.motion.viscous_jump import Jump, default_damping, jump_of
 
-MOST_RETRIES = 20  # of one instant, each with a larger change of load
+MOST_RETRIES = 20  # at one instant, each with a larger change of load
 MOST_JUMPS = 20  # per node and load step of a cycle
 
 
@@ -93,10 +93,10 @@ class Evolution(Motion):
         self.kappa, self._damping = closed_stiffness(problem), checked_damping(problem, damping)
         method = PlaneEvents if problem.directions == 1 else SpaceEvents
         self.method = method(problem, self.kappa, tolerances)
-        self.left: bool  # whether contact is lost for good
-        self.slides: bool  # whether a jump has no end although nodes are in contact
-        self.held: bool  # whether the moving nodes of the state set last are: nothing goes on from it if not
-        self.may_jump = True  # else it ends where it would jump: for who looks at a state without jumps
+        self.left: bool  # contact is lost for good
+        self.slides: bool  # a jump has no end although nodes are in contact
+        self.held: bool  # the moving nodes of the last state set are held; otherwise nothing can continue
+        self.may_jump = True  # False: stop before a jump, for callers that examine a state without jumps
         self.begin(load_factor, initial_slip, open_nodes)
 
     def _begin(self, start: Beginning, transient: FloatArray) -> None:
@@ -121,14 +121,14 @@ class Evolution(Motion):
         self.held = self.method.set_state(state)
 
     def enter_cycle(self, done: int) -> None:
-        """So many cycles are done, and nothing has stopped the motion or made it jump in the next."""
+        """Enter a cycle: a number of cycles are done, with no stop and no jump in the next one yet."""
         self.done, self.stop = done, None
         self.left, self.slides = False, False
         self.jumps: list[Jump] = []  # of the present cycle
         self._nudged: tuple[int, float, int] | None = None  # load step, time in it, retries of the last jump
 
     def violation(self, state: State) -> float:
-        """By how much a state between two cycles breaks the contact and friction law (relative)."""
+        """The relative violation of the contact and friction law by a state between two cycles."""
         layout = self.problem.layout
         q, p = layout.split(self.load[-1] + self.kappa @ state.u)
         gap, still = state.u[layout.gaps], np.zeros_like(q)
@@ -142,7 +142,7 @@ class Evolution(Motion):
         if not self.held:
             self.say_why(NOT_SETTLED, method.progress())
             return False
-        while True:  # ends: events per load step and jumps per cycle are limited, and so are cycles
+        while True:  # ends, as events per load step, jumps per cycle and cycles are limited
             status = method.follow(1 if before == 0 else cycles)
             now = method.progress()
             found = status == NO_RATES and method.finds_way_on(now, self.path)
@@ -213,14 +213,14 @@ class Evolution(Motion):
         return True
 
     def _retries(self, step: int, time: float) -> int:
-        """How often this instant has been jumped from already: the load has not moved since the last jump."""
+        """How often the state has jumped from this instant, with no change of load since the last jump."""
         if self._nudged is None or self._nudged[:2] != (step, time):
             return 0
         return self._nudged[2] + 1
 
     @property
     def history(self) -> EventHistory:
-        """All that was recorded, closed by the present state."""
+        """The recorded path, closed by the present state."""
         by_course = groupby(self.pieces, key=lambda piece: piece.done == 0)
         parts = [
             self._joined(list(pieces), self._first if first else self._later) for first, pieces in by_course
@@ -243,12 +243,12 @@ class Evolution(Motion):
         return self.method.histories(done + steps / m, rows, welded, change)
 
     def say_not_held(self) -> None:
-        """Set ``stop`` where a cycle cannot begin: nothing holds the moving nodes of its first state."""
+        """Set ``stop`` where a cycle cannot begin as nothing holds the moving nodes of its first state."""
         self.method.enter(self.done == 0, False)
         self.say_why(NOT_SETTLED, self.method.progress())
 
     def say_why(self, status: int, now: Progress) -> None:
-        """Set ``stop``: why the loop has ended with this status."""
+        """Set ``stop`` to the reason for this status of the loop."""
         steps = self.problem.m - len(self.path) + now.step + now.time
         time = float(self.done + steps / self.problem.m)
         reasons = {

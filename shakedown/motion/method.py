@@ -1,4 +1,4 @@
-"""What every way to follow a joint has in common, and cycles of it one by one from a start."""
+"""What all methods of following a joint share, and walks of cycles from a start."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ from shakedown.motion.viscous_jump import Jump
 
 
 class Beginning(NamedTuple):
-    """The state at the very beginning, and the welded reactions there.
+    """The state at the start, and the welded reactions there.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ class Motion:
     problem, tolerances
         The joint; what counts as zero.
     method
-        What holds the state and follows the load from one point to the next.
+        The object that holds the state and follows the load from one point to the next.
     load_factor
         λ.
     load : (m, (d + 1) n)
@@ -133,7 +133,7 @@ class Motion:
     def begin(
         self, load_factor: float, initial_slip: ArrayLike | None = None, open_nodes: Iterable[int] = ()
     ) -> None:
-        """Go to the very start at a load factor, as a motion that is made anew would."""
+        """Go to the start at a load factor, like a newly created motion."""
         problem = self.problem
         start = beginning(problem, load_factor, initial_slip, open_nodes, self.tolerances)
         self.load_factor, self.done, self.pieces = load_factor, 0, []
@@ -142,7 +142,7 @@ class Motion:
         self._begin(start, transient)
 
     def _begin(self, start: Beginning, transient: FloatArray) -> None:
-        """Begin there, before these load steps and the first period."""
+        """Begin before given transient load steps and the first period."""
         raise NotImplementedError
 
     @property
@@ -167,15 +167,15 @@ class Motion:
         raise NotImplementedError
 
     def enter_cycle(self, done: int) -> None:
-        """So many cycles are done, and nothing has stopped the motion in the next."""
+        """Enter a cycle: a number of cycles are done, and nothing has stopped the next one yet."""
         self.done, self.stop = done, None
 
     def checkpoint(self) -> Checkpoint:
-        """All that what follows depends on; another motion of this joint and load factor goes on with it."""
+        """Everything the continuation depends on; another motion of this joint and load factor can use it."""
         return self.done, *self.method.checkpoint()
 
     def restore(self, checkpoint: Checkpoint) -> None:
-        """Go on where a motion was at a checkpoint, as if followed so far, but for what is recorded."""
+        """Continue from a checkpoint, as if followed so far, except for the recorded path."""
         done, *checkpoint_of_method = checkpoint
         self.method.restore(*checkpoint_of_method)
         self.enter_cycle(done)
@@ -190,11 +190,11 @@ class Motion:
         return self._what_it_did()
 
     def _follow(self, cycles: int, record: bool) -> bool:
-        """Follow some of so many cycles, one at least; False, and ``stop`` says why, where it ends."""
+        """Follow at least one of a number of cycles; False, and ``stop`` says why, where it ends."""
         raise NotImplementedError
 
     def _what_it_did(self) -> CycleRecord:
-        """What the last cycle did."""
+        """The record of the last cycle."""
         raise NotImplementedError
 
     def advance(self, cycles: int) -> int:
@@ -223,7 +223,7 @@ class Walk(Result):
     start : (n,)
         Slip there [length].
     records
-        What every cycle did.
+        The record of every cycle.
     history
         The path, where it was recorded.
     """
@@ -244,16 +244,16 @@ class Walk(Result):
 
     @cached_property
     def dissipation(self) -> FloatArray:
-        """What friction and jumps took in every cycle, (c,) [force × length]."""
+        """Dissipation of friction and jumps in every cycle, (c,) [force × length]."""
         return np.array([record.dissipation for record in self.records])
 
     @cached_property
     def open_nodes(self) -> NDArray[np.bool_]:
-        """Whether a node was open for some time (at some load step) of the cycle, (c, n)."""
+        """Whether a node was open at some time (at some load step) of the cycle, (c, n)."""
         return self._of_nodes([record.opened for record in self.records]).astype(bool)
 
     def _of_nodes(self, values: list[NDArray[Any]]) -> NDArray[Any]:
-        """What every cycle has for every node, (c, n)."""
+        """A field of every cycle for every node, (c, n)."""
         return np.reshape(values, (len(values), len(values[0]) if values else 0))
 
     @property
@@ -263,7 +263,7 @@ class Walk(Result):
 
 
 def cycles_of(motion: Motion, most: int, *, record: bool = False) -> Iterator[CycleRecord]:
-    """So many cycles one after the other, or as many as there are before it stops."""
+    """A number of successive cycles, or those before the motion stops."""
     for _ in range(most):
         done = motion.cycle(record=record)
         if done is None:
@@ -272,7 +272,7 @@ def cycles_of(motion: Motion, most: int, *, record: bool = False) -> Iterator[Cy
 
 
 def walk(motion: Motion, most: int, *, record: bool = False) -> Walk:
-    """At most so many cycles from the present state."""
+    """At most a given number of cycles from the present state."""
     start = motion.state.u[motion.problem.layout.slips]
     records = tuple(cycles_of(motion, most, record=record))
     return Walk(start, records, motion.history if record else None)

@@ -34,7 +34,7 @@ from shakedown.motion.plane.run import PlaneRun, Progress, progress, run_along
 from shakedown.motion.viscous_jump import ViscousMotion
 
 RECORD_ROWS = 512
-ROUNDING = 16 * np.finfo(float).eps  # of the largest force: equations with such a residual are settled
+ROUNDING = 16 * np.finfo(float).eps  # relative to the largest force: residual of settled equations
 
 
 class Rows(NamedTuple):
@@ -71,7 +71,7 @@ class PlaneEvents:
         self._courses: dict[bool, Course] = {}  # by: through the first cycle
 
     def begin(self, start: FloatArray, first: FloatArray, later: FloatArray, scale: Scales) -> None:
-        """Follow these courses, through the first cycle and another one, from displacements (2n,) on.
+        """Follow courses through the first and any other cycle, from given displacements (2n,).
 
         Forces and lengths count as zero up to round-off of the terms that make up the reactions.
         """
@@ -90,7 +90,7 @@ class PlaneEvents:
         return bool(factorize(self.active) != 0)
 
     def checkpoint(self) -> Checkpoint:
-        """All that what follows depends on: the equations of the moving nodes depend on the way there."""
+        """Everything the continuation depends on, with the path-dependent equations of the moving nodes."""
         act = self.active
         size, places = act.size, (act.state.copy(), act.place.copy())
         equations = act.col[:size].copy(), act.coef[:size].copy(), act.inverse[:size, :size].copy()
@@ -114,7 +114,7 @@ class PlaneEvents:
         act.set(size=size, sign=sign, updates=updates)
 
     def run(self, first: bool, record: bool) -> PlaneRun:
-        """The run through the first cycle or another one; made when it is first needed."""
+        """The run through the first cycle or another one, created when first needed."""
         if (first, record) not in self._runs:
             if first not in self._courses:
                 path, separable = self._paths[first], self.problem.C is not None
@@ -137,7 +137,7 @@ class PlaneEvents:
         begin(self.motion)
 
     def follow(self, cycles: int) -> int:
-        """Follow the course until it has been passed so often; the status with which the loop ends."""
+        """Follow the course a number of times; returns the status with which the loop ends."""
         status: int = follow(self._present, cycles, EFFORT)
         return status
 
@@ -146,11 +146,11 @@ class PlaneEvents:
         return progress(self.motion)
 
     def finds_rates(self) -> bool:
-        """Whether enumeration finds states and rates where pivoting has not; the loop then finds them too."""
+        """Whether enumeration finds states and rates where pivoting failed; the loop then finds them, too."""
         return enumerate_states(self.active, self.rates, self.precision.rate)
 
     def finds_way_on(self, now: Progress, path: FloatArray) -> bool:
-        """Whether there are rates after all: the instant is then recorded when they are taken."""
+        """Whether there are rates after all; the instant is then recorded when they are used."""
         record = self._present.record
         if not self.finds_rates():
             return False
@@ -181,7 +181,7 @@ class PlaneEvents:
         return EventHistory(cycle, rows.kind, rows.node, v, w, q, p, q_w, p_w, rows.state)
 
     def totals(self) -> Totals:
-        """What has been counted in the present cycle, jumps apart."""
+        """The sums of the present cycle, without jumps."""
         mo, counted = self.motion, self.motion.content
         opened, closed = mo.opened.astype(np.bool_), mo.closed.astype(np.bool_)
         numbers = counted.dissipation, counted.events, counted.signature
@@ -194,10 +194,10 @@ class PlaneEvents:
     def relaxation(
         self, state: State, reaction: FloatArray, load: FloatArray, damping: FloatArray
     ) -> ViscousMotion:
-        """The viscous motion from a state with these reactions that this load puts out of balance."""
+        """The viscous motion from a state with given reactions that the load puts out of balance."""
         before = state.u, state.contact, reaction
         return ViscousMotion(self.kappa, self.problem.f, *before, load, damping, self.precision, self.scale)
 
     def resume(self, time: float) -> None:
-        """Go on after a jump, from this share of the load step on."""
+        """Continue after a jump, from a given share of the load step."""
         resume(self.motion, time)

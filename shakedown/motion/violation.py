@@ -10,7 +10,7 @@ from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.motion.space.curved_history import CurvedHistory
 
-WITHIN = (0.25, 0.5, 0.75)  # shares of a step at which the limits are looked at
+WITHIN = (0.25, 0.5, 0.75)  # shares of a step at which the limits are checked
 
 
 def path_violation(

@@ -1,4 +1,4 @@
-"""Jumps: where the quasi-static evolution has no solution, a viscous system finds the state that it goes to.
+"""Jumps: where the quasi-static evolution has no solution, a viscous system determines the next state.
 
 Above a friction threshold the rate problem can lose its solution (chapter VI).
 The state then moves at constant load, as a system D u̇ = −(out-of-balance) does
@@ -48,7 +48,7 @@ FAR = (
     1 / SIX_DIGITS
 )  # motion, relative to the length scale and the slips before, from which on there is no end to it
 SETTLED = 10 * ROUND_OFF  # violation of the law at the end, relative
-ACCURACY = 0.05  # change of the rates over a step, relative to the motion so far, that is accepted
+ACCURACY = 0.05  # accepted change of the rates over a step, relative to the motion so far
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -66,7 +66,7 @@ class Jump(Result):
     energy_released
         Loss of potential energy ½ uᵀκu + r_wᵀu [force × length], independent of the damping.
     friction_work
-        The part that friction takes, on the way that the implicit steps find [force × length].
+        The part dissipated by friction along the path of the implicit steps [force × length].
     work : (n,)
         The same node by node.
     slip : (n,)
@@ -92,13 +92,13 @@ class Jump(Result):
 
     @property
     def damping_work(self) -> float:
-        """The part of the energy released that the damping takes [force × length]."""
+        """The part of the released energy that damping dissipates [force × length]."""
         return self.energy_released - self.friction_work
 
 
 @dataclass(frozen=True)
 class Rest:
-    """Where a viscous motion has come to rest, and what it took to get there.
+    """The state at rest of a viscous motion, with the work and slip on the way there.
 
     Displacements u = (v, w), contact states, friction work in all and of each node (n,)
     [force × length], slip in contact (n,) [length] and steps taken.
@@ -126,9 +126,9 @@ class StepEnd(NamedTuple):
 
 
 class Relaxation:
-    """The viscous system at constant load, from a state that a small change of load has put out of balance.
+    """The viscous system at constant load, from a state put out of balance by a small change of load.
 
-    It is carried to rest by implicit steps, longer and longer ones.
+    It is carried to rest by implicit steps of increasing length.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ class Relaxation:
     def to_rest(self) -> Rest | None:
         """Follow the motion to its end; None where it has none, ``endless`` where it goes on for ever."""
         fastest = float(np.max(np.diag(self.kappa) / self.damping))
-        dt = 0.05 / fastest if fastest > 0 else 1.0  # without any stiffness there is no time to compare with
+        dt = 0.05 / fastest if fastest > 0 else 1.0  # without stiffness there is no time scale
         shortest = 1e-9 * dt
         far = FAR * self.scale.length + FAR * np.abs(self.start).max()
         longest = FAR * FAR * dt
@@ -205,11 +205,11 @@ class Relaxation:
         return True
 
     def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
-        """Where the static problem with this stiffness leads along two welded reactions, if anywhere."""
+        """The end of the static problem with this stiffness between two welded reactions, if there is one."""
         raise NotImplementedError
 
     def _rest(self) -> Rest | None:
-        """The equilibrium of the present contact states, if the motion has come near it and it is one."""
+        """The equilibrium of the present contact states, if it is admissible and the motion is near it."""
         u = self._equilibrium()
         if u is None:
             return None
@@ -231,7 +231,7 @@ class Relaxation:
         raise NotImplementedError
 
     def _friction(self, work: FloatArray, last: FloatArray, twice: FloatArray) -> float:
-        """Friction work in all, of the nodes and with a last way against so much of twice the reactions."""
+        """Friction work in all, of each node, with a last path against a share of twice the reactions."""
         return float(work.sum())
 
 
@@ -293,7 +293,7 @@ class ViscousMotion(Relaxation):
 def jump_of(
     cycle: float, layout: Layout, kappa: FloatArray, load: FloatArray, before: FloatArray, rest: Rest
 ) -> Jump:
-    """What is told of a jump from displacements to a state of rest at this load."""
+    """The record of a jump from displacements to a state of rest at this load."""
     (v, w), (v_rest, w_rest) = layout.split(before), layout.split(rest.u)
     released = potential_energy(kappa, load, before) - potential_energy(kappa, load, rest.u)
     took = rest.friction_work, rest.work, rest.slip, rest.steps

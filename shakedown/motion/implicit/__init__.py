@@ -1,4 +1,4 @@
-"""One load step at once: slips and gaps after it, for two tangential directions of a node.
+"""Load steps solved as a whole: slips and gaps after each, for two tangential directions.
 
 They know arrays and small named states, no ``Problem``. Reading order: ``swept_stiffness`` (κ with its
 open nodes eliminated, and the state in it), ``sweeps`` (the law at one node, its neighbours held;

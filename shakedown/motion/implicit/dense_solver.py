@@ -1,4 +1,4 @@
-"""Linear equations in compiled loops by LAPACK, at its address: nothing of it is compiled."""
+"""Linear equations in compiled loops, by LAPACK called through its address."""
 
 from typing import Any, NamedTuple
 
@@ -41,7 +41,7 @@ def no_factors(n: int) -> Factors:
 
 @intrinsic
 def _call(typing: Any, address: Any, arguments: Any) -> Any:
-    """Call the function at an address with other addresses; it returns nothing."""
+    """Call the function at an address with addresses as arguments; no result."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         pointer, count = ir.IntType(8).as_pointer(), arguments.count
@@ -70,7 +70,7 @@ address: Any = _address
 
 
 def solver_routines() -> NDArray[np.int64]:
-    """The addresses of what factorises and of what solves."""
+    """The addresses of the routines that factorise and solve."""
     found = [get_cython_function_address("scipy.linalg.cython_lapack", f"dget{k}") for k in ("rf", "rs")]
     return np.array(found, dtype=np.int64)
 

@@ -15,11 +15,11 @@ from shakedown.motion.implicit.dense_solver import no_factors
 from shakedown.motion.implicit.load_steps import follow
 from shakedown.motion.implicit.swept_stiffness import Body, Tableau
 
-CLOSE = 20 * ROUND_OFF  # what Newton's method leaves of the equations, relative to the force scale
+CLOSE = 20 * ROUND_OFF  # residual of Newton's method, relative to the force scale
 TENSION = 16 * np.finfo(float).eps  # a closed node's p may be negative by that, relative to the force scale
 MOST_SWEEPS = 10_000
-TURNS = 60  # of sweeps and Newton's method, in a step
-WANDERING = 50  # sweeps that show whether a body that found no rest goes on
+TURNS = 60  # alternations of sweeps and Newton's method in a step
+WANDERING = 50  # sweeps that show whether a body that found no rest keeps moving
 
 
 class StepStatus(IntEnum):
@@ -144,7 +144,7 @@ class ImplicitJoint:
     @property
     def v(self) -> FloatArray:
         """Present slips (2n,) [length]."""
-        return self._state.reshape(-1, 3)[:, :2].flatten()  # of one node ravel would be a view
+        return self._state.reshape(-1, 3)[:, :2].flatten()  # for one node ravel would be a view
 
     @property
     def w(self) -> FloatArray:
@@ -168,16 +168,16 @@ class ImplicitJoint:
         return tuple(array.copy() for array in self._changing())
 
     def restore(self, checkpoint: tuple[NDArray[Any], ...]) -> None:
-        """Go on where a joint with these arguments was."""
+        """Continue from a checkpoint of a joint with the same arguments."""
         for array, kept in zip(self._changing(), checkpoint, strict=True):
             array[...] = kept
 
     def _changing(self) -> tuple[NDArray[Any], ...]:
-        """What steps change: all but the addresses of LAPACK's routines."""
+        """The arrays that steps change: all except the addresses of LAPACK's routines."""
         return self._state, self._slips, *self._tableau, *self._factors[:-1]
 
     def forget(self) -> None:
-        """Count the slip of the next step from v = 0; the state it begins from stays."""
+        """Count the slip of the next step from v = 0; its initial state is unchanged."""
         self._state[:] = 0.0
 
     def follow(self, q_w: FloatArray, p_w: FloatArray, parts: int = 1, *, sweeps_only: bool = False) -> Steps:
@@ -202,7 +202,7 @@ class ImplicitJoint:
     def _run(
         self, loads: FloatArray, parts: int, sweeps_only: int
     ) -> tuple[tuple[FloatArray, ...], tuple[int, int, float, int, int]]:
-        """The compiled loop over load steps (k, 3n) node by node: what it fills, and what it returns."""
+        """Run the compiled loop over load steps (k, 3n), node by node; returns what it fills and returns."""
         n, k = self.n, len(loads)
         path = np.empty((k, 3 * n)), np.empty((k, 2 * n)), np.empty((k, n)), np.empty((k, n))
         settings = (CLOSE * self.force, TENSION * self.force, self.turns, self._factors)
@@ -215,7 +215,7 @@ class ImplicitJoint:
         return both[..., self._places.ravel()]
 
     def _failure(self) -> StepStatus:
-        """Why a step was not solved: a node wants to open, the body goes on and on, or no state was found."""
+        """Why a step was not solved: a node tends to open, the body keeps moving, or no state was found."""
         r = self._tableau.r_w + self._body.kappa @ self._state
         if not self._body.separable and r[2::3].min() < -TENSION * self.force:
             return StepStatus.LIFTS_OFF
@@ -227,7 +227,7 @@ class ImplicitJoint:
         return StepStatus.SLIDES_AWAY if goes_on and not held else StepStatus.UNSOLVED
 
     def _wander(self) -> FloatArray:
-        """How far some more sweeps lead, (3n,): the same way again where nothing holds the body."""
+        """The displacement of some more sweeps, (3n,): it repeats where nothing holds the body."""
         load, start = self._tableau.r_w.copy()[None], self._state.copy()
         self._run(load, 1, WANDERING)
         return self._state - start
@@ -240,5 +240,5 @@ def _weights(diagonal: FloatArray) -> FloatArray:
 
 
 def _determinants(blocks: FloatArray) -> FloatArray:
-    """What a block of these stiffnesses has as determinant at most: the product of its diagonal."""
+    """The upper limit of the determinant of a block: the product of its diagonal."""
     return np.asarray(np.diagonal(blocks, axis1=1, axis2=2).prod(axis=1))

@@ -1,4 +1,4 @@
-"""Load steps one after the other: of each, sweeps and Newton's method in turns until the law holds."""
+"""Successive load steps: for each, alternate sweeps and Newton's method until the law holds."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ FIRST_SWEEPS = 3  # before Newton's method; twice as many after every stall
 
 @borrowing
 def load(tableau, r_w):  # type: ignore[no-untyped-def]
-    """Put new welded reactions on: closed nodes stay, open ones stay free of reactions."""
+    """Apply new welded reactions: closed nodes keep their place, open ones stay free of reactions."""
     for i in range(len(tableau.is_open)):
         k = 3 * i
         if tableau.is_open[i]:
@@ -38,7 +38,7 @@ def displacements(tableau, u):  # type: ignore[no-untyped-def]
 
 @inner
 def renew(body, tableau):  # type: ignore[no-untyped-def]
-    """Make N anew from κ, the same nodes open; False where nothing would hold one of them."""
+    """Recompute N from κ with the same nodes open; False where nothing would hold one of them."""
     n, held = len(tableau.is_open), True
     u, was_open = np.empty(3 * n), np.empty(n, dtype=np.bool_)
     displacements(tableau, u)
@@ -86,7 +86,7 @@ def residual(body, tableau, contact, u, r):  # type: ignore[no-untyped-def]
 
 @inner
 def touch(body, tableau, start, contact):  # type: ignore[no-untyped-def]
-    """Where the nodes touch that were open before, at the present state."""
+    """Where previously open nodes touch, at the present state."""
     work = np.empty((3, 3)), np.empty(3), np.empty(3)
     for i in range(len(body.f)):
         if start[3 * i + 2] > 0.0:
@@ -95,7 +95,7 @@ def touch(body, tableau, start, contact):  # type: ignore[no-untyped-def]
 
 @inner
 def aim(tableau, start, guess, share, work):  # type: ignore[no-untyped-def]
-    """Put closed nodes to their start and a share of the guessed slips; False where they are there."""
+    """Move closed nodes to their start plus a share of the guessed slips; False if they are there already."""
     change, moved = work
     goes = False
     for i in range(len(tableau.is_open)):
@@ -113,7 +113,7 @@ def aim(tableau, start, guess, share, work):  # type: ignore[no-untyped-def]
 
 @inner
 def sweep_on(body, tableau, start, contact, settings, most, condense):  # type: ignore[no-untyped-def]
-    """At most so many sweeps, fewer where nothing changes any more; returns how many, and a node or −1."""
+    """At most a number of sweeps, fewer once nothing changes; returns how many, and a node or −1."""
     close, tension = settings[0], settings[1]
     for count in range(1, most + 1):
         change, unsolved = sweep(body, tableau, start, contact, tension, condense)

@@ -18,9 +18,9 @@ from shakedown.motion.implicit.swept_stiffness import inverse
 
 ROUNDS = 25
 HALVINGS = 8  # of one step
-FAR = 1e18  # of a slip's change in forces, relative to ``close``: its round-off alone is larger than that
-FAST = 1e-2  # what a step with old factors leaves of |F|² at most
-DECREASE = 1e-4  # of the sum of squares, relative to what Newton's method foresees
+FAR = 1e18  # change of a slip in force units, relative to ``close``: beyond it round-off exceeds ``close``
+FAST = 1e-2  # largest ratio of |F|² after and before a step with old factors
+DECREASE = 1e-4  # least decrease of the sum of squares, relative to the prediction of Newton's method
 
 
 @borrowing
@@ -97,7 +97,7 @@ def weigh_touch(body, tableau, start, i, found, P):  # type: ignore[no-untyped-d
 
 @borrowing
 def sorts(body, tableau, start, F, direction, nodes):  # type: ignore[no-untyped-def]
-    """The nodes that slip or that were open; returns how many, and whether another is not where it sticks."""
+    """List nodes that slip or were open; returns how many, and whether another is off its stick position."""
     count, astray = 0, False
     for i in range(len(body.f)):
         touches = start[3 * i + 2] > 0.0 and not tableau.is_open[i]
@@ -151,7 +151,7 @@ def fill(body, tableau, start, contact, direction, factors, nodes, count, P):  #
 
 @borrowing
 def goes_back(tableau, start, contact, F, direction, change):  # type: ignore[no-untyped-def]
-    """The change of the slips (2n,) of nodes that stick, to where they do."""
+    """The change of slips (2n,) that returns sticking nodes to their stick positions."""
     for i in range(len(tableau.is_open)):
         j, k = 2 * i, 3 * i
         change[j], change[j + 1] = 0.0, 0.0
@@ -162,7 +162,7 @@ def goes_back(tableau, start, contact, F, direction, change):  # type: ignore[no
 
 @inner
 def follow_back(body, tableau, start, contact, direction, factors, moved, right):  # type: ignore[no-untyped-def]
-    """Take from the right side what the nodes that go back change of F."""
+    """Subtract from the right side the effect of the returning nodes on F."""
     P = np.empty((3, 3))
     for m in range(factors.known[0]):
         i = factors.slipping[m]
@@ -174,7 +174,7 @@ def follow_back(body, tableau, start, contact, direction, factors, moved, right)
 
 @inner
 def slips_on(body, tableau, start, contact, F, direction, factors, step, close):  # type: ignore[no-untyped-def]
-    """The change of the other slips, beside that of nodes that go back; False where it is too far.
+    """The change of the other slips, in addition to that of returning nodes; False where it is too large.
 
     step: (change (2n,), what those that go back change (3n,), whether any does, work (2n,)).
     """
@@ -197,7 +197,7 @@ def slips_on(body, tableau, start, contact, F, direction, factors, step, close):
 
 @borrowing
 def move(tableau, change, moved):  # type: ignore[no-untyped-def]
-    """What a change (2n,) of the slips of closed nodes changes of what follows, (3n,)."""
+    """The effect of a change (2n,) of the slips of closed nodes on the dependent quantities, (3n,)."""
     for a in range(len(moved)):
         moved[a] = 0.0
     for i in range(len(change) // 2):
@@ -210,7 +210,7 @@ def move(tableau, change, moved):  # type: ignore[no-untyped-def]
 
 @borrowing
 def go(tableau, change, moved, share):  # type: ignore[no-untyped-def]
-    """Go a share of the way."""
+    """Apply a share of the step."""
     for i in range(len(change) // 2):
         tableau.given[3 * i] += share * change[2 * i]
         tableau.given[3 * i + 1] += share * change[2 * i + 1]

@@ -1,4 +1,4 @@
-"""Gauss–Seidel over the nodes of one load step: each takes the state that the law wants, its neighbours held.
+"""Gauss–Seidel over the nodes of one load step: each takes its admissible state with its neighbours held.
 
 Nodes that stick and stay so cost a comparison. With ``condense`` a node that opens is eliminated, and one
 that closes is taken back; without, its gap is one more displacement (the thesis's §2.3.2 with discs).
@@ -125,7 +125,7 @@ def state_alone(K, P, f, separable, r, tension):  # type: ignore[no-untyped-def]
 
 @borrowing
 def contact_position(body, tableau, i, start, contact, work):  # type: ignore[no-untyped-def]
-    """Where a node touches that was open: its slip when the gap closes.
+    """Where an open node touches: its slip when the gap closes.
 
     The gap of an open node is taken to close linearly between its old position and the one that it would
     reach free of reactions.
@@ -146,7 +146,7 @@ def contact_position(body, tableau, i, start, contact, work):  # type: ignore[no
 
 @inner
 def close(body, tableau, i, contact):  # type: ignore[no-untyped-def]
-    """Node i, open with an overlap, is put to where it touches."""
+    """Move node i, open with an overlap, to where it touches."""
     k = 3 * i
     exchange(body, tableau, i)
     u = tableau.given

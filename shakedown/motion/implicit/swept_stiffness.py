@@ -19,11 +19,11 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import borrowing, inner, summing
 from shakedown.ground.round_off import ROUND_OFF
 
-MOST_UPDATES = 2000  # before N is made anew from κ: each of them leaves a round-off
+MOST_UPDATES = 2000  # updates before N is recomputed from κ, as each adds round-off
 
 
 class Body(NamedTuple):
-    """What does not change: κ (3n, 3n) node by node, friction, the stiffness of each node alone.
+    """Constant data: κ (3n, 3n) node by node, friction, the stiffness of each node alone.
 
     ``tangential`` and ``normal`` (n,) [force/length] weigh slips against tangential reactions and gaps
     against pressures; ``block`` (n,) are the determinants of the nodes' own blocks. ``separable`` is
@@ -39,7 +39,7 @@ class Body(NamedTuple):
 
 
 class Tableau(NamedTuple):
-    """N, which nodes are open in it, what is given, what follows, the welded reactions.
+    """N, its open nodes, given and dependent quantities, the welded reactions.
 
     ``updates`` (2,): how often a node has opened or closed since N was made from κ, and in all.
     """
@@ -64,7 +64,7 @@ def product(M, u, found):  # type: ignore[no-untyped-def]
 
 @borrowing
 def shift(tableau, i, x, y, z):  # type: ignore[no-untyped-def]
-    """Change what is given of node i."""
+    """Change the given quantities of node i."""
     k, given, out, N = 3 * i, tableau.given, tableau.out, tableau.N
     given[k] += x
     given[k + 1] += y
@@ -89,7 +89,7 @@ def inverse(M, k, P):  # type: ignore[no-untyped-def]
 
 @inner
 def exchange(body, tableau, i):  # type: ignore[no-untyped-def]
-    """What is given of node i follows, and what followed is given; False where nothing would hold it."""
+    """Exchange given and dependent quantities of node i; False where nothing would hold it."""
     k, N, was_open = 3 * i, tableau.N, tableau.is_open[i]
     P = np.empty((3, 3))
     det = inverse(N, k, P)

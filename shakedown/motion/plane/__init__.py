@@ -1,4 +1,4 @@
-"""Compiled loops of the evolution. They know arrays and small named states, no ``Problem``.
+"""Compiled loops of the evolution in the plane. They know arrays and small named states, no ``Problem``.
 
 Reading order: ``gauss_seidel`` (fixed load steps); ``active_set`` (systems of the moving nodes),
 ``moving_state`` (the state between events, its course and its record), ``rate_problem`` (rates at an event,

@@ -246,7 +246,7 @@ def factorize(act: ActiveSet) -> int:
 
 @inner
 def change_states(act: ActiveSet, wanted: NDArray[np.int64]) -> bool:
-    """Move every node to its wanted state; False where the inverse could not follow.
+    """Move every node to its wanted state; False where the inverse could not be updated.
 
     Equations are removed first, so that a load reversal, where most slipping
     nodes stop at once, gets cheaper with every node. A matrix that was singular
@@ -331,7 +331,7 @@ def largest_residual(act: ActiveSet, reaction: FloatArray) -> float:
 
 @inner
 def largest(values: FloatArray, count: int) -> float:
-    """Largest magnitude of so many values."""
+    """Largest magnitude of the first ``count`` values."""
     size = 0.0
     for k in range(count):
         size = larger(size, abs(values[k]))

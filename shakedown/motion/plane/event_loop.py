@@ -67,7 +67,7 @@ from shakedown.motion.plane.quiet_steps import (
 from shakedown.motion.plane.rate_problem import APEX, ON_BACKWARD, ON_FORWARD, Rates, locate, solve_rates
 from shakedown.motion.plane.run import PlaneRun
 
-# Load steps that an event counts for: it adds more round-off to κ u than one of them.
+# Number of load steps that an event counts as, since it adds more round-off to κ u.
 EVENT = MOST_FOLLOWED // 8
 
 
@@ -99,7 +99,7 @@ def follow(run: PlaneRun, passes: int, effort: int) -> int:
 
 @cache
 def address_of_follow() -> int:
-    """Where compiled code finds :func:`follow`, which is compiled once for all that calls it."""
+    """The address of :func:`follow`, which is compiled once for all its callers."""
     return address_of(follow, PlaneRun.compiled, types.int64, types.int64)
 
 
@@ -116,7 +116,7 @@ def load_step(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, course:
         locate(act, rate, mo.u, mo.r, course.force, course.length)
         place_event(rate, mo.node, mo.kind)
         solved = solve_rates(act, rate, course.rate, known)
-        known = True  # from here on to the next event
+        known = True  # up to the next event
         mo.concerned = leaving_node(act, rate, solved)
         if not course.separable and mo.concerned >= 0:
             return LIFTS_OFF
@@ -131,7 +131,7 @@ def load_step(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, course:
         note(act, mo, rec, course.first)
         duration, node, kind = next_event(act, rate, mo, course)
         mo.signed = False
-        if duration > ROUND_OFF:  # what passes in less is not part of the signature
+        if duration > ROUND_OFF:  # shorter intervals are not part of the signature
             sign(act, mo, course.first + step)
         advance(act, rate, mo, duration)
         mo.node, mo.kind = node, kind
@@ -159,7 +159,7 @@ def react(act: ActiveSet, rate: Rates, mo: PlaneMotion, course: Course) -> None:
 
 @inner
 def place_event(rate: Rates, node: int, kind: int) -> None:
-    """Put the node of the last event at the limit that it has reached, whatever round-off says."""
+    """Put the node of the last event exactly at its limit, regardless of round-off."""
     if kind in (OPENS, CLOSES):
         rate.place[node] = APEX
     elif kind == REACHES_BACKWARD_LIMIT and rate.place[node] != APEX:
@@ -201,7 +201,7 @@ def settle(act: ActiveSet, rate: Rates, mo: PlaneMotion, settled: float) -> bool
 
 @inner
 def next_event(act: ActiveSet, rate: Rates, mo: PlaneMotion, course: Course) -> tuple[float, int, int]:
-    """When, where and what: duration to the next event, its node and its kind.
+    """Duration to the next event, its node and its kind.
 
     A guard that a node has just reached does not count again: the rates have
     been chosen so that it is not overstepped.
@@ -237,7 +237,7 @@ def next_event(act: ActiveSet, rate: Rates, mo: PlaneMotion, course: Course) -> 
 
 @inner
 def time_to_zero(distance: float, rate: float, rest: float, small: float) -> float:
-    """Time until a falling distance is used up, infinite where it is not overstepped within ``rest``."""
+    """Time until a decreasing distance vanishes, infinite where that does not happen within ``rest``."""
     if rate >= 0.0 or distance + rate * rest >= -small:
         return np.inf
     return distance / -rate if distance > 0.0 else 0.0

@@ -149,7 +149,7 @@ def load_steps(stiff, q_w, p_w, v, w, change_tol, max_sweeps, v_path, w_path, sl
         used, change, unsolved = load_step(stiff, q_w[k], p_w[k], v, w, v_contact, change_tol, max_sweeps)
         sweeps += used
         worst = max(worst, change)
-        for i in range(len(v)):  # slices that are assigned take longer to compile than all else here
+        for i in range(len(v)):  # slice assignments would take longer to compile than everything else here
             v_path[k, i], w_path[k, i], slip_path[k, i] = v[i], w[i], v[i] - v_contact[i]
         if change > change_tol or unsolved >= 0:
             return sweeps, worst, k, unsolved

@@ -1,4 +1,4 @@
-"""The moving state of an exact evolution as compiled loops take it, its course, and arrays to record it."""
+"""The moving state of an exact evolution in compiled loops, its course, and arrays to record it."""
 
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ class Precision(NamedTuple):
 
 
 class Course(NamedState):
-    """What the state is led along.
+    """The load path along which the state is carried.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class PlaneMotion(NamedState):
     slip : (n,)
         Σ|Δv| in contact [length].
     work : (n,)
-        What friction takes, jumps apart [force × length].
+        Friction work, without jumps [force × length].
     opened, closed : (n,)
         1 where the node was open, and where it was closed.
     tangent : (2n, t)

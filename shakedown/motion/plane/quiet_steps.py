@@ -1,4 +1,4 @@
-"""Load steps in which nothing happens: one solution for the end of the step, and its conditions.
+"""Load steps without events: one solution for the end of the step, and its conditions.
 
 While the contact states stay as they are, displacements and reactions are linear
 in the load, so that a condition that holds at both ends of a load step holds
@@ -24,7 +24,7 @@ from shakedown.motion.plane.active_set import ActiveSet, add_product, correct, l
 from shakedown.motion.plane.moving_state import Course, PlaneMotion, Record
 from shakedown.motion.plane.rate_problem import Rates
 
-MOST_FOLLOWED = 64  # load steps after which κ u is computed anew, so that round-off does not add up
+MOST_FOLLOWED = 64  # load steps after which κ u is recomputed, so that round-off does not accumulate
 
 
 @inner

@@ -43,7 +43,7 @@ from shakedown.motion.plane.active_set import (
     largest_residual,
 )
 
-WORN = -1  # in place of a number of nodes: the inverse must be set up afresh
+WORN = -1  # instead of a number of nodes: the inverse must be set up again
 INSIDE, ON_BACKWARD, ON_FORWARD, APEX, FRICTIONLESS, AIR = 0, 1, -1, 2, 3, 4
 
 

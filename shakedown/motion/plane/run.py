@@ -1,4 +1,4 @@
-"""Everything that one run of the compiled loops works on, and where it has got to."""
+"""The data of one run of the compiled loops, and its progress."""
 
 from typing import NamedTuple
 

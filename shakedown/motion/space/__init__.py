@@ -1,11 +1,11 @@
-"""Motion with two tangential directions: the direction of slip is a function of the state, the speeds follow.
+"""Motion with two tangential directions: the state determines the directions of slip, equations the speeds.
 
 Between events (a node reaches its cone, comes to rest, opens or closes; a load step begins) the
 slips obey a smooth differential equation, which compiled loops integrate to a given accuracy; the method
 and what its error estimate means stand in docs/space.md.
 
 Reading order: ``moving_state`` (the joint, its state and its record as compiled code takes them),
-``step_state`` (what rates and steps are computed with), ``space_run`` (all of these
+``step_state`` (the data of rates and steps), ``space_run`` (all of these
 together), ``exchange`` (open nodes eliminated),
 ``speeds`` (rates of the nodes that slip), ``explicit_step`` (Dormand and Prince's pair), ``turning_step``
 (Radau's method near the apex), ``rate_choice`` (which nodes move after an event), ``event_search`` (the

@@ -12,7 +12,7 @@ from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.motion.space.moving_state import DEGREE
 
-WITHIN = (0.0, 0.25, 0.5, 0.75)  # shares of a step at which its curve is looked at
+WITHIN = (0.0, 0.25, 0.5, 0.75)  # shares of a step at which its curve is checked
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -40,7 +40,7 @@ class CurvedHistory(EventHistory):
 
         def along(values: FloatArray, curve: FloatArray, places: slice) -> FloatArray:
             total = values[row]
-            for power in range(DEGREE):  # one at a time: curves of all rows take most of the memory
+            for power in range(DEGREE):  # one power at a time, as curves of all rows take most of the memory
                 total += share[:, None] ** (power + 1) * curve[row, power, places]
             return total
 
@@ -50,7 +50,7 @@ class CurvedHistory(EventHistory):
             return np.asarray(values[row] + share[:, None] * (values[after] - values[row]))
 
         slips, gaps = slice(0, 2 * n), slice(2 * n, 3 * n)
-        nothing = np.broadcast_to(0.0, (len(row), *self.curve.shape[1:]))  # it takes no memory
+        nothing = np.broadcast_to(0.0, (len(row), *self.curve.shape[1:]))  # a broadcast view takes no memory
         return CurvedHistory(
             cycle=self.cycle[row] + share * self.duration[row],
             kind=np.full(len(row), EventKind.CURVES, dtype=np.int64),
@@ -68,7 +68,7 @@ class CurvedHistory(EventHistory):
         )
 
     def refined(self) -> "CurvedHistory":
-        """The path with rows within every step, so many that straight lines between them follow it."""
+        """The path with enough rows within every step for linear interpolation."""
         return self._refined
 
     @cached_property

@@ -66,25 +66,25 @@ from shakedown.motion.space.step_state import (
 from shakedown.motion.space.turning_step import turning, turning_step
 
 AT_EVENT = PAUSED + 1  # within a load step
-AHEAD = 1.05  # how far to go, relative to the time at which the next event is expected
-BESIDE = 0.002  # of the error of a passage, that a step may use whatever its length
-SAFETY, LEAST, MOST = 0.9, 0.2, 5.0  # of the next step, relative to the last
-ORDER = 1 / 6  # power with which a step grows with the error that it may have
-MOST_REFINED = 8  # steps taken again up to one event
+AHEAD = 1.05  # length of a step relative to the expected time of the next event
+BESIDE = 0.002  # share of the error of a passage that a step may use regardless of its length
+SAFETY, LEAST, MOST = 0.9, 0.2, 5.0  # bounds on the next step, relative to the last
+ORDER = 1 / 6  # exponent of the step length as a function of the allowed error
+MOST_REFINED = 8  # repeated steps towards one event
 MET = 0.02  # distance from an event at which it is met, relative to that at which a node is at its limit
-CLOSE = 1e-3  # share of a step by which an event may be missed to be met on the polynomial of the step
-STABLE = 2.5  # angle towards where a direction tends, in an explicit step; from 3.3 on it would grow
-HALF_WAY = 0.5  # of the time to an apex at the present rate, that explicit steps may take
-NEARER = 0.4  # power with which the error of a step to an apex falls with its length, at least
-PAST = 0.8  # share of a step of Radau's at which a pressure vanishes, and that it may be long
-GAIN = 5.0  # what such a step costs, relative to an explicit one
-TURNS, MANY = 1.5, 0.05  # angle in an explicit step, and its share of the rest, where it is tried
+CLOSE = 1e-3  # miss of an event, as a share of the step, up to which the polynomial of the step is used
+STABLE = 2.5  # rotation of a direction towards its limit in an explicit step; it becomes unstable from 3.3 on
+HALF_WAY = 0.5  # share of the time to an apex at the present rate that explicit steps may take
+NEARER = 0.4  # least exponent with which the error of a step to an apex decreases with its length
+PAST = 0.8  # share of a Radau step at which a pressure vanishes, and its allowed length
+GAIN = 5.0  # cost of such a step relative to an explicit one
+TURNS, MANY = 1.5, 0.05  # rotation in an explicit step, and its share of the rest, from which on it is tried
 FINEST = (
-    1e-7  # of the rest: where even such explicit steps turn too far their error alone says how long they are
+    1e-7  # share of the rest: if even such explicit steps turn too far, only their error limits their length
 )
-MOST_PATIENCE = 320  # explicit steps after one of Radau's that was refused, as often as it may be
+MOST_PATIENCE = 320  # most explicit steps after a rejected Radau step
 GAUSS = 0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)  # shares of a step …
-GAUSS_WEIGHTS = 5 / 18, 8 / 18, 5 / 18  # … at which speeds tell a length
+GAUSS_WEIGHTS = 5 / 18, 8 / 18, 5 / 18  # … at which speeds give a length
 
 
 @entered
@@ -167,7 +167,7 @@ def smooth_path(run: SpaceRun) -> int:
         used = max(better / allowed_error(course, ct, h), error / (ct.accuracy * ct.length_scale))
         if not 0.0 <= used <= 1.0:
             shorten(run, h, used)
-            if not ct.h > ROUND_OFF:  # no step is short enough: there are no rates before it
+            if not ct.h > ROUND_OFF:  # no step is short enough, so there are no rates
                 return NO_RATES
             continue
         share = share_to_apex(course, mo, sp, st)
@@ -196,7 +196,7 @@ def smooth_path(run: SpaceRun) -> int:
 
 @inner
 def shorten(run: SpaceRun, h: float, used: float) -> None:
-    """What to try after a step with so much of the allowed error, or one that found no end."""
+    """Reduce the step after one with a given share of the allowed error, or one that failed."""
     joint, course, rates, sp, st, ct = run.joint, run.course, run.rates, run.slipping, run.step, run.control
     share = max(LEAST, min(SAFETY, SAFETY * used**-ORDER)) if used > 0.0 else LEAST
     if st.method == EXPLICIT:
@@ -210,7 +210,7 @@ def shorten(run: SpaceRun, h: float, used: float) -> None:
 
 @inner
 def lengthen(st: Step, ct: StepControl, h: float, used: float, rest: float) -> None:
-    """What to try after a step with so much of the allowed error."""
+    """Choose the next step length after one with a given share of the allowed error."""
     change = min(MOST, max(LEAST, SAFETY * used**-ORDER)) if used > 0.0 else MOST
     if st.method == RADAU:
         ct.long = max(h * change, ct.long) if h < 0.99 * ct.long else h * change
@@ -226,7 +226,7 @@ def lengthen(st: Step, ct: StepControl, h: float, used: float, rest: float) -> N
 
 @inner
 def next_length(sp: Slipping, rest: float, free: float, event: float) -> float:
-    """The step to try: not far beyond the next event, and so that no short one is left."""
+    """The step to try: not far beyond the next event, and without leaving a short remainder."""
     if sp.s == 0:
         return rest
     h = AHEAD * event
@@ -250,9 +250,9 @@ def time_to_apex(joint: CompiledJoint, course: Course, rates: SpaceRates, sp: Sl
 
 @inner
 def choose_step(run: SpaceRun, rest: float) -> float:
-    """Which step is to be taken, and how long it is: no explicit one in which a direction turns too far.
+    """Choose method and length of the step; explicit ones only if no direction turns too far.
 
-    On the way to the apex a direction turns the faster the nearer it is: a step of Radau's ends there once
+    Towards the apex a direction turns faster and faster: a Radau step ends there once
     that is accurate enough, explicit ones come half the way. Elsewhere Radau's are tried now and then where
     directions turn fast, and go on as long as they are longer by what they cost.
     """
@@ -290,13 +290,13 @@ def take_step(run: SpaceRun, h: float) -> float:
 
 @inner
 def allowed_error(course: Course, ct: StepControl, h: float) -> float:
-    """The error that a step of this length may have [length]."""
+    """The error allowed for a step of this length [length]."""
     return ct.accuracy * ct.length_scale * (h / course.steps + BESIDE)
 
 
 @inner
 def better_error(sp: Slipping, st: Step, error: float) -> float:
-    """The error of the higher order from that of the lower: errors fall from order to order by one ratio."""
+    """The error of the higher order from that of the lower, assuming a constant ratio between orders."""
     longest = 0.0
     for c in range(2 * sp.s):
         longest = max(longest, abs(st.slip[c]))
@@ -319,7 +319,7 @@ def share_to_apex(course: Course, mo: SpaceMotion, sp: Slipping, st: Step) -> fl
 
 @inner
 def beyond(run: SpaceRun) -> float:
-    """How far the end of the step is from the event [force, length; at a stop relative to the fastest]."""
+    """The distance of the step's end from the event [force, length; at a stop relative to the fastest]."""
     joint, course, mo, sp, st, ct = run.joint, run.course, run.motion, run.slipping, run.step, run.control
     i, kind, n = mo.node, mo.kind, joint.n
     if kind == STOPS:
@@ -340,7 +340,7 @@ def beyond(run: SpaceRun) -> float:
 def meet_event(run: SpaceRun, share: float, far: float, error: float) -> None:
     """Go to the event at a share of the step just taken, of this length and error, and pass it.
 
-    On the polynomial where that is accurate enough; else the step is taken again, as often as it takes.
+    On the polynomial where that is accurate enough; otherwise the step is repeated.
     """
     joint, course, mo, rates = run.joint, run.course, run.motion, run.rates
     sp, st, ct = run.slipping, run.step, run.control
@@ -416,7 +416,7 @@ def refined_length(run: SpaceRun, guess: float, far: float) -> tuple[float, floa
 
 @inner
 def pass_event(joint: CompiledJoint, mo: SpaceMotion, rates: SpaceRates, i: int, kind: int) -> None:
-    """Put a node at its event where it then is."""
+    """Put a node exactly at its event."""
     for j in range(joint.n):
         rates.arrived[j] = 0
     if kind == REACHES_LIMIT:
@@ -429,7 +429,7 @@ def pass_event(joint: CompiledJoint, mo: SpaceMotion, rates: SpaceRates, i: int,
 
 @summing
 def commit(run: SpaceRun, h: float, error: float) -> None:
-    """Take the whole step: what is counted, and then the state."""
+    """Accept the whole step: sums first, then the state."""
     mo, sp, st = run.motion, run.slipping, run.step
     n = st.n
     for a in range(sp.s):
@@ -444,7 +444,7 @@ def commit(run: SpaceRun, h: float, error: float) -> None:
 
 @summing
 def commit_within(run: SpaceRun, h: float, share: float, error: float) -> None:
-    """Take the step up to a share of it, where it now ends: what is counted, and then the state."""
+    """Accept the step up to a share of it, where it now ends: sums first, then the state."""
     mo, sp, st = run.motion, run.slipping, run.step
     n, far = st.n, h / share
     for a in range(sp.s):
@@ -483,7 +483,7 @@ def pass_on(run: SpaceRun, h: float, error: float) -> None:
     for i in range(n):
         if mo.contact[i] != OPEN:
             mo.closed[i] = 1
-        elif mo.u[2 * n + i] > course.length:  # not where the pressure but touches zero
+        elif mo.u[2 * n + i] > course.length:  # not where the pressure only touches zero
             mo.opened[i] = 1
     mo.time += h
     mo.error += error
@@ -492,7 +492,7 @@ def pass_on(run: SpaceRun, h: float, error: float) -> None:
 
 @inner
 def way_without_friction(mo: SpaceMotion, rates: SpaceRates, st: Step, i: int, h: float) -> float:
-    """How far a frictionless node goes in the step, along the cubic through both its ends [length]."""
+    """The path length of a frictionless node in the step, along the cubic through both ends [length]."""
     x, y, way = 2 * i, 2 * i + 1, 0.0
     for j in range(len(GAUSS)):
         at = GAUSS[j]
@@ -509,7 +509,7 @@ def way_without_friction(mo: SpaceMotion, rates: SpaceRates, st: Step, i: int, h
 
 @inner
 def keep_rates(sp: Slipping, st: Step) -> None:
-    """The rates at the end of a step are those at the beginning of the next."""
+    """Use the rates at the end of a step at the beginning of the next."""
     row, last = 2 * st.n, STAGES - 1
     for c in range(2 * sp.s):
         st.k[c], st.k_q[c] = st.k[last * row + c], st.k_q[last * row + c]

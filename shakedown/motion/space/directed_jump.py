@@ -22,8 +22,8 @@ from shakedown.motion.space.space_run import Measures, run_in_space
 from shakedown.motion.viscous_jump import Relaxation, StepEnd
 
 NEWTON_STEPS = 20
-LABOUR = 10_000_000  # multiplications and additions after which the steps of integration are counted
-MOST_TAKEN = 5_000  # of them in an implicit step: beyond that it is solved at once
+LABOUR = 10_000_000  # operations after which the steps of integration are counted
+MOST_TAKEN = 5_000  # largest number of these in an implicit step; beyond that it is solved as a whole
 
 
 def end_at_once(joint: ImplicitJoint, layout: Layout, u: FloatArray, path: FloatArray) -> StepEnd | None:

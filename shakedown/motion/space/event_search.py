@@ -16,8 +16,8 @@ from shakedown.motion.space.moving_state import DEGREE, REACHES_LIMIT, STOPS, Co
 from shakedown.motion.space.space_run import SpaceRun
 from shakedown.motion.space.step_state import RADAU, Slipping, SpaceRates, Step, StepControl
 
-SAMPLES = 8  # of a distance within a step
-NEVER = 2.0  # in shares of a step
+SAMPLES = 8  # samples of a distance within a step
+NEVER = 2.0  # as a share of a step
 
 
 @inner
@@ -41,7 +41,7 @@ def end_of_step(run: SpaceRun, h: float) -> None:
 
 @inner
 def kind_of(mo: SpaceMotion, i: int) -> int:
-    """What may happen to a node, its stop apart."""
+    """The possible next event of a node, other than a stop."""
     if mo.contact[i] == OPEN:
         return CLOSES
     if mo.contact[i] == STICK:
@@ -51,7 +51,7 @@ def kind_of(mo: SpaceMotion, i: int) -> int:
 
 @inner
 def distance(joint: CompiledJoint, course: Course, i: int, kind: int, x: float, y: float, p: float) -> float:
-    """How far a node is from what may happen to it, by its outputs."""
+    """The distance of a node from its possible event, from its outputs."""
     if kind == REACHES_LIMIT:
         return joint.friction[i] * p - np.sqrt(x * x + y * y)
     if kind == OPENS:
@@ -61,14 +61,14 @@ def distance(joint: CompiledJoint, course: Course, i: int, kind: int, x: float, 
 
 @inner
 def margin(course: Course, ct: StepControl, kind: int, at_start: float) -> float:
-    """What is added to a distance so that it is positive at the beginning of the step."""
+    """The offset that makes a distance positive at the beginning of the step."""
     near = course.settled * ct.length_scale / ct.force_scale if kind == CLOSES else course.settled
     return 2.0 * near - min(at_start, 0.0) if at_start <= near else 0.0
 
 
 @inner
 def first_event(run: SpaceRun, h: float) -> float:
-    """When, as a share of the step; sets ``event_node`` and ``kind``. NEVER where nothing happens."""
+    """The time of the first event, as a share of the step, or NEVER; sets ``event_node`` and ``kind``."""
     joint, course, mo, rates = run.joint, run.course, run.motion, run.rates
     sp, st, ct = run.slipping, run.step, run.control
     n, out, end, first, curved = joint.n, mo.out, st.next_out, NEVER, False
@@ -78,7 +78,7 @@ def first_event(run: SpaceRun, h: float) -> float:
         start = distance(joint, course, i, kind, out[x], out[y], out[p])
         add = margin(course, ct, kind, start)
         if kind == OPENS and rates.rate[p] < 0.0:
-            add = 0.0  # it is on its way to the apex, beyond which a direction means nothing
+            add = 0.0  # moving to the apex, beyond which a direction has no meaning
         left = distance(joint, course, i, kind, end[x], end[y], end[p]) + add
         if left > 0.0 and not may_dip(joint, course, mo, rates, st, i, kind, h, add):
             continue
@@ -102,7 +102,7 @@ def first_event(run: SpaceRun, h: float) -> float:
 
 @inner
 def expected(run: SpaceRun) -> float:
-    """When the first event happens at the present rates, speeds apart; infinite where none does."""
+    """The time of the first event at the present rates, ignoring speeds; infinite where there is none."""
     joint, course, mo, rates, st = run.joint, run.course, run.motion, run.rates, run.step
     first = np.inf
     for i in range(joint.n):
@@ -126,7 +126,7 @@ def may_dip(
     h: float,
     add: float,
 ) -> bool:
-    """Whether a distance that is left at both ends of a step may be used up within: on the cubics there."""
+    """Whether a distance positive at both ends of a step may vanish within it, judged on cubics."""
     x, y, p, worst = 2 * i, 2 * i + 1, 2 * joint.n + i, np.inf
     falls = (
         distance_rate(joint, mo, rates, st, i, kind, 0) < 0.0
@@ -204,7 +204,7 @@ def first_share(
     add: float,
     latest: float,
 ) -> float:
-    """When a distance is first used up, as a share of the step; NEVER where not before ``latest``."""
+    """Where a distance first vanishes, as a share of the step; NEVER where not before ``latest``."""
     low, at_low = 0.0, bent(joint, course, mo, st, i, kind, 0.0) + add
     if at_low <= 0.0:
         return 0.0
@@ -286,7 +286,7 @@ def speed_at(course: Course, mo: SpaceMotion, sp: Slipping, st: Step, a: int, at
 
 @inner
 def share_of_stop(course: Course, mo: SpaceMotion, sp: Slipping, st: Step, a: int, latest: float) -> float:
-    """When the speed of a packed node first vanishes, as a share of the step; NEVER where it does not."""
+    """Where the speed of a packed node first vanishes, as a share of the step; NEVER where it does not."""
     low = 0.0
     for part in range(1, SAMPLES + 1):
         high = part / SAMPLES

@@ -19,12 +19,12 @@ from shakedown.motion.plane.moving_state import Course
 from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
 from shakedown.motion.space.step_state import Slipping, SpaceRates
 
-MOST_EXCHANGES = 60  # after which the matrix is made afresh: each adds its round-off
+MOST_EXCHANGES = 60  # exchanges after which the matrix is recomputed, as each adds round-off
 
 
 @summing
 def exchange(joint: CompiledJoint, place: int) -> bool:
-    """Exchange one place; False, and nothing changed, where nothing else holds it."""
+    """Exchange one place; False, with nothing changed, where nothing else holds it."""
     N, S = 3 * joint.n, joint.exchanged
     row = place * N
     pivot, size = S[row + place], 0.0
@@ -59,7 +59,7 @@ def is_free(joint: CompiledJoint, mo: SpaceMotion, place: int) -> bool:
 
 @inner
 def arrange(joint: CompiledJoint, mo: SpaceMotion) -> bool:
-    """Exchange places until those that the contact states say are free; False where nothing holds one."""
+    """Exchange places until those free by their contact states are; False where nothing holds one."""
     N, held, afresh = 3 * joint.n, True, joint.exchanges > MOST_EXCHANGES
     if afresh:
         for k in range(N * N):
@@ -70,7 +70,7 @@ def arrange(joint: CompiledJoint, mo: SpaceMotion) -> bool:
         if is_free(joint, mo, place) != (joint.free[place] == 1):
             held = exchange(joint, place) and held
     if afresh:
-        # Those that make it are not counted: many open nodes would have it made every time.
+        # Exchanges of the recomputation do not count, or many open nodes would trigger it every time.
         joint.exchanges = 0
     return held
 
@@ -92,7 +92,7 @@ def compute_base(joint: CompiledJoint, rates: SpaceRates) -> None:
 
 @summing
 def compute_out(joint: CompiledJoint, course: Course, mo: SpaceMotion, rates: SpaceRates) -> None:
-    """The outputs from the displacements and the load at the present time, afresh."""
+    """Recompute the outputs from the displacements and the load at the present time."""
     N, S, out = 3 * joint.n, joint.exchanged, mo.out
     for i in range(N):
         out[i] = 0.0
@@ -111,7 +111,7 @@ def compute_out(joint: CompiledJoint, course: Course, mo: SpaceMotion, rates: Sp
 
 @summing
 def move(joint: CompiledJoint, sp: Slipping, slip: FloatArray, start: int, target: FloatArray) -> None:
-    """What packed slips (from ``start`` on) change the outputs by."""
+    """The change of the outputs due to packed slips (from ``start`` on)."""
     N, S = 3 * joint.n, joint.exchanged
     for i in range(N):
         target[i] = 0.0

@@ -20,7 +20,7 @@ from shakedown.motion.space.speeds import (
 )
 from shakedown.motion.space.step_state import STAGES, Slipping, Step
 
-WEIGHTS = np.zeros((STAGES, STAGES))  # of the rates of earlier stages in each; the last row gives the end
+WEIGHTS = np.zeros((STAGES, STAGES))  # weights of earlier stages in each stage; the last row gives the end
 WEIGHTS[1, :1] = 1 / 5
 WEIGHTS[2, :2] = 3 / 40, 9 / 40
 WEIGHTS[3, :3] = 44 / 45, -56 / 15, 32 / 9
@@ -54,11 +54,11 @@ OF_RADAU[: len(PLACES)] = lagrange(PLACES) / np.arange(1, DEGREE + 1)
 BETWEEN = np.stack(
     [OF_PAIR, OF_RADAU]
 )  # weights of the rates at the stages in the powers of the share of a step
-ENDS = np.stack([WEIGHTS[-1], OF_RADAU.sum(axis=1)])  # of the whole step
-MOST_RETURNS = 8  # to the cones
-RETURNS = 0.1  # of a distance from them that is left each time; where more is, in new directions
-OF_REACTION = 0.01  # of a reaction that a step may be in error by
-FAILED = -1.0  # in place of an error: the motion is not stable somewhere on the way
+ENDS = np.stack([WEIGHTS[-1], OF_RADAU.sum(axis=1)])  # weights for the whole step
+MOST_RETURNS = 8  # iterations that return to the cones
+RETURNS = 0.1  # share of the distance that may remain each time; otherwise directions are renewed
+OF_REACTION = 0.01  # relative error of a reaction allowed in a step
+FAILED = -1.0  # instead of an error: the motion is unstable somewhere in the step
 
 
 @summing
@@ -158,7 +158,7 @@ def stop_within(course: Course, mo: SpaceMotion, sp: Slipping, st: Step, h: floa
 
 @inner
 def close_curve(sp: Slipping, st: Step) -> None:
-    """Let the polynomial end where the step does, on the cones."""
+    """Make the polynomial end where the step does, on the cones."""
     row = 2 * st.n
     for c in range(2 * sp.s):
         left = st.slip[c]

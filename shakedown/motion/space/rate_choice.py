@@ -1,4 +1,4 @@
-"""Which nodes move at an instant, and how: a complementarity problem in the speeds, and choices at the apex.
+"""Which nodes move at an instant, and how: a complementarity problem for the speeds, and choices at the apex.
 
 Of a node on its cone the direction of slip is known, and either it slips, μ > 0, and stays on the cone,
 or it sticks and the rate of its slack is not negative: μ ⟂ M μ + z. As in the plane the problem is solved
@@ -31,10 +31,10 @@ from shakedown.motion.space.speeds import (
 )
 from shakedown.motion.space.step_state import Slipping, SpaceRates
 
-ENUMERABLE = 10  # nodes on their cones up to which every choice of those that slip is tried
-ANGLES = 64  # at which a direction at the apex is looked for
-SAME_DIRECTION = 1e-10  # that a node at the apex slips in, and that the others' rates give it
-ATTEMPTS = 60  # at the choices of each node at the apex
+ENUMERABLE = 10  # nodes on their cones up to which all combinations of slipping nodes are tried
+ANGLES = 64  # angles at which a direction at the apex is sought
+SAME_DIRECTION = 1e-10  # tolerance on the slip direction of a node at the apex
+ATTEMPTS = 60  # attempts to choose the states of nodes at the apex
 PATIENCE = 3
 
 
@@ -76,7 +76,7 @@ def locate(run: SpaceRun) -> int:
 
 @inner
 def face_reaction(course: Course, mo: SpaceMotion, i: int) -> None:
-    """Let a node near the apex slip against what there is of a reaction."""
+    """Let a node near the apex slip against what remains of its reaction."""
     x, y = mo.out[2 * i], mo.out[2 * i + 1]
     size = np.sqrt(x * x + y * y)
     if size > course.force:
@@ -115,7 +115,7 @@ def choose_rates(run: SpaceRun) -> bool:
 
 @inner
 def find_all_rates(run: SpaceRun) -> bool:
-    """Rates with the nodes at the apex as they are; False where there are none."""
+    """Find rates with the nodes at the apex unchanged; False where there are none."""
     joint, course, mo, rates, sp, st = run.joint, run.course, run.motion, run.rates, run.slipping, run.step
     if not (take_contact(joint, course, mo, rates) and choose_slipping(run)):
         return False
@@ -164,7 +164,7 @@ def across_all(run: SpaceRun, i: int, angle: float) -> float:
 
 @inner
 def leave_apex(joint: CompiledJoint, mo: SpaceMotion, rates: SpaceRates, sp: Slipping) -> None:
-    """Put the reactions of nodes that slip away from the apex on their cones: they are round-off there."""
+    """Put the reactions of nodes that slip away from the apex on their cones, where they are round-off."""
     n = joint.n
     for a in range(sp.s):
         i = sp.node[a]
@@ -277,7 +277,7 @@ def broken(course: Course, rates: SpaceRates, sp: Slipping, c: int, largest: flo
 
 @inner
 def pivot(course: Course, rates: SpaceRates, sp: Slipping, c: int, largest: float) -> bool:
-    """Find the active nodes by block pivoting; those that have hardly a speed rest."""
+    """Find the active nodes by block pivoting; nodes with negligible speed rest."""
     fewest, patience = c + 1, PATIENCE
     for _ in range(20 + 10 * c):
         count = broken(course, rates, sp, c, largest)

@@ -23,13 +23,13 @@ from shakedown.motion.space.moving_state import DEGREE, empty_curve_record
 from shakedown.motion.space.space_run import Measures, begin, resume, run_in_space
 
 RECORD_ROWS = 256
-NEAR = 1e-2  # of the error allowed: a node that near its limit, relative to the force scale, is there
+NEAR = 1e-2  # times the allowed error: relative distance at which a node is at its limit
 
 
 def measures(scale: Scales, locked: float, moving: float, tolerances: Tolerances) -> Measures:
-    """What counts as zero where locked-in slips make up reactions of this size, and a period changes so much.
+    """What counts as zero, given the size of reactions due to locked-in slip and their change over a period.
 
-    Both [force]. What moves little must be followed so much better: by what it costs that is the same.
+    Both [force]. A small motion must be followed more accurately in proportion; the cost is the same.
     """
     force = max(scale.force, locked)
     near = max(NEAR * tolerances.path * scale.force, tolerances.limit * force)
@@ -52,7 +52,7 @@ class PathSteps(NamedTuple):
 
 
 class SpaceEvents:
-    """The moving state of a joint in space, and the loops that follow it: smooth from event to event.
+    """The moving state of a joint in space, and the loops that follow it smoothly from event to event.
 
     The direction in which a node slips is that of its tangential reaction, and only the speeds are
     unknown: between events the slips follow a smooth differential equation (docs/space.md), which is
@@ -72,7 +72,7 @@ class SpaceEvents:
         self.problem, self.kappa, self.tolerances = problem, kappa, tolerances
 
     def begin(self, start: FloatArray, first: FloatArray, later: FloatArray, scale: Scales) -> None:
-        """Follow these courses, through the first cycle and another one, from displacements (3n,) on."""
+        """Follow courses through the first and any other cycle, from given displacements (3n,)."""
         problem, locked = self.problem, float((np.abs(self.kappa) @ np.abs(start)).max())
         self.scale = scale
         self.measures = measures(scale, locked, swing(problem, later[1:]), self.tolerances)
@@ -92,13 +92,13 @@ class SpaceEvents:
         return True
 
     def checkpoint(self) -> Checkpoint:
-        """All that what follows depends on: apart from u and contact, directions of slip at an apex."""
+        """Everything the continuation depends on: besides u and contact, directions of slip at an apex."""
         return self.u.copy(), self.contact.copy(), self.run.motion.direction.copy()
 
     def restore(self, u: FloatArray, contact: NDArray[np.int64], direction: FloatArray) -> None:
         """Go on from a checkpoint."""
         self.u[:], self.contact[:], self.run.motion.direction[:] = u, contact, direction
-        self.run.joint.set(exchanges=MOST_EXCHANGES + 1)  # made afresh, as every cycle begins
+        self.run.joint.set(exchanges=MOST_EXCHANGES + 1)  # recomputed at the beginning of every cycle
 
     def enter(self, first: bool, record: bool) -> None:
         """Go to the beginning of a cycle."""
@@ -109,7 +109,7 @@ class SpaceEvents:
         begin(self.run)
 
     def follow(self, cycles: int) -> int:
-        """Follow one cycle, however many there are; the status with which the loop ends."""
+        """Follow one cycle, however many are requested; returns the status with which the loop ends."""
         status: int = follow_curve(self.run, EFFORT)
         return status
 
@@ -120,7 +120,7 @@ class SpaceEvents:
     def finds_way_on(self, now: Progress, path: FloatArray) -> bool:
         """Pass the rest of a load step that begins without reactions and gaps; False where it does not.
 
-        The law is a cone: what one implicit step says of its end is reached along a straight way.
+        As the law is a cone, the end of one implicit step is reached along a straight path.
         """
         mo, layout, rest = self.run.motion, self.problem.layout, 1.0 - now.time
         load = path[now.step] + now.time * (path[now.step + 1] - path[now.step])
@@ -144,7 +144,7 @@ class SpaceEvents:
             none, kind = np.array([-1]), np.array([int(EventKind.LOAD_STEP)])
             self._risen.append(PathSteps(0, *numbers, end.contact[None].copy(), none, kind))
         mo.slip[:] += end.slip
-        mo.work[:] += 0.5 * end.work  # the reaction rises, too
+        mo.work[:] += 0.5 * end.work  # as the reaction rises linearly
         self.set_state(State(end.u, end.contact))
         resume(self.run, 1.0, EventKind.LOAD_STEP)
         return True
@@ -180,7 +180,7 @@ class SpaceEvents:
         return CurvedHistory(*what, v, w, q, p, q_w, p_w, steps.contact, *curves)
 
     def totals(self) -> Totals:
-        """What has been counted in the present cycle, jumps apart."""
+        """The sums of the present cycle, without jumps."""
         mo, counted = self.run.motion, self.run.motion.content
         opened, closed = mo.opened.astype(np.bool_), mo.closed.astype(np.bool_)
         numbers = None, counted.events, counted.signature, counted.error
@@ -193,10 +193,10 @@ class SpaceEvents:
     def relaxation(
         self, state: State, reaction: FloatArray, load: FloatArray, damping: FloatArray
     ) -> DirectedJump:
-        """The viscous motion from a state with these reactions that this load puts out of balance."""
+        """The viscous motion from a state with given reactions that the load puts out of balance."""
         before = state.u, state.contact, reaction
         return DirectedJump(self.kappa, self.problem.f, *before, load, damping, self.measures)
 
     def resume(self, time: float) -> None:
-        """Go on after a jump, from this share of the load step on."""
+        """Continue after a jump, from a given share of the load step."""
         resume(self.run, time)

@@ -1,4 +1,4 @@
-"""Everything that one run of the compiled loops in space works on."""
+"""The data of one run of the compiled loops in space."""
 
 from typing import NamedTuple
 
@@ -54,7 +54,7 @@ class Measures(NamedTuple):
 
 
 class SpaceRun(NamedState):
-    """A joint and its moving state, with what its rates and steps are computed with, course and record."""
+    """A joint and its moving state, with the data of rates and steps, course and record."""
 
     joint: CompiledJoint
     motion: SpaceMotion
@@ -103,7 +103,7 @@ def begin(run: SpaceRun) -> None:
 
 
 def resume(run: SpaceRun, time: float, kind: int = JUMPS) -> None:
-    """Go on after a jump, or what else has changed the state, from this share of the load step on."""
+    """Continue after a jump or another change of the state, from a given share of the load step."""
     motion = run.motion
     motion.set(time=time, node=-1, kind=kind, entered=False, came_node=-1, came_kind=kind)
     motion.set(events=motion.events + 1)

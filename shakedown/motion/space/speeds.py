@@ -1,4 +1,4 @@
-"""Rates of the nodes that slip: the direction is that of the reaction, the speeds solve linear equations.
+"""Rates of slipping nodes: directions are those of the reactions, speeds solve linear equations.
 
 A node on its cone, |q| = f p, slips along u = −q/|q|. It stays there where the rate of its slack f p − |q|
 vanishes: with v̇ = μ u, for the speeds μ of all nodes that slip
@@ -16,11 +16,11 @@ from shakedown.motion.plane.moving_state import Course
 from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
 from shakedown.motion.space.step_state import STAGES, Slipping, SpaceRates, Step, StepControl
 
-FEW = 12  # slipping nodes up to which equations are always solved afresh, and without LAPACK
-MOST_CORRECTIONS = 9  # of speeds, with the factors of an earlier stage
-CONTRACTS = 0.25  # of a rate of slack that is left, by each
-SOLVED = 1e-4  # rate of slack that is left, relative to the load and to the accuracy that is asked for
-RATE_ROUND_OFF = 1e-14  # of it
+FEW = 12  # slipping nodes up to which equations are always solved anew, and without LAPACK
+MOST_CORRECTIONS = 9  # corrections of speeds with the factors of an earlier stage
+CONTRACTS = 0.25  # share of a rate of slack that may remain after each
+SOLVED = 1e-4  # remaining rate of slack, relative to the load and to the requested accuracy
+RATE_ROUND_OFF = 1e-14  # relative round-off of rates
 TRANSPOSED = ord("T")
 SHARES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0)  # of a step, of its first stages
 
@@ -41,7 +41,7 @@ GUESS = _guesses()
 
 @inner
 def pack(joint: CompiledJoint, mo: SpaceMotion, rates: SpaceRates, sp: Slipping) -> None:
-    """Gather what belongs to the nodes that are chosen to slip."""
+    """Gather the data of the nodes chosen to slip."""
     n, N, s, largest = joint.n, 3 * joint.n, 0, 0.0
     for i in range(n):
         if rates.chosen[i] == 1:

@@ -1,4 +1,4 @@
-"""What a step along the smooth path in space is taken with, and how long the next one is to be."""
+"""The data of a step along the smooth path in space, and the control of the next one."""
 
 from shakedown.ground.named_state import Flags, Integers, NamedState, Reals, Shorts
 from shakedown.motion.implicit.dense_solver import solver_routines
@@ -6,8 +6,8 @@ from shakedown.motion.space.moving_state import DEGREE
 
 EXPLICIT, RADAU = range(2)  # methods
 STAGES = 7  # of a step
-PATIENCE = 20  # explicit steps after one of Radau's that was refused
-MOST_FAST = 8  # nodes whose angles are unknown in a step of Radau's
+PATIENCE = 20  # explicit steps after a rejected Radau step
+MOST_FAST = 8  # nodes whose angles are unknowns of a Radau step
 
 
 class SpaceRates(NamedState):

@@ -34,13 +34,11 @@ INWARD = np.array(
 OF_ESTIMATE = (
     0.2748888295956773  # the reciprocal of the real eigenvalue of the inverse of INWARD, as Hairer's
 )
-FAST = 0.2  # angle, roughly, by which a node's direction is turned towards where it tends, in the step
+FAST = 0.2  # approximate rotation of a direction towards its limit in a step, above which a node is fast
 ROUNDS = 15
-MOST_TURN = 0.5  # of an angle in one round
-LEFT = 0.01  # change of a slip by the last round, relative to the error that is allowed
-SLOW = (
-    0.3  # change by a round, relative to that by the one before it, after which the derivatives are renewed
-)
+MOST_TURN = 0.5  # largest change of an angle in one round
+LEFT = 0.01  # change of a slip in the last round, relative to the allowed error
+SLOW = 0.3  # ratio of successive changes above which the derivatives are renewed
 BACK = lagrange(PLACES[1:])[:, 0]  # weights of the rates at the stages in their polynomial at the beginning
 
 
@@ -79,7 +77,7 @@ def find_fast(sp: Slipping, st: Step, tu: Turning, h: float) -> int:
 
 @inner
 def begin_angles(course: Course, sp: Slipping, st: Step, tu: Turning, h: float, count: int) -> None:
-    """Let the rates at the stages be those at the beginning, and the fast nodes turn at them."""
+    """Initialise the stages with the rates at the beginning, and let the fast nodes turn."""
     row, n = 2 * st.n, st.n
     for m in range(3):
         for c in range(2 * sp.s):
@@ -261,7 +259,7 @@ def least_pressure(sp: Slipping, st: Step, tu: Turning, h: float, count: int) ->
 
 @inner
 def estimate(sp: Slipping, st: Step, ct: StepControl, h: float) -> float:
-    """By how much the rates at the beginning are off those that the stages give there, as an error."""
+    """The error estimate, from the rates at the beginning and those extrapolated from the stages."""
     s, row, error = sp.s, 2 * st.n, 0.0
     for a in range(s):
         x, y = st.k[2 * a], st.k[2 * a + 1]
