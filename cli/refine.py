@@ -9,7 +9,7 @@ import click
 
 import shakedown
 from shakedown import Problem
-from shakedown.report.map_words import refinement_notes
+from shakedown.report.mesh_words import refinement_notes
 from shakedown.report.text_table import table
 
 from .claims import PICTURES, OutputFile, TableFile, record_of

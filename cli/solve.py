@@ -12,8 +12,8 @@ from shakedown import Problem
 from shakedown.ground.errors import Missing
 from shakedown.ground.shown_values import down, plain
 from shakedown.ground.visible_text import shortened
-from shakedown.report.assessment_words import averaged_in_words
 from shakedown.report.json_documents import assessment_document, averaged_document, quick_document
+from shakedown.report.mesh_words import averaged_in_words
 
 from .initial import initial_state
 from .options import NAMED, average_option, open_option, output_options, problem_argument

@@ -11,12 +11,13 @@ import shakedown
 from shakedown import Problem
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.units import units_of
-from shakedown.report.assessment_words import averaged_in_words, certain_in_words
+from shakedown.report.assessment_words import certain_in_words
 from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.friction_words import friction_in_words
 from shakedown.report.hint_words import doubts_in_words, hints_in_words
 from shakedown.report.json_documents import verification_document
 from shakedown.report.limit_words import transient_in_words
+from shakedown.report.mesh_words import averaged_in_words
 from shakedown.report.node_words import slip_limit_in_words
 from shakedown.report.run_words import SEPARATION, as_given_in_words
 from shakedown.report.text_table import table

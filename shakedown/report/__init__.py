@@ -13,7 +13,7 @@ What you see, and the module that writes it:
 - λ_T, the guarantee curve, the coupling ratio, the limiting node: ``limit_words``
 - friction thresholds, critical load factors: ``friction_words``
 - what a simulation found: ``run_words``; a sweep, a smallest cycle: ``design_words``;
-  a map of initial states: ``map_words``
+  a map of initial states: ``map_words``; finer meshes, averages: ``mesh_words``
 - doubts about the data: ``hint_words``; nodes by number and label: ``node_words``; tables as text:
   ``text_table``
 - the page, from top to bottom: ``first_page`` (three numbers, one table), ``load_figures`` and ``data_page``

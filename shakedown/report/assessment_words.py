@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shakedown.assessment.three_numbers import BOX, ENERGY, SLIP, FromState, from_state
-from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, few, sized, up
+from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, few, up
 from shakedown.ground.status import Said, Status
 from shakedown.joint.units import units_of, varying_loads_in_words
 from shakedown.report.hint_words import LOAD_DOMAIN, last_digit_in_words
@@ -80,14 +80,6 @@ def _aligned(numbers: list[str]) -> list[str]:
         f"{whole}.{rest.ljust(decimals[whole], '0')}" if rest and "e" not in rest else whole + point + rest
         for whole, point, rest in (number.partition(".") for number in numbers)
     ]
-
-
-def averaged_in_words(found: Assessment, radius: float) -> str:
-    """The three numbers of a joint whose slips and reactions are averaged over a radius, in one sentence."""
-    length = units_of(found.problem).length
-    about = f"Averaged over {sized(radius, length)} ({found.problem.n} knots; no proof of the joint itself)"
-    said = [f"{name} {value}" for name, value, _ in numbers_in_words(found)]
-    return f"{about}: {', '.join(said)}."
 
 
 def _where_impossible(limits: JointLimits) -> str:

@@ -22,7 +22,7 @@ from shakedown.joint.doubtful_data import doubtful_data
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.report.answer_words import answer_in_words, margin_of_answer
-from shakedown.report.assessment_words import HEADING, averaged_in_words, certain_in_words
+from shakedown.report.assessment_words import HEADING, certain_in_words
 from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.conclusion import banner_class, limits_in_words, verdict_in_words
 from shakedown.report.data_page import (
@@ -40,7 +40,7 @@ from shakedown.report.hint_words import relative_in_words
 from shakedown.report.json_documents import as_text, verification_document
 from shakedown.report.limit_words import sensitivities_in_words, transient_in_words
 from shakedown.report.load_figures import problem_pictures
-from shakedown.report.map_words import refinement_in_words, refinement_notes
+from shakedown.report.mesh_words import averaged_in_words, refinement_in_words, refinement_notes
 from shakedown.report.node_words import slip_limit_in_words, total_slip_in_words
 from shakedown.report.page_tables import (
     PageTable,

@@ -1,7 +1,4 @@
-"""A map of initial states in words: how many shake down, why some are undecided, whether all end alike.
-
-And what meshes of one joint say that get finer: which of its numbers converge.
-"""
+"""A map of initial states in words: how many shake down, why some are undecided, whether all end alike."""
 
 from __future__ import annotations
 
@@ -15,30 +12,8 @@ from shakedown.joint.units import units_of
 from shakedown.report.node_words import resolution, without_round_off
 
 if TYPE_CHECKING:  # importing it would load the solvers
-    from shakedown.joint.problem import Problem
     from shakedown.studies.basin_map import InitialStateMap
-    from shakedown.studies.refined import Refinement
 
-MESH_NUMBERS = {  # of a refinement, in a table and in a sentence; first those that converge for most joints
-    "work": ("friction work", "the friction work"),
-    "largest_slip": ("largest slip", "the largest slip"),
-    "slip_limit": ("slips small up to λ", "the load up to which slips stay small"),
-    "averaged_impossible_above": ("impossible, averaged", "averaged λ_max"),
-    "impossible_above": ("impossible above", "λ_max"),
-    "proved_from_this_state": ("proved, this state", "what is proved from this state"),
-    "proved_from_every_state": ("proved, every state", "what is proved from every state"),
-}
-VERDICTS = {  # singular and plural
-    "converges": ("converges", "converge"),
-    "undecided": ("is left open", "are left open"),
-    "falls": ("falls", "fall"),
-    "grows": ("grows", "grow"),
-}
-TREND = (
-    "A number converges where a + c h^p fits the last three meshes with p ≥ 0.5: evidence, no proof. What "
-    "falls or grows says something about one element, and no mesh gives its value; order is then the power "
-    "of the element size."
-)
 SAMPLED = {  # after "of N states"
     "grid": "on a grid about {centre}",
     "sobol": "in a box about {centre}",
@@ -175,42 +150,3 @@ def interval_in_words(found: InitialStateMap) -> str:
     """The 95 % confidence interval of the share; empty where it is not known."""
     low, high = found.interval
     return "" if low != low else f"{100 * low:.1f}–{100 * high:.1f} %"
-
-
-def refinement_in_words(found: Refinement) -> str:
-    """Which numbers converge with the mesh, in one sentence.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> joints = {n: shakedown.example(f"block-{n}") for n in (9, 33)}
-    >>> print(refinement_in_words(shakedown.refine(joints, [9, 33])))
-    With finer meshes (9 to 33 contact nodes) λ_max and what is proved from this state are left open.
-    """
-    names: dict[str, list[str]] = {}
-    for name in told_of_meshes(found):
-        if found.numbers[name].any():  # all zero: no slip, or no proof, on any mesh
-            names.setdefault(found.verdict[name], []).append(MESH_NUMBERS[name][1])
-    said = []
-    for verdict, verbs in VERDICTS.items():
-        *others, last = names.get(verdict, [""])
-        if last:
-            said.append(f"{', '.join(others)}{' and ' * bool(others)}{last} {verbs[bool(others)]}")
-    return f"With finer meshes ({found.nodes[0]} to {found.nodes[-1]} contact nodes) {'; '.join(said)}."
-
-
-def told_of_meshes(found: Refinement) -> list[str]:
-    """The columns of a refinement that are reported, those most likely to converge first."""
-    asked = {"averaged_impossible_above": found.radius, "slip_limit": found.slip_below}
-    return [name for name in MESH_NUMBERS if asked.get(name, found.load_factor) is not None]
-
-
-def refinement_notes(found: Refinement, problem: Problem) -> list[str]:
-    """What the numbers of a refinement are, and what their verdicts mean."""
-    length = units_of(problem).length
-    about = f"Friction work per cycle and slip at λ = {found.load_factor:g}, simulated starting without slip."
-    if found.slip_below is not None:
-        about += f" Small slips are below {sized(found.slip_below, length)}."
-    if found.radius is not None:
-        about += f" Averaged over {sized(found.radius, length)}."
-    return [about, TREND]

@@ -18,7 +18,7 @@ from shakedown.joint.units import units_of
 from shakedown.long_term.simulation import Simulation
 from shakedown.report.assessment_words import IN_CONTACT
 from shakedown.report.limit_words import transient_limit_as_text
-from shakedown.report.map_words import MESH_NUMBERS, told_of_meshes
+from shakedown.report.mesh_words import MESH_NUMBERS, told_of_meshes
 from shakedown.report.node_words import (
     bound_columns,
     node_columns,

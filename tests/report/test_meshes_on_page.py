@@ -9,7 +9,7 @@ from command import document, run
 import shakedown
 from shakedown import UsageError
 from shakedown.report.html import render, write_report
-from shakedown.report.map_words import refinement_in_words
+from shakedown.report.mesh_words import refinement_in_words
 from shakedown.studies.refined import COLUMNS, Refinement
 from tests.report.test_page import Page, nominal
 

@@ -1,6 +1,6 @@
 """Two surfaces whose meshes do not match: the dual mortar method, a linear map in front of the condensation.
 
 Reading order: ``surface_mesh`` (nodes and facets), ``facet_shapes``, ``overlaps`` (which may meet, exact
-segments, Gauss points), ``dual_basis`` (D, P), ``exact_rotations`` (the least correction of P),
-``node_coupling`` (what nodes follow, also of pairs), ``surface_coupling`` (the public function).
+segments, Gauss points), ``dual_basis`` (D, P), ``node_coupling`` (what nodes follow, also of
+pairs, the least correction of P), ``surface_coupling`` (the public function).
 """

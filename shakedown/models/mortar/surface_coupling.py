@@ -12,9 +12,8 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, PER_CENT, ROUND_OFF, SIX_DIGITS
 from shakedown.models.mortar.dual_basis import DualBasis, dual_basis
-from shakedown.models.mortar.exact_rotations import exact_rotations
 from shakedown.models.mortar.facet_shapes import ALPHA
-from shakedown.models.mortar.node_coupling import NodeCoupling, weighted_nodes
+from shakedown.models.mortar.node_coupling import NodeCoupling, exact_rotations, weighted_nodes
 from shakedown.models.mortar.overlaps import facet_pairs
 from shakedown.models.mortar.surface_mesh import ContactSurface, IntArray
 

@@ -53,7 +53,7 @@ def check(folder, *, report):
         ("proved from every state", shakedown.lower_bound(made).load_factor),
         ("impossible above", shakedown.upper_bound(made).load_factor),
     ):
-        printed = re.search(rf"{name} +λ = ([0-9.]+)", TUTORIAL)
+        printed = re.search(rf"{name} +λ\S* = ([0-9.]+)", TUTORIAL)
         assert found == pytest.approx(float(printed[1]), rel=1e-6)
 
 
