@@ -61,7 +61,6 @@ STUDIES: tuple[str, ...] = (
     "space_peers",
     "space_universal",
     "space_scenes",
-    "space_upper",
     "space_verdicts",
     "stability",
     "transient_limits",

@@ -15,7 +15,7 @@ a module below computes what is drawn, ``style`` holds what all pictures share (
 - the loop of a load, damping and stiffness over its amplitude: ``over_amplitude``
 - where and when a contact sticks, slips, opens: ``zone_map``
 - slip space, reaction space: ``planes``; the same at an instant, and animations: ``motion``
-- limits on one scale, against a parameter or the cycle: ``load_factors``; design diagrams: ``regions``
+- limits on one scale, slips over the load or the cycle: ``load_factors``; design diagrams: ``regions``
 - maps of initial states: ``basins``
 - numbers against the mesh: ``refinement``
 - inside a page: ``inline_svg``, ``patch_data`` (the view in three dimensions); without a window: ``backend``
@@ -26,7 +26,6 @@ from shakedown.plot.basins import basin, shakedown_share
 from shakedown.plot.joint import contact, loads_along, loads_in_time, sensitivity
 from shakedown.plot.load_factors import (
     guarantee,
-    interaction,
     load_factor_scale,
     slip_over_load,
     slip_per_cycle,
@@ -77,7 +76,6 @@ __all__ = [
     "friction_use_at",
     "guarantee",
     "hysteresis",
-    "interaction",
     "load_factor_scale",
     "load_loop",
     "load_orbits",

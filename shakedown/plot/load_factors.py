@@ -1,16 +1,14 @@
-"""Load factors: the guarantee curve, limits against a parameter, slip per cycle."""
+"""Load factors: limits on one scale, the guarantee curve, slip over the load and per cycle."""
 
 from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, NullLocator
-from numpy.typing import ArrayLike
 
 from shakedown.assessment.shakedown_bounds import ShakedownBounds
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
-from shakedown.ground.errors import UsageError
 from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.shown_values import DIGITS, few
 from shakedown.ground.visible_text import with_unit
@@ -170,56 +168,6 @@ def slip_over_load(limit: SlipLimit, problem: Problem | None = None, *, ax: Axes
     axes.set_ylim(bottom=0.0)
     axes.ticklabel_format(axis="y", scilimits=(-2, 3))
     return finished(axes, "load factor λ", with_unit("largest slip range", units_of(problem).length))
-
-
-@checked
-def interaction(
-    values: ArrayLike,
-    factors: Mapping[str, ArrayLike],
-    *,
-    parameter: str = "friction coefficient f",
-    ax: Axes | None = None,
-) -> Axes:
-    """Load factors against a parameter: what is safe, what depends, what is not (Bree-like).
-
-    Parameters
-    ----------
-    values : (k,)
-        The parameter.
-    factors
-        Name → load factors (k,), from the most careful to the least; NaN where there is none.
-        Between two neighbours the area is shaded.
-    parameter
-        Its name, for the axis.
-    ax
-        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
-
-    Raises
-    ------
-    UsageError
-        If a curve has another length than the parameter.
-
-    Examples
-    --------
-    >>> from shakedown import plot
-    >>> axes = plot.interaction([0.1, 0.2], {"λ_1": [0.3, 0.5], "λ_max": [0.4, 0.9]})
-    >>> axes.get_xlabel(), len(axes.lines)
-    ('friction coefficient f', 2)
-    """
-    x = np.asarray(values, dtype=float)
-    curves = {name: np.asarray(factor, dtype=float) for name, factor in factors.items()}
-    for name, curve in curves.items():
-        if curve.shape != x.shape:
-            raise UsageError(f"{name}: expected {len(x)} load factors, found {curve.size}")
-    axes = axes_for(ax)
-    below = np.zeros_like(x)
-    for colour, (name, curve) in zip((GREEN, BLUE, *LINES[1:]) * 9, curves.items(), strict=False):
-        known = np.isfinite(curve) & np.isfinite(below)
-        axes.fill_between(x, below, curve, where=known, color=colour, alpha=0.15, lw=0)
-        axes.plot(x, curve, ".-", color=colour, ms=4, label=name)
-        below = curve
-    axes.set_ylim(bottom=0.0)
-    return finished(axes, parameter, "load factor λ")
 
 
 @checked

@@ -38,7 +38,6 @@ FEWEST = {
     "space_hard_cases": [{"problem": "circle of 4 steps"}],
     "space_ball_adversary": [{"against": "universal", "n": 2, "seed": 0, "runs": 12}],
     "space_peers": [{"part": "steps", "scene": "25, closed, few slip", "method": "implicit"}],
-    "space_upper": [{"grid": [3, 3], "joint": "half-space", "method": "cvxpy + Clarabel, v"}],
     "stability": [{"scene": "from the limit"}],
     "verify_times": [{"what": "λ_max"}],
 }

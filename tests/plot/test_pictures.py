@@ -86,8 +86,6 @@ def test_what_is_not_recorded_cannot_be_drawn():
             draw(run if run.history is None else None)
     with pytest.raises(UsageError, match="from 0 to 1, found 2"):
         plot.load_loop(TWO, 2)
-    with pytest.raises(UsageError, match="λ_1: expected 2 load factors, found 1"):
-        plot.interaction([0.1, 0.2], {"λ_1": [1.0]})
 
 
 def test_the_gap_of_a_graded_mesh_is_no_gap_between_flanks():
