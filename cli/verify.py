@@ -184,8 +184,11 @@ def _written(output: Path, found: shakedown.Verification, beside: dict[str, Any]
 
 
 def _text(problem: Problem, result: shakedown.Verification, details: bool) -> str:
-    from shakedown.report.answer_words import answer_in_words, margin_of_answer  # loads compiled code
-    from shakedown.report.conclusion import verdict_in_words
+    from shakedown.report.answer_words import (  # loads compiled code
+        answer_in_words,
+        margin_of_answer,
+        verdict_in_words,
+    )
 
     limits = result.limits
     answer, mesh = [answer_in_words(result), margin_of_answer(result)], limits.mesh.warning

@@ -7,7 +7,7 @@ terminal, ``html`` puts the same ones on a page.
 
 What you see, and the module that writes it:
 
-- the answer in one sentence, and its margin: ``answer_words``
+- the answer in one sentence, its margin, how far it holds: ``answer_words``
 - the three numbers, and what is certain: ``assessment_words``; what decides, the next step: ``next_words``
 - what holds below, between and above the bounds: ``bound_words``; with a zone of open nodes: ``zone_words``
 - λ_T, the guarantee curve, the coupling ratio, the limiting node: ``limit_words``
@@ -18,6 +18,6 @@ What you see, and the module that writes it:
   ``text_table``
 - the page, from top to bottom: ``first_page`` (three numbers, one table), ``load_figures`` and ``data_page``
   (the joint), ``page_tables`` and ``verification_figures`` (bounds, runs, nodes), ``period_figures`` (loops,
-  zones, slips), ``conclusion`` (how far it holds); ``html`` with ``templates/``
+  zones, slips); ``html`` with ``templates/``
 - ``--json`` and the file beside a page: ``json_documents``
 """

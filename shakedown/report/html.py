@@ -21,10 +21,15 @@ from shakedown.ground.visible_text import SUBSCRIPT, shortened, visible
 from shakedown.joint.doubtful_data import doubtful_data
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
-from shakedown.report.answer_words import answer_in_words, margin_of_answer
+from shakedown.report.answer_words import (
+    answer_in_words,
+    banner_class,
+    limits_in_words,
+    margin_of_answer,
+    verdict_in_words,
+)
 from shakedown.report.assessment_words import HEADING, certain_in_words
 from shakedown.report.bound_words import bounds_in_words
-from shakedown.report.conclusion import banner_class, limits_in_words, verdict_in_words
 from shakedown.report.data_page import (
     configuration,
     friction,

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.report.answer_words import limits_in_words
 from shakedown.report.assessment_words import certain_in_words
 from shakedown.report.bound_words import bounds_in_words
-from shakedown.report.conclusion import limits_in_words
 from shakedown.report.data_page import loading_rows
 from shakedown.report.limit_words import transient_in_words
 from shakedown.report.run_words import as_given_in_words

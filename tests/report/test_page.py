@@ -15,8 +15,7 @@ from shakedown import Problem
 from shakedown.assessment.verify import Verification
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
 from shakedown.ground.shown_values import down, up
-from shakedown.report.answer_words import margin_of_answer
-from shakedown.report.conclusion import banner_class, limits_in_words
+from shakedown.report.answer_words import banner_class, limits_in_words, margin_of_answer
 from shakedown.report.data_page import configuration, source_rows
 from shakedown.report.html import render
 from shakedown.report.page_tables import limits_on_page

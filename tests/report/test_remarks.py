@@ -8,10 +8,9 @@ import pytest
 import shakedown
 from shakedown.bounds.collapse.single_node_cycle import single_node_cycle
 from shakedown.ground.shown_values import down, up
-from shakedown.report.answer_words import margin_of_answer
+from shakedown.report.answer_words import banner_class, margin_of_answer, verdict_in_words
 from shakedown.report.assessment_words import quickly_in_words
 from shakedown.report.bound_words import bounds_in_words
-from shakedown.report.conclusion import banner_class, verdict_in_words
 from shakedown.report.friction_words import critical_in_words
 from shakedown.report.limit_words import transient_in_words, transient_limit_as_text
 from shakedown.report.page_tables import remarks
