@@ -15,7 +15,7 @@ from shakedown.assessment.three_numbers import (
 )
 from shakedown.ground.errors import SolverError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import PER_CENT
+from shakedown.ground.round_off import MUCH, PER_CENT
 from shakedown.ground.size_limits import EACH_SHOWN
 from shakedown.ground.status import Status
 from shakedown.joint.constraints import constraints
@@ -25,7 +25,6 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
 FEWEST = {True: 9, False: 16}  # nodes, in the plane or in space; fewer cannot be coarsened
-MUCH = 0.1  # relative difference of limits (on every second node; λ_S and λ_E) from which on it is mentioned
 MOST = 0.5  # share of the multipliers at the edge from which on it determines the limit
 NEARLY = 1.0 - PER_CENT  # share from which on nothing else does
 TIMES = 2.0  # a larger relative change is given as a factor

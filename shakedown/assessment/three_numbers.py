@@ -1,17 +1,13 @@
 """Proved from every state, proved from this state, impossible above: three numbers from many limits."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from math import inf, isnan, nan
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound
-from shakedown.bounds.collapse.box_bound import BoxBound
-from shakedown.bounds.collapse.lower import LowerBound
-from shakedown.bounds.energy.energy_bound import EnergyBound
-from shakedown.bounds.every_state.universal_bound import UniversalBound
-from shakedown.bounds.results import UpperBound
 from shakedown.ground.errors import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.limit_names import SYMBOLS
@@ -20,6 +16,14 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import CONE, Side, constraints, step_loads
 from shakedown.joint.problem import Problem
 from shakedown.programs.cone_rays import leaves_cone
+
+if TYPE_CHECKING:  # they load solvers
+    from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound
+    from shakedown.bounds.collapse.box_bound import BoxBound
+    from shakedown.bounds.collapse.lower import LowerBound
+    from shakedown.bounds.energy.energy_bound import EnergyBound
+    from shakedown.bounds.every_state.universal_bound import UniversalBound
+    from shakedown.bounds.results import UpperBound
 
 ENERGY, BOX, SLIP = (SYMBOLS[word] for word in ("energy", "box", "accumulated"))
 
@@ -163,6 +167,11 @@ def open_ends(
     >>> list(open_ends(shakedown.upper_bound(shakedown.example("two-node"))))
     []
     """
+    from shakedown.bounds.collapse.lower import LowerBound
+    from shakedown.bounds.energy.energy_bound import EnergyBound
+    from shakedown.bounds.every_state.universal_bound import UniversalBound
+    from shakedown.bounds.results import UpperBound
+
     names = {LowerBound: "λ_1", UpperBound: "λ_max", EnergyBound: "λ_E", UniversalBound: "λ_U"}
     for result in results:
         if isinstance(result, Missing):

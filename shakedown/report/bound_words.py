@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from shakedown.assessment.mesh_check import MUCH
 from shakedown.assessment.three_numbers import ENERGY
 from shakedown.ground.errors import Missing, present
+from shakedown.ground.round_off import MUCH
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Guarantee, Status
 from shakedown.joint.loading import loading
