@@ -2,13 +2,13 @@
 
 Reading order: ``problem`` (the data, validated once), ``field_table`` (every field once: its part, its
 shape), ``numbers`` (how large and small they may be; stiffness, unit loads), ``texts`` (text, names,
-JSON), ``places`` (where nodes are, their directions there, the faces between them),
+JSON), ``places`` (areas, directions and faces of the nodes),
 ``contact_patches`` (its patches in space), ``contact_surface`` (strips, patches and their edges),
-``hat_functions`` (a joint averaged over a length), ``read_only`` (none is written to), ``layout`` (where
+``hat_functions`` (a joint averaged over a length), ``read_only`` (protected arrays), ``layout`` (where
 the slip and the gap of a node stand), ``law`` (Coulomb's law: an interval or a disc), ``loading``
 (constant and periodic part, load factor, initial gaps), ``conjugate_loads`` (how many units of each load
 act), ``rigid_slips`` (motions of a body that only friction holds, and where they are pinned),
 ``constraints`` (the rows G v + λ d ≤ g of the thesis, (5.3)–(5.7), or cones), ``contact_zone`` (a joint
-with some nodes open), ``derived`` (what a problem determines is built once), ``units``, ``arguments``
-(checks of what callers pass in), ``doubtful_data`` (slips of the pen), ``result`` (what every result can do).
+with some nodes open), ``derived`` (data derived from a problem, built once), ``units``, ``arguments``
+(checks of arguments), ``doubtful_data`` (likely mistakes), ``result`` (common methods of results).
 """

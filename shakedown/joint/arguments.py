@@ -14,7 +14,7 @@ from shakedown.ground.shown_values import short
 from shakedown.joint.numbers import LARGEST, check_slip
 from shakedown.joint.problem import Problem
 
-PLANE_SO_FAR = "it exists in the plane only, so far"  # why something needs one tangential direction
+PLANE_SO_FAR = "it exists in the plane only, so far"  # the reason why one tangential direction is required
 NO_SUBSETS = "there are no (n+1)-subsets of cones"
 NO_SIDES = "it needs the two opposite limits of a node, and in space the limit is a disc"
 NO_SIGNS = "uniqueness is decided by the signs of slips"
@@ -45,7 +45,7 @@ def require_problem(problem: object) -> None:
 
 
 def require_plane(what: str, problem: object, why: str = PLANE_SO_FAR) -> None:
-    """Raise ``UsageError`` where something is asked of a joint in space that joints in the plane have only.
+    """Raise ``UsageError`` where a feature of joints in the plane is requested for a joint in space.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def require_plane(what: str, problem: object, why: str = PLANE_SO_FAR) -> None:
 
 
 def in_the_plane_only(what: str, why: str = PLANE_SO_FAR) -> str:
-    """The line that says that joints in space do not have something, and why.
+    """A line that says that joints in space lack a feature, and why.
 
     Examples
     --------
@@ -81,7 +81,7 @@ def real_array(name: str, values: ArrayLike) -> FloatArray:
         raise UsageError(f"{name}: expected a regular array of numbers, found ragged rows") from None
     if array.dtype.kind not in "fiu":
         raise UsageError(f"{name}: expected real numbers, found {written(values)}")
-    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is not finite
+    with np.errstate(over="ignore", invalid="ignore"):  # overflow is rejected as not finite
         array = array.astype(np.float64)
     if not np.isfinite(array).all():
         raise UsageError(f"{name}: expected finite numbers, found {array[~np.isfinite(array)][0]}")

@@ -1,4 +1,4 @@
-"""The loads of a joint by a unit of each: how many units act, at a load factor and in time."""
+"""The unit loads of a joint: how many units of each act, at a load factor and in time."""
 
 from dataclasses import replace
 from typing import Any
@@ -83,7 +83,7 @@ def units_at(problem: Problem, load_factor: float) -> FloatArray:
 
 
 def scaled_units(problem: Problem, *, mean: float = 1.0, amplitude: float = 1.0) -> dict[str, Any]:
-    """The histories of a joint whose constant or periodic loading is scaled; nothing where it has none."""
+    """The histories of a joint whose constant or periodic loading is scaled; empty where it has none."""
     if problem.load_history is None:
         return {}
     constant = constant_units(problem)

@@ -18,7 +18,7 @@ from shakedown.joint.rigid_slips import NO_STIFFNESS, RigidSlips, rigid_slips
 
 
 class Side(IntEnum):
-    """What a row limits: one side of the friction of a node, a gap, a disc, or the pressure where f = 0."""
+    """The kind of a row: one side of the friction of a node, a gap, a disc, or the pressure where f = 0."""
 
     BACKWARD = 1
     FORWARD = -1
@@ -109,7 +109,7 @@ class Constraints(Result):
 
     @cached_property
     def pinned(self) -> tuple[int, ...]:
-        """The columns that are left out: the slips that are set to zero because no row knows them."""
+        """The columns left out: slips set to zero because no row depends on them."""
         return tuple(k for k in self.rigid.pinned if not self.coefficients[:, k].any())
 
     def slips(self, x: FloatArray) -> FloatArray:
@@ -135,7 +135,7 @@ class Constraints(Result):
         return self.excess(slip, load_factor) / np.where(size > 0, size, 1.0)
 
     def _of_cones(self, rows: FloatArray) -> FloatArray:
-        """The excess of every cone from that of its rows: of a disc |q| − f p."""
+        """The excess of every cone from its rows; for a disc |q| − f p."""
         if len(self.heads) == len(rows):
             return rows
         excess, disc = rows[self.heads], self.cones == CONE
@@ -167,7 +167,7 @@ def constraints(problem: Problem) -> Constraints:
 def pressure_stiffness(problem: Problem) -> FloatArray:
     """B, (n, dn) [force/length], zero in rows of nodes without friction that are round-off of the stiffness.
 
-    Such a row is the pressure of its node alone, and nothing next to it tells that it is round-off: a slip
+    Such a row is the pressure of a single node; nothing beside it shows that it is round-off: a slip
     of 10¹⁷ would press a node that no slip presses. |B_ij| counts beside √(A_ii A_jj).
 
     Examples
@@ -189,7 +189,7 @@ def pressure_stiffness(problem: Problem) -> FloatArray:
 
 
 def stacked(one: Constraints, other: Constraints) -> Constraints:
-    """The rows of both, in the columns of the first."""
+    """The rows of both constraints, in the columns of the first."""
     parts = ("d", "g", "node", "side", "step")
     both: dict[str, Any] = {part: np.append(getattr(one, part), getattr(other, part)) for part in parts}
     return replace(one, G=np.vstack([one.G, other.G]), **both)
@@ -266,7 +266,7 @@ def rows_of(nodes: int | NDArray[np.intp]) -> NDArray[np.intp]:
 
 
 def by_side(rows: NDArray[Any]) -> NDArray[Any]:
-    """What belongs to the 2n rows of friction in the plane by node and side, backward first, (n, 2, …)."""
+    """Values of the 2n rows of friction in the plane, by node and side, backward first, (n, 2, …)."""
     return rows.reshape(-1, 2, *rows.shape[1:])
 
 

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from shakedown.ground.float_array import FloatArray
 
 IntArray = NDArray[np.intp]
-TURN = float(np.cos(np.radians(40.0)))  # of two normals beside each other, of one patch
+TURN = float(np.cos(np.radians(40.0)))  # least cosine between neighbouring normals of one patch
 GAP = 2.5  # a distance this many times the usual one separates two patches
-NEIGHBOURS = 8  # of a node, nearest first
-ROW = 1 / 3  # width by length of the neighbourhood of a node that is one of a row
+NEIGHBOURS = 8  # nearest neighbours considered per node
+ROW = 1 / 3  # width over length of the neighbourhood of a node that belongs to a row
 
 
 def contact_patches(
@@ -70,7 +70,7 @@ def _with_faces(
 
 
 def _with_slivers(owner: IntArray, corners: IntArray) -> IntArray:
-    """Faces whose nodes all belong to another patch are of that: thin ones, whose normals tell nothing."""
+    """Assign faces whose nodes all belong to another patch to that one: slivers with meaningless normals."""
     whole = owner.copy()
     for number in np.argsort(np.bincount(owner), kind="stable").tolist():
         nodes = np.unique(corners[whole == number])
@@ -83,7 +83,7 @@ def _with_slivers(owner: IntArray, corners: IntArray) -> IntArray:
 
 
 def _beside(faces: IntArray, across: FloatArray, *, either_side: bool) -> tuple[IntArray, IntArray]:
-    """Pairs of faces with a common side about which the normal turns little."""
+    """Pairs of faces with a common side at which the normal turns little."""
     sides: dict[frozenset[int], list[int]] = {}
     for k, face in enumerate(faces.tolist()):
         ring = [node for node in face if node >= 0]
@@ -98,7 +98,7 @@ def _beside(faces: IntArray, across: FloatArray, *, either_side: bool) -> tuple[
 
 def normals_of(places: FloatArray, normals: FloatArray | None, faces: IntArray) -> FloatArray:
     """Normals of faces, twice as long as their areas, on the side of those of their nodes where known."""
-    corners = np.where(faces < 0, faces[:, :1], faces)  # of a triangle the first one twice
+    corners = np.where(faces < 0, faces[:, :1], faces)  # a triangle has its first corner twice
     at = places[corners]
     across = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
     if normals is not None:
@@ -107,7 +107,7 @@ def normals_of(places: FloatArray, normals: FloatArray | None, faces: IntArray) 
 
 
 def _without_faces(places: FloatArray, normals: FloatArray | None) -> list[IntArray]:
-    """Nodes of each patch: neighbours whose normals are near; rows of nodes join what is beside them."""
+    """Nodes of each patch: neighbours with similar normals; rows of nodes join their surroundings."""
     from scipy.spatial import KDTree
 
     n = len(places)
@@ -126,7 +126,7 @@ def _without_faces(places: FloatArray, normals: FloatArray | None) -> list[IntAr
 
 
 def _joined(places: FloatArray, normals: FloatArray | None, owner: IntArray, widths: FloatArray) -> IntArray:
-    """For every node one of the component that it ends up in, rows of nodes joined to others."""
+    """For every node a representative of its component, with rows of nodes joined to others."""
     from scipy.spatial import KDTree
 
     parts = [np.flatnonzero(owner == number) for number in range(owner.max() + 1)]
@@ -154,14 +154,14 @@ def _joined(places: FloatArray, normals: FloatArray | None, owner: IntArray, wid
 
 
 def _widths(places: FloatArray, near: IntArray, linked: NDArray[np.bool_]) -> FloatArray:
-    """How wide the neighbourhood of each node is, by how long: next to nothing of one in a row."""
+    """Width over length of the neighbourhood of each node: almost zero for a node in a row."""
     arms = (places[near] - places[:, None]) * linked[:, :, None]
     sizes = np.linalg.svd(arms, compute_uv=False)
     return np.asarray(sizes[:, 1] / sizes[:, 0].clip(np.finfo(float).tiny))
 
 
 def _components(count: int, first: IntArray, second: IntArray) -> IntArray:
-    """For each of so many things the number of the component that pairs of them link it to."""
+    """The component of each item, given pairs that link them."""
     from scipy import sparse
     from scipy.sparse.csgraph import connected_components
 

@@ -1,4 +1,4 @@
-"""Where the nodes of a contact lie beside each other: its strips or patches, and their edges."""
+"""The neighbourhood of the nodes of a contact: its strips or patches, and their edges."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -13,10 +13,10 @@ from shakedown.joint.derived import once_per_problem
 from shakedown.joint.places import NONE
 from shakedown.joint.problem import Problem
 
-AROUND = 16  # nearest nodes among which the neighbours of a node are
-FAR = 40.0  # spacings: there points close the cells of nodes at the edge
-ACROSS = 1.9  # times the usual distance of a neighbour: what is farther lies across a hole
-OUTSIDE = 0.7 * np.pi  # a sector that wide without a neighbour: the node is at an edge
+AROUND = 16  # nearest nodes among which the neighbours of a node are sought
+FAR = 40.0  # spacings: distance of auxiliary points that close the cells of edge nodes
+ACROSS = 1.9  # times the usual distance of a neighbour: nodes farther away lie across a hole
+OUTSIDE = 0.7 * np.pi  # width of a sector without neighbours from which on a node is at an edge
 
 IntArray = NDArray[np.intp]
 Mask = NDArray[np.bool_]
@@ -32,7 +32,7 @@ def flanks(x: FloatArray) -> Iterator[IntArray]:
     """
     order = np.argsort(x, kind="stable")
     steps = np.diff(x[order])
-    if len(steps) < 3:  # too few to say what is usual
+    if len(steps) < 3:  # too few to know the usual distance
         yield order
         return
     beside = np.maximum(np.append(0.0, steps[:-1]), np.append(steps[1:], 0.0))
@@ -132,7 +132,7 @@ def _patches(problem: Problem, points: FloatArray) -> Surface | None:
 
 
 def _rim_of_faces(faces: IntArray, n: int) -> Mask:
-    """The ends of sides that one face has alone, (n,); what no face has is no rim."""
+    """Whether nodes are ends of sides that belong to one face only, (n,); nodes without faces are no rim."""
     sides = []
     for face in faces:
         corners = face[face != NONE]
@@ -144,7 +144,7 @@ def _rim_of_faces(faces: IntArray, n: int) -> Mask:
 
 
 def _rim(surface: Surface) -> Mask:
-    """Nodes with a wide sector about them in which there is no other one of their patch, (n,)."""
+    """Whether nodes have a wide sector without other nodes of their patch, (n,)."""
     edge = np.ones(len(surface.points), dtype=np.bool_)
     for part in surface.parts:
         for node in part:
@@ -157,7 +157,7 @@ def _rim(surface: Surface) -> Mask:
 
 
 def _neighbours(offsets: FloatArray) -> FloatArray:
-    """Those of points about the origin whose cells touch its own, none across a hole."""
+    """The points about the origin whose cells touch its own, without those across a hole."""
     near = offsets[cell_weights(offsets) > 0]
     size = np.linalg.norm(near, axis=1)
     return np.asarray(near[size <= ACROSS * np.median(size)])
@@ -205,7 +205,7 @@ def cell_weights(offsets: FloatArray) -> FloatArray:
 
     size = np.linalg.norm(offsets, axis=1)
     weights, unit = np.zeros(len(offsets)), float(size.min())
-    turn = np.linspace(0.0, 2.0 * np.pi, 13)[:-1] + 0.1  # along no grid
+    turn = np.linspace(0.0, 2.0 * np.pi, 13)[:-1] + 0.1  # not aligned with a grid
     ghosts = FAR * size.max() * np.column_stack([np.cos(turn), np.sin(turn)])
     cells = Voronoi(np.vstack([np.zeros(2), offsets, ghosts]) / unit)
     for (one, other), sides in zip(cells.ridge_points, cells.ridge_vertices, strict=True):

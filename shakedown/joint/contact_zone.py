@@ -23,7 +23,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import NO_STIFFNESS, rigid_slips
 
 Places = NDArray[np.intp]
-MOTION_ROUND_OFF = 16 * np.finfo(float).eps  # of one displacement of an open node, relative to the largest
+MOTION_ROUND_OFF = 16 * np.finfo(float).eps  # relative round-off of a displacement of an open node
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,7 @@ class Zone:
 
     @property
     def _opened(self) -> Layout:
-        """Where the displacements of an open node stand among those of all open ones."""
+        """The places of the displacements of an open node among those of all open nodes."""
         return replace(self.problem.layout, n=len(self.open_nodes))
 
     def _of_open(self, q: FloatArray, p: FloatArray) -> FloatArray:
@@ -117,7 +117,7 @@ class Zone:
 
     @property
     def pinned(self) -> tuple[int, ...]:
-        """The slips of the whole joint, by number, that are set to zero, as no row knows them."""
+        """The slips of the whole joint, by number, set to zero because no row depends on them."""
         of_closed = self.problem.layout.slips_of(self.closed_nodes).tolist()
         return tuple(of_closed[k] for k in self.constraints.pinned)
 
@@ -134,7 +134,7 @@ class Zone:
         return self.displacements(slip, loop.q0[None], loop.p0[None])[0, self.problem.layout.slips]
 
     def follow(self, change: FloatArray) -> FloatArray:
-        """Change of the slips of all nodes (…, dn) with that of the closed ones (…, dk): open ones follow."""
+        """Change of the slips of all nodes (…, dn) with that of the closed ones (…, dk); open ones follow."""
         layout = self.problem.layout
         everywhere = np.zeros((*change.shape[:-1], layout.slip_size))
         everywhere[..., layout.slips_of(self.closed_nodes)] = change
@@ -160,7 +160,7 @@ class Zone:
 
 
 def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tolerances = DEFAULT) -> Zone:
-    """The joint that is left where some nodes are open and carry nothing.
+    """The joint of the closed nodes where the others are open and carry no load.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
 
 
 def _accuracy(problem: Problem) -> float:
-    """What is round-off of the stiffness, relative to the terms that it is the difference of."""
+    """The round-off of the condensed stiffness, relative to the terms of its difference."""
     given = problem.stiffness_accuracy
     return NO_STIFFNESS if given is None else max(FIRST_DIGIT * given, MOTION_ROUND_OFF)
 
@@ -236,7 +236,7 @@ def _condensed(
 
 
 def _without_round_off(follow: FloatArray) -> FloatArray:
-    """How open nodes follow closed ones, with what is round-off of the largest set to exact zero.
+    """The matrix by which open nodes follow closed ones, with round-off of the largest entry set to zero.
 
     Of similar bodies B should vanish; a gap would else seem to depend on slips that are large enough, and
     nodes without friction to be loaded along the surface by a pressure on open ones.

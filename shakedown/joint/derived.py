@@ -1,4 +1,4 @@
-"""What follows from a problem alone is built once and kept with it."""
+"""Data derived from a problem alone are built once and kept with it."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,14 +12,14 @@ T = TypeVar("T")
 
 
 class _Kept(dict[str, object]):
-    """The results kept with one problem; not copied and not sent along, they can be built again."""
+    """The results kept with one problem; neither copied nor pickled, as they can be rebuilt."""
 
     def __reduce__(self) -> tuple[type, tuple[()]]:
         return _Kept, ()
 
 
 def once_per_problem(build: Callable[[Problem], T]) -> Callable[[Problem], T]:
-    """Build what a problem determines at the first call, and hand out the same thing ever after.
+    """Cache a function of a problem: computed at the first call, the same object afterwards.
 
     A :class:`Problem` does not change once it is made, nor may what is kept with
     it. Raises ``UsageError`` where something else is given as a problem.
@@ -40,9 +40,9 @@ def once_per_problem(build: Callable[[Problem], T]) -> Callable[[Problem], T]:
 
 @contextmanager
 def lent(problem: Problem, name: str, settings: object, build: Callable[[], T]) -> Iterator[T]:
-    """What is costly to make for a problem and may be used again, by one at a time.
+    """A reusable object that is costly to build for a problem, for one user at a time.
 
-    The last one with these settings, unless somebody else uses it just now; else a new one.
+    The last one with these settings, unless it is in use; else a new one.
     """
     results = problem.__dict__.setdefault("_derived", _Kept())
     found: Any = results.pop(name, None)

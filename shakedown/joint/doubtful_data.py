@@ -1,4 +1,4 @@
-"""Likely slips of the pen in the data of a joint: a sign, per cent for one, units that do not go together."""
+"""Likely mistakes in the data of a joint: a wrong sign, per cent instead of fractions, inconsistent units."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,7 @@ import numpy as np
 from shakedown.joint.problem import Problem
 
 LARGEST_USUAL_FRICTION = 2.0
-UNALIKE = 100.0  # times: stiffnesses of one body that differ by more are probably in different units
+UNALIKE = 100.0  # ratio of stiffnesses of one body beyond which they are probably in different units
 
 
 def doubtful_data(problem: Problem) -> list[str]:
@@ -31,7 +31,7 @@ def doubtful_data(problem: Problem) -> list[str]:
 
 
 def _units_in_doubt(problem: Problem) -> Iterator[str]:
-    """Numbers that do not go together, as where one file has mm and another one m."""
+    """Inconsistent numbers, as where one file is in mm and another one in m."""
     tangential = float(np.abs(problem.A).max())
     normal = tangential if problem.C is None else float(np.abs(problem.C).max())
     for key, size, least in (("C", normal, 1.0 / UNALIKE), ("B", float(np.abs(problem.B).max()), 0.0)):

@@ -9,7 +9,7 @@ Axes = tuple[str | int, ...]
 
 
 class Field(NamedTuple):
-    """One field: a text where it has no axes and no numbers, names where ``of_text``, numbers else.
+    """One field of a problem: numbers with axes, names where ``of_text``, or a single text.
 
     Axes are named: n contact nodes, dn their tangential directions, m load steps, k transient steps,
     s states, c load cases, L loads with unit reactions, e faces; numbers are components x, y, z.
@@ -19,8 +19,8 @@ class Field(NamedTuple):
     axes: Axes
     of_text: bool = False
     required: bool = False
-    one: Axes | None = None  # another shape, of one for all
-    directions: int = 0  # with how many tangential directions it has a meaning; 0: with any
+    one: Axes | None = None  # alternative shape, with one value for all
+    directions: int = 0  # number of tangential directions for which it has a meaning; 0: any
 
 
 FIELDS = {
@@ -61,10 +61,10 @@ TEXTS = tuple(key for key, field in FIELDS.items() if field.of_text and not fiel
 NAMES = tuple(key for key, field in FIELDS.items() if field.of_text and field.axes)
 ARRAYS = tuple(key for key in FIELDS if key not in TEXTS)
 REQUIRED = tuple(key for key, field in FIELDS.items() if field.required)
-OF_NODES = tuple(  # what belongs to one node each, whatever the others are
+OF_NODES = tuple(  # fields of single nodes, independent of the others
     key for key, field in FIELDS.items() if field.axes[:1] == ("n",) and field.part in ("friction", "origin")
 )
-TOGETHER = (  # where the one is given, the other is needed
+TOGETHER = (  # where one is given, the other is required
     ("q_transient", "p_transient"),
     ("p_transient", "q_transient"),
     ("load_mean", "load_amplitude"),
@@ -77,7 +77,7 @@ TOGETHER = (  # where the one is given, the other is needed
     ("load_mean", "load_names"),
 )
 STIFFNESS = ("A", "B", "C")
-MAY_BE_NAN = ("load_frequency",)  # of a load that is no mode
+MAY_BE_NAN = ("load_frequency",)  # for a load that is not a mode
 FORCES = ("q_w", "p_w", "q_mean", "p_mean", "q_transient", "p_transient")
 
 

@@ -92,19 +92,19 @@ def _every_second(count: int, ring: float) -> IntArray:
 
 
 def _knots_along(surface: Surface, radius: float) -> IntArray:
-    """The nodes nearest to places that are about a radius apart, on every strip, in their order."""
+    """The nodes nearest to points about a radius apart, on every strip, in order."""
     found, x = [], surface.points[:, 0]
     for part, closing in zip(surface.parts, surface.rings, strict=True):
         length = x[part[-1]] - x[part[0]] + closing
         count = max(1, round(length / max(radius, NEGLIGIBLE * length)))
         middles = (x[part[1:]] + x[part[:-1]]) / 2 - x[part[0]]
-        before = np.floor(count * middles / length)  # the last place that is nearer to the node on the left
+        before = np.floor(count * middles / length)  # the last point that is nearer to the node on the left
         found.append(part[np.diff(before, prepend=-1, append=count - bool(closing)) > 0])
     return np.unique(np.concatenate(found))
 
 
 def spread_knots(surface: Surface, apart: FloatArray) -> IntArray:
-    """Nodes of patches as far from each other as is asked of each, (k,), those at the rim first."""
+    """Nodes of patches at the distance required of each from the others, (k,), the rim first."""
     chosen = []
     for part in surface.parts:
         points = surface.points[part]
@@ -164,7 +164,7 @@ def between_knots(problem: Problem, surface: Surface, knots: IntArray) -> Proble
 
 
 def _mean_friction(f: FloatArray, hats: FloatArray) -> FloatArray:
-    """The mean friction under every hat, exactly the one of all nodes where that is one."""
+    """The mean friction under every hat; exactly the common value where all nodes have the same."""
     return np.clip(f @ hats / hats.sum(axis=0), f.min(), f.max())
 
 

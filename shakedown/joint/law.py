@@ -45,7 +45,7 @@ class Law:
 
     @cached_property
     def layout(self) -> Layout:
-        """Where the slips of a node stand."""
+        """The layout of slips by node."""
         return Layout(len(self.f), self.d)
 
     @property

@@ -39,12 +39,12 @@ class Layout:
 
     @property
     def slip_size(self) -> int:
-        """How many slips there are, dn."""
+        """The number of slips, dn."""
         return self.d * self.n
 
     @property
     def size(self) -> int:
-        """How many slips and gaps there are together, (d + 1) n."""
+        """The number of slips and gaps together, (d + 1) n."""
         return self.slip_size + self.n
 
     @cached_property
@@ -107,5 +107,5 @@ class Layout:
 
 @cache
 def layout_of(n: int, d: int) -> Layout:
-    """The layout of so many nodes and directions, made once."""
+    """The layout for a number of nodes and directions, cached."""
     return Layout(n, d)

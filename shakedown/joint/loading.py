@@ -1,4 +1,4 @@
-"""The loading loop: its constant and its periodic part, the load factor, what initial gaps add."""
+"""The loading loop: its constant and its periodic part, the load factor, the effect of initial gaps."""
 
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -13,8 +13,8 @@ from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
-LARGEST_FORCE = 1e150  # its square is still a number
-MEAN_ROUND_OFF = 4 * np.finfo(float).eps  # of a mean, relative to the largest sample
+LARGEST_FORCE = 1e150  # its square is still finite
+MEAN_ROUND_OFF = 4 * np.finfo(float).eps  # round-off of a mean, relative to the largest sample
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,4 +1,4 @@
-"""The numbers of a problem: real and finite, of a size that can be calculated with, and in agreement."""
+"""Checks of the numbers of a problem: real, finite, of a usable size, and consistent."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -14,12 +14,12 @@ from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.field_table import FORCES, MAY_BE_NAN, STIFFNESS
 
 # Beyond these, products of three numbers are no numbers any more.
-LARGEST = 1e100  # of a stiffness, force or length, in whatever units: its square is still a number
-SMALLEST = 1 / LARGEST  # of the largest entry of an array that is not zero
+LARGEST = 1e100  # largest stiffness, force or length, in any units: its square is still finite
+SMALLEST = 1 / LARGEST  # smallest admissible value of the largest nonzero entry of an array
 NEGLIGIBLE = 1e-30  # entries so much smaller than the largest of their array are taken as zero
 LARGEST_FRICTION = 1e12
 LARGEST_LENGTH = 1e75  # of a slip, force over stiffness
-CANCELLED = 2**12 * EPS  # of the largest stiffness: what may be left where larger ones cancel each other
+CANCELLED = 2**12 * EPS  # relative to the largest stiffness: the rest where larger ones cancel each other
 
 
 def real_numbers(key: str, value: ArrayLike) -> NDArray[np.float64]:
@@ -32,7 +32,7 @@ def real_numbers(key: str, value: ArrayLike) -> NDArray[np.float64]:
         raise ProblemError(f"key '{key}': expected a regular array of numbers, found ragged rows") from None
     if array.dtype.kind not in "fiu":
         raise ProblemError(f"key '{key}': expected real numbers, found {kind(array)}")
-    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is reported as not finite below
+    with np.errstate(over="ignore", invalid="ignore"):  # overflow is reported as not finite below
         array = np.array(array, dtype=np.float64)
     bad = np.argwhere(~(np.isfinite(array) | (np.isnan(array) & (key in MAY_BE_NAN))))
     if bad.size:
@@ -44,7 +44,7 @@ def real_numbers(key: str, value: ArrayLike) -> NDArray[np.float64]:
 
 
 def kind(array: NDArray[Any]) -> str:
-    """What an array holds instead of what is expected, in words."""
+    """The actual contents of an array, in words, for error messages."""
     words = {"c": "complex numbers", "O": "Python objects", "U": "text", "S": "bytes", "b": "booleans"}
     what = words.get(array.dtype.kind, f"dtype {array.dtype}")
     return what if array.ndim == 0 else f"{what} of shape {array.shape}"
@@ -64,7 +64,7 @@ def in_range(key: str, array: NDArray[np.float64]) -> NDArray[np.float64]:
     array([2., 0.])
     """
     sizes = np.abs(array)
-    largest = float(np.fmax.reduce(sizes, axis=None, initial=0.0))  # what is not a number is none
+    largest = float(np.fmax.reduce(sizes, axis=None, initial=0.0))  # NaN is ignored here
     if largest and not SMALLEST <= largest <= LARGEST:
         raise ProblemError(
             f"key '{key}': expected the largest magnitude to be 0 or between {SMALLEST:g} and {LARGEST:g}, "
@@ -99,7 +99,7 @@ def check_ratios(arrays: Mapping[str, NDArray[np.float64]]) -> None:
 
 
 def check_slip(what: str, stiffness: float, slip: float) -> None:
-    """Raise ``ProblemError`` where an initial slip is so large that its reactions are no numbers."""
+    """Raise ``ProblemError`` where an initial slip is so large that its reactions overflow."""
     if slip > LARGEST or stiffness * slip > LARGEST:
         raise ProblemError(
             f"{what}: expected slips with reactions up to {LARGEST:g}, found the slip {slip:g}"

@@ -1,4 +1,4 @@
-"""Where the nodes of a problem are: their areas, and directions in the model that it was made from."""
+"""The nodes of a problem in the model it was made from: areas, directions, faces."""
 
 from collections.abc import Mapping, Sequence
 

@@ -31,7 +31,7 @@ from shakedown.joint.places import check_places, checked_faces, faces_among, wit
 from shakedown.joint.read_only import ReadOnly
 from shakedown.joint.texts import DOMAIN, LOOP, load_path, names, origin, plain_text
 
-COARSEST = np.float64(THREE_DIGITS)  # of a stiffness: with fewer digits no resistance is told from none
+COARSEST = np.float64(THREE_DIGITS)  # relative accuracy that a stiffness needs at least
 
 
 class NamedLoad(NamedTuple):
@@ -174,7 +174,7 @@ class Problem(ReadOnly):
     source: str = ""
     load_path: str = LOOP
 
-    if TYPE_CHECKING:  # whatever NumPy can turn into an array is accepted
+    if TYPE_CHECKING:  # anything that NumPy converts to an array is accepted
 
         def __init__(
             self,
@@ -231,7 +231,7 @@ class Problem(ReadOnly):
         if "stiffness_accuracy" in arrays:
             object.__setattr__(self, "stiffness_accuracy", float(arrays.pop("stiffness_accuracy")))
         for key in ("q_transient", "p_transient"):
-            if key in arrays and not len(arrays[key]):  # no load step is no transient
+            if key in arrays and not len(arrays[key]):  # an empty transient is none
                 del arrays[key]
                 object.__setattr__(self, key, None)
         for key, array in arrays.items():

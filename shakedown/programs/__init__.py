@@ -1,4 +1,4 @@
-"""Programs in arrays alone: a linear cost over rows, bounds and second-order cones, in floats and exactly.
+"""Programs in plain arrays: a linear cost over rows, bounds and second-order cones, in floats and exactly.
 
 Reading order: ``program`` (statement, numbers near 1, solution with residuals), ``scaling`` (by powers
 of two), ``solver`` (the method for given cones; the point with the most slack), ``simplex`` (held for many
@@ -14,6 +14,6 @@ orthant, with one second-order cone or without), ``small_cones`` (very many cone
 ``self_dual`` (the optimum, or the proof that there is none, with the scaling of Nesterov and Todd and the
 steps of Mehrotra), ``disc_program`` (discs that share coefficients node by node), ``reaction_program`` (the
 same in the reactions of many nodes), ``dense_programs`` (rows in any units: those that meet in a vertex, the
-optimum over a cone). What they find is a start; the subpackages above check it, as they check what a solver
-says.
+optimum over a cone). Their results are only starting points: the subpackages above check them, as they
+check those of any solver.
 """

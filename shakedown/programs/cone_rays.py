@@ -1,4 +1,4 @@
-"""How far one may go in a direction before a second-order cone of three rows is left."""
+"""The distance in a given direction to the boundary of second-order cones of three rows."""
 
 import numpy as np
 

@@ -17,7 +17,7 @@ from shakedown.ground.status import Status
 from shakedown.programs.program import Program, Sides, Solution, columnwise, solution_of
 from shakedown.programs.scaling import ProgramScales
 
-_ENDS = {  # what Clarabel's words mean; others are no answer
+_ENDS = {  # the meaning of Clarabel's statuses; others are no answer
     "Solved": Status.OPTIMAL,
     "AlmostSolved": Status.OPTIMAL,
     "PrimalInfeasible": Status.INFEASIBLE,
@@ -28,10 +28,11 @@ _ENDS = {  # what Clarabel's words mean; others are no answer
 
 
 class ClarabelSettings(NamedTuple):
-    """How the interior points are followed: to which accuracy, in which steps, in whose scaling.
+    """Settings of the interior-point method: accuracy, step lengths, scaling.
 
-    Beyond what the data allow the solver goes astray; to ask for less is a way of its own. ``reduced``
-    is what an end must reach; where ``stalled`` is taken too, its residuals alone: its gap is to be judged.
+    If more is asked than the data allow, the solver diverges; asking for less is one of the attempts.
+    ``reduced`` is the accuracy that a result must reach; where ``stalled`` is accepted, only its residuals
+    must, and its gap is judged by the caller.
     """
 
     accuracy: float
@@ -81,7 +82,7 @@ def interior_points(
     settings.equilibrate_enable, settings.max_step_fraction = asked.rescaled, asked.step
     equal, less, sizes = kinds
     cones = [clarabel.ZeroConeT(equal)] * bool(equal) + [clarabel.NonnegativeConeT(less)] * bool(less)
-    for count in sizes:  # Clarabel 0.10 knows none of one row
+    for count in sizes:  # Clarabel 0.10 does not accept cones of one row
         cones.append(clarabel.SecondOrderConeT(count) if count > 1 else clarabel.NonnegativeConeT(1))
     end = clarabel.DefaultSolver(_no_square(len(cost)), cost, matrix, right, cones, settings).solve()
     status, word = _ENDS.get(str(end.status)), str(end.status)
@@ -95,19 +96,19 @@ def interior_points(
 
 @cache
 def _no_square(columns: int) -> sparse.csc_matrix:
-    """Nothing is quadratic here."""
+    """A zero quadratic term."""
     return sparse.csc_matrix((columns, columns))
 
 
 def by_cvxpy(program: Program, solver: str, accuracy: float) -> Solution:
     """The solution of a program by a solver of this name through cvxpy; raises as :func:`by_clarabel`."""
-    import cvxpy as cp  # slow to import, and needed only here
+    import cvxpy as cp  # slow to import and needed only here
 
     form = _conic_form(program)
     x, ends = cp.Variable(len(form.cost)), np.cumsum([0, *form.counts, *program.cones]).tolist()
     parts = [(form.matrix[rows], form.right[rows]) for rows in (slice(*each) for each in pairwise(ends))]
     (same, value), (below, most), *cones = parts
-    limits = [same @ x == value] if len(value) else []  # of no rows cvxpy 1.6 knows no product
+    limits = [same @ x == value] if len(value) else []  # cvxpy 1.6 cannot multiply an empty matrix
     limits += [below @ x <= most] if len(most) else []
     limits += [cp.SOC(right[0] - matrix[0] @ x, right[1:] - matrix[1:] @ x) for matrix, right in cones]
     told = cp.Problem(cp.Minimize(form.cost @ x), limits)
@@ -133,17 +134,17 @@ class _ConicForm(NamedTuple):
     right: FloatArray
     cost: FloatArray
     counts: tuple[int, int]
-    used: NDArray[np.bool_]  # columns; what no row knows stays zero
+    used: NDArray[np.bool_]  # columns; those in no row stay zero
     parts: list[Sides]
     program: Program
     scales: ProgramScales
 
     def end(self, status: Status, x: FloatArray, z: FloatArray, reduced: bool) -> Solution:
-        """The solution of the program, as the solver of this form says it."""
+        """The solution of the program in the original form."""
         whole, y, start = np.zeros(len(self.used)), np.zeros(len(self.program.right)), 0
         whole[self.used] = x if status != Status.INFEASIBLE else np.nan
         for _, right, row, sign in self.parts:
-            if row[0] >= 0:  # those of bounds follow from the balance
+            if row[0] >= 0:  # multipliers of bounds follow from the balance
                 y[row] += sign * z[start : start + len(row)] if status != Status.UNBOUNDED else np.nan
             start += len(right)
         return solution_of(self.program, self.scales, status, whole, y, reduced=reduced)

@@ -11,9 +11,10 @@ from shakedown.programs.symmetric_cone import FloatArray
 
 
 def meeting_rows(matrix: FloatArray, right: FloatArray, cost: FloatArray) -> NDArray[np.intp] | None:
-    """As many rows of M x ≤ right as there are columns, those that push hardest in the optimum of cᵀ x.
+    """The rows of M x ≤ right with the largest multipliers at the optimum of cᵀ x, as many as columns.
 
-    Columns without an entry are left out. To be checked: it is a guess where the optimum is degenerate.
+    Columns without an entry are left out. The result must be checked: it is a guess where the optimum is
+    degenerate.
 
     Returns
     -------
@@ -49,13 +50,13 @@ def meeting_rows(matrix: FloatArray, right: FloatArray, cost: FloatArray) -> NDA
 
 
 def _without_spare(matrix: FloatArray, multipliers: FloatArray, rows: NDArray[np.intp]) -> NDArray[np.intp]:
-    """As many rows as columns, with multipliers ≥ 0: where more rows meet, one after the other lets go."""
+    """As many rows as columns, with multipliers ≥ 0; where more rows meet, they are removed one by one."""
     spare = len(rows) - matrix.shape[1]
     y = multipliers[rows]
     others = (
         np.linalg.qr(matrix[rows], mode="complete")[0][:, matrix.shape[1] :] if spare else np.zeros((0, 0))
     )
-    while others.shape[1]:  # each round takes one row and one direction in which the multipliers are free
+    while others.shape[1]:  # each round removes one row and one direction in which the multipliers are free
         way = others[:, 0] if others[:, 0].max() > -others[:, 0].min() else -others[:, 0]
         with np.errstate(divide="ignore"):
             leaving = int(np.argmin(np.where(way > 0, y / way, np.inf)))

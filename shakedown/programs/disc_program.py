@@ -13,14 +13,14 @@ from shakedown.programs.self_dual import Solve
 from shakedown.programs.small_cones import TRIPLE, SmallCones, SmallScaling
 from shakedown.programs.symmetric_cone import FloatArray, SymmetricCone
 
-EXCHANGED_UP_TO = 300  # columns of a factor: as many take less than the rest of an iteration
-RANK = np.finfo(float).eps  # per row, of a diagonal of the orthogonal factor, relative: less is no direction
+EXCHANGED_UP_TO = 300  # columns of a factor; pivoting so many costs less than the rest of an iteration
+RANK = np.finfo(float).eps  # relative size, per row, of a diagonal of the factor that counts as zero
 
 Places = NDArray[np.intp]
 
 
 class Edges(NamedTuple):
-    """By how much discs exceed their limits (a,), its slopes (a, N), a root of its weighed curvature."""
+    """Excess of discs over their limits (a,), its gradients (a, N), a root of its weighted curvature."""
 
     excess: FloatArray
     slopes: FloatArray
@@ -74,7 +74,7 @@ class DiscProgram:
 
     @property
     def rank(self) -> int:
-        """r, how many numbers y has."""
+        """r, the number of entries of y."""
         return self.blocks.shape[2]
 
     def sums(self, values: FloatArray) -> FloatArray:
@@ -85,7 +85,7 @@ class DiscProgram:
         return np.asarray(found, dtype=float).reshape(-1, count)
 
     def _places(self, count: int) -> Places:
-        """Where so many values of every disc are added to."""
+        """The index under which the values of every disc are added up."""
         return (count * self.node[:, None] + np.arange(count)).ravel()
 
     @cached_property
@@ -159,9 +159,9 @@ class DiscProgram:
         return Edges(length - u[:, 0], slopes, bends)
 
     def halves(self, squares: FloatArray) -> FloatArray:
-        """A root of what the squares (K, 3, 3) of the discs of every node add up to, (n, 3, 3)."""
+        """A root of the sum of the squares (K, 3, 3) of the discs of every node, (n, 3, 3)."""
         of_nodes = self.sums(squares.reshape(-1, TRIPLE**2)).reshape(-1, TRIPLE, TRIPLE)
-        values, vectors = np.linalg.eigh(of_nodes)  # round-off may leave one below zero
+        values, vectors = np.linalg.eigh(of_nodes)  # round-off may make one negative
         return np.asarray(np.sqrt(np.maximum(values, 0.0))[:, :, None] * np.swapaxes(vectors, 1, 2))
 
     def normal_equations(self, scaling: SmallScaling) -> Solve:
@@ -169,7 +169,7 @@ class DiscProgram:
         return by_cholesky(self._normal_matrix(scaling))
 
     def orthogonal_factor(self, scaling: SmallScaling) -> Solve:
-        """The same from a triangular factor of W⁻¹ M, whose small rows no square hides behind large ones."""
+        """The same from a triangular factor of W⁻¹ M, where no squaring hides small rows."""
         return _by_orthogonal_factor(self._root(scaling))
 
     def _root(self, scaling: SmallScaling) -> FloatArray:
@@ -221,7 +221,7 @@ def by_cholesky(normal: FloatArray) -> Solve:
 
 
 def _by_orthogonal_factor(root: FloatArray) -> Solve:
-    """Solutions of rootᵀ root; what its rows do not know stays zero. Raises ``LinAlgError``."""
+    """Solutions with rootᵀ root; components outside its row space stay zero. Raises ``LinAlgError``."""
     lengths = np.linalg.norm(root, axis=0)
     unit = 1.0 / np.where(lengths > 0, lengths, 1.0)
     R, order = _triangle(_largest_first(root * unit))
@@ -240,7 +240,7 @@ def _by_orthogonal_factor(root: FloatArray) -> Solve:
 def _triangle(rows: FloatArray) -> tuple[FloatArray, Places]:
     """R with Rᵀ R = (rows P)ᵀ rows P, and the order of the columns that is P.
 
-    Columns are exchanged for the sake of those that others say; where many are independent they stay in
+    Columns are exchanged because of dependent ones; where many are independent they stay in
     place, which takes a quarter of the time.
     """
     count = rows.shape[1]
@@ -253,11 +253,11 @@ def _triangle(rows: FloatArray) -> tuple[FloatArray, Places]:
 
 
 def _independent(R: FloatArray) -> NDArray[np.bool_]:
-    """Which columns of a triangular factor are no sums of those before them."""
+    """Which columns of a triangular factor are linearly independent of those before them."""
     sizes = np.abs(np.diag(R))
     return np.asarray(sizes > RANK * len(R) * sizes.max(initial=0.0))
 
 
 def _largest_first(rows: FloatArray) -> FloatArray:
-    """The order in which reflections spoil no small row."""
+    """The order of rows in which reflections keep small rows accurate."""
     return np.asarray(rows[np.argsort(-np.abs(rows).max(axis=1, initial=0.0), kind="stable")])

@@ -1,4 +1,4 @@
-"""The solution of a program over discs, by interior points of its own."""
+"""The solution of a program over discs, by a dedicated interior-point method."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ from shakedown.programs.self_dual import USABLE, Enough, Points, SelfDualSolutio
 
 @dataclass(frozen=True)
 class DiscSolution:
-    """How a program ended, part by part.
+    """The result of a program, part by part.
 
     Attributes
     ----------
@@ -84,5 +84,5 @@ def solve_discs(
 
 
 def _with(change: Callable[[FloatArray], FloatArray], points: Points) -> Points:
-    """Points in other unknowns."""
+    """The same points in other unknowns."""
     return tuple(point._replace(x=change(point.x)) for point in points)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from flint import fmpz_mat
 
 MAX_PIVOTS = 500
-MAX_WORK = 2 * 10**7  # pivots times the cube of their size: some seconds, where many lead on from the start
+MAX_WORK = 2 * 10**7  # pivots times the cube of their size: seconds, where the start is far off
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class ExactProgram:
 
     @cached_property
     def table(self) -> fmpz_mat:
-        """The matrix as FLINT has it."""
+        """The matrix as a FLINT matrix."""
         return integer_matrix(self.matrix)
 
     def columns(self, chosen: list[int]) -> ExactProgram:
@@ -68,13 +68,13 @@ class ExactVertex:
     y_scale: int
 
     def among(self, columns: list[int], count: int) -> ExactVertex:
-        """The same, found in some of so many columns: zero in all others."""
+        """The same solution in all columns of the full program: zero in those left out."""
         x = dict(zip(columns, self.x, strict=False))
         return replace(self, x=[x.get(j, 0) for j in range(count)])
 
 
 class Work:
-    """What the pivots of several programs may cost together, in multiplications of their systems.
+    """The shared budget of the pivots of several programs, in multiplications of their systems.
 
     Whatever is left, a phase of one program takes no more than ``MAX_PIVOTS`` and ``MAX_WORK``.
     """
@@ -83,7 +83,7 @@ class Work:
         self.left, self.spent = left, False
 
     def pivots(self, size: int) -> Iterator[None]:
-        """One after the other, as long as there is work left."""
+        """Pivots, as long as the budget lasts."""
         each = max(size, 1) ** 3
         for _ in range(min(MAX_PIVOTS, max(MAX_WORK // each, 1))):
             self.spent = self.left < each
@@ -123,7 +123,7 @@ def exact_vertex(
     ('optimal', [2, 3], {0: 1, 1: 1})
     """
     active, free, work = list(active), sorted(free), work or Work()
-    while len(active) == len(free):  # ends: every round sets a further column free
+    while len(active) == len(free):  # ends, as every round frees another column
         end = _simplex(program.columns(free), active, work)
         if end is None:
             return None
@@ -170,7 +170,7 @@ def _completion(program: ExactProgram, active: list[int], free: list[int]) -> li
 
 
 def _simplex(program: ExactProgram, basis: list[int], work: Work) -> ExactVertex | None:
-    """The basis; where it is not the best, dual pivots until every row holds, then primal pivots."""
+    """Solve from the basis; where it is not optimal, dual pivots until every row holds, then primal ones."""
     columns = range(len(program.cost))
     start = _weights(program, basis, program.cost)
     if start is None:
@@ -180,7 +180,7 @@ def _simplex(program: ExactProgram, basis: list[int], work: Work) -> ExactVertex
         at = _point(program, basis)
         if at is not None and max(_excess(program, *at)) <= 0:
             return _optimum(basis, at, start)
-    else:  # any cost of which the basis is the best vertex will do to get feasible
+    else:  # to become feasible, any cost for which the basis is optimal will do
         cost = [sum(program.matrix[i][j] for i in basis) for j in columns]
     return _dual_pivots(program, cost, basis, work) or _primal_pivots(program, basis, work)
 

@@ -1,4 +1,4 @@
-"""HiGHS: its options, a program as it takes it, its bases, and the rungs on which it is asked again."""
+"""HiGHS: its options, its form of a program, its bases, and the sequence of settings for retries."""
 
 from functools import cache
 
@@ -13,8 +13,8 @@ from shakedown.programs.program import INF, Meeting, Program, columnwise
 
 PRIMAL, DUAL = 4, 1  # HiGHS's simplex strategies
 TOLERANCE = 1e-10  # the smallest that HiGHS accepts
-MOST_PIVOTS = 200  # for each row and column; on stiffness that is round-off the simplex may go in circles
-REDUCED_TOLERANCE = 1e-7  # HiGHS's own
+MOST_PIVOTS = 200  # per row and column; on stiffness that is round-off the simplex may cycle
+REDUCED_TOLERANCE = 1e-7  # HiGHS's default
 _BASIC = highspy.HighsBasisStatus.kBasic
 
 OPTIONS: dict[str, bool | int | float | str] = {
@@ -23,19 +23,19 @@ OPTIONS: dict[str, bool | int | float | str] = {
     "solver": "simplex",
     "parallel": "off",
     "simplex_strategy": PRIMAL,  # with free columns the dual simplex often fails to prove infeasibility
-    "primal_simplex_bound_perturbation_multiplier": 0.0,  # its clean-up sometimes ends without a verdict
-    "simplex_scale_strategy": 0,  # the data are equilibrated here, so that the tolerances mean one thing
+    "primal_simplex_bound_perturbation_multiplier": 0.0,  # its clean-up may end without a verdict
+    "simplex_scale_strategy": 0,  # the data are equilibrated here, so that tolerances have a fixed meaning
     "primal_feasibility_tolerance": TOLERANCE,
     "dual_feasibility_tolerance": TOLERANCE,
     "small_matrix_value": 1e-12,
 }
 _LOOSE = {f"{side}_feasibility_tolerance": REDUCED_TOLERANCE for side in ("primal", "dual")}
-EXACT_RUNGS = 2  # of the rungs; after them HiGHS's own tolerances, for data at the end of double precision
+EXACT_RUNGS = 2  # strict settings; then HiGHS's default tolerances, for data at the limit of doubles
 RUNGS: tuple[dict[str, float | str], ...] = (
     {},
     {"simplex_strategy": DUAL},
     {**_LOOSE},
-    {**_LOOSE, "solver": "ipm"},  # with a crossover to a vertex: another method altogether
+    {**_LOOSE, "solver": "ipm"},  # with a crossover to a vertex: a different method
 )
 
 STATUSES = {
@@ -46,13 +46,13 @@ STATUSES = {
 
 
 def meeting_of(basis: highspy.HighsBasis) -> Meeting:
-    """Of a basis of the solver: the rows that are not in it, the columns that are."""
+    """The active rows and the basic columns of a basis of the solver."""
     rows = np.flatnonzero([status != _BASIC for status in basis.row_status])
     return rows, np.flatnonzero([status == _BASIC for status in basis.col_status])
 
 
 def basis_of(program: Program, meeting: Meeting) -> highspy.HighsBasis:
-    """The other way round."""
+    """The basis of the solver from active rows and basic columns."""
     basis = highspy.HighsBasis()
     held = np.isin(np.arange(len(program.right)), meeting[0])
     free = np.isin(np.arange(len(program.cost)), meeting[1])
@@ -71,9 +71,9 @@ def _statuses(basic: NDArray[np.bool_], low: FloatArray, high: FloatArray) -> li
 
 
 class SilentHighs(highspy.Highs):
-    """HiGHS that prints nothing: version 1.16 announces itself while it is made, where the answers go."""
+    """HiGHS without output: version 1.16 prints a banner to stdout when it is created."""
 
-    def enableCallbacks(self) -> None:  # the first that its constructor calls
+    def enableCallbacks(self) -> None:  # the first call of its constructor
         self.setOptionValue("output_flag", False)
         super().enableCallbacks()
 

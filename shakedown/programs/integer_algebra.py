@@ -1,4 +1,4 @@
-"""Linear algebra in integers, without round-off (FLINT), and the way back to floats."""
+"""Linear algebra in integers, without round-off (FLINT), and conversion back to floats."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ IntegerRows = list[list[int]]
 
 def integer_matrix(rows: IntegerRows) -> fmpz_mat:
     """Rows of integers as a FLINT matrix."""
-    from flint import fmpz_mat  # a plain sweep of floats does not need it
+    from flint import fmpz_mat  # not needed where only floats are used
 
     return fmpz_mat(rows)
 

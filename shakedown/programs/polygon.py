@@ -31,7 +31,7 @@ def corners(matrix: FloatArray, right: FloatArray) -> FloatArray:
         return np.empty((0, 2))
     sides, distance = matrix[steep] / norms[steep, None], right[steep] / norms[steep]
     size = float(np.abs(distance).max())
-    far = size / THREE_DIGITS  # a point so much farther than the sides is on a polygon without end
+    far = size / THREE_DIGITS  # a corner that much farther than the sides belongs to an unbounded polygon
     found = widest(sides, np.ones(len(distance)), distance, cap=far)
     if not 0 < found.margin < 0.9 * far:
         return np.empty((0, 2))

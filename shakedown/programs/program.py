@@ -1,4 +1,4 @@
-"""A program: a linear cost over rows, bounds and second-order cones; the same in numbers near 1; its end."""
+"""A program: a linear cost over rows, bounds and second-order cones; the scaled program; its solution."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -27,7 +27,7 @@ class Sides(NamedTuple):
 
 
 class Residuals(NamedTuple):
-    """What is left, at x and multipliers, of the conditions of an optimum, computed anew.
+    """Residuals of the optimality conditions at x and multipliers, computed anew.
 
     ``primal`` is the largest violation of a row, a bound or a cone, ``dual`` of the balance Mᵀ y + c = 0 or
     of a sign of y, ``gap`` by how much cᵀ x exceeds what y proves, relative to its terms.
@@ -79,7 +79,7 @@ class Program:
 
     @property
     def linear(self) -> int:
-        """How many rows, the first ones, are in no cone."""
+        """The number of rows, the first ones, that are in no cone."""
         return len(self.right) - sum(self.cones)
 
     def blocks(self) -> Iterator[slice]:
@@ -108,7 +108,7 @@ class Program:
             if np.any(self.left > -INF):
                 sizes = np.concatenate([np.abs(self.left) * row, sizes])
             size = typical_size(_weighing(sizes) if self.cones else sizes, otherwise=0.0)
-            if size == 0.0:  # no right side has a size: the dearest column keeps its unit
+            if size == 0.0:  # all right sides are zero: the column with the largest cost keeps its unit
                 size = 1.0 / float(column[np.abs(self.cost * column).argmax()])
         else:
             row, column, size = ball_scales(self.matrix, self.right, self.linear, self.rank)
@@ -136,7 +136,7 @@ class Program:
         other = replace(
             self, matrix=self.matrix * signs[:, None], right=self.right * signs, cost=self.cost * cost
         )
-        vars(other)["scales"] = self.scales  # known already: they ask for sizes alone
+        vars(other)["scales"] = self.scales  # known already, as they depend on sizes only
         return other
 
     def sides(self, rows: NDArray[np.intp], sign: float = 1.0) -> Sides:
@@ -161,7 +161,7 @@ class Program:
         return parts
 
     def violation(self, x: FloatArray) -> float:
-        """By how much x breaks a row, a bound or a cone at most; NaN where x is none."""
+        """The largest violation of a row, a bound or a cone by x; NaN where x is NaN."""
         value = self.matrix @ x
         excess = np.maximum(value - self.right, self.left - value)
         for rows in self.blocks():
@@ -170,7 +170,7 @@ class Program:
         return float(max(excess.max(initial=0.0), bounds.max(initial=0.0), 0.0))
 
     def residuals(self, x: FloatArray, y: FloatArray) -> Residuals:
-        """What is left of the conditions of an optimum; best in numbers near 1."""
+        """Residuals of the optimality conditions; most meaningful in the scaled program."""
         rest, side = self.cost + y @ self.matrix, np.where(y > 0, self.right, self.left)
         wrong = np.where(np.isfinite(side), 0.0, np.abs(y))
         for rows in self.blocks():
@@ -206,7 +206,7 @@ def ball(rank: int, columns: int) -> FloatArray:
 
 
 def _weighing(sizes: FloatArray) -> FloatArray:
-    """Those that are no round-off of the largest."""
+    """The entries that are more than round-off of the largest."""
     finite = sizes[np.isfinite(sizes)]
     return np.asarray(finite[finite > ROUND_OFF * finite.max(initial=0.0)])
 
@@ -215,14 +215,14 @@ def _outside(u: FloatArray) -> float:
     return float(np.linalg.norm(u[1:]) - u[0])
 
 
-Meeting = tuple[NDArray[np.intp], NDArray[np.intp]]  # rows that meet, the columns that they determine
+Meeting = tuple[NDArray[np.intp], NDArray[np.intp]]  # rows held as equalities, columns that they determine
 Point = tuple[FloatArray, FloatArray]  # x and multipliers
 NOWHERE = np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """How a program ended; worked out, and judged, when first asked for.
+    """The result of a program; computed and checked when first read.
 
     Attributes
     ----------
@@ -276,7 +276,7 @@ class Solution:
 
     @cached_property
     def residuals(self) -> Residuals:
-        """What is left of the conditions of an optimum, in numbers near 1."""
+        """Residuals of the optimality conditions, in the scaled program."""
         return self.solved.residuals(self.x / self.scales.x, self.multipliers / self.scales.y)
 
 

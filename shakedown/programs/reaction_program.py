@@ -13,8 +13,8 @@ from shakedown.programs.self_dual import Solve
 from shakedown.programs.small_cones import TRIPLE, SmallCones, SmallScaling
 from shakedown.programs.symmetric_cone import FloatArray, Scaling
 
-MANY = 200  # unknowns from where on it is faster: measured with benchmarks/verify_times
-DISTORTED = 1 / SIX_DIGITS  # condition of the reactions as unknowns, from where on they are not taken
+MANY = 200  # unknowns from which on it is faster, measured with benchmarks/verify_times
+DISTORTED = 1 / SIX_DIGITS  # condition number beyond which reactions are not used as unknowns
 
 Places = NDArray[np.intp]
 
@@ -63,7 +63,7 @@ class ReactionProgram:
 
     @property
     def left(self) -> float:
-        """All of it: an orthogonal factor takes as long as ten steps, and what has no end is solved in y."""
+        """All of it: an orthogonal factor costs ten steps, and what does not finish is solved in y."""
         return np.inf
 
     def in_y(self, x: FloatArray) -> FloatArray:
@@ -111,7 +111,7 @@ class ReactionProgram:
     def normal_equations(self, scaling: SmallScaling) -> Solve:
         """The solution of Mᵀ W⁻² M x = right, M all of the coefficients; raises ``LinAlgError``."""
         of, squares = self.program, scaling.inverse_squares()
-        halves = np.asarray(np.linalg.qr(of.halves(squares), mode="r"))  # one row knows the first number
+        halves = np.asarray(np.linalg.qr(of.halves(squares), mode="r"))  # one row holds the first number
         size = of.rank + len(of.cost)
         normal = np.zeros((size, size), order="F")
         normal[: of.rank, : of.rank] = self._of_z(halves, scaling.rest)
@@ -122,7 +122,7 @@ class ReactionProgram:
         return by_cholesky(normal)
 
     def orthogonal_factor(self, scaling: SmallScaling) -> Solve:
-        """The same by way of y, from a factor that loses less."""
+        """The same through y, from a more accurate factor."""
         solve, r = self.program.orthogonal_factor(scaling), self.program.rank
         S = self.program.blocks[:, 1:].reshape(-1, r)[self.kept]
 
@@ -193,7 +193,7 @@ def in_reactions(program: DiscProgram) -> ReactionProgram | None:
 
 
 def _independent(rows: FloatArray) -> Places:
-    """As many rows as there are columns, independent of each other: the pivots of Gauss's elimination."""
+    """As many linearly independent rows as there are columns: the pivots of Gaussian elimination."""
     if len(rows) == rows.shape[1]:
         return np.arange(len(rows))
     order = np.arange(len(rows))

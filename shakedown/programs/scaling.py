@@ -1,4 +1,4 @@
-"""Powers of two that bring rows and columns near the size 1, free of round-off."""
+"""Scaling of rows and columns to magnitude 1 by powers of two, free of round-off."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,12 +9,12 @@ import numpy as np
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
 
-_HALFWAY = sqrt(0.5)  # between two powers of two, on the scale of exponents
+_HALFWAY = sqrt(0.5)  # halfway between two powers of two, on the scale of exponents
 
 
 @dataclass(frozen=True)
 class ProgramScales:
-    """Powers of two that take a program to numbers near 1.
+    """Powers of two that scale a program to numbers near 1.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ def power_of_two(size: float) -> float:
     """The power of two next to a size; 1 for the size zero."""
     if size <= 0:
         return 1.0
-    mantissa, exponent = frexp(size)  # exact, so that units by powers of two shift nothing but the exponent
+    mantissa, exponent = frexp(size)  # exact, so that powers of two in units change only the exponent
     return ldexp(1.0, min(exponent, 1023) if mantissa >= _HALFWAY else exponent - 1)
 
 

@@ -1,4 +1,4 @@
-"""A program over many small cones by interior points, from its self-dual embedding: every end has a proof."""
+"""A program over many small cones by interior points on the self-dual embedding, which proves its ends."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,14 +15,14 @@ FloatArray = NDArray[np.float64]
 Solve = Callable[[FloatArray], FloatArray]
 Newton = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
-REACHED = NEGLIGIBLE / 10  # gap and residuals at which it stops
-NEARLY = NEGLIGIBLE  # those at which round-off ends it after two iterations that gain nothing
-USABLE = SIX_DIGITS  # what they must have reached where round-off ends it earlier
-PATIENCE = 6  # iterations that gain nothing, where round-off ends it
-REFINEMENTS = 3  # of every solution of the normal equations, at most
-STEP = 0.99  # share of the way to the boundary
-CENTRINGS = 15  # steps towards a centre, at most
-NEAR = 0.5  # residuals of a point of another program, relative to its gap, from which this one may go on
+REACHED = NEGLIGIBLE / 10  # gap and residuals at which the iteration stops
+NEARLY = NEGLIGIBLE  # gap and residuals at which it stops after two iterations without progress
+USABLE = SIX_DIGITS  # the least accuracy where round-off stops it earlier
+PATIENCE = 6  # iterations without progress after which round-off has stopped it
+REFINEMENTS = 3  # at most, of every solution of the normal equations
+STEP = 0.99  # share of the distance to the boundary
+CENTRINGS = 15  # largest number of steps towards a centre
+NEAR = 0.5  # residuals, relative to the gap, up to which a point of another program serves as a start
 
 
 class ConeProgram(Protocol):
@@ -54,7 +54,7 @@ class ConeProgram(Protocol):
         """The solution of Gᵀ W⁻² G x = right for any right-hand side; raises ``LinAlgError``."""
 
     def orthogonal_factor(self, scaling: SmallScaling) -> Solve:
-        """The same, slower, where the factor of Gᵀ W⁻² G has lost too much; raises ``LinAlgError``."""
+        """The same, slower, where the factor of Gᵀ W⁻² G is too inaccurate; raises ``LinAlgError``."""
 
 
 class Point(NamedTuple):
@@ -72,13 +72,13 @@ Enough = Callable[[FloatArray], bool]
 
 
 def never(x: FloatArray) -> bool:
-    """No point on the way is enough."""
+    """A criterion that no point fulfils."""
     return False
 
 
 @dataclass(frozen=True)
 class SelfDualSolution:
-    """Where the interior points ended.
+    """The result of the interior-point method.
 
     Attributes
     ----------
@@ -112,14 +112,14 @@ def solve_self_dual(
     ``begun`` is the way to the optimum of a program that differs little: this one shares it as far as it may.
     A point x on the way that is ``enough`` is an end: what is asked of the program is known there.
     """
-    with np.errstate(all="ignore"):  # what overflows is no end, and is not taken for one
+    with np.errstate(all="ignore"):  # overflow is no solution, and is not taken for one
         shared = _shared(rows, begun)
         end = _followed(rows, usable, shared, enough)
         return _followed(rows, usable, (), enough) if shared and end.status == Status.UNDECIDED else end
 
 
 def _shared(rows: ConeProgram, begun: Points) -> Points:
-    """A way up to its last point whose residuals here are small beside its gap; empty where there is none."""
+    """The iterates up to the last with residuals here small beside its gap; empty where there is none."""
     size_h, size_c = _sizes(rows)
     if begun and (begun[0].x.shape, begun[0].s.shape) != (rows.costs.shape, rows.limits.shape):
         return ()
@@ -163,7 +163,7 @@ def _followed(rows: ConeProgram, usable: float, shared: Points, enough: Enough) 
 
 
 def _patience(accuracy: float) -> int:
-    """How many iterations may gain nothing."""
+    """The number of iterations that may pass without progress."""
     if accuracy <= NEARLY:
         return 1
     return PATIENCE - 1 if accuracy <= USABLE else 3 * PATIENCE
@@ -210,7 +210,7 @@ def _centred(rows: ConeProgram, end: SelfDualSolution, gap: float) -> Point | No
 
 
 def balanced_multipliers(rows: ConeProgram, point: Point) -> FloatArray:
-    """Multipliers with Gᵀ y + τ c = 0 next to those of a point, as its place in the cones asks for."""
+    """Multipliers with Gᵀ y + τ c = 0 next to those of a point, in the metric of its scaling."""
     with np.errstate(all="ignore"):  # what is not finite is of no use, and is not taken
         scaling = rows.cones.scaling(point.s, point.y)
         left = rows.transposed(point.y) + point.tau * rows.costs
@@ -247,19 +247,19 @@ def _judged(rows: ConeProgram, point: Point, seen: tuple[FloatArray, FloatArray]
 
 
 def _sizes(rows: ConeProgram) -> tuple[float, float]:
-    """What residuals of slacks and of multipliers are relative to."""
+    """The scales of the residuals of slacks and of multipliers."""
     return max(1.0, float(np.linalg.norm(rows.limits))), max(1.0, float(np.linalg.norm(rows.costs)))
 
 
 def _sure(rest: float) -> float:
-    """What is left of a proof, so that one counts as reached where it proves something."""
+    """The relative error of a proof, so that it counts as reached only where it proves something."""
     return rest * REACHED / NEGLIGIBLE
 
 
 def _next(
     rows: ConeProgram, point: Point, seen: tuple[FloatArray, FloatArray], scaling: SmallScaling
 ) -> Point:
-    """One step of Mehrotra: towards the end, then with what that step leaves corrected."""
+    """One step of Mehrotra's predictor and corrector."""
     cones, centre = rows.cones, scaling.point
     x, s, y, tau, kappa = point
     h, c = rows.limits, rows.costs
@@ -349,7 +349,7 @@ def _refined(
         way, last = ahead + slope / last * way, slope
         along = scaling.divided(rows.times(way))
         across = float(along @ along)
-        length = slope / across if slope and across else np.inf  # nought: what is left is round-off
+        length = slope / across if slope and across else np.inf  # zero slope: the rest is round-off
         if not np.isfinite(length):
             break
         dx, dy = dx + length * way, dy + length * scaling.divided(along)

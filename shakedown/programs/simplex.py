@@ -1,4 +1,4 @@
-"""A program without cones, held for many solves: HiGHS from one basis to the next, exact to round-off."""
+"""A program without cones, kept for many solves: HiGHS from basis to basis, exact to round-off."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -26,8 +26,8 @@ from shakedown.programs.highs import (
 from shakedown.programs.program import INF, Meeting, Point, Program, Solution
 from shakedown.programs.vertex import cleaned, polished, sharpened
 
-DENSE_FROM = 80  # columns, from where on dense interior points are the quicker way to the first vertex
-FINER = 2.0**14  # by how much costs are larger where HiGHS's tolerance leaves such a reduced cost
+DENSE_FROM = 80  # columns from which on dense interior points reach the first vertex faster
+FINER = 2.0**14  # factor on costs where HiGHS's tolerance leaves a notable reduced cost
 
 
 class Simplex:
@@ -51,12 +51,12 @@ class Simplex:
         """Hold a program; ``dense`` is for those whose first solve ends at an optimum, far from the start."""
         self.program, self.scales = program.scaled()
         self._may_be_dense = dense
-        self._meeting: Meeting | None = None  # of the last vertex, where no solver has led to it
+        self._meeting: Meeting | None = None  # of the last vertex, if not found by the solver
         self._made: highspy.Highs | None = None
 
     @property
     def _highs(self) -> highspy.Highs:
-        """The solver; made when first asked for, for where the active rows are known none is needed."""
+        """The solver, created on first use, as none is needed where the active rows are known."""
         if self._made is None:
             self._made = made(self.program)
             if self._meeting is not None:
@@ -103,7 +103,7 @@ class Simplex:
         while status is None and rung < len(RUNGS):
             status, rung = self._with(RUNGS[rung]), rung + 1
         if status is None and self._highs.getModelStatus() == highspy.HighsModelStatus.kUnbounded:
-            status = Status.UNBOUNDED  # it cannot be, but no method has another answer
+            status = Status.UNBOUNDED  # should not occur, but no method gives another answer
         if status is None:
             reason = self._highs.modelStatusToString(self._highs.getModelStatus())
             raise SolverError(f"the linear program of shape {self.program.matrix.shape} ended as '{reason}'")
@@ -126,7 +126,7 @@ class Simplex:
         point: Callable[[Solution], Point],
         meeting: Callable[[], Meeting],
     ) -> Solution:
-        """A solution of the program as it is now, whatever sides and bounds are changed later."""
+        """A solution of the present program, unaffected by later changes of sides and bounds."""
         now = self.program
         kept = replace(
             now, left=now.left.copy(), right=now.right.copy(), lower=now.lower.copy(), upper=now.upper.copy()
@@ -153,21 +153,21 @@ class Simplex:
             return None
         rest = (program.cost + y @ program.matrix)[idle]
         wrong = (
-            np.where(program.right < INF, -y, y).max(initial=0.0),  # what a limit does is to push back
+            np.where(program.right < INF, -y, y).max(initial=0.0),  # a limit can only push back
             np.select([low, high], [-rest, rest], np.abs(rest)).max(initial=0.0),
         )
-        # a larger reduced cost is no round-off, and where slips are large it counts
-        if not (np.max(wrong) <= ROUND_OFF and program.violation(x) <= TOLERANCE):  # nor is NaN a vertex
+        # a larger reduced cost is not round-off, and matters where slips are large
+        if not (np.max(wrong) <= ROUND_OFF and program.violation(x) <= TOLERANCE):  # NaN is rejected, too
             return None
         point, value = (cleaned(program, x) * self.scales.x, y * self.scales.y), float(program.cost @ x)
         return self._end(Status.OPTIMAL, value, False, lambda _: point, lambda: meeting)
 
     def _dense(self) -> Solution | None:
-        """The vertex that dense interior points lead to, where that is quicker than the first simplex."""
+        """The vertex found by dense interior points, where that is faster than the first simplex."""
         rows, columns = self.program.matrix.shape
         first = self._may_be_dense and not self._made and self._meeting is None
         if not first or not DENSE_FROM <= columns <= rows:
-            return None  # a wide one is square in memory
+            return None  # a wide program would need a large square matrix
         sides = self.program.inequalities()
         matrix, right, named = (np.concatenate([part[k] for part in sides]) for k in range(3))
         found = meeting_rows(matrix, right, self.program.cost)
@@ -177,18 +177,18 @@ class Simplex:
         return self.at(np.sort(named[named >= 0]), -1 - named[named < 0])
 
     def _warm(self) -> Status | None:
-        """From where the last solve ended, be it optimal or infeasible: few pivots away as a rule."""
+        """Solve from the end of the last solve, optimal or infeasible: usually few pivots away."""
         self._highs.run()
         status = STATUSES.get(self._highs.getModelStatus())
         return None if status == Status.UNBOUNDED and self._limited() else status
 
     def _limited(self) -> bool:
-        """Whether the columns that cost something are at most at their bounds: nothing is unbounded then."""
+        """Whether bounds limit all columns with a cost, so that the program cannot be unbounded."""
         best = np.where(self.program.cost > 0, self.program.lower, self.program.upper)
         return bool(np.all(np.isfinite(best[self.program.cost != 0])))
 
     def _finish(self) -> None:
-        """Go on where a reduced cost is more than round-off: the solver takes 1e-10 for none.
+        """Continue where a reduced cost exceeds round-off, since the solver neglects 1e-10.
 
         Along a slip with little resistance even that much can change the optimum.
         """
@@ -213,7 +213,7 @@ class Simplex:
         return float(max(pulls.max(initial=0.0), sides.max(initial=0.0)))
 
     def _with(self, options: dict[str, float | str]) -> Status | None:
-        """From scratch with other options, which are put back afterwards."""
+        """Solve from scratch with other options, which are restored afterwards."""
         for name, value in options.items():
             self._highs.setOptionValue(name, value)
         self._highs.clearSolver()

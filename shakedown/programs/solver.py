@@ -1,4 +1,4 @@
-"""The solution of a program: by the simplex without cones, else by interior points with several settings."""
+"""The solution of a program: by the simplex method, or with cones by interior points in several ways."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -16,8 +16,8 @@ from shakedown.programs.dense_programs import cone_optimum
 from shakedown.programs.program import INF, Program, Solution, solution_of
 from shakedown.programs.simplex import Simplex
 
-DENSE_FROM = 60  # rows, from where on dense interior points are quicker
-CUT, MOST_CUTS = 1e-7, 300  # how near to a cone cutting planes must come, relatively; as many as may be
+DENSE_FROM = 60  # rows from which on dense interior points are faster
+CUT, MOST_CUTS = 1e-7, 300  # relative distance from a cone that cuts must reach; their largest number
 SETTINGS = tuple(
     ClarabelSettings(accuracy, step, rescaled, reduced=1e-6, stalled=True)
     for accuracy, step, rescaled in (
@@ -80,7 +80,7 @@ def by_dense_points(program: Program) -> Solution:
     if optimum is None:
         raise SolverError(f"the cone program of shape {program.matrix.shape} ended without an optimum")
     x, y = optimum
-    rest = scaled.cost + y @ matrix  # what the cone takes up
+    rest = scaled.cost + y @ matrix  # the part balanced by the cone
     y = np.concatenate([y, rest[[rank, *range(rank)]]])
     return solution_of(scaled, scales, Status.OPTIMAL, x, y)
 
