@@ -1,12 +1,12 @@
-"""What is proved of any joint by programs alone: above which load factor never, from which state safely.
+"""What programs alone prove about a joint: where shakedown is impossible, and from which states certain.
 
 Reading order: ``upper`` (λ_max and the safe slip), ``opened_by_mean_load`` and ``best_zone`` (which nodes
-stay open), ``safe_slip`` (most slack at one load factor), ``results`` (what these find), ``named_start``
-(initial slips by name). How they find it differs in the plane and in space: ``methods`` (which of both
-answer for a joint), ``plane_methods`` (over ``row_programs`` of all rows),
+stay open), ``safe_slip`` (most slack at one load factor), ``results`` (their results), ``named_start``
+(initial slips by name). The methods differ in the plane and in space: ``methods`` (which of the two
+serve a joint), ``plane_methods`` (over ``row_programs`` of all rows),
 ``space_methods`` (over ``discs/``). Then ``exact_rows`` (a problem's rows without round-off),
 ``certificate`` (exact enclosures), ``independent_solver`` (the bounds by another method). Beside them
 ``energy/`` and ``accumulated/``: what is proved from a given state on; ``collapse/``: first collapse λ_1
-and how far it is a guarantee; ``uniqueness/``: may the motion branch; ``every_state/``: proofs from every
+and how far it is a guarantee; ``uniqueness/``: are motions unique; ``every_state/``: proofs from every
 initial state; ``enumeration/``: all critical load factors.
 """

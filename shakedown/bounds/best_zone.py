@@ -19,10 +19,10 @@ from shakedown.joint.arguments import require_problem
 from shakedown.joint.contact_zone import Zone, contact_zone
 from shakedown.joint.problem import Problem
 
-NEIGHBOURS = 8  # changes tried per round, those that promise most first
-NEAREST = 4  # nodes next to opening or closing: of more than 16 these are tried, of others pairs of them
-FEW = 16  # nodes: of so few a climb that ends tries all that differ in one node
-EVERY_ZONE_UP_TO = 6  # nodes: of so few every zone is tried
+NEIGHBOURS = 8  # changes tried per round, the most promising first
+NEAREST = 4  # nodes nearest to opening or closing: tried in large joints, in small ones also in pairs
+FEW = 16  # nodes: for so few, a finished climb tries all zones that differ in one node
+EVERY_ZONE_UP_TO = 6  # nodes: for so few every zone is tried
 
 
 @dataclass(frozen=True)
@@ -65,17 +65,17 @@ class _Visit:
 
     @property
     def failed(self) -> bool:
-        """Whether its program came to no end."""
+        """Whether its program did not finish."""
         return self.zone is not None and self.found is NOTHING
 
     @property
     def rank(self) -> tuple[float, float]:
-        """The better zone has the larger one."""
+        """A better zone has a larger rank."""
         return self.load_factor, self.found.margin
 
     def surpasses(self, other: "_Visit") -> bool:
         """Whether this zone is better by more than round-off."""
-        if other.load_factor == -inf:  # which no relative margin can be added to
+        if other.load_factor == -inf:  # no relative margin can be added to this
             (_, margin), (_, least) = self.rank, other.rank
             more = NEGLIGIBLE * abs(least) if least > -inf else 0.0
             return self.load_factor > -inf or margin > least + more
@@ -119,7 +119,7 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
     def visit(nodes: tuple[int, ...]) -> _Visit:
         if nodes in visited:
             return visited[nodes]
-        if len(visited) >= methods.MOST_ZONES:  # as good as nothing: the search ends
+        if len(visited) >= methods.MOST_ZONES:  # counts as without a safe slip, so that the search ends
             return _Visit(nodes, None, NOTHING)
         climbing = all(one.load_factor == -inf for one in visited.values())
         visited[nodes] = _visit(problem, nodes, climbing, tolerances)
@@ -133,7 +133,7 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
         if problem.n <= EVERY_ZONE_UP_TO:
             sizes = (combinations(range(problem.n), size) for size in range(1, problem.n))
             found = [visit(nodes) for nodes in chain([best.nodes], *sizes)]
-        else:  # in space a climb takes many cone programs: of large joints only from the best start
+        else:  # in space a climb takes many cone programs; large joints start only from the best
             starts.sort(key=lambda nodes: visit(nodes).rank, reverse=True)
             several = problem.n <= methods.ALL_COMPARED_UP_TO
             found = [_climb(visit, start, tolerances) for start in (starts if several else starts[:1])]
@@ -144,19 +144,19 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
 
 
 def _first_of_the_best(found: Iterable[_Visit]) -> _Visit:
-    """Of zones that are as good as each other but for round-off the first."""
+    """The first of the zones that are equally good up to round-off."""
     return reduce(lambda best, other: other if other.surpasses(best) else best, found)
 
 
 def _climb(visit: Visitor, start: tuple[int, ...], tolerances: Tolerances) -> _Visit:
-    """From one zone to better ones while there are any; of many nodes only the nearest to a change are tried.
+    """Climb from one zone to better ones; with many nodes only those nearest to a change are tried.
 
     Those that its rows ask for are tried first, others where none of them is better, pairs last. Of 41
     random joints in space of 5 to 7 nodes single changes alone missed the best zone of two, as large
     joints are searched of three; with pairs none was missed.
     """
     best = visit(start)
-    while True:  # ends: every step is better than all before, and there are finitely many zones
+    while True:  # ends, as every step is better than all before, and zones are finitely many
         better = _better(visit, best, _asked_for(best, tolerances))
         if better is best:
             better = _better(visit, best, _nearest(best))
@@ -182,7 +182,7 @@ def _better(visit: Visitor, best: _Visit, neighbours: Iterator[tuple[int, ...]])
 def _visit(problem: Problem, nodes: tuple[int, ...], compared: bool, tolerances: Tolerances) -> _Visit:
     """One zone; ``compared``: with others without a safe slip, if it has none itself.
 
-    One whose program comes to no end is as good as nothing, and left out.
+    A zone whose program does not finish counts as without a safe slip, and is left out.
     """
     try:
         zone = contact_zone(problem, nodes, tolerances=tolerances)
@@ -195,14 +195,14 @@ def _visit(problem: Problem, nodes: tuple[int, ...], compared: bool, tolerances:
 
 
 def _asked_for(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ...]]:
-    """Zones that its rows ask for, the strongest first, which differ in one node.
+    """Zones suggested by the multipliers of its rows, the strongest first, each differing in one node.
 
     With two tangential directions those that differ in several come before them.
     """
-    if visit.zone is None:  # what nothing holds open is closed again
+    if visit.zone is None:  # open nodes that nothing holds are closed again
         yield from (_changed(visit, node) for node in visit.nodes[:NEIGHBOURS])
         return
-    if len(visit.found.multipliers) == 0:  # unbounded: there is no better one
+    if len(visit.found.multipliers) == 0:  # unbounded, so there is no better zone
         return
     methods = methods_of(visit.zone.problem)
     weights = methods.change_weights(visit.zone, visit.found, tolerances)
@@ -227,9 +227,9 @@ def _pairs(visit: _Visit) -> Iterator[tuple[int, ...]]:
 
 
 def _by_slack(visit: _Visit) -> list[int]:
-    """The nodes of a safe zone, those with the least of their limits or gaps left first; none of others.
+    """The nodes of a safe zone in increasing order of slack; empty for other zones.
 
-    Of those that are at a limit but for round-off the order is theirs.
+    Nodes at a limit up to round-off keep their order.
     """
     if visit.zone is None or len(visit.found.x) == 0:
         return []
@@ -247,7 +247,7 @@ def _changed(visit: _Visit, *nodes: int) -> tuple[int, ...]:
 def chosen_zone(
     problem: Problem, open_nodes: Iterable[int] | Literal["auto"], tolerances: Tolerances = DEFAULT
 ) -> tuple[Zone, bool]:
-    """The zone that a caller asks for: given node by node, or ``"auto"`` for the best one found.
+    """The requested zone: given node by node, or ``"auto"`` for the best one found.
 
     With it whether that is a zone without a safe slip, and others were left out.
     """

@@ -1,4 +1,4 @@
-"""Bounds in exact arithmetic: the optimum between two neighbouring floats, or the proof of a status."""
+"""Bounds in exact arithmetic: the optimum between two adjacent floats, or the proof of a status."""
 
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -30,9 +30,9 @@ from shakedown.programs.vertex import without_round_off
 
 UPPER_CERTIFIED_UP_TO = 250  # nodes: one program, half a second; several where it is degenerate
 LOWER_CERTIFIED_UP_TO = 40  # nodes: one program per node, about a second
-LOWER_WORK = 5e5  # of its pivots together: where the coupling is round-off every node takes dozens of them
+LOWER_WORK = 5e5  # budget of all pivots, as every node takes dozens where the coupling is round-off
 
-ROUNDED = 8  # how many units in the last place of the data are allowed for
+ROUNDED = 8  # units in the last place allowed as error of the data
 
 NO_VERTEX = "exact arithmetic found no vertex near the solution in floating-point numbers"
 NO_END = "exact arithmetic was left before its end, so long is the way from floats to an exact vertex"
@@ -72,7 +72,7 @@ class Certificate:
 
 @dataclass(frozen=True)
 class Disputed(Missing):
-    """Exact arithmetic on the stored digits contradicts the floats by more than the data allow."""
+    """Raised where exact arithmetic on the stored digits contradicts floats by more than the data allow."""
 
 
 def certified_upper(problem: Problem, outcome: Solution, tolerances: Tolerances) -> Certificate | Missing:
@@ -107,7 +107,7 @@ def certified_upper(problem: Problem, outcome: Solution, tolerances: Tolerances)
 def rests_on_round_off(
     rows: Constraints, slip: FloatArray, load_factor: float, tolerances: Tolerances
 ) -> bool:
-    """Whether a slip is so large that the last digits of the stored stiffness make the answer.
+    """Whether a slip is so large that the last digits of the stored stiffness determine the answer.
 
     A body held by the contact alone has rigid motions without resistance. Stored, they
     have one of the size of round-off, and exact arithmetic would build on it.
@@ -118,7 +118,7 @@ def rests_on_round_off(
 
 
 def starts_safe(problem: Problem, outcome: Solution, tolerances: Tolerances) -> bool | None:
-    """Whether there is a safe slip at load factor 0, exactly; None where that stays open.
+    """Whether there is a safe slip at load factor 0, exactly; None where that remains open.
 
     ``outcome`` is the end of the linear program min λ subject to every row.
     """
@@ -177,7 +177,7 @@ def certified_lower(
 def _collapses_earlier(
     program: ExactProgram, outcome: Solution, best: ExactVertex, work: Work
 ) -> ExactVertex | Missing | None:
-    """Where a node collapses at a smaller load factor than the best one; None where it is proved not to."""
+    """The earlier collapse of a node, if it is below the best one; None where it is proved not to be."""
     start, value = _start(program, outcome), (-best.x[-1], best.x_scale)
     if outcome.status == Status.OPTIMAL and proves_at_most(program, *start, value):
         return None
@@ -192,7 +192,7 @@ def _collapses_earlier(
 def _accepted(
     certificate: Certificate, problem: Problem, outcome: Solution, node: int | None, tolerances: Tolerances
 ) -> Certificate | Missing:
-    """The certificate, unless it contradicts the floats and these are right, as far as can be told.
+    """The certificate, unless it contradicts the floats and these appear to be right.
 
     ``outcome`` is what the floats say: of λ_max, or of the collapse of a node. Where the two differ the
     program is solved once more by interior points. If that confirms the floats, or if the exact slip is
@@ -206,7 +206,7 @@ def _accepted(
     if outcome.status == certificate.status and _agree(plain, exact, margin, rows, tolerances):
         return certificate
     touching = certificate.status == Status.INFEASIBLE and _agree(plain, 0.0, margin, rows, tolerances)
-    if touching:  # in floats the limits still meet in a point, at no load factor at all
+    if touching:  # in floats the limits still meet in a point, but at no load factor
         return certificate
     towards = -1.0 if node is None else 1.0
     program = load_factor_program(rows, towards, tolerances)
@@ -226,7 +226,7 @@ def _accepted(
 
 
 def _left_open(problem: Problem, rows: Constraints, outcome: Solution) -> float:
-    """By how much the round-off of the stored stiffness and loads can shift λ at the vertex of the floats."""
+    """How far the round-off of the stored stiffness and loads can shift λ at the vertex of the floats."""
     if not outcome.optimal:
         return 0.0
     slip, load_factor = rows.slips(outcome.x[:-1]), outcome.x[-1]
@@ -236,7 +236,7 @@ def _left_open(problem: Problem, rows: Constraints, outcome: Solution) -> float:
 
 
 def _agree(one: float, two: float, margin: float, rows: Constraints, tolerances: Tolerances) -> bool:
-    """Whether two load factors differ by no more than what the data leave open and floats resolve."""
+    """Whether two load factors agree within the accuracy of the data and of floats."""
     if not (np.isfinite(one) and np.isfinite(two)):
         return one == two or (np.isnan(one) and np.isnan(two))
     scale = float(np.abs(rows.g).max()) / (float(np.abs(rows.d).max()) or inf)
@@ -257,7 +257,7 @@ def _doubtful(certificate: Certificate, rows: Constraints, tolerances: Tolerance
 def significant(
     rows: Constraints, slip: FloatArray, load_factor: float, tolerances: Tolerances
 ) -> FloatArray:
-    """Slip and load factor (n + 1,), with zero for what changes no row by more than its round-off."""
+    """Slip and load factor (n + 1,), with entries that change no row beyond its round-off set to zero."""
     matrix, x = np.column_stack([rows.G, rows.d]), np.append(slip, load_factor)
     return without_round_off(matrix, x, rows.g, tolerances.cancellation * len(x))
 

@@ -21,7 +21,7 @@ Exact = NDArray[np.object_]  # fractions (FLINT's fmpq), element by element
 
 @dataclass(frozen=True)
 class ExactRows:
-    """The constraint rows of the problem as stored, each times a positive number that makes it whole.
+    """The constraint rows of the problem as stored, each scaled to integers by a positive number.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ def _mean(samples: FloatArray, given: FloatArray | None, in_floats: FloatArray) 
 
 
 def _totals(samples: FloatArray) -> list[Fraction]:
-    """The exact sum of every column: each entry is a whole number of the finest binary unit of its column."""
+    """The exact sum of every column, with entries as integers of the finest binary unit of the column."""
     totals = []
     for column in samples.T:
         mantissa, exponent = np.frexp(column)
@@ -99,12 +99,12 @@ def _totals(samples: FloatArray) -> list[Fraction]:
 
 
 def _extremes(problem: Problem, law: Law, q0: Exact, p0: Exact) -> Exact:
-    """d: the largest of ±q¹ − f p¹ over the load steps; in floats it is known which steps can be it."""
+    """d: the largest of ±q¹ − f p¹ over the load steps; floats tell which steps are candidates."""
     loop, rows = loading(problem), constraints(problem)
     pressed = np.abs(problem.p_w) + np.abs(loop.p0)
     terms = np.abs(problem.q_w) + np.abs(loop.q0) + problem.law.limit(pressed)
     size = np.where(rows.sided, terms.max(axis=0)[rows.node], pressed.max(axis=0)[rows.node])
-    reached = step_loads(problem) >= rows.d - NEGLIGIBLE * size  # so near to the largest it may be it
+    reached = step_loads(problem) >= rows.d - NEGLIGIBLE * size  # candidates for the exact maximum
     near = np.zeros((problem.m, problem.n), dtype=bool)
     np.logical_or.at(near.T, rows.node, reached.T)
     moving_q, moving_p = np.any(loop.q1 != 0, axis=0), np.any(loop.p1 != 0, axis=0)

@@ -27,7 +27,7 @@ from shakedown.programs.conic import ClarabelSettings, by_clarabel, by_cvxpy, in
 from shakedown.programs.program import Program, Solution
 from shakedown.programs.scaling import ProgramScales
 
-# As accurate as can be, in numbers near 1 already; with shorter steps where that stalls.
+# The highest accuracy, for data already scaled to numbers near 1; shorter steps where that stalls.
 SETTINGS = (
     ClarabelSettings(1e-11, 0.99, rescaled=False, reduced=1e-8),
     ClarabelSettings(1e-9, 0.9, rescaled=False, reduced=1e-8),
@@ -107,7 +107,7 @@ def conic_upper_bound(
     rows, steps = constraints(problem), step_loads(problem)
     most = load_factor_program(rows, towards=-1.0, tolerances=tolerances)
     taken = np.zeros(steps.shape, dtype=bool)
-    taken[rows.step, np.arange(len(rows.step))] = True  # few of all rows matter: these first
+    taken[rows.step, np.arange(len(rows.step))] = True  # only few rows matter: begin with these
     while True:  # ends: every round takes further rows, and there are finitely many
         step, row = np.nonzero(taken)
         matrix = np.column_stack([rows.coefficients[row], steps[step, row]])
@@ -123,14 +123,14 @@ def conic_upper_bound(
 
 
 def _without_round_off(rows: Constraints) -> Constraints:
-    """The limits of a joint in space without right-hand sides that are the round-off of a mean."""
+    """The limits of a joint in space, without right-hand sides that are only the round-off of a mean."""
     size = np.maximum(np.abs(rows.g), np.abs(rows.d))
     of_cones = np.repeat(np.maximum.reduceat(size, rows.heads), rows.cones)
     return replace(rows, g=np.where(np.abs(rows.g) <= MOTION_ROUND_OFF * of_cones, 0.0, rows.g))
 
 
 def _bound_over_discs(rows: Constraints, solver: str | None, tolerances: Tolerances) -> ConicBound:
-    """λ_max of a joint in space; as far as anything is safe where that has no end."""
+    """λ_max of a joint in space; where it is unbounded, as far as anything is safe."""
 
     def end(towards: float) -> ConicBound:
         if solver is not None:
@@ -205,7 +205,7 @@ def _sparse(rows: Constraints, towards: float, tolerances: Tolerances) -> _Spars
 
 
 def _bound_in_zone(rows: Constraints, solver: str | None, tolerances: Tolerances) -> ConicBound:
-    """λ_max of closed and open nodes; gaps, most of which never close, where they are broken."""
+    """λ_max of a zone; gap rows, most of which never matter, are added where they are violated."""
     taken, most = rows.side != Side.GAP, load_factor_program(rows, towards=-1.0, tolerances=tolerances)
     while True:
         bound = extreme_load_factor(replace(most, matrix=most.matrix[taken], right=rows.g[taken]), solver)
@@ -267,7 +267,7 @@ def conic_lower_bound(
     decided = [end for end in found if end.status != Status.UNDECIDED]
     best = min(decided, key=lambda end: end.load_factor, default=found[0])
     open_ends = len(decided) < len(found)
-    if open_ends and not best.load_factor <= tolerances.feasibility:  # a program left open may end lower
+    if open_ends and not best.load_factor <= tolerances.feasibility:  # an unfinished program might end lower
         return _nothing(Status.UNDECIDED, rows.n, start.solver)
     return best
 
@@ -303,7 +303,7 @@ def extreme_load_factor(program: Program, solver: str | None = None) -> ConicBou
 
 
 def _first_end(attempts: Sequence[Callable[[], ConicBound]], size: int, solver: str) -> ConicBound:
-    """The end that the first attempt comes to; undecided where none comes to one."""
+    """The result of the first attempt that finishes; undecided where none does."""
     for each in attempts:
         end = sought(each)
         if not isinstance(end, Missing):

@@ -20,22 +20,22 @@ from shakedown.joint.problem import Problem
 
 
 class Methods(Protocol):
-    """What a family of methods has: a module with these functions, and what it leaves out.
+    """The interface of a family of methods: a module with these functions and constants.
 
     Attributes
     ----------
     ABSENT
         Why a limit does not exist for joints of this kind, by its word in documents.
     FEW_NODES
-        Of more, a run takes more than hundredths of a second: fewer are made, less sharply, in threads.
+        Above this number a run takes more than hundredths of a second: fewer runs, less accurate, in threads.
     HOLDING_BALL_SOONER
         Whether an energy ball that holds a slip is found sooner than the largest one.
     MOST_ZONES
-        Contact zones that a search solves: then the best one so far is the answer.
+        Largest number of contact zones solved in a search, whose answer is the best one so far.
     ALL_COMPARED_UP_TO
         Nodes up to which all zones that differ in one node are compared, and searches begin in every start.
     CHANGES_AT_ONCE
-        So many nodes are changed at once first.
+        Numbers of nodes changed at once, the first ones first.
     """
 
     @property
@@ -64,10 +64,10 @@ class Methods(Protocol):
         """λ_max of a zone among others; ``compared``: with its margin where it has no safe slip."""
 
     def change_weights(self, zone: Zone, found: ZoneLimit, tolerances: Tolerances) -> dict[int, float]:
-        """How strongly the limits of a zone ask for a node to be opened or closed."""
+        """How strongly the multipliers of a zone suggest opening or closing a node."""
 
     def limits_left(self, zone: Zone, found: ZoneLimit) -> tuple[NDArray[np.intp], FloatArray]:
-        """How near nodes are to opening or closing: nodes (k,), and the slack left, relative."""
+        """The nodes nearest to opening or closing (k,), and their relative slack."""
 
     def energy_bound(
         self, zone: Zone, given: FloatArray, distance: float, tolerances: Tolerances, *, split: bool
@@ -92,7 +92,7 @@ class Methods(Protocol):
 
 
 def takes_long(problem: Problem) -> bool:
-    """Whether runs of a joint take so long that fewer are made, less sharply, in several threads."""
+    """Whether runs of a joint take so long that fewer are made, less accurately, in several threads."""
     return problem.n > methods_of(problem).FEW_NODES
 
 

@@ -18,7 +18,7 @@ NAMES = ("zero", "given", "safe", "witness")
 def named_start(
     problem: Problem, load_factor: float, name: str, open_nodes: tuple[int, ...] = ()
 ) -> FloatArray:
-    """The initial slip, (dn,), that a word stands for.
+    """The initial slip, (dn,), of a given name.
 
     ``"zero"``; ``"given"``: the first of the problem's own; ``"safe"``: a safe slip at this load factor,
     through the transient load steps too, where there is such a slip; ``"witness"``: the critical slip
@@ -56,7 +56,7 @@ def named_start(
 
 @checked
 def moved_by_transient(problem: Problem, load_factor: float) -> bool:
-    """Whether transient load steps move every slip that is safe in the loop."""
+    """Whether the transient load steps move every slip that is safe in the loop."""
     require_problem(problem)
     if problem.q_transient is None:
         return False

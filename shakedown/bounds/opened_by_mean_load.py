@@ -1,4 +1,4 @@
-"""Which nodes the mean load opens: the contact zone in which a search for the best one begins."""
+"""The nodes that the mean load opens: the contact zone from which a search for the best one starts."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,8 +8,8 @@ from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 
-PATIENCE = 10  # changes of all nodes at once that may leave no fewer nodes on the wrong side
-ALONE = 4  # changes of one node at a time, per node, after which the search ends as it is
+PATIENCE = 10  # simultaneous changes allowed without reducing the number of nodes on the wrong side
+ALONE = 4  # single changes per node after which the search ends
 
 Mask = NDArray[np.bool_]
 

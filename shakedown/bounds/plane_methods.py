@@ -1,4 +1,4 @@
-"""How safe slips are sought in the plane: linear programs over the two opposite limits of every node."""
+"""Safe slips in the plane: linear programs over the two opposite limits of every node."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -105,7 +105,7 @@ def _least(rows: Constraints, tolerances: Tolerances) -> tuple[float, tuple[str,
 
 def least_load_factor(rows: Constraints, tolerances: Tolerances) -> float:
     """λ_lo ≥ 0, from where on there are safe slips; NaN where there are none."""
-    # What is safe is so at every smaller load factor; or v = 0 is safe under the mean load.
+    # A safe slip is safe at every smaller load factor; or v = 0 is safe under the mean load.
     if np.all(rows.d >= 0) or np.all(rows.g >= 0):
         return 0.0
     least = solve(load_factor_program(rows, towards=+1.0, tolerances=tolerances))
@@ -177,7 +177,7 @@ def _unbounded(
 def _widest_direction(
     rows: Constraints, certificate: Certificate | None, tolerances: Tolerances
 ) -> FloatArray:
-    """v with G v + d ≤ 0, with slack to spare where there is any."""
+    """v with G v + d ≤ 0, with slack where possible."""
     norms = np.linalg.norm(rows.G, axis=1)
     cap = float(np.max(np.abs(rows.d)[norms > 0] / norms[norms > 0], initial=0.0))
     found = widest(rows.coefficients, norms, -rows.d, cap=cap, tolerances=tolerances)
@@ -188,14 +188,14 @@ def upper(zone: Zone, transient: bool, certify: bool | None, tolerances: Toleran
     """λ_max of the closed nodes."""
     problem, rows = zone.problem, zone.rows(transient)
     certify = problem.n <= UPPER_CERTIFIED_UP_TO if certify is None else certify
-    whole = rows is constraints(problem)  # certificates are of these rows
+    whole = rows is constraints(problem)  # certificates exist for these rows
     found = limit_of_rows(problem, rows, certify and whole, tolerances)
     moved = not whole and not zone.open_nodes and found.status == Status.INFEASIBLE
     return replace(found, reason=MOVED) if moved else found
 
 
 def safe_slip(zone: Zone, load_factor: float, transient: bool, tolerances: Tolerances) -> SafeSlip:
-    """The slip with the largest margin to every row."""
+    """The slip with the largest margin to all rows."""
     rows = zone.rows(transient)
     right = rows.g - load_factor * rows.d
     norms = np.linalg.norm(rows.G, axis=1)
@@ -244,21 +244,21 @@ def zone_limit(zone: Zone, compared: bool, tolerances: Tolerances) -> ZoneLimit:
 
 
 def change_weights(zone: Zone, found: ZoneLimit, tolerances: Tolerances) -> dict[int, float]:
-    """How strongly rows ask for a node to be opened or closed."""
+    """How strongly the multipliers of rows suggest opening or closing a node."""
     rows, pressing = zone.constraints, found.multipliers
     weight = pressing * np.maximum(np.abs(rows.G).max(axis=1), np.abs(rows.d))
     sided = rows.sided
     weights = {int(rows.node[i]): float(weight[i]) for i in np.flatnonzero(~sided & (weight > 0))}
     by_node, nodes = by_side(weight[sided]), by_side(rows.node[sided])[:, 0]
     lifting = by_node.min(axis=1) > 0 if len(found.x) == 0 else _at_the_apex(found, rows, tolerances)
-    lifting &= zone.problem.f[nodes] > 0  # without friction the pressure has a row of its own
+    lifting &= zone.problem.f[nodes] > 0  # without friction the pressure is a row of its own
     for node, share in zip(nodes[lifting], by_node[lifting].sum(axis=1), strict=True):
         weights[int(node)] = float(share)
     return weights
 
 
 def _at_the_apex(found: ZoneLimit, rows: Constraints, tolerances: Tolerances) -> NDArray[np.bool_]:
-    """Closed nodes with both limits active: neither pressure nor shear is left at their extreme steps."""
+    """Closed nodes with both limits active: pressure and shear vanish at their extreme steps."""
     tight = np.abs(rows.relative_excess(found.x, found.load_factor)) <= tolerances.feasibility
     return np.asarray(by_side(tight[rows.sided]).all(axis=1))
 

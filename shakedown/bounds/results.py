@@ -1,4 +1,4 @@
-"""What is found of safe slips: the largest load factor that has one, one of them, zones compared."""
+"""Results on safe slips: the largest load factor with one, the safest slip, the comparison of zones."""
 
 from dataclasses import dataclass, field
 from math import nan

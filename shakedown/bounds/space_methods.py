@@ -1,4 +1,4 @@
-"""How safe slips are sought in space: cone programs over the disc of every node and load step."""
+"""Safe slips in space: cone programs over the disc of every node and load step."""
 
 from collections.abc import Mapping
 from math import inf, nan
@@ -37,13 +37,13 @@ ABSENT: Mapping[str, str] = {
     "sensitivities": in_the_plane_only("sensitivities"),
     "guarantee_curve": in_the_plane_only("guarantee curve", NO_SIDES),
 }
-CERTIFIED_UP_TO = 1000  # nodes: as long as the bound itself
-FEW_NODES = 50  # of which runs take hundredths of a second
+CERTIFIED_UP_TO = 1000  # nodes; certification takes as long as the bound itself
+FEW_NODES = 50  # nodes up to which runs take hundredths of a second
 HOLDING_BALL_SOONER = True
-MOST_ZONES = 100  # each takes a cone program
+MOST_ZONES = 100  # each costs a cone program
 ALL_COMPARED_UP_TO = 16  # nodes
 CHANGES_AT_ONCE = (8, 4, 2)  # changes at once
-INSIDE = 1.05  # σ over |y| from where on multipliers point well inside their cone
+INSIDE = 1.05  # ratio σ / |y| from which on multipliers are well inside their cone
 
 
 def upper(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> UpperBound:

@@ -19,8 +19,8 @@ from shakedown.joint.problem import Problem
 from shakedown.programs.program import Program
 from shakedown.programs.solver import solve
 
-LARGEST = 300  # closed nodes: with more the program takes longer than all others
-WITHIN = 0.5  # of what counts as safe: so far it may be outside, as safe slips at λ_max may have no inside
+LARGEST = 300  # closed nodes; above this the program takes longer than all others
+WITHIN = 0.5  # share of the tolerance by which rows may be violated, as the set at λ_max may be flat
 NOT_FOUND = (
     "no contact zone that was tried has a safe slip, and not all were: "
     "the nodes that stay open in the long run (simulate names them) may be given"
@@ -105,7 +105,7 @@ def _in_zone(zone: Zone, found: UpperBound, tolerances: Tolerances) -> UpperBoun
 
 
 def _least_slip(zone: Zone, load_factor: float, known: FloatArray, tolerances: Tolerances) -> FloatArray:
-    """The safe slip whose largest slip of a node is least (k,); ``known``, a safe one, where none is found.
+    """The safe slip that minimises the largest slip of a node (k,); ``known``, a safe one, if none is found.
 
     Where no more than its open nodes hold a body safe slips may be far away, and many: the program of λ_max
     ends in any of them. This one minimises t, |v_i| ≤ t at every node, v in every row.

@@ -1,4 +1,4 @@
-"""What is proved from a given state on by how far nodes can slip in all, in any order of the loads.
+"""Proofs from a given state by bounds on the total slip of nodes, for any order of the loads.
 
 Reading order: ``slip_arcs`` (the directions in which nodes may slip), ``lids`` (how far the nodes can slip in
 all), ``arc_search`` (how far a node is from slipping in a direction, what slip in an arc of directions takes

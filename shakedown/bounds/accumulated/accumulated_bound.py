@@ -29,10 +29,10 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import rigid_slips, with_free_rigid_slips
 
-ACCURACY = {1: 1e-7, 2: 1e-4}  # of the load factor, relative, with so many directions
-PARTS = {1: (1,), 2: (1, 15)}  # into which a 96th of the circle may be divided: none at first
-FIRST_STEP = 64.0  # times the accuracy, above what is proved already
-BACK = (0.0, 1e-9, 1e-7, 1e-5)  # of a load factor found, until its conditions are confirmed
+ACCURACY = {1: 1e-7, 2: 1e-4}  # relative accuracy of the load factor, by the number of directions
+PARTS = {1: (1,), 2: (1, 15)}  # numbers of parts of a 96th of the circle, undivided at first
+FIRST_STEP = 64.0  # times the accuracy: first step above what is proved already
+BACK = (0.0, 1e-9, 1e-7, 1e-5)  # relative steps back from a load factor until its conditions are confirmed
 UNLIMITED = "no load factor takes any node nearer to slipping"
 FRICTIONLESS, ROUND_OFF_ALONE = "frictionless", "round-off"
 REASONS = {
@@ -47,7 +47,7 @@ REASONS = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SlipArcs(Result):
-    """How far nodes can slip, direction by direction: the evidence of :class:`AccumulatedBound`.
+    """Bounds on the slip of nodes by direction: the evidence of :class:`AccumulatedBound`.
 
     Attributes
     ----------
@@ -184,7 +184,7 @@ def total_slip_bound(
     *,
     start_error: ArrayLike = 0.0,
 ) -> AccumulatedBound:
-    """How far nodes slip in all at one load factor and below, from an initial slip.
+    """Bounds on the total slip of nodes at one load factor and below, from an initial slip.
 
     Parameters
     ----------
@@ -230,7 +230,7 @@ def _search(problem: Problem, start: Start, parts: int) -> ArcSearch:
 
 
 def _farthest(search: ArcSearch, known: FoundArcs | None) -> tuple[FoundArcs, NoLids | None]:
-    """The largest load factor, from one that wider sectors prove on."""
+    """The largest load factor, starting from one that wider sectors prove."""
     low = search.closed(0.0 if known is None else known.load_factor)
     accuracy, elastic = ACCURACY[search.cells.d], search.slacks.elastic
     if elastic == inf:
@@ -239,13 +239,13 @@ def _farthest(search: ArcSearch, known: FoundArcs | None) -> tuple[FoundArcs, No
 
 
 def _confirmed(problem: Problem, start: Start, found: FoundArcs, why: NoLids | None) -> AccumulatedBound:
-    """What the conditions confirm, at a load factor that is as little smaller as can be."""
+    """The confirmed bound, at a load factor reduced as little as possible."""
     joint, doubt = with_free_rigid_slips(problem), rigid_slips(problem).doubt
     exact = problem.directions == 1 and problem.n <= LOWER_CERTIFIED_UP_TO and not doubt
     arcs, lids, total = found.arcs, found.lids, found.lids.total
     for back in BACK if why is not None else BACK[:1]:
         load_factor = (1.0 - back) * found.load_factor
-        at = min(load_factor, 1.0)  # of conditions that hold at every load factor
+        at = min(load_factor, 1.0)  # where conditions hold at every load factor
         if confirmed(joint, start, at, arcs, lids, exact=exact):
             return AccumulatedBound(
                 status=Status.OPTIMAL if load_factor < inf else Status.UNBOUNDED,

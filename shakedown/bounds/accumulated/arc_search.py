@@ -1,4 +1,4 @@
-"""Arcs of slip that are wide enough at a load factor: outside them no node ever reaches its limit."""
+"""The search for arcs of slip directions outside which no node ever reaches its limit at a load factor."""
 
 from dataclasses import dataclass, replace
 from math import inf
@@ -16,7 +16,7 @@ from shakedown.joint.problem import Problem
 
 START = "start"
 ALL_AROUND = "all directions"
-STRETCH = 1.001  # of directions at corners of cells, at most
+STRETCH = 1.001  # largest length of the vectors at corners of cells
 
 
 class Slacks(NamedTuple):
@@ -99,7 +99,7 @@ class ArcLimits:
             raise NoLids(START, int(p.argmin()))
 
     def slopes(self, node: Numbers, e: FloatArray, arcs: Arcs) -> FloatArray:
-        """What slip in arcs at least adds to the limits of nodes (p,) in directions (p, d), (p, K)."""
+        """Lower bounds on the effect of slip in arcs on limits of nodes (p,) in directions (p, d), (p, K)."""
         i = node[:, None]
         rows = self._fB[i, arcs.node]
         for x in range(e.shape[1]):
@@ -116,7 +116,7 @@ class ArcSearch:
     slacks: Slacks
 
     def closed(self, load_factor: float) -> "FoundArcs":
-        """With as many more cells chosen as it takes that nodes slip in chosen ones only.
+        """Extend the chosen cells until nodes slip only in these.
 
         Cells in which a node may slip are divided before they are chosen.
 
@@ -145,7 +145,7 @@ class ArcSearch:
         return arcs, lids_of(arcs.node, kept, slack, slopes)
 
     def _entered(self, load_factor: float, arcs: Arcs, lids: Lids) -> Flags:
-        """The cells outside the arcs in which a node may come to slip."""
+        """The cells outside the arcs in which a node may slip."""
         cells, slack = self.cells, self.slacks.at(load_factor)
         most = STRETCH * self.limits.reach[:, arcs.node] @ lids.total
         near = np.flatnonzero(~cells.chosen & (slack.min(axis=1) <= most[cells.node]))
@@ -158,7 +158,7 @@ class ArcSearch:
         return entered
 
     def _with(self, entered: Flags) -> "ArcSearch":
-        """With cells divided, and with those chosen that are as narrow as can be."""
+        """Divide cells, and choose those that are as narrow as possible."""
         cells, parts = self.cells, entered & self.cells.divisible
         chosen = replace(cells, chosen=cells.chosen | (entered & ~parts))
         if not parts.any():
@@ -185,7 +185,7 @@ class FoundArcs:
 
 
 def search_about(limits: ArcLimits, parts: int) -> ArcSearch:
-    """Nothing chosen; the cells may be divided into so many parts."""
+    """A search with no cell chosen yet; cells may be divided into a number of parts."""
     cells = all_cells(limits.problem.n, limits.problem.directions, parts)
     return ArcSearch(limits, cells, limits.slacks(cells.node, cells.corners))
 

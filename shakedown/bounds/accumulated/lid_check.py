@@ -1,4 +1,4 @@
-"""The conditions of the theorem from the problem as it is stored, in floats or without round-off."""
+"""The conditions of the theorem, checked on the problem as stored, in floats or without round-off."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -15,8 +15,8 @@ from shakedown.joint.law import Law
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 
-WIDTH = np.pi / 48  # of the pieces of a circle to begin with
-HALVED = 10  # times, where a condition does not hold at the corners of a piece
+WIDTH = np.pi / 48  # initial width of the pieces of a circle
+HALVED = 10  # largest number of bisections where a condition fails at the corners of a piece
 
 
 class Start(NamedTuple):
@@ -39,7 +39,7 @@ def confirmed(
         return False
     for _ in range(HALVED):
         pieces = pieces.part(~claim.holds(pieces))
-        if not (pieces.high > pieces.low).any():  # none is left, or none can be halved
+        if not (pieces.high > pieces.low).any():  # no piece is left, or none can be halved
             break
         pieces = pieces.halved()
     return not len(pieces.node)
@@ -101,7 +101,7 @@ def _sectors(n: int, arcs: Arcs) -> _Pieces | None:
 
 
 class _Claim:
-    """The conditions in numbers of one kind: floats, or fractions."""
+    """The conditions in one kind of numbers, floats or fractions."""
 
     def __init__(
         self, problem: Problem, start: Start, load_factor: float, arcs: Arcs, lids: Lids, exact: bool
@@ -145,7 +145,7 @@ class _Claim:
         return bool(np.all(p > 0))
 
     def holds(self, pieces: _Pieces) -> Flags:
-        """In which pieces nodes stay below their lids, or outside all arcs away from their limits, (c,)."""
+        """In which pieces nodes stay below their lids, or outside all arcs clear of their limits, (c,)."""
         corners = pieces.corners(self._slip.shape[1])
         count = corners.shape[1]
         node, arc = pieces.node.repeat(count), pieces.arc.repeat(count)

@@ -1,4 +1,4 @@
-"""How far nodes can slip in all: lids on their arcs, and what all slips below them leave of a limit."""
+"""Bounds on total slip: lids on arcs, and the slack of a limit that remains for all slips below them."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from shakedown.ground.round_off import ITERATIONS, NEGLIGIBLE
 from shakedown.ground.size_limits import BLOCK
 
 OWN, TOGETHER = "own limit", "coupling"
-MARGIN = 1e-12  # of the terms of a sum: what the round-off of thousands of nodes does not reach
+MARGIN = 1e-12  # relative to the terms of a sum: larger than the round-off of thousands of nodes
 UP = 1.0 + MARGIN
 
 
@@ -49,7 +49,7 @@ class Lids:
         return y
 
     def _least(self, y: FloatArray, slack: FloatArray, slopes: FloatArray) -> FloatArray:
-        """The least multipliers; those that are known where it would leave nothing either.
+        """The least multipliers; the known ones where the least would leave no slack either.
 
         From those that are positive anyway on, one solution after the other from below.
         """
@@ -69,7 +69,7 @@ class Lids:
 
 
 class NoLids(Exception):
-    """There are no lids; why, in a word, and at which node."""
+    """Raised where there are no lids; with the reason in a word, and the node."""
 
     def __init__(self, word: str, node: int) -> None:
         super().__init__(word, node)

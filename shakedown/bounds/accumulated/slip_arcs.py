@@ -12,9 +12,9 @@ from shakedown.ground.float_array import FloatArray
 Numbers = NDArray[np.intp]
 Flags = NDArray[np.bool_]
 
-SECTORS = 96  # of a circle, to begin with
+SECTORS = 96  # sectors of a circle at the start
 WIDEST = (
-    6  # arcs at least in a circle: in wider ones slip in one direction hinders too little that in another
+    6  # least number of arcs in a circle; in wider ones slip in one direction hardly hinders that in another
 )
 
 
@@ -106,7 +106,7 @@ class Cells:
         return np.asarray(self.size > 1)
 
     def divided(self, which: Flags) -> "Cells":
-        """Some cells in parts of the smallest width."""
+        """Divide some cells into parts of the smallest width."""
         count = np.where(which, self.size, 1)
         place = np.repeat(np.arange(len(count)), count)
         within = np.arange(len(place)) - np.repeat(np.cumsum(count) - count, count)
@@ -119,7 +119,7 @@ class Cells:
         )
 
     def arcs(self) -> "Grouped | None":
-        """The arcs that the chosen cells make up; None where these fill a circle."""
+        """The arcs formed by the chosen cells; None where these fill a circle."""
         runs: list[Numbers] = []
         for node in np.unique(self.node[self.chosen]).tolist():
             mine = np.flatnonzero(self.node == node)

@@ -27,8 +27,8 @@ from shakedown.joint.result import Result
 from shakedown.programs.program import INF
 from shakedown.programs.simplex import Simplex
 
-WORK = 4 * 10**9  # programs times the cube of their size: some 250 at 250 nodes, no limit in effect up to 100
-ACCURACY = 100 * ROUND_OFF  # of the load factor, relative
+WORK = 4 * 10**9  # programs times the cube of their size: about 250 at 250 nodes, no limit up to 100
+ACCURACY = 100 * ROUND_OFF  # relative accuracy of the load factor
 # Of what is proved, in steps by which that rose last: the first collapse hardly changes with the box.
 AHEAD = 8.0
 UNLIMITED: dict[str, Any] = {
@@ -99,7 +99,7 @@ class BoxBound(Result):
 
 
 class _End(NamedTuple):
-    """What happens first in a box: the load factor, why, at which node and slip."""
+    """The first failure in a box: the load factor, the reason, the node and the slip."""
 
     load_factor: float
     limited_by: str
@@ -190,7 +190,7 @@ def box_proves(problem: Problem, slip: FloatArray, load_factor: float, tolerance
 
 
 class _Boxes:
-    """The boxes around one start, and what happens first in them; remembers what it has learnt of nodes."""
+    """The boxes around one start and the first failures in them; remembers bounds for the nodes."""
 
     def __init__(
         self, problem: Problem, start: FloatArray, tolerances: Tolerances, *, transient: bool
@@ -198,8 +198,8 @@ class _Boxes:
         self.problem, self.start, self._tolerances = problem, start, tolerances
         self.map, self._transient = BoxMap(problem, transient=transient), transient
         self._program = Simplex(load_factor_program(self.map.rows, towards=+1.0, tolerances=tolerances))
-        self._anywhere = collapse_limits(self.map.rows).load_factors  # a node collapses nowhere below
-        self._left = max(WORK // problem.n**3, 2)  # how many programs may still be solved
+        self._anywhere = collapse_limits(self.map.rows).load_factors  # no node collapses anywhere below
+        self._left = max(WORK // problem.n**3, 2)  # number of programs that may still be solved
         self._known = self._anywhere  # a node does not collapse below, in boxes no larger than …
         self._largest = inf  # … that of this load factor
 
@@ -217,7 +217,7 @@ class _Boxes:
         """Whether some slip in a box is safe at a load factor, and all limits are apart at every one."""
         rows, n, free = self.map.rows, self.problem.n, np.full(2, INF)
         near = np.flatnonzero(self.map.apart_below(box) <= load_factor)
-        if not near.size:  # then some slip in the box is safe as well: it is mapped into itself
+        if not near.size:  # then some slip in the box is safe as well, as the box is mapped into itself
             return True
         program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=self._tolerances))
         program.set_columns(np.arange(n), box.low, box.high)
@@ -249,8 +249,8 @@ class _Boxes:
         self._program.set_columns(np.arange(self.problem.n), box.low, box.high)
         for node in np.argsort(known, kind="stable").tolist():
             if known[node] >= found.load_factor:
-                break  # nor does a node after it collapse earlier
-            if not self._left:  # what is known of the node holds without its program
+                break  # no later node collapses earlier
+            if not self._left:  # use the known bound of the node without its program
                 found = _End(float(known[node]), "search cut short", node, np.full(self.problem.n, nan))
                 break
             self._left -= 1
@@ -268,7 +268,7 @@ class _Boxes:
 
     @property
     def before(self) -> str:
-        """What :meth:`pressed_before` is about, as a reason."""
+        """The failure of :meth:`pressed_before`, as a reason."""
         return "transient" if self._transient else "start"
 
     def _admitted(self, load_factor: float) -> bool:
@@ -304,7 +304,7 @@ class _Boxes:
 
 
 def _beyond(upper: UpperBound, boxes: _Boxes) -> float:
-    """A load factor that cannot be proved, or the largest that is tried."""
+    """A load factor that cannot be proved, or the largest one tried."""
     largest = float(upper.in_floats[-1])
     if isfinite(largest):
         return largest
@@ -317,7 +317,7 @@ def _beyond(upper: UpperBound, boxes: _Boxes) -> float:
 
 
 def _farthest(boxes: _Boxes, beyond: float) -> BoxBound:
-    """The load factor at which what happens first in its box happens at that load factor.
+    """The load factor that equals the first failure in its own box.
 
     What happens first at λ' < λ in the box of λ happens no earlier in that of λ', which is
     smaller: so λ' is proved. And where λ is proved, nothing beyond what happens in its box is. Both
@@ -328,7 +328,7 @@ def _farthest(boxes: _Boxes, beyond: float) -> BoxBound:
         return _bound(boxes, beyond, end)
     proved, at, known = max(end.load_factor, 0.0), nan, [(beyond, end.load_factor - beyond)]
     at = proved
-    for _ in range(ITERATIONS):  # each closes the bracket by half at least every other time
+    for _ in range(ITERATIONS):  # the bracket at least halves every second time
         found, before = boxes.first_end(boxes.at(at), at), proved
         late = found.load_factor - at
         proved, end = max(proved, min(found.load_factor, at)), found if found.limited_by else end

@@ -17,15 +17,15 @@ from shakedown.programs.program import INF, Solution
 from shakedown.programs.scaling import power_of_two
 from shakedown.programs.simplex import Simplex
 
-_NEWTON_UP_TO = 12  # nodes, with one system of equations for each
-_NEARLY_FIRST = 10 * NEGLIGIBLE  # nodes this near are told apart by polish, not by the solver's 1e-10
+_NEWTON_UP_TO = 12  # nodes; one system of equations for each
+_NEARLY_FIRST = 10 * NEGLIGIBLE  # nodes this close are distinguished by polishing, not by the solver's 1e-10
 
 
 def mean_load_is_safe(
     problem: Problem, rows: Constraints, program: Simplex, certify: bool, tolerances: Tolerances
 ) -> bool:
     """Whether some slip is safe under the mean load alone."""
-    if np.all(rows.g > 0) or _unloads(rows):  # slip zero is, or one found without a program
+    if np.all(rows.g > 0) or _unloads(rows):  # slip zero is safe, or one found without a program
         return True
     start = program.solve()
     exact = sought(starts_safe, problem, start, tolerances) if certify else None
@@ -35,7 +35,7 @@ def mean_load_is_safe(
 
 
 def _unloads(rows: Constraints) -> bool:
-    """Whether the slip that takes all tangential reactions off the mean load is safe."""
+    """Whether the slip that removes all tangential reactions of the mean load is safe."""
     if rows.pinned:
         return False
     G, g = by_side(rows.G[rows.sided]), by_side(rows.g[rows.sided])
@@ -107,7 +107,7 @@ def collapse_limits(rows: Constraints) -> CollapseLimits:
     G = by_side(rows.G[rows.sided])
     backward, forward = G[:, 0], -G[:, 1]
     stiffness = 0.5 * np.diagonal(backward + forward)
-    # Where a body floats some nodes have no row in the vertex; a node without friction is at both its limits.
+    # Where a body floats, some nodes have no row in the vertex; a node without friction is at both limits.
     if rows.pinned or not (np.all(stiffness > 0) and rows.sided.all()):
         return limits
     size = np.array([power_of_two(float(root)) for root in np.sqrt(stiffness)])
@@ -174,7 +174,7 @@ def _limits(rows: Constraints, y: FloatArray, s: FloatArray, known: NDArray[np.b
 
 
 def collapse_values(n: int, outcomes: dict[int, Solution]) -> FloatArray:
-    """Where each node collapses, to the solver's accuracy; inf where it never does, NaN where not asked."""
+    """Where each node collapses, to the accuracy of the solver; inf where never, NaN where not requested."""
     values = np.full(n, nan)
     for node, outcome in outcomes.items():
         values[node] = inf if np.isnan(outcome.value) else outcome.value
@@ -182,7 +182,7 @@ def collapse_values(n: int, outcomes: dict[int, Solution]) -> FloatArray:
 
 
 def first_to_collapse(outcomes: dict[int, Solution]) -> int:
-    """The node that collapses first: of those that the solver cannot tell apart, the first to round-off."""
+    """The node that collapses first; ties beyond the solver's accuracy are resolved to round-off."""
     values = {node: inf if np.isnan(end.value) else end.value for node, end in sorted(outcomes.items())}
     least = min(values.values())
     if least == inf:

@@ -11,7 +11,7 @@ from shakedown.joint.constraints import Constraints, by_side, constraints
 from shakedown.joint.loading import transient_path
 from shakedown.joint.problem import Problem
 
-WIDER = 2.0  # than what round-off leaves of the equations of a box
+WIDER = 2.0  # times the residual that round-off leaves in the equations of a box
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Box:
 
 
 class BoxMap:
-    """How far the limits of a joint reach over a box: z ← c + K z for z = (high, −low).
+    """The range of the limits of a joint over a box: z ← c + K z for z = (high, −low).
 
     With own stiffness o the forward limit of node i is L_i = c_i − Σ_j G_ij v_j / o_i, and the
     backward one likewise, mirrored. Its largest value over the box is a sum with weights K ≥ 0 of the
@@ -105,5 +105,5 @@ class BoxMap:
 
 
 def _forward_first(rows: FloatArray) -> FloatArray:
-    """What belongs to the rows, those of the forward limits before those of the backward ones."""
+    """Row data, with the forward limits before the backward ones."""
     return np.concatenate([by_side(rows)[:, 1], by_side(rows)[:, 0]])

@@ -64,7 +64,7 @@ def lift_off_bound(
 
 
 def relieved(problem: Problem, box: Box, load_factor: float, steps: NDArray[np.intp]) -> NDArray[np.intp]:
-    """The nodes that some slip in a box relieves of their pressure, at load factors up to this one.
+    """The nodes that some slip in a box relieves of pressure, at load factors up to a given one.
 
     While the load is between the mean and these load steps.
     """

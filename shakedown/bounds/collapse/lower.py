@@ -113,14 +113,14 @@ class LowerBound(Result):
 
     @cached_property
     def proof(self) -> GuaranteeStatus:
-        """How far λ_1 is a guarantee; worked out when first read, at several times the cost of λ_1."""
+        """How far λ_1 is a guarantee; computed when first read, at several times the cost of λ_1."""
         if self.status == Status.INFEASIBLE:
             return GuaranteeStatus(Guarantee.EVIDENCE, UNSAFE_MEAN, nan, nan, nan)
         return guarantee_status(self.evidence)
 
     @cached_property
     def evidence(self) -> Evidence:
-        """What the guarantee rests on, each part worked out when it is first read."""
+        """The evidence for the guarantee, each part computed when first read."""
         return Evidence(self.problem, self.load_factor, self.tolerances)
 
     @cached_property
@@ -139,7 +139,7 @@ class LowerBound(Result):
 
     @property
     def guarantee(self) -> Guarantee:
-        """How sure it is that below λ_1 the system shakes down from every initial state."""
+        """How certain shakedown from every initial state is below λ_1."""
         return self.proof.guarantee
 
     @property
@@ -249,7 +249,7 @@ def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> 
     answer = replace(
         _collapse(problem, node, outcomes, found, tolerances), collapse_limits=limits.load_factors
     )
-    # Where the witness satisfies every row, λ_max is no smaller; so it is where something holds the body.
+    # Where the critical slip state satisfies every row, λ_max is no smaller; so it is for a held body.
     safe = rows.relative_excess(answer.slip, answer.load_factor).max() <= tolerances.feasibility
     if rows.pinned and not safe:
         upper = upper_bound(problem, certify=certify, tolerances=tolerances)

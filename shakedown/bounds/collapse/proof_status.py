@@ -82,7 +82,7 @@ class Argument(NamedTuple):
 
 
 class Evidence:
-    """What the guarantee of a first collapse rests on, each part worked out when first read, and once.
+    """The evidence for the guarantee of a first collapse, each part computed once, when first read.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ def _drift_bound(problem: Problem) -> float:
 
 
 def _without_proof(reached: float, influence: Coupling, alone: float) -> GuaranteeStatus:
-    """No proof: at most, cycles of one node alone are excluded."""
+    """The status without a proof: at most, cycles of single nodes are excluded."""
     status, ratio = Guarantee.EVIDENCE, influence.ratio
     if alone >= reached:
         status = Guarantee.EXCLUDED

@@ -159,7 +159,7 @@ def disc_limits(zone: Zone, *, transient: bool = True, tolerances: Tolerances = 
 
 @once_per_problem
 def _known_limits(problem: Problem) -> dict[tuple[bool, Tolerances], DiscLimits]:
-    """Limits of one problem that exist already: an eigenvalue problem each, for all load factors."""
+    """Cached limits of one problem: each costs an eigenvalue problem and serves all load factors."""
     return {}
 
 

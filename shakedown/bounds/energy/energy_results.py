@@ -1,4 +1,4 @@
-"""What an energy proves: a ball of slips at one load factor, and how far the load factor may grow."""
+"""Results of the energy method: a ball of slips at one load factor, and the largest load factor with one."""
 
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -107,7 +107,7 @@ class EnergyBall(Result):
             raise UsageError(f"slip: expected shape (..., {len(self.slip)}), found {given.shape}")
         if self.status == Status.INFEASIBLE:
             return np.full(given.shape[:-1], inf)
-        with np.errstate(over="ignore", invalid="ignore"):  # too far for floats is far
+        with np.errstate(over="ignore", invalid="ignore"):  # overflow: too far away
             away = self.metric.norm(self._of_closed(given - self.slip))
         return np.where(np.isnan(away), inf, away)
 
@@ -156,7 +156,7 @@ class EnergyBall(Result):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class EnergyCertificate(Result):
-    """Numbers that satisfy the conditions of the energy bound exactly, and strictly.
+    """Numbers that strictly satisfy the conditions of the energy bound in exact arithmetic.
 
     Attributes
     ----------
@@ -280,7 +280,7 @@ class Inner(NamedTuple):
 def no_bound(
     start: FloatArray, distance: float, reason: str, status: Status = Status.INFEASIBLE
 ) -> EnergyBound:
-    """Nothing is proved from a slip, and why."""
+    """A bound that proves nothing from a slip, with the reason."""
     return EnergyBound(
         status=status,
         load_factor=nan,

@@ -21,7 +21,7 @@ from shakedown.joint.rigid_slips import RigidSlips
 class EnergyRows:
     """G v + λ d + R s ≤ g: every limit keeps the slack R s at the centre v of a ball of radius R.
 
-    Nothing here but the names of the rows knows what a limit is: any linear condition
+    Apart from the names of the rows, nothing here depends on the kind of limit: any linear condition
     on slip and load can be added, with the dual norm of its slip part as s.
 
     Attributes
@@ -102,7 +102,7 @@ def energy_rows(problem: Problem, *, transient: bool = True, tolerances: Toleran
 
 @once_per_problem
 def _known_rows(problem: Problem) -> dict[tuple[bool, Tolerances], EnergyRows]:
-    """Rows of one problem that exist already: each is an eigenvalue problem, and serves all load factors."""
+    """Cached rows of one problem: each costs an eigenvalue problem and serves all load factors."""
     return {}
 
 

@@ -15,7 +15,7 @@ from shakedown.joint.rigid_slips import rigid_slips
 if TYPE_CHECKING:
     from flint import fmpq_mat
 
-DIGITS = 2**80  # to which a square root is rounded up
+DIGITS = 2**80  # denominator to which a square root is rounded up
 
 
 class Products(NamedTuple):
@@ -107,7 +107,7 @@ class ExactBall:
 
 
 def exact_vector(values: FloatArray) -> list[Fraction]:
-    """Stored numbers (n,) as fractions."""
+    """Stored numbers (n,) as exact fractions."""
     return [Fraction(x) for x in values.tolist()]
 
 
@@ -125,8 +125,8 @@ def root_above(square: Fraction) -> Fraction:
 
 
 def _products(problem: Problem) -> list[Products] | None:
-    """Products of every node; None where A and B are not of the kind, or it is not clear what is rigid."""
-    from flint import fmpq, fmpq_mat  # a plain sweep of floats does not need it
+    """Products of every node; None where A and B do not fit, or where rigid slips are not clear."""
+    from flint import fmpq, fmpq_mat  # not needed where only floats are used
 
     rigid, n = rigid_slips(problem), problem.n
     kept = [j for j in range(n) if j not in rigid.pinned]

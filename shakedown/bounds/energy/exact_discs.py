@@ -93,7 +93,7 @@ class ExactDiscs:
         )
 
     def _doubtful(self, load_factor: float, slip: FloatArray, radius: float) -> list[tuple[int, int]]:
-        """(node, load step) wherever floats alone do not tell that the condition holds."""
+        """The (node, load step) pairs for which floats alone do not show that the condition holds."""
         problem, f = self._problem, self._problem.f
         layout, before = problem.layout, transient_path(problem)
         loads = layout.joined(*loading(problem).at(load_factor))
@@ -108,7 +108,7 @@ class ExactDiscs:
                 2 * problem.law.size(terms_q) + f * (np.abs(p_w) + np.abs(problem.B) @ np.abs(slip)) + spread
             )
             slack = f * p - stretch * problem.law.size(q) - spread
-            # slack, relative to the terms, that no round-off of fewer than a million products reaches
+            # relative slack larger than the round-off of a million products
             steps, nodes = np.nonzero(~(slack > THREE_DIGITS * terms))
             found += list(zip(nodes.tolist(), (steps + first).tolist(), strict=True))
         return found

@@ -1,4 +1,4 @@
-"""The share of its own tangential reaction in the pressure of a node that leaves a ball the most slack."""
+"""The share of a node's own tangential reaction in its pressure that leaves a ball the most slack."""
 
 import numpy as np
 
@@ -30,7 +30,7 @@ def best_share(limits: DiscLimits, slip: FloatArray, load_factor: float, radius:
     pressed, drawn, node = u[:, 0], np.hypot(u[:, 1], u[:, 2]), limits.node
     first = np.flatnonzero(np.append(True, np.diff(node) > 0))
     values, vectors = np.linalg.eigh(limits.stiffness)
-    values = np.maximum(values, 0.0)  # a stiffness that is singular has eigenvalues of round-off
+    values = np.maximum(values, 0.0)  # eigenvalues of a singular stiffness are round-off
     largest = values[:, -1]
     turned = np.einsum("ijk,ij->ik", vectors, limits.own)
 
@@ -41,7 +41,7 @@ def best_share(limits: DiscLimits, slip: FloatArray, load_factor: float, radius:
         return np.divide(weights * turned, whole, out=np.zeros_like(whole), where=whole > 0)
 
     def too_far(t: FloatArray) -> np.ndarray:
-        """Whether the slack falls with t already, or f |c| is too large."""
+        """Whether the slack already decreases with t, or f |c| is too large."""
         c = on_curve(t)
         size = limits.f * np.hypot(c[:, 0], c[:, 1])
         a = np.sqrt(1.0 + size**2)
@@ -53,7 +53,7 @@ def best_share(limits: DiscLimits, slip: FloatArray, load_factor: float, radius:
         worst = np.maximum.reduceat(taken, first)
         tied = taken >= worst[node] - NEGLIGIBLE * (np.abs(pressed) + a[node] * drawn)
         at = np.maximum.reduceat(np.where(tied, drawn, 0.0), first)
-        left = np.where(limits.least > 0, 1.0 - t, 1.0)  # where γ itself vanishes 1 − t is divided out
+        left = np.where(limits.least > 0, 1.0 - t, 1.0)  # where γ vanishes, 1 − t is divided out
         gamma = np.where(limits.least > 0, np.hypot(limits.least, left * steep), steep)
         balance = limits.f * at * gamma * t - radius * largest * left * a
         return np.asarray((balance > 0) | (size > MOST))

@@ -90,7 +90,7 @@ def _ball(
     active: NDArray[np.intp],
     tolerances: Tolerances,
 ) -> EnergyBall:
-    """The ball about a centre, its radius cut down to what the rows allow in floats."""
+    """The ball about a centre, with its radius reduced to what the rows allow in floats."""
     relative = max(_ratio(rows, slip, load_factor, relative), 0.0)
     if not _leaves_margins(rows, slip, load_factor, tolerances):
         return _nothing(rows, load_factor, NO_SLACK)

@@ -53,7 +53,7 @@ def strictly_inside(zone: Zone, bound: EnergyBound, tolerances: Tolerances) -> I
 def farthest_load_factor(
     rows: EnergyRows, start: FloatArray, distance: float, tolerances: Tolerances = DEFAULT
 ) -> EnergyBound:
-    """The energy bound of rows of whatever kind."""
+    """The energy bound for rows of any kind."""
     about = cone_rows(rows, start, distance)
     end = row_solution(about, tolerances)
     if end.status == Status.INFEASIBLE:
@@ -63,7 +63,7 @@ def farthest_load_factor(
         )
     if end.status == Status.UNBOUNDED and not widest_margin(about).margin > tolerances.feasibility:
         return no_bound(start, distance, TOO_FAR)  # a direction of growth, but nothing to start from
-    least = _least_load_factor(about, tolerances)  # required: without it nobody knows where the proof begins
+    least = _least_load_factor(about, tolerances)  # required: the proof begins there
     if end.status == Status.UNBOUNDED:
         nothing = no_bound(start, distance, UNLIMITED)
         return replace(nothing, status=Status.UNBOUNDED, load_factor=inf, least_load_factor=least)
@@ -73,7 +73,7 @@ def farthest_load_factor(
 
 
 def _least_load_factor(about: ConeRows, tolerances: Tolerances) -> float:
-    if np.all(about.d[:-1] >= 0):  # what holds at one load factor holds at every smaller one
+    if np.all(about.d[:-1] >= 0):  # rows that hold at one load factor hold at every smaller one
         return 0.0
     end = row_solution(about.reversed(), tolerances)
     return abs(end.load_factor) if end.status == Status.OPTIMAL else nan

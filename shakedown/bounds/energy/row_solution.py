@@ -1,4 +1,4 @@
-"""The largest load factor that the rows about a slip allow: rows that matter, then Newton's method."""
+"""The largest load factor that the rows about a slip allow: active rows first, then Newton's method."""
 
 from dataclasses import dataclass, replace
 
@@ -17,7 +17,7 @@ from shakedown.programs.solver import METHOD_COUNT, solve
 # With these, and half as many as there are nodes, most programs are solved in one or two rounds.
 FIRST_ROWS = 40
 NEWTON_STEPS = 5
-SHARP = NEGLIGIBLE / 10  # what may be left between λ and what its multipliers prove, relatively
+SHARP = NEGLIGIBLE / 10  # relative gap allowed between λ and the value proved by its multipliers
 PULLING, NEAR = 1e-7, 1e-5  # active rows have larger multipliers and smaller slacks, relatively
 ROUND_OFF = 32 * np.finfo(float).eps
 
@@ -118,13 +118,13 @@ def _among_all(found: RowSolution, chosen: NDArray[np.intp], rows: ConeRows) -> 
 
 
 def _sharp(rows: ConeRows, found: RowSolution) -> RowSolution:
-    """The solution with its conditions solved once more by Newton's method where that gains.
+    """The solution with its conditions refined by Newton's method, where that improves it.
 
     At any y the rows themselves give a load factor that holds in floats; the y at which
     it comes nearest to what the multipliers prove is kept.
     """
     best = replace(found, load_factor=rows.largest_load_factor(found.y))
-    for singular in (ROUND_OFF, SIX_DIGITS):  # the cone solver tells none below SIX_DIGITS from zero
+    for singular in (ROUND_OFF, SIX_DIGITS):  # the cone solver resolves none below SIX_DIGITS
         candidate = _newton(rows, found, singular)
         if candidate is None:
             continue
@@ -133,13 +133,13 @@ def _sharp(rows: ConeRows, found: RowSolution) -> RowSolution:
         allowed = max(rows.excess(best.y, best.load_factor).max(), ROUND_OFF)
         if worst <= allowed and _open(rows, sharper) < _open(rows, best):
             best = sharper
-        if _open(rows, best) <= ROUND_OFF * abs(best.load_factor):  # nothing is left to gain
+        if _open(rows, best) <= ROUND_OFF * abs(best.load_factor):  # no improvement possible
             break
     return best
 
 
 def _open(rows: ConeRows, end: RowSolution) -> float:
-    """What is left between a load factor and what its multipliers prove."""
+    """The gap between a load factor and the value proved by its multipliers."""
     return abs(rows.proved(end.multipliers) - end.load_factor)
 
 
@@ -229,11 +229,11 @@ def row_solution(about: ConeRows, tolerances: Tolerances) -> RowSolution:
     best, failure = None, "the cone program ended with limits broken"
     for method in range(METHOD_COUNT):
         if best is not None and method == METHOD_COUNT - 1:
-            break  # cutting planes are for where nothing else has come to an end
+            break  # cutting planes are used only where nothing else finishes
         end = sought(solve_rows, about, tolerances, method)
         if isinstance(end, Missing):
             failure = end.reason
-            break  # the program itself has tried the methods that follow
+            break  # the program itself has tried the following methods already
         if end.status == Status.UNBOUNDED:
             return end
         if end.status == Status.INFEASIBLE:
@@ -254,19 +254,19 @@ def row_solution(about: ConeRows, tolerances: Tolerances) -> RowSolution:
 
 
 def _kept(about: ConeRows, end: RowSolution) -> float:
-    """The largest violation of a row but the sign of λ, which is taken as zero beyond it."""
+    """The largest violation of a row other than the sign of λ, which is clipped at zero."""
     load_factor = end.load_factor if end.load_factor * about.d[-1] <= 0.0 else 0.0
     return float(about.excess(end.y, load_factor).max())
 
 
 def contradiction(about: ConeRows, end: RowSolution) -> float:
-    """By how much multipliers fail to prove that the rows contradict each other (Farkas)."""
+    """The error of multipliers as a proof that the rows contradict each other (Farkas)."""
     mu = end.multipliers
     value = -mu @ (about.g - about.offset * about.s)
     if not value > 0:
         return np.inf
     pull = float(np.linalg.norm(about.H.T @ mu) - about.s @ mu)
     sizes = float(np.linalg.norm(np.abs(about.H).T @ mu)) or 1.0
-    d, weights = about.d[:-1], mu[:-1]  # the sign of λ takes up what is positive
+    d, weights = about.d[:-1], mu[:-1]  # the row for the sign of λ takes the positive part
     drift = -float(d @ weights) / float(np.abs(d) @ weights or 1.0)
     return max(pull / sizes, drift, 0.0)

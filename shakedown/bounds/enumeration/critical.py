@@ -37,8 +37,8 @@ from shakedown.programs.integer_algebra import solve_integers
 Progress = Callable[[int, int], None]
 LISTED = 1000
 SMALL = 20_000  # up to here batches are done before compiled code is loaded, and all values are kept
-COUNTABLE = 10**40  # so many subsets and more are not even sampled
-MOST_NODES = 10_000  # a number of subsets has no more digits than anyone can write
+COUNTABLE = 10**40  # from so many subsets on, not even a sample is timed
+MOST_NODES = 10_000  # nodes; limits the digits of the number of subsets
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -169,7 +169,7 @@ def critical_load_factors(
 def load_factors_above(
     problem: Problem, cut: float, *, threads: int | None = None, tolerances: Tolerances = DEFAULT
 ) -> Iterator[FloatArray]:
-    """The critical load factors above a value, piece by piece, unsorted, in constant memory.
+    """The critical load factors above a value, in pieces, unsorted, in constant memory.
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ class Wanted(NamedTuple):
 
 
 def _walk(rows: Constraints, wanted: Wanted, threads: int | None) -> Iterator[SubtreeFindings]:
-    """All subsets: a few by batches, many by the compiled tree."""
+    """Enumerate all subsets: few in batches, many in the compiled tree."""
     cut, feasible_below, tolerances = wanted
     scaled = scaled_rows(rows)
     if _count(rows) <= SMALL:
@@ -270,7 +270,7 @@ def _report(problem: Problem, rows: Constraints, found: SubtreeFindings, values:
 
 
 def _singular(problem: Problem, subsets: list[tuple[int, ...]]) -> int:
-    """How many subsets of rows have no point, or more than one, in common in exact arithmetic."""
+    """The number of subsets of rows without a unique common point in exact arithmetic."""
     if not subsets:
         return 0
     rows = exact_rows(problem)
@@ -290,7 +290,7 @@ def _count(rows: Constraints) -> int:
 
 
 def _check_budget(rows: Constraints, total: int, budget: int) -> None:
-    """Refuse more subsets than the budget, with the time that a sample lets one expect."""
+    """Refuse more subsets than the budget, with the time estimated from a sample."""
     if total <= budget:
         return
     if total < COUNTABLE:

@@ -105,7 +105,7 @@ def solve_subsets(subsets: NDArray[np.intp], rows: ScaledRows, tolerances: Toler
     x[regular] = np.linalg.solve(square[regular], target[regular][..., None])[..., 0]
     with np.errstate(invalid="ignore", divide="ignore"):
         size = np.abs(x).max(axis=1)
-        blur = np.finfo(float).eps * size / condition  # what round-off leaves of a zero load factor
+        blur = np.finfo(float).eps * size / condition  # round-off of a zero load factor
         excess = (x @ rows.matrix.T - rows.right).max(axis=1)
         reach = np.maximum(size * np.abs(rows.matrix).max(), np.abs(rows.right).max())
     return Batch(
@@ -139,7 +139,7 @@ def intersection(rows: Constraints, subset: Iterable[int]) -> Intersection:
 
 @dataclass(frozen=True)
 class SubtreeFindings:
-    """What part of the tree gave.
+    """The findings of a part of the tree.
 
     Attributes
     ----------
@@ -196,7 +196,7 @@ def _smallest(batch: Batch, admitted: NDArray[np.bool_]) -> Candidate:
 
 
 def joined(parts: list[SubtreeFindings]) -> SubtreeFindings:
-    """Several pieces as one."""
+    """Several findings combined."""
     return SubtreeFindings(
         regular=sum(part.regular for part in parts),
         degenerate=sum(part.degenerate for part in parts),

@@ -26,8 +26,8 @@ from shakedown.ground.code_cache import ensure_code_can_be_compiled, pipeline
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
 
-SUSPECT = 1e-7  # smaller pivots, in rows of size 1, are left to a method that sees the condition number
-DOUBTFUL = 1e3  # tolerances within which a point is solved again before it is judged
+SUSPECT = 1e-7  # smaller pivots, in rows of size 1, are left to a method that estimates the condition number
+DOUBTFUL = 1e3  # times the tolerance within which a point is solved again before it is judged
 
 ensure_code_can_be_compiled()
 
@@ -73,7 +73,7 @@ def leaves(whole: Whole) -> None:
             if abs(a) > ROUND_OFF or known or abs(b) <= SUSPECT:
                 set_aside(path, N - 1, whole.suspects)
                 continue
-            own, other, fixed = 1, 0, True  # no slip is left in the row: it gives the load factor
+            own, other, fixed = 1, 0, True  # no slip is left in the row, so it determines the load factor
             a, b = b, a
         b, g = b / a, g / a
         value = state.level[N - 2] if known else g

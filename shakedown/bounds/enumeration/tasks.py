@@ -33,7 +33,7 @@ from shakedown.ground.blas_threads import all_cores
 from shakedown.ground.size_limits import BATCH, BLOCK
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 
-SAMPLE = 10_000  # subsets timed to foretell how long all of them would take
+SAMPLE = 10_000  # subsets timed to estimate the time of all
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def completions(tree: Tree, prefix: tuple[int, ...]) -> int:
 
 
 def walk_piece(tree: Tree, prefix: tuple[int, ...], size: int) -> SubtreeFindings:
-    """Walk one subtree; examine what the walk set aside."""
+    """Walk one subtree and examine the suspects that it set aside."""
     unit = tree.rows.column_scale[-1]
     found, suspects = _walked(tree, prefix, size)
     best, safest = (tuple(subset) for subset in found.subsets.tolist())

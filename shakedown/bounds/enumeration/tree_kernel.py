@@ -21,7 +21,7 @@ from shakedown.ground.round_off import ROUND_OFF
 
 
 def elimination(rows: FloatArray, prefix: IntArray) -> WalkElimination:
-    """Nothing chosen but the prefix, nothing eliminated."""
+    """The state with only the prefix chosen and nothing eliminated."""
     R, N = rows.shape[0], rows.shape[1] - 1
     work = np.empty((N, N + 1, R))
     work[0] = rows.T

@@ -14,7 +14,7 @@ REGULAR, SUSPECTS, STORED, VIOLATED = range(4)
 
 
 class WalkSearch(NamedTuple):
-    """What is asked of every subset.
+    """The settings of the walk.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class WalkSearch(NamedTuple):
 
 
 class WalkElimination(NamedTuple):
-    """Where the walk stands: the rows chosen, and what they leave of all the others.
+    """The state of the walk: the rows chosen, and all others after elimination.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Suspects(NamedTuple):
 
 
 class WalkFindings(NamedTuple):
-    """What the walk has found.
+    """The findings of the walk.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class WalkFindings(NamedTuple):
 
 
 class Whole(NamedTuple):
-    """All that belongs to one walk."""
+    """The data of one walk."""
 
     search: WalkSearch
     state: WalkElimination

@@ -76,7 +76,7 @@ class Swing(NamedTuple):
 
 
 def admissible_states(problem: Problem) -> AdmissibleStates:
-    """The rows of every load step, load steps that agree in all of them taken once.
+    """The rows of every load step; load steps with identical rows are taken once.
 
     Examples
     --------
@@ -139,7 +139,7 @@ class StateProgram:
         self._active = row
 
     def swing(self, node: int, direction: FloatArray) -> Swing:
-        """How far direction · v can go in forward and in backward slip of a node."""
+        """The range of direction · v in forward and in backward slip of a node."""
         backward_row, forward_row = rows_of(node).tolist()
         self.activate(forward_row)
         forward = self.least(-direction)

@@ -29,7 +29,7 @@ FIRST_SECTORS, MOST_SECTORS = 32, 256
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LeastPressureBound(Result):
-    """Largest load factor up to which least pressures outweigh all that friction is asked for.
+    """Largest load factor up to which friction under least pressures suffices everywhere.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class LeastPressureBound(Result):
 
     @property
     def reason(self) -> str:
-        """What the bound ends at, in words."""
+        """What limits the bound, in words."""
         if self.status == Status.UNBOUNDED:
             return "no load factor ends the proof"
         if self.jumps:
@@ -101,7 +101,7 @@ class LeastPressureBound(Result):
 
 
 class _Reach(NamedTuple):
-    """How far the nodes let the load grow: 1/λ, their centres, into how many sectors they were divided."""
+    """The limits set by the nodes: 1/λ, their centres, and their numbers of sectors."""
 
     inverse: FloatArray
     centre: FloatArray
@@ -164,7 +164,7 @@ def least_pressure_bound(problem: Problem, *, sectors: int | None = None) -> Lea
 
 
 def _floating(problem: Problem, joint: ScaledJoint) -> LeastPressureBound:
-    """The same for a body that friction alone holds."""
+    """The bound for a body that friction alone holds."""
     discs, reach = bound_of_floating(problem, DEFAULT)
     pressures = discs.at(joint, joint.q0[None], joint.p0[None])[0]
     if reach is None:
@@ -196,7 +196,7 @@ def _lift_off(joint: ScaledJoint, discs: LeastPressures, pressures: FloatArray) 
 
 
 def _of_discs(joint: ScaledJoint, discs: LeastPressures, pressures: FloatArray, *, lean: bool) -> _Reach:
-    """What every node needs with one disc, that leans or not; without friction it bears no change.
+    """The requirements of every node with one disc, leaning or not; a node without friction bears no change.
 
     A node that locked-in slip may lift off under the mean load alone bears nothing.
     """
@@ -224,7 +224,7 @@ def _of_discs(joint: ScaledJoint, discs: LeastPressures, pressures: FloatArray, 
 
 
 def _divided(joint: ScaledJoint, reach: _Reach, sectors: int | None) -> _Reach:
-    """The same with sectors at the nodes that limit it."""
+    """The bound improved by sectors at the nodes that limit it."""
     if sectors == 1 or not joint.fB.any():
         return reach
     if sectors is not None:
@@ -239,7 +239,7 @@ def _divided(joint: ScaledJoint, reach: _Reach, sectors: int | None) -> _Reach:
 
 
 def _with_sectors(joint: ScaledJoint, reach: _Reach, count: int) -> _Reach:
-    """So many sectors at the node that limits the bound, until none does that has fewer."""
+    """Use a number of sectors at the limiting node, until no node with fewer sectors limits the bound."""
     inverse, centre, taken = reach.inverse.copy(), reach.centre.copy(), reach.sectors.copy()
     tried = joint.f == 0
     while not tried[node := int(inverse.argmax())] and 0.0 < inverse[node] < inf:

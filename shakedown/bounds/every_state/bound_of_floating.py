@@ -1,4 +1,4 @@
-"""What least pressures prove, from every state, of a body that friction alone holds."""
+"""What least pressures prove from every state for a body that friction alone holds."""
 
 from dataclasses import dataclass, replace
 from math import inf
@@ -24,7 +24,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips
 
 SHARES = (1.0, 1.0 - ROUND_OFF, 1.0 - NEGLIGIBLE, 1.0 - SIX_DIGITS)  # of a program's end that may be inside
-HALVINGS = 12  # of the load factors between those where motions go on for sure and where that is not proved
+HALVINGS = 12  # bisections between load factors with and without a proof that motions continue
 
 
 class FloatingReach(NamedTuple):
@@ -40,7 +40,7 @@ class FloatingReach(NamedTuple):
     jumps: bool
 
     def part(self, share: float) -> "FloatingReach":
-        """A share of the way from the mean load."""
+        """The point at a share of the way from the mean load."""
         z0, z = self.mean_reactions, self.reactions
         return FloatingReach(share * self.load_factor, z0 + share * (z - z0), z0, self.node, self.jumps)
 
@@ -95,7 +95,7 @@ class FloatingLimits:
         )
 
     def left(self, z: FloatArray, load_factor: float) -> tuple[FloatArray, FloatArray]:
-        """What is left at every load step, at least, and |w| at most, (m, n) each [force].
+        """Lower bounds of the slack and upper bounds of |w| at every load step, (m, n) each [force].
 
         With reactions z (2n,), those at pinned slips exactly in balance with the others. Nothing (−inf) where
         the node may lift off: a disc that leans in the plane does not ask for π ≥ 0 by itself.
@@ -200,7 +200,7 @@ def floating_limits(joint: ScaledJoint, least: LeastPressures) -> FloatingLimits
 
 
 def _without_jumps(limits: FloatingLimits, reach: FloatingReach) -> FloatingReach:
-    """As far as motions are proved to go on without a jump, at the mean load and from there on."""
+    """The load up to which motions are proved to continue without a jump, from the mean load on."""
     joint = limits.joint
     rates, most = rigid_rates(joint), pressures_of_floating(joint, sign=-1.0)
 

@@ -1,4 +1,4 @@
-"""What is proved from every state away from the edges of a contact, where one element decides λ_U."""
+"""Proofs from every state away from the edges of a contact, where a single element determines λ_U."""
 
 from dataclasses import dataclass
 from math import inf
@@ -18,13 +18,13 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
-ACROSS = 2.0  # times how far neighbours are apart: what is between nodes farther apart is no contact
-NEAR = 1 / 16  # of the width: nodes that are nearer to an edge are left to themselves
+ACROSS = 2.0  # times the distance of neighbours: wider gaps between nodes are no contact
+NEAR = 1 / 16  # of the width: nodes nearer to an edge are excluded
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CoreBound(Result):
-    """Below which load factor no cycle goes on without slip near the edges, whatever is locked in.
+    """The load factor below which no cycle persists without slip near the edges, whatever is locked in.
 
     With all nodes closed and motions without jumps. What the other nodes slip in a cycle is at most in
     proportion to the slip near the edges (docs/universal.md, statement 6.9).
@@ -83,7 +83,7 @@ def core_bound(
 
 
 def edge_distances(places: FloatArray) -> FloatArray:
-    """How far nodes are from the ends of a line, or from the edges of a patch, holes too, (n,) [length].
+    """The distances of nodes from the ends of a line, or from the edges and holes of a patch, (n,) [length].
 
     Examples
     --------
@@ -109,7 +109,7 @@ def _rim(places: FloatArray) -> NDArray[np.intp]:
 
     Of triangles between neighbours those that reach farther than nodes are from each other there are none.
     """
-    from scipy.spatial import Delaunay  # where a patch has an edge only
+    from scipy.spatial import Delaunay  # needed only where a patch has an edge
 
     corners = Delaunay(places).simplices
     sides = np.sort(corners[:, [[0, 1], [1, 2], [2, 0]]], axis=2)

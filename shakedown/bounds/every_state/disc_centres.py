@@ -1,4 +1,4 @@
-"""The smallest disc that holds a loop of discs, for many nodes at once: how far loads may grow there."""
+"""The smallest disc that holds a loop of discs, for many nodes at once, which limits the loads there."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS, ITERATIONS, ROUND_OFF
 
 ROUND = 0.05  # least |1 − f h| at which a disc leans: below it nearly degenerates
-MOST = 2.0  # size of a disc up to which the round-off of a reach is bounded
+MOST = 2.0  # largest size of a disc for which the round-off of a reach is bounded
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class LeaningDiscs:
     size: FloatArray
 
     def part(self, columns: NDArray[np.intp]) -> "LeaningDiscs":
-        """Those of some columns."""
+        """The discs of some columns."""
         return LeaningDiscs(self.lean[columns], self.size[columns])
 
     def reach(self, y: FloatArray) -> FloatArray:
@@ -100,7 +100,7 @@ class Loops:
         )
 
     def needed(self, centre: FloatArray) -> FloatArray:
-        """How large 1/λ must be for each load step and sector, (m, k, s), by centres (k, 2)."""
+        """The 1/λ required for each load step and sector, (m, k, s), by centres (k, 2)."""
         reach = self._reach(centre)
         return np.asarray((reach - self.growing) / self.constant)
 
@@ -112,7 +112,7 @@ class Loops:
         return np.asarray(worst + 8 * EPS * np.abs(worst))
 
     def round_off(self) -> FloatArray:
-        """What 1/λ misses by the round-off of loads, (k,)."""
+        """The error of 1/λ due to round-off of loads, (k,)."""
         size = np.abs(self.path).max(axis=(0, 2)) + np.abs(self.growing).max(axis=(0, 2))
         return np.asarray(16 * EPS * size / self.constant.min(axis=1))
 

@@ -79,7 +79,7 @@ class ExactStates:
 
     def line(self, row: int, sign: int, multipliers: FloatArray) -> Line | None:
         """A line in λ above sign · (A v)_i over the states with one row of node i active."""
-        if not np.isfinite(multipliers).all():  # of a program that came to no end
+        if not np.isfinite(multipliers).all():  # the program did not finish
             return None
         node = row // 2
         rows = limits_used(multipliers, self.n)

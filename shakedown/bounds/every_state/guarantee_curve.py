@@ -1,4 +1,4 @@
-"""First collapse seen from initial states near the safe slip: λ_1 against the radius of a box."""
+"""The first collapse for initial states near the safe slip: λ_1 against the radius of a box."""
 
 from dataclasses import dataclass
 from math import inf, nan
@@ -81,7 +81,7 @@ def guarantee_curve(
     centre: ArrayLike | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> GuaranteeCurve:
-    """How the first collapse recedes when initial states keep near the safe slip.
+    """The first collapse when initial states stay near the safe slip.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def _safe_below(
     if np.any(np.isnan(centre)):
         return False
     ends = (0.0, max((each for each in load_factors if each < inf), default=0.0))
-    with np.errstate(over="ignore", invalid="ignore"):  # beyond all floats no slip is safe
+    with np.errstate(over="ignore", invalid="ignore"):  # on overflow no slip is safe
         return all(bool(rows.relative_excess(centre, end).max() <= tolerances.feasibility) for end in ends)
 
 

@@ -1,4 +1,4 @@
-"""What presses a closed node at least, over all admissible slips: by duality, without programs."""
+"""Lower bounds of the pressure of closed nodes over all admissible slips, by duality, without programs."""
 
 from dataclasses import dataclass, replace
 
@@ -118,7 +118,7 @@ def least_pressures(
 
 
 def nearly_least(joint: ScaledJoint, sectors: Sectors, shift: FloatArray, sign: float) -> FloatArray:
-    """Multipliers Y (c, 2n) as of :func:`least_pressures`, as sweeps find them: nothing is proved of them."""
+    """Multipliers Y (c, 2n) as in :func:`least_pressures`, from sweeps only, without proof."""
     given, own = _equations(joint, sectors, shift, sign)
     return given.multipliers(_iterated(given, own, given.fB @ given.inverse, np.zeros(len(own)), own)[0])
 
@@ -192,7 +192,7 @@ def _slopes(Y: FloatArray, one: Sectors) -> FloatArray:
 
 
 def _error(given: _Equations, h: FloatArray, y: FloatArray) -> FloatArray:
-    """How far multipliers are at most from the exact solution with these weights, (c,).
+    """A bound on the distance of multipliers from the exact solution with these weights, (c,).
 
     With X ≈ A⁻¹ and ‖I − A X‖ ≤ α < 1 the error r A⁻¹ of a residual r is at most ‖r X‖ / (1 − α).
     """

@@ -1,4 +1,4 @@
-"""Whether a body that friction alone holds moves on without a jump: elastic slip bounds the rigid one."""
+"""Whether a body held by friction alone moves without jumps: elastic slip bounds the rigid one."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,9 +13,9 @@ from shakedown.bounds.every_state.unique_rates import energy_margin, unit_slips
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 
-PARTS = 4  # of every edge of the cube of rigid motions at first
-DEEPEST = 6  # halvings of a box of them
-MOST = 2_000_000  # boxes times nodes at once: what needs more is not proved
+PARTS = 4  # initial parts of every edge of the cube of rigid motions
+DEEPEST = 6  # largest number of halvings of a box
+MOST = 2_000_000  # boxes times nodes at once; larger cases are not proved
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ class RigidRates:
 
     @cached_property
     def _round_off(self) -> float:
-        """What round-off hides of a sum of feeds that cancel."""
+        """The round-off of a sum of feeds that cancel."""
         return float(len(self.feeds) * np.finfo(float).eps * np.abs(self.feeds).max() * 8)
 
 

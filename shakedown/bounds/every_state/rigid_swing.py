@@ -1,4 +1,4 @@
-"""How far the rigid motions of a floating body let the proof of the swing bound reach."""
+"""How far the proof of the swing bound holds for the rigid motions of a floating body."""
 
 from math import inf
 
@@ -13,7 +13,7 @@ from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.program import INF, Program
 from shakedown.programs.solver import solve
 
-TANGENTS = 8  # of every node, at most
+TANGENTS = 8  # largest number per node
 
 
 def rigid_motions(problem: Problem, tolerances: Tolerances = DEFAULT) -> FloatArray:
@@ -84,7 +84,7 @@ def _held_rigidly(lines: SwingLines, rigid: FloatArray, most: float) -> float:
     rows[:, -1] = lines.slopes[node, side]
     right = -lines.values[node, side]
     if np.any(rows[:, -1] < 0) and _largest_load_factor(rows, right, rigid, 0.0) < 0:
-        return 0.0  # not at the mean load: nothing is proved from λ = 0 on
+        return 0.0  # fails at the mean load, so nothing is proved from λ = 0 on
     return max(_largest_load_factor(rows, right, rigid, most), 0.0)
 
 

@@ -1,4 +1,4 @@
-"""The joint in units of its own: every node in lengths in which its stiffness is near 1."""
+"""The joint in its own units: every node in a length unit in which its stiffness is near 1."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""What slip in a sector asks of a reaction: two half-planes, from one least pressure."""
+"""Conditions of slip in a sector on a reaction: two half-planes, from one least pressure."""
 
 import numpy as np
 
@@ -8,8 +8,8 @@ from shakedown.bounds.every_state.sectors import Sectors, turned
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS, SIX_DIGITS
 
-SAMPLES = 17  # of a sector, at which its curve is looked at; between them its curvature is bounded
-EVEN = 0.1  # ends that differ by more than this factor are covered by one circle
+SAMPLES = 17  # samples of the curve of a sector; in between its curvature is bounded
+EVEN = 0.1  # ends whose ratio is beyond this factor are covered by one circle
 
 
 def sector_rows(joint: ScaledJoint, least: LeastPressures, half: float) -> tuple[Sectors, FloatArray]:

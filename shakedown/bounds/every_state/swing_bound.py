@@ -30,7 +30,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import rigid_slips
 
-CERTIFIED_UP_TO = 20  # nodes up to which exact arithmetic is quick enough not to be asked for
+CERTIFIED_UP_TO = 20  # nodes up to which exact arithmetic is fast enough to be the default
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -72,7 +72,7 @@ class SwingBound(Result):
     uncertified: str = ""
 
     def gaps(self, problem: Problem, load_factor: float) -> FloatArray:
-        """By how much (A v)_i is larger in backward than in forward slip at least, (n,) [force].
+        """Lower bounds of (A v)_i in backward minus forward slip, (n,) [force].
 
         Follows from ``multipliers`` by products of matrices alone, for every load factor. Positive
         throughout proves shakedown from every initial state, as long as all nodes stay closed.

@@ -1,4 +1,4 @@
-"""How far A v can go in forward and in backward slip of every node: two lines in the load factor each."""
+"""The range of A v in forward and backward slip of every node, as lines in the load factor."""
 
 from dataclasses import dataclass
 from math import inf
@@ -15,7 +15,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.scaling import power_of_two
 
-BALANCED = 64 * np.finfo(float).eps  # what round-off leaves of a balance of forces, relative to its terms
+BALANCED = 64 * np.finfo(float).eps  # round-off of a balance of forces, relative to its terms
 
 
 def limit_multipliers(problem: Problem, tolerances: Tolerances = DEFAULT) -> FloatArray:
@@ -49,7 +49,7 @@ def limit_multipliers(problem: Problem, tolerances: Tolerances = DEFAULT) -> Flo
     A = problem.A / size / size[:, None]
     fB = problem.law.limit_rows(problem.B) / size / size[:, None]
     pinned = list(rigid_slips(problem).pinned)
-    A[pinned], fB[:, pinned] = 0.0, 0.0  # no balance is asked for in the columns of pinned slips
+    A[pinned], fB[:, pinned] = 0.0, 0.0  # no balance is required in the columns of pinned slips
     flexibility = np.linalg.pinv(A, rcond=tolerances.zero_mode, hermitian=not pinned)
     for side, sign in enumerate((1.0, -1.0)):
         s = _iterated(flexibility @ fB.T, sign)

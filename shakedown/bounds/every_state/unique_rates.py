@@ -1,4 +1,4 @@
-"""Whether the rates of slip are unique in space, whatever the directions: no motion jumps then."""
+"""Whether the rates of slip in space are unique for all directions, so that no motion jumps."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from shakedown.bounds.uniqueness.coupling import least_of_sums
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS
 
-WAYS = 64  # directions of slip in which a node's own resistance is looked at; between them it is bounded
+WAYS = 64  # directions in which a node's own resistance is evaluated; in between it is bounded
 
 
 @dataclass(frozen=True)

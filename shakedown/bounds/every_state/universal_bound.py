@@ -75,7 +75,7 @@ class UniversalBound(Result):
     pressures: LeastPressureBound | None = None
 
     def document(self) -> dict[str, Any]:
-        """What is written as JSON; the closing box, which is superseded, stays a key without a value."""
+        """The JSON document; the superseded closing box remains as a key without a value."""
         words = ("load_factor", "status", "node", "argument")
         return {"universal": {word: getattr(self, word) for word in words}, "closing_box": None}
 
@@ -229,7 +229,7 @@ def _by_pressures(problem: Problem, found: LeastPressureBound, first_collapse: f
 
 
 def _without(lower: LowerBound, load_factor: float, limited_by: str, reason: str) -> UniversalBound:
-    """The answer where nothing is proved."""
+    """The result where nothing is proved."""
     return UniversalBound(
         status=Status.INFEASIBLE if lower.status == Status.INFEASIBLE else Status.OPTIMAL,
         load_factor=load_factor,
@@ -245,7 +245,7 @@ def _without(lower: LowerBound, load_factor: float, limited_by: str, reason: str
 
 
 def _undecided(lower: LowerBound, reason: str) -> UniversalBound:
-    """The answer where a program on which it rests came to no end."""
+    """The result where a program on which it rests did not finish."""
     return replace(_without(lower, nan, "solver", reason), status=Status.UNDECIDED)
 
 

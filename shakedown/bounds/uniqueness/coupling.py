@@ -1,4 +1,4 @@
-"""How strongly slip of one node moves the limits of the others."""
+"""The influence of slip of one node on the limits of the others."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import rigid_slips
 
-MANY_ROWS = 200  # below, all eigenvalues take no longer than one by iteration
+MANY_ROWS = 200  # up to this size, all eigenvalues cost no more than one by iteration
 WIDTH = 10.0  # largest distance of the best log c from the middle: e²⁰ in c²; any c is valid
 
 
@@ -74,7 +74,7 @@ def row_coupling_ratio(A: FloatArray, fB: FloatArray) -> RowCoupling | None:
         d = np.abs(d)
         if not np.all(np.isfinite(d)) or d.max() == 0.0:
             break
-        d = np.maximum(d / d.max(), ROUND_OFF)  # where a node hardly takes part in the coupling
+        d = np.maximum(d / d.max(), ROUND_OFF)  # for nodes that hardly take part in the coupling
     weights = best[1]
     bound = _rounded_up(A, fB, weights)
     return RowCoupling(min(float((N @ weights / weights).max()), bound), bound, weights)

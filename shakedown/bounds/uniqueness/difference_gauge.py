@@ -1,4 +1,4 @@
-"""A measure of how far slips are apart that no slip can raise: for bodies that friction alone holds, too."""
+"""A measure of the difference of slips that no slip can increase, also for bodies held by friction alone."""
 
 from typing import NamedTuple
 

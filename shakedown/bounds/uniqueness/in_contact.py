@@ -1,4 +1,4 @@
-"""Whether the evolution with all nodes closed is unique for the friction as given, and what proves it."""
+"""Whether the evolution with all nodes closed is unique for the given friction, and the proof."""
 
 from dataclasses import dataclass
 
