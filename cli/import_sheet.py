@@ -18,8 +18,8 @@ from .output import paragraph, say
 
 if TYPE_CHECKING:
     from shakedown.ground.float_array import FloatArray
+    from shakedown.models.condensation.surface_coupling import SurfaceCoupling
     from shakedown.models.importing.load_evidence import LoadEvidence, LoadPart
-    from shakedown.models.mortar.surface_coupling import SurfaceCoupling
 
 ROUND_OFF = 1e-9  # of the largest resultant of a load
 LONGEST_LOAD = 28  # characters of its name

@@ -24,7 +24,6 @@ LAYERS = (
         "bounds.discs",
         "bounds.uniqueness",
         "files",
-        "models.mortar",
         "motion",
         "motion.implicit",
         "long_term.plane",

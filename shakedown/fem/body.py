@@ -33,7 +33,7 @@ from shakedown.ground.argument_kinds import check_fields
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.models.condensation.load_case import LoadCase
-from shakedown.models.mortar.node_coupling import rigid_rows
+from shakedown.models.condensation.node_coupling import rigid_rows
 
 IntArray = NDArray[np.intp]
 AXES = "xyz"

@@ -26,8 +26,8 @@ from shakedown.models.condensation.contact_frame import node_names
 from shakedown.models.condensation.coupled_frame import hat_areas
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.condensation.shanks import with_shanks
+from shakedown.models.condensation.surface_coupling import SurfaceCoupling, surface_coupling
 from shakedown.models.condensation.tangent_pairs import patch_positions
-from shakedown.models.mortar.surface_coupling import SurfaceCoupling, surface_coupling
 
 COUPLINGS = ("nodes", "mortar")
 

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from shakedown.fem.body import ElasticBody, IntArray
 from shakedown.joint.places import faces_among, split_face
-from shakedown.models.mortar.surface_mesh import ContactSurface
+from shakedown.models.condensation.surface_mesh import ContactSurface
 
 
 def contact_faces(body: ElasticBody, boundary: str, nodes: IntArray) -> NDArray[np.intp] | None:

@@ -1,6 +1,6 @@
 """From a finite-element model to a problem.
 
-Reading order: ``readers/`` (file formats), ``mortar/`` (surfaces whose meshes do not match),
-``condensation/`` (a large stiffness to the contact stiffness κ),
+Reading order: ``readers/`` (file formats), ``condensation/`` (a large stiffness to the contact stiffness κ;
+surfaces whose meshes do not match, by the mortar method),
 ``importing/`` (what is what in the files: a TOML configuration).
 """

@@ -29,13 +29,13 @@ from shakedown.models.condensation.contact_frame import (
 from shakedown.models.condensation.coupled_frame import coupled_frame
 from shakedown.models.condensation.factorised_interior import Interior, WeldedLoad, interior_of
 from shakedown.models.condensation.load_case import LoadCase, histories, stated_loads
+from shakedown.models.condensation.node_coupling import NodeCoupling, weighted_nodes
 from shakedown.models.condensation.stiffness_checks import (
     asymmetry,
     check_against_run,
     check_condensed,
     checked_matrix,
 )
-from shakedown.models.mortar.node_coupling import NodeCoupling, weighted_nodes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -402,7 +402,7 @@ def condensed_stiffness(
         Accept a matrix that holds contact nodes only and yet couples few of them.
     coupling
         Of two bodies whose meshes do not match
-        (:func:`~shakedown.models.mortar.surface_coupling.surface_coupling`): ``contact`` are
+        (:func:`~shakedown.models.condensation.surface_coupling.surface_coupling`): ``contact`` are
         then nodes of its first surface, slip and gap are u₁ − P u₂.
     middle_nodes : (t, 3), optional
         Of quadratic faces with six or eight nodes: each node between two corners, and these corners, which

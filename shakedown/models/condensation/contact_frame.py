@@ -11,8 +11,8 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.layout import Layout
+from shakedown.models.condensation.facet_shapes import ALPHA
 from shakedown.models.condensation.tangent_pairs import guided_pairs, tangent_pairs
-from shakedown.models.mortar.facet_shapes import ALPHA
 
 IntArray = NDArray[np.intp]
 PLANE, SPACE = (1, 2), (1, 2, 3)  # directions of the contact nodes, unless others are given

@@ -10,8 +10,8 @@ from scipy import sparse
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.models.condensation.contact_frame import SPACE, ContactFrame
-from shakedown.models.mortar.facet_shapes import ALPHA
-from shakedown.models.mortar.node_coupling import NodeCoupling
+from shakedown.models.condensation.facet_shapes import ALPHA
+from shakedown.models.condensation.node_coupling import NodeCoupling
 
 IntArray = NDArray[np.intp]
 

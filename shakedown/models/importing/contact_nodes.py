@@ -8,9 +8,9 @@ from scipy.spatial import cKDTree
 
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
+from shakedown.models.condensation.surface_coupling import REACH, UNCOVERED, SurfaceCoupling, surface_coupling
+from shakedown.models.condensation.surface_mesh import ContactSurface
 from shakedown.models.importing.model_section import Model
-from shakedown.models.mortar.surface_coupling import REACH, UNCOVERED, SurfaceCoupling, surface_coupling
-from shakedown.models.mortar.surface_mesh import ContactSurface
 from shakedown.models.readers.mesh import CORNERS, Mesh
 from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, shown

@@ -10,13 +10,13 @@ from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.models.condensation.contact_frame import SPACE, check_unique, node_names
 from shakedown.models.condensation.coupled_frame import hat_areas
+from shakedown.models.condensation.node_coupling import NodeCoupling
+from shakedown.models.condensation.surface_coupling import SurfaceCoupling
 from shakedown.models.condensation.tangent_pairs import patch_positions
 from shakedown.models.importing.contact_directions import Axes, contact_directions, in_space
 from shakedown.models.importing.contact_nodes import contact_nodes, coupled_surfaces, middle_nodes
 from shakedown.models.importing.initial_gap import InitialGap, initial_gap
 from shakedown.models.importing.model_section import Model
-from shakedown.models.mortar.node_coupling import NodeCoupling
-from shakedown.models.mortar.surface_coupling import SurfaceCoupling
 from shakedown.models.readers.input_files import InputFiles
 from shakedown.models.readers.toml_table import TomlTable, is_number, shown
 

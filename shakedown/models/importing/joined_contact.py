@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.models.condensation.contact_frame import SPACE
+from shakedown.models.condensation.node_coupling import NodeCoupling, coupling_of_nodes, joined_couplings
 from shakedown.models.condensation.tangent_pairs import patch_positions, tangent_pairs
 from shakedown.models.importing.contact_section import ContactSection, Friction, check_order, contact_section
 from shakedown.models.importing.model_section import Model
-from shakedown.models.mortar.node_coupling import NodeCoupling, coupling_of_nodes, joined_couplings
 from shakedown.models.readers.input_files import InputFiles
 from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, shown

@@ -10,8 +10,8 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, THREE_DIGITS
 from shakedown.joint.result import Result
+from shakedown.models.condensation.surface_coupling import REACH
 from shakedown.models.importing.contact_section import ContactSection
-from shakedown.models.mortar.surface_coupling import REACH
 from shakedown.models.readers.mesh import Mesh
 
 DOUBTFUL = 0.03  # of the spacing, along the surface: what coordinates as printed do not explain

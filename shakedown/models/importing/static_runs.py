@@ -5,10 +5,10 @@ import numpy as np
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.models.condensation.condense import Condensation
+from shakedown.models.condensation.node_coupling import NodeCoupling
 from shakedown.models.importing.contact_section import ContactSection, check_order
 from shakedown.models.importing.model_section import Values
 from shakedown.models.importing.stiffness_section import ImportContext
-from shakedown.models.mortar.node_coupling import NodeCoupling
 from shakedown.models.readers.circumference import HOOP
 from shakedown.models.readers.input_files import InputFiles
 from shakedown.models.readers.mesh import Mesh

@@ -12,8 +12,8 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.joint.places import without_cancelled
-from shakedown.models.mortar.facet_shapes import CORNERS as FACET_CORNERS
-from shakedown.models.mortar.facet_shapes import shapes
+from shakedown.models.condensation.facet_shapes import CORNERS as FACET_CORNERS
+from shakedown.models.condensation.facet_shapes import shapes
 from shakedown.models.readers.coordinate_system import CoordinateSystem, coordinate_system, nodal_system
 from shakedown.models.readers.text import listed, quoted
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from shakedown import LoadCase, ProblemError, ShakedownError, condense
-from shakedown.models.mortar.facet_shapes import basis_change, shapes
-from shakedown.models.mortar.node_coupling import coupling_of_nodes
-from shakedown.models.mortar.surface_coupling import surface_coupling
-from shakedown.models.mortar.surface_mesh import ContactSurface
+from shakedown.models.condensation.facet_shapes import basis_change, shapes
+from shakedown.models.condensation.node_coupling import coupling_of_nodes
+from shakedown.models.condensation.surface_coupling import surface_coupling
+from shakedown.models.condensation.surface_mesh import ContactSurface
 
 SIDES = (2.0, 1.5)
 

@@ -11,11 +11,11 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, PER_CENT, ROUND_OFF, SIX_DIGITS
-from shakedown.models.mortar.dual_basis import DualBasis, dual_basis
-from shakedown.models.mortar.facet_shapes import ALPHA
-from shakedown.models.mortar.node_coupling import NodeCoupling, exact_rotations, weighted_nodes
-from shakedown.models.mortar.overlaps import facet_pairs
-from shakedown.models.mortar.surface_mesh import ContactSurface, IntArray
+from shakedown.models.condensation.dual_basis import DualBasis, dual_basis
+from shakedown.models.condensation.facet_shapes import ALPHA
+from shakedown.models.condensation.node_coupling import NodeCoupling, exact_rotations, weighted_nodes
+from shakedown.models.condensation.overlaps import facet_pairs
+from shakedown.models.condensation.surface_mesh import ContactSurface, IntArray
 
 REACH = 0.25  # of facets of the slave, of the spacing of pairs: farther off another partner may be meant
 UNCOVERED = 0.02  # share of the slave's area without a partner that is not worth a warning
@@ -30,8 +30,8 @@ class SurfaceCoupling(NodeCoupling):
     Attributes
     ----------
     labels, master, P, normals, middle_nodes, partner, notes
-        As :class:`~shakedown.models.mortar.node_coupling.NodeCoupling` has them; the contact nodes are those
-        of the slave that are covered.
+        As :class:`~shakedown.models.condensation.node_coupling.NodeCoupling` has them; the contact nodes are
+        those of the slave that are covered.
     area : (n,)
         Area D_j = ∫N_j over what is covered: nodal forces over it are tractions [length²]; in a plane
         lengths, of a body of revolution 2π r times these.

@@ -7,8 +7,8 @@ from scipy.spatial import KDTree
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
-from shakedown.models.mortar.facet_shapes import CORNERS, changed_shapes, local_places, shapes
-from shakedown.models.mortar.surface_mesh import ContactSurface, FacetBlock, IntArray
+from shakedown.models.condensation.facet_shapes import CORNERS, changed_shapes, local_places, shapes
+from shakedown.models.condensation.surface_mesh import ContactSurface, FacetBlock, IntArray
 
 OPPOSED = -0.5  # cosine between the normals of facets that look at each other
 

@@ -12,7 +12,7 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import real_array
 from shakedown.joint.result import Result
-from shakedown.models.mortar.facet_shapes import CHANGED, CORNERS
+from shakedown.models.condensation.facet_shapes import CHANGED, CORNERS
 
 IntArray = NDArray[np.intp]
 

@@ -10,7 +10,7 @@ from scipy import sparse
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF
 from shakedown.joint.result import Result
-from shakedown.models.mortar.facet_shapes import ALPHA
+from shakedown.models.condensation.facet_shapes import ALPHA
 
 IntArray = NDArray[np.intp]
 _ROUNDS = 2  # the second one takes away what round-off left of the first

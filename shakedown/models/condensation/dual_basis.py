@@ -14,8 +14,8 @@ from scipy import sparse
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF, THREE_DIGITS
-from shakedown.models.mortar.overlaps import Overlaps, overlaps
-from shakedown.models.mortar.surface_mesh import ContactSurface, FacetBlock, IntArray
+from shakedown.models.condensation.overlaps import Overlaps, overlaps
+from shakedown.models.condensation.surface_mesh import ContactSurface, FacetBlock, IntArray
 
 # Share of a facet, and of what a node has there without the edge of the master, below which it counts as
 # uncovered: ψ is then no longer determined by what is covered (the mass matrix is singular but for round-off)
