@@ -22,8 +22,8 @@ dataclass with ``__call__`` is::
         ...  # write the result whole
         journal.remove()
 
-Make the pieces a second of work or so each: every one is committed to the disk. What a killed
-run had committed is there when it is resumed; a header that differs is refused. The file that
+Make each piece about a second of work, as every one is committed to the disk. What a killed run
+had committed is there when it is resumed; a header that differs is refused. The file that
 results depends neither on who did the work nor on how often it was interrupted.
 
 Reading order: ``journal`` (what is done, on disk), ``stored_result`` (results and arrays as bytes),

@@ -1,4 +1,4 @@
-"""Pieces of work on the workers of a dask cluster; what a lost worker had in hand is done again."""
+"""Pieces of work on the workers of a dask cluster; the pieces of a lost worker are repeated."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from distributed import Client
 
 LOGGER = logging.getLogger("shakedown")
-SOON = 1.0  # seconds after which somebody who waits is told what for
+SOON = 1.0  # seconds after which a message tells what the call waits for
 PATIENCE = 30.0  # seconds to wait for the scheduler, and then for its first worker
-IN_HAND = 2  # pieces that each thread of the cluster has at a time
-LOOK, WINK = 2.0, 0.01  # seconds between two looks at who works, and at what is done
+IN_HAND = 2  # pieces queued per thread of the cluster
+LOOK, WINK = 2.0, 0.01  # seconds between checks of the workers, and of finished pieces
 SAME = "scheduler: expected workers with the versions of this process"
-# What a worker without the package can do, too: only Python's own names are sent to it.
+# Runs on workers without the package, too: only standard names are sent.
 ASK = "[exec(text, namespace), namespace['versions']()][1]"
 
 
@@ -95,7 +95,7 @@ def _while_there(address: str) -> Iterator[None]:
 
 def _threads(client: Client, checked: set[str]) -> int:
     """How many threads the cluster has; workers that are new are asked first what they compute with."""
-    if client.status != "running":  # it tries to connect again, which takes as long as nobody answers
+    if client.status != "running":  # it tries to reconnect for as long as nobody answers
         raise ConnectionError
     threads = client.nthreads()
     if new := sorted(threads.keys() - checked):
@@ -147,10 +147,10 @@ def _check_that_it_answers(address: str) -> None:
     import asyncio
     from concurrent.futures import ThreadPoolExecutor
 
-    with ThreadPoolExecutor(1) as pool:  # there may be a loop in this thread
+    with ThreadPoolExecutor(1) as pool:  # this thread may have an event loop
         try:
             pool.submit(asyncio.run, _answer(address)).result()
-        except Exception as error:  # what the many kinds of address raise has nothing in common
+        except Exception as error:  # different kinds of address raise unrelated exceptions
             raise OSError(str(error) or type(error).__name__) from None
 
 

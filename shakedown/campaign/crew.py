@@ -1,4 +1,4 @@
-"""Who does the work of a campaign: this process, several, or a cluster."""
+"""The workers of a campaign: this process, several, or a cluster."""
 
 import multiprocessing
 from collections.abc import Callable
@@ -10,12 +10,12 @@ from shakedown.ground.errors import SolverError, UsageError
 
 Work = Callable[[int], bytes]  # picklable; the same number gives the same bytes
 
-MOST_LOSSES = 3  # workers that die one after the other with nothing done in between: then it is the work
+MOST_LOSSES = 3  # successive workers lost without any piece done: then the work itself is the cause
 
 
 @dataclass(frozen=True)
 class Crew:
-    """Who works.
+    """The workers of a campaign.
 
     Attributes
     ----------
@@ -37,16 +37,16 @@ class Crew:
         if self.scheduler is not None and not (isinstance(self.scheduler, str) and self.scheduler):
             raise UsageError(f"scheduler: expected an address, found {self.scheduler!r}")
         if self.processes > 1 and self.scheduler is None and _being_started():
-            raise SystemExit(1)  # the script that starts us does so again here; there it is said why not
+            raise SystemExit(1)  # the worker's copy of the script got here again; the parent reports it
 
     @property
     def processes(self) -> int:
-        """How many processes that is."""
+        """The number of processes."""
         return all_cores() if self.workers is None else self.workers
 
 
 def _being_started() -> bool:
-    """Whether this process is a worker that still reads the script of the process that starts it."""
+    """Whether this process is a worker still importing the script of its parent."""
     return bool(getattr(multiprocessing.current_process(), "_inheriting", False))
 
 

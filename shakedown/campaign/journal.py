@@ -1,4 +1,4 @@
-"""What a campaign has done so far: one file, valid after a kill at any instant and after any damage.
+"""The journal of a campaign: one file, valid after a kill at any instant and after any damage.
 
 The file begins with its format and with what the campaign is; then comes one record for each piece
 of work, in the order in which they were done. Everything has its checksum, and that of a piece covers
@@ -26,24 +26,24 @@ from shakedown.ground.visible_text import shortened
 KIND = b"shakedown campaign, format "
 FORMAT = KIND + b"2\n"
 FORMER, FORMER_MARK = b"SQLite format 3\0", b"SHKD"  # how the databases of format 1 begin, and their mark
-MARK = b"\x93piece\r\n"  # what a record begins with, to find the next one behind a damaged one
+MARK = b"\x93piece\r\n"  # start of a record, to find the next one after a damaged one
 NUMBER = struct.Struct("<Q")
-HEAD = struct.Struct("<QQ32sI")  # number and length of a piece, its checksum, that of these three
+HEAD = struct.Struct("<QQ32sI")  # number and length of a piece, its checksum, and a checksum of these three
 HEAD_SIZE = len(MARK) + HEAD.size
 
 
 class Place(NamedTuple):
-    """Where in the file a piece lies."""
+    """The place of a piece in the file."""
 
     start: int
     length: int
 
 
 class Journal:
-    """The pieces of work that are done, by number; each is on the disk before the next is added."""
+    """The finished pieces of work, by number; each is on the disk before the next is added."""
 
     def __init__(self, file: IO[bytes], path: Path | None, header: bytes) -> None:
-        """Go on behind the last whole record of an open, locked file that begins with this header."""
+        """Continue after the last whole record of an open, locked file that begins with this header."""
         self._file = file
         self._path = path
         self._campaign = hashlib.sha256(header).digest()
@@ -53,7 +53,7 @@ class Journal:
             self._find_records()
 
     def done(self) -> set[int]:
-        """Numbers of the pieces that are there."""
+        """The numbers of the pieces recorded."""
         return set(self._places)
 
     def add(self, number: int, piece: bytes) -> None:
@@ -79,7 +79,7 @@ class Journal:
         self._end += HEAD_SIZE + len(piece)
 
     def drop(self, number: int) -> None:
-        """Leave out a piece, which is to be done again."""
+        """Drop a piece, which is to be done again."""
         del self._places[number]
 
     @property
@@ -93,7 +93,7 @@ class Journal:
         return self._end - self._begin
 
     def compact(self) -> None:
-        """Leave them out: a new file takes the place of this one, unless it cannot be written."""
+        """Remove the waste: a new file replaces this one, unless it cannot be written."""
         if self._path is None:
             return
         temporary, handle = created_part(self._path, 0o666)
@@ -139,8 +139,8 @@ class Journal:
         self._file.close()
 
     def close(self) -> None:
-        """Keep what is there; nothing more can be added."""
-        with suppress(OSError):  # what a full disk did not take has been said
+        """Close the journal and keep its contents."""
+        with suppress(OSError):  # a full disk has been reported already
             self._file.close()
 
     def _checksum(self, number: int, piece: bytes | memoryview) -> bytes:
@@ -149,7 +149,7 @@ class Journal:
         return digest.digest()
 
     def _find_records(self) -> None:
-        """Note where whole records lie, and cut off what is behind the last of them."""
+        """Index the whole records, and cut off the rest after the last of them."""
         with (
             mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ) as content,
             memoryview(content) as view,
@@ -171,7 +171,7 @@ class Journal:
 
 
 def _check_of(number: int, length: int, checksum: bytes) -> int:
-    """What tells that the head of a record is whole, so that its length can be believed."""
+    """The checksum of a record's head, so that its length can be trusted."""
     return zlib.crc32(HEAD.pack(number, length, checksum, 0))
 
 
@@ -223,7 +223,7 @@ def journal_at(
         try:
             yield journal
         except BaseException:
-            if not journal.done():  # nothing to go on with
+            if not journal.done():  # nothing to resume from
                 target.unlink(missing_ok=True)
             raise
         finally:
@@ -264,7 +264,7 @@ def _opened(target: Path) -> IO[bytes]:
     """The file, new or not, that no other process writes."""
     flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
     try:
-        while True:  # ends: only a run that removes its journal at this moment makes it try again
+        while True:  # ends, as only a run that removes its journal at this moment makes it try again
             file = os.fdopen(os.open(target, flags, 0o666), "r+b")
             if not locked(file.fileno()):
                 file.close()
@@ -297,7 +297,7 @@ def _difference(found: bytes, header: Mapping[str, str]) -> str:
 
 
 def _recorded(lines: bytes) -> dict[str, str]:
-    """What a campaign is, as its journal says; nothing where that is damaged."""
+    """The description of a campaign in its journal; empty where that is damaged."""
     checksum, _, rest = lines.partition(b"\n")
     text = rest.partition(b"\n")[0]
     if hashlib.sha256(text).hexdigest().encode() != checksum:

@@ -1,4 +1,4 @@
-"""The run of a campaign: what is not done yet is done, and recorded as it comes."""
+"""The run of a campaign: missing pieces are computed, and recorded as they finish."""
 
 from collections.abc import Callable, Iterator
 
@@ -68,11 +68,11 @@ def run_campaign(
 
 
 def _worked(work: Work, todo: list[int], crew: Crew) -> Iterator[tuple[int, bytes]]:
-    """(number, piece) of all that is to be done."""
+    """(number, piece) of all missing pieces."""
     if not todo:
         return
     if crew.scheduler is not None:
-        from shakedown.campaign.cluster import by_cluster  # dask is wanted only here
+        from shakedown.campaign.cluster import by_cluster  # dask is needed only here
 
         yield from by_cluster(work, todo, crew.scheduler)
     elif crew.processes == 1 or len(todo) == 1:
@@ -95,6 +95,6 @@ def function_stamp(make: Callable[..., Problem], *first: object) -> str:
     try:
         made = make(*first)
         found = made.fingerprint if isinstance(made, Problem) else type(made).__name__
-    except ShakedownError as error:  # no such joint, which is an answer too
+    except ShakedownError as error:  # no such joint is an answer, too
         found = str(error)
     return f"{getattr(make, '__module__', '')}.{getattr(make, '__qualname__', repr(make))} {found}"

@@ -1,4 +1,4 @@
-"""Pieces of work on several processes of this machine; one that dies is replaced."""
+"""Pieces of work on several processes of this machine; a process that dies is replaced."""
 
 import multiprocessing
 import os
@@ -25,7 +25,7 @@ GUARD = (
     "workers: expected processes that begin to work, found that they end before; a script has to keep "
     'what it does under if __name__ == "__main__":'
 )
-WORK, BEGUN = "work", "begun"  # files of the work itself, and of that a worker has begun
+WORK, BEGUN = "work", "begun"  # file with the work, and marker that a worker has begun
 _folder: Path  # where they are, where this process is a worker
 _work: Work | None = None  # the work, once there is a piece of it to do
 
@@ -104,7 +104,7 @@ def _by_one_pool(folder: Path, numbers: list[int], workers: int) -> Iterator[tup
 @contextmanager
 def _ctrl_c_held_back() -> Iterator[None]:
     """A process that begins gets all that it waits for; an interruption comes after."""
-    if current_thread() is not main_thread():  # which alone hears it
+    if current_thread() is not main_thread():  # only the main thread receives signals
         yield
         return
     heard: list[int] = []
@@ -134,8 +134,8 @@ def _begin(folder: Path) -> None:
     """Make this process a worker: one thread, deaf to Ctrl-C, gone when its parent is."""
     global _folder
     _folder = folder
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears it, and ends us
-    with suppress(FileNotFoundError):  # interrupted meanwhile: no work will come
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent receives it, and ends the worker
+    with suppress(FileNotFoundError):  # interrupted meanwhile, so no work will come
         (folder / BEGUN).touch()
     threadpool_limits(1)
     parent = multiprocessing.parent_process()

@@ -1,4 +1,4 @@
-"""A long run of one piece, recorded step by step as it goes, and gone on with where it was stopped.
+"""A long run of dependent steps, recorded step by step, and resumed where it was stopped.
 
 The steps of such a run follow from each other and are numbered in the order in which they begin, those within
 a step by themselves; the run is simply made again, but for what the steps that are recorded have found. What
@@ -20,16 +20,16 @@ from shakedown.ground.errors import ProblemError, ShakedownError
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 
-EVERY = 1.0  # seconds of work that a kill costs at least: what is found within them is recorded together
-LEISURE = 20.0  # times as long as it takes a step to say where it has got to
-SIZE = 1 << 22  # bytes per second, about, that are written for such snapshots; only the latest is used
+EVERY = 1.0  # seconds of work recorded together, which a kill may cost
+LEISURE = 20.0  # least interval between snapshots of a step, as a multiple of the time one takes
+SIZE = 1 << 22  # approximate bytes per second written for such snapshots, of which only the latest is used
 WASTE = 1 << 24  # bytes of others from which on they are left out, where they are most of the file
 
 T = TypeVar("T")
 
 
 class _Place(NamedTuple):
-    """Where a step is recorded: its group, and from where to where in it."""
+    """The place of a recorded step: its group, and its range in it."""
 
     group: int
     start: int
@@ -65,7 +65,7 @@ class RecordedSteps:
             self._note(group)
 
     def done(self, step: Callable[[], T]) -> T:
-        """What a step finds, now or before; there may be steps within it."""
+        """The result of a step, computed or recorded; steps may be nested."""
         if self._journal is None:
             return step()
         name = self._enter()
@@ -86,14 +86,14 @@ class RecordedSteps:
         return result
 
     def halt(self) -> "Halt":
-        """Where the present step was stopped, and where it says how far it has got."""
+        """The point at which the present step was stopped, and the means to report its progress."""
         name = self._enter()
         found = self._recorded(name)
         return Halt(self, name, None if found is None else found.result)
 
     @property
     def _due(self) -> bool:
-        """Whether it is time to say where a long step has got to."""
+        """Whether a long step should report its progress."""
         return self._journal is not None and time.monotonic() - self._since >= self._wait
 
     def _record_progress(self, name: str, progress: Any) -> None:
@@ -150,7 +150,7 @@ class RecordedSteps:
             self._journal.drop(group)
 
     def _recorded(self, name: str) -> "RecordedAnswer[Any] | None":
-        """What a step has found before, where that is recorded and can be read."""
+        """The recorded result of a step, where it can be read."""
         place = self._places.get(name)
         if place is None or self._journal is None:
             return None
@@ -164,13 +164,13 @@ class RecordedSteps:
 
 
 class RecordedAnswer(NamedTuple, Generic[T]):
-    """What a step has found before, be it None."""
+    """A recorded result, which may be None."""
 
     result: T
 
 
 class Halt(NamedTuple):
-    """Where a long step says how far it has got.
+    """The progress record of a long step.
 
     Attributes
     ----------
@@ -228,7 +228,7 @@ def recorded_steps(
 
 
 def run_header(run: str, problem: Problem, tolerances: Tolerances, asked: dict[str, Any]) -> dict[str, str]:
-    """All that a run depends on, by name: what is done, with which joint, and what it is asked."""
+    """Everything that a run depends on, by name: the task, the joint, the settings."""
     about: dict[str, Any] = {"problem": problem.fingerprint, "stiffness_accuracy": problem.stiffness_accuracy}
     known = {"run": run, "version": version("shakedown-bounds"), "tolerances": repr(tolerances)}
     return known | {word: repr(value) for word, value in (about | asked).items()}

@@ -1,4 +1,4 @@
-"""Results and arrays as bytes, and back to the last bit: what a run records, read by nobody but itself.
+"""Results and arrays as bytes, and back to the last bit: the format of a run's own records.
 
 The bytes of results are a pickle, but what reads them makes results of this package, arrays and numbers
 only: no file can make it call anything else. Arrays alone are an NPZ archive, of which a part can be read.
@@ -204,7 +204,7 @@ def unpacked(piece: bytes, *keys: str) -> dict[str, NDArray[Any]]:
 
 
 def _array(archive: ZipFile, info: ZipInfo) -> NDArray[Any]:
-    if info.compress_type != ZIP_STORED:  # it may be endless
+    if info.compress_type != ZIP_STORED:  # a compressed member may expand without end
         raise ProblemError("expected arrays as they are, found compressed ones")
     with archive.open(info) as file:
         header = read_header(file)

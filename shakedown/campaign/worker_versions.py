@@ -1,4 +1,4 @@
-"""What this process computes with. Workers of a cluster run this text, so it imports Python's own alone."""
+"""The software of this process. Cluster workers run this text, so it imports only the standard library."""
 
 import hashlib
 import platform

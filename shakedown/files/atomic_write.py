@@ -1,4 +1,4 @@
-"""The one way in which files are written: whole or not at all, and only over regular files."""
+"""Atomic writing: files are written whole or not at all, and only over regular files."""
 
 import hashlib
 import os
@@ -15,18 +15,18 @@ from shakedown.ground.regular_file import kind_of, open_regular
 
 try:
     import fcntl
-except ImportError:  # not POSIX: nothing is locked, so nothing is swept
+except ImportError:  # not POSIX: no locks, so unfinished files are not swept
     fcntl = None  # type: ignore[assignment]
 
-PART = ".shakedown-part"  # what the name of an unfinished file ends with
+PART = ".shakedown-part"  # suffix of an unfinished file
 _PARTS = ".*." + "[0-9a-f]" * 16 + PART
-_STEM = 40  # characters of the target's name in that of its unfinished file: 255 bytes are the most
-RECORD = ".partial"  # what the name of the record of an unfinished run ends with
-_LONGEST = 255  # bytes of a name, where a file system does not say
+_STEM = 40  # characters of the target's name in that of its unfinished file, as names have at most 255 bytes
+RECORD = ".partial"  # suffix of the record of an unfinished run
+_LONGEST = 255  # bytes of a name, where the file system does not tell
 
 
 class _Part(NamedTuple):
-    """An unfinished file: what the caller calls it, where it lies, what it becomes, the open file."""
+    """An unfinished file: the caller's name for it, its path, its target, the open file."""
 
     name: str
     temporary: Path
@@ -85,7 +85,7 @@ def record_beside(path: str | os.PathLike[str]) -> str:
     spelt, end = os.fsencode(name), RECORD
     if len(spelt) + len(end) > longest:
         end = f".{hashlib.sha256(spelt).hexdigest()[:16]}{RECORD}"
-        name = spelt[: longest - len(end)].decode(errors="ignore")  # no half of a character
+        name = spelt[: longest - len(end)].decode(errors="ignore")  # without half a character
     return os.path.join(folder, name + end)
 
 
@@ -148,7 +148,7 @@ def atomic_write_together(paths: Sequence[str | os.PathLike[str]]) -> Iterator[l
 
 @contextmanager
 def _refusing(name: str) -> Iterator[None]:
-    """Say what the system refuses as a ``UsageError`` that names the file."""
+    """Turn errors of the system into a ``UsageError`` that names the file."""
     try:
         yield
     except OSError as error:
@@ -170,7 +170,7 @@ def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
             temporary.chmod(stat.S_IMODE(old.st_mode) & 0o777)
         yield _Part(name, temporary, target, file)
     finally:
-        with suppress(OSError):  # what could not be written on a full disk is tried again here
+        with suppress(OSError):  # on a full disk closing tries to write again
             file.close()
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
@@ -179,7 +179,7 @@ def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
 def created_part(target: Path, mode: int) -> tuple[Path, int]:
     """A new, locked file beside ``target``; the kernel applies the umask to its mode."""
     flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
-    while True:  # ends: only a sweep between two system calls makes it try again
+    while True:  # ends, as only a sweep between two system calls makes it try again
         temporary = target.with_name(f".{target.name[:_STEM]}.{secrets.token_hex(8)}{PART}")
         handle = os.open(temporary, flags, mode)
         if locked(handle) and is_at(handle, temporary):
@@ -188,7 +188,7 @@ def created_part(target: Path, mode: int) -> tuple[Path, int]:
 
 
 def _sweep(folder: Path) -> None:
-    """Remove the unfinished files of killed writers: those that nobody locks."""
+    """Remove the unfinished files of killed writers, which nobody locks."""
     for path in folder.glob(_PARTS):
         with suppress(OSError, ProblemError), open_regular(path) as left:
             fcntl.flock(left, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -203,13 +203,13 @@ def locked(handle: int) -> bool:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
-    except OSError:  # a file system without locks: nothing is swept there
+    except OSError:  # no locks on this file system, so nothing is swept
         pass
     return True
 
 
 def is_at(handle: int, path: Path) -> bool:
-    """Whether an open file still is the one of that name."""
+    """Whether an open file is still the one at that path."""
     try:
         return os.path.samestat(os.fstat(handle), os.stat(path))
     except FileNotFoundError:
@@ -217,7 +217,7 @@ def is_at(handle: int, path: Path) -> bool:
 
 
 def sync_folder(folder: Path) -> None:
-    """Let the new names reach the disk; not every system can."""
+    """Flush new names to the disk, where the system can."""
     with suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:

@@ -1,4 +1,4 @@
-"""NPY arrays, read with suspicion: first the header, then what it claims, then the numbers."""
+"""NPY arrays, checked before they are read: the header, its claims, then the numbers."""
 
 import io
 import os
@@ -13,7 +13,7 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.regular_file import open_regular
 
 LONGEST_HEADER = 4096  # bytes; those of plain arrays have about 100
-# A header is a Python literal. Only what looks like that of a plain array is handed to NumPy to evaluate.
+# A header is a Python literal. Only one that looks like that of a plain array is passed to NumPy.
 _DESCR = r"'descr' *: *'[<>|=]?[?biufcmMOSUV][0-9]{0,10}(?:\[[0-9a-zA-Z]*\])?'"
 _ORDER = r"'fortran_order' *: *(?:True|False)"
 _SHAPE = r"'shape' *: *\( *(?:(?:0|[1-9][0-9]{0,19}) *, *)*(?:(?:0|[1-9][0-9]{0,19}) *)?\)"
@@ -23,7 +23,7 @@ _HEADER = re.compile("|".join((_DICT, _DICT.replace("'", '"'))).encode())
 
 
 class Header(NamedTuple):
-    """What the head of an array claims: its shape and type, and the bytes that head and array have."""
+    """The claims of a header: shape and type of the array, and the bytes of header and array."""
 
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
@@ -73,7 +73,7 @@ def read_array(file: IO[bytes], header: Header, found: int) -> NDArray[Any]:
         )
     try:
         array = np.lib.format.read_array(file, allow_pickle=False)
-        rest = file.read(1)  # the end: where a compressed member's checksum is compared
+        rest = file.read(1)  # reading to the end compares a compressed member's checksum
     except (ValueError, TypeError, OverflowError, EOFError, MemoryError) as error:
         raise damaged(error) from None
     if rest:
@@ -99,6 +99,6 @@ def load_array(path: str | os.PathLike[str], most_bytes: int) -> NDArray[Any]:
 
 
 def damaged(error: Exception) -> ProblemError:
-    """What to say of bytes that are not an array."""
+    """The message for bytes that are not an array."""
     reason = str(error) or type(error).__name__
     return ProblemError(f"expected an NPY array, found damaged data ({reason})")

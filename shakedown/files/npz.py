@@ -29,7 +29,7 @@ SCHEMA = "shakedown/1"
 KEYS = frozenset(FIELDS)
 HARMLESS = 2**28  # bytes of all arrays together, whatever the file's size
 ASSUMED = 2**34  # bytes of a machine that does not say how much memory it has
-COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # what numpy.savez and savez_compressed write
+COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # as written by numpy.savez and savez_compressed
 
 
 @checked
@@ -83,7 +83,7 @@ def save_problem(path: str | os.PathLike[str], problem: Problem) -> None:
         raise ProblemError(f"problem: expected a Problem, found {type(problem).__name__}")
     present = {d.name: getattr(problem, d.name) for d in fields(problem)}
     arrays = {key: value for key, value in present.items() if value is not None}
-    for key, usual in (("source", ""), ("load_path", LOOP)):  # such files stay readable for earlier versions
+    for key, usual in (("source", ""), ("load_path", LOOP)):  # left out for earlier versions
         if arrays[key] == usual:
             del arrays[key]
     try:
@@ -215,7 +215,7 @@ def _read_header(archive: zipfile.ZipFile, key: str, info: zipfile.ZipInfo) -> H
 
 
 def _check_sizes(headers: Mapping[str, Header], file_size: int) -> None:
-    """Refuse arrays that are too large together, or far larger than a file of this size can mean."""
+    """Refuse arrays that are too large together, or implausibly large for the size of the file."""
     total = sum(header.size for header in headers.values())
     if total > memory(ASSUMED) / 4:
         raise ProblemError(f"its arrays, {total:.3g} bytes, are more than this machine can hold")
@@ -233,7 +233,7 @@ def _read_member(archive: zipfile.ZipFile, key: str, info: zipfile.ZipInfo, head
 
 @contextmanager
 def _member(archive: zipfile.ZipFile, key: str, info: zipfile.ZipInfo) -> Iterator[IO[bytes]]:
-    """The bytes of a member; what is wrong with them is said with its key."""
+    """The bytes of a member; errors name its key."""
     with found_in(f"key '{key}'"):
         try:
             with archive.open(info) as file:

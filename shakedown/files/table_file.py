@@ -17,7 +17,7 @@ from shakedown.ground.visible_text import shortened, visible
 from shakedown.joint.result import frame
 
 Columns = Mapping[str, Sequence[Any]]
-FORMULA = tuple("=+-@＝＋－＠")  # what a spreadsheet takes for the beginning of a formula
+FORMULA = tuple("=+-@＝＋－＠")  # first characters that a spreadsheet takes for a formula
 NUMBER = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?")
 
 
@@ -47,7 +47,7 @@ def read_csv(path: str | PathLike[str], headings: Sequence[str]) -> dict[str, li
         text = file.read(READ_AT_ONCE).decode(errors="replace")
         try:
             rows = list(csv.reader(text.splitlines()))
-        except csv.Error:  # an entry without end
+        except csv.Error:  # an unterminated entry
             rows = []
         if not rows or rows[0] != list(headings) or any(len(row) != len(headings) for row in rows):
             first = ", ".join(headings[:3])

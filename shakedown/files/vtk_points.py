@@ -88,7 +88,7 @@ def write_points_series(
 
 
 def series_paths(path: str | PathLike[str], count: int) -> tuple[Path, ...]:
-    """The files of so many instants, the .pvd first.
+    """The files for a number of instants, the .pvd first.
 
     Examples
     --------

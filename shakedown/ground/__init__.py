@@ -1,11 +1,11 @@
-"""The ground that every subpackage stands on; nothing here knows a joint.
+"""Basic tools of every subpackage; nothing here knows about joints.
 
 Reading order: ``errors`` (one tree; what is missing where an optional step failed), ``float_array``,
 ``regular_file`` (what is opened for reading), ``visible_text`` (text that a terminal or a page can show),
-``shown_values`` (numbers and results in short), ``argument_kinds`` (what callers pass in, numbers of any
-kind, checked by annotation), ``tolerances`` (one settings object), ``round_off`` (what is nothing beside 1,
+``shown_values`` (numbers and results in short), ``argument_kinds`` (arguments of callers, numbers of any
+kind, checked by annotation), ``tolerances`` (one settings object), ``round_off`` (what is negligible,
 and when an iteration has failed), ``size_limits`` (how much is too much), ``status`` (how a program ended,
-what a node does), ``limit_names`` (what limits are called), ``blas_threads`` (one thread for small
+what a node does), ``limit_names`` (the names of limits), ``blas_threads`` (one thread for small
 matrices). Of compiled loops: ``code_cache`` (where compiled code is kept, and whether it is of the present
 sources; what is compiled into its callers alone), ``named_state`` (how functions are compiled and a state
 is handed down).

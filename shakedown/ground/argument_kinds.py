@@ -1,4 +1,4 @@
-"""What an argument may be, as its annotation says: every public function and class reads its own so."""
+"""Checks of arguments against their annotations, used by every public function and class."""
 
 import os
 import sys
@@ -20,7 +20,7 @@ from shakedown.ground.shown_values import short
 from shakedown.ground.size_limits import MANY
 from shakedown.ground.visible_text import shortened
 
-LARGEST_WHOLE = int(np.iinfo(np.int64).max) + 1  # numbers from here on no compiled loop can count
+LARGEST_WHOLE = int(np.iinfo(np.int64).max) + 1  # compiled loops cannot count to such numbers
 
 
 def real_number(value: object) -> float | None:
@@ -45,7 +45,7 @@ def real_number(value: object) -> float | None:
 
 
 def whole_number(value: object) -> int | None:
-    """A whole number that can be counted to as an int; None of anything else.
+    """A whole number within the range of compiled loops, as an int; None for anything else.
 
     Examples
     --------
@@ -91,11 +91,11 @@ T = TypeVar("T")
 
 
 class Unfit(Exception):
-    """An argument is of another kind."""
+    """Raised where an argument is of another kind."""
 
 
 class Kind(NamedTuple):
-    """What an argument may be: how it is read (or ``Unfit``), and what to say of it."""
+    """A kind of argument: how it is read (or ``Unfit``), and its description."""
 
     read: Callable[[Any], Any]
     expected: str
@@ -160,7 +160,7 @@ def _read(kinds: Mapping[str, Kind], name: str, value: Any, said: str = "") -> A
 
 
 def _found(value: object) -> str:
-    """What is given instead: numbers and text as they are, else what it is."""
+    """The value given instead, for a message: numbers and text as they are, else their type."""
     if isinstance(value, Integral) and abs(int(value)) >= LARGEST_WHOLE:
         return f"{written(value)}, beyond 2^63"
     plain = value is None or isinstance(value, Number | Decimal | str | bytes | np.generic | np.ndarray)
@@ -168,12 +168,12 @@ def _found(value: object) -> str:
 
 
 def _kinds(annotations: Mapping[str, Any], scope: dict[str, Any]) -> dict[str, Kind]:
-    """What annotations tell, by the names of the arguments."""
+    """The kinds that annotations name, by argument."""
     found = {}
     for name, annotation in annotations.items():
         if isinstance(annotation, str):
             try:
-                annotation = eval(annotation, scope)  # what the module itself has written
+                annotation = eval(annotation, scope)  # an annotation of our own modules
             except NameError:  # known to type checkers only
                 continue
         kind = _kind_of(annotation)
@@ -183,7 +183,7 @@ def _kinds(annotations: Mapping[str, Any], scope: dict[str, Any]) -> dict[str, K
 
 
 def _kind_of(annotation: Any) -> Kind | None:
-    """The kind that an annotation names, or None where it is left to the function."""
+    """The kind that an annotation names, or None where the function checks it."""
     origin, members = get_origin(annotation) or annotation, get_args(annotation)
     if origin in (Union, UnionType):
         return _any_of([_kind_of(member) for member in members])
@@ -230,7 +230,7 @@ def _any_of(kinds: Sequence[Kind | None]) -> Kind | None:
 
 
 def _several(origin: Any, members: tuple[Any, ...]) -> Kind:
-    """Several values, those of a known kind each read as one of it; a tuple has so many."""
+    """Several values, each read as its kind where that is known; a tuple has a fixed number."""
     kinds = [_kind_of(member) for member in members if member is not Ellipsis]
     count = len(members) if origin is tuple and Ellipsis not in members and members else None
     needed = "__len__" if origin is Sequence else "__iter__"
@@ -254,7 +254,7 @@ def _several(origin: Any, members: tuple[Any, ...]) -> Kind:
 
 
 def _array_of(members: tuple[Any, ...]) -> Kind | None:
-    """Numbers in an array, or in what NumPy makes one of."""
+    """Numbers in an array, or in anything that NumPy converts to one."""
     (dtype,) = get_args(members[1]) if len(members) == 2 else (None,)
     if dtype not in (np.float64, np.int64):
         return None
@@ -280,7 +280,7 @@ def _where(fits: bool, value: Any) -> Any:
 
 
 def _is_listed(value: object, member: str) -> bool:
-    """Whether it can be gone through, or counted; an array without axes cannot."""
+    """Whether a value can be iterated or has a length; an array without axes has neither."""
     return hasattr(value, member) and not isinstance(value, type) and getattr(value, "ndim", 1) > 0
 
 

@@ -1,4 +1,4 @@
-"""How many threads: one for linear algebra, one for each core for what is done many times.
+"""Numbers of threads: one for linear algebra, one per core for repeated work.
 
 In matrices of the size of a contact the threads of linear algebra mostly wait for each other.
 """
@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 
 def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
-    """The function with the threads of BLAS limited to one while it runs.
+    """Limit the threads of BLAS to one while the function runs.
 
     Examples
     --------
@@ -38,7 +38,7 @@ def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
 
 @cache
 def _libraries() -> "ThreadpoolController":
-    """The libraries of NumPy and SciPy, looked for once: that takes a millisecond or two."""
+    """The BLAS libraries of NumPy and SciPy, found once, as that takes a millisecond or two."""
     import scipy.linalg  # noqa: F401 -- loads code, as the next line: not before there is work
     from threadpoolctl import ThreadpoolController
 

@@ -1,4 +1,4 @@
-"""Compiled code on disk: a place for it, and whether it is of all the sources that it was compiled from.
+"""Compiled code on disk: where it is kept, and whether it matches all the sources it was compiled from.
 
 Where there is no place, the kernels are compiled anew in every run. Numba keeps the code of a function
 beside a stamp of the one file that the function stands in. What that function calls in other modules, and
@@ -65,7 +65,7 @@ def _asks_for_a_cache() -> None:
 
 
 def _without_cache(_: object) -> None:
-    """In place of ``Dispatcher.enable_caching``: a dispatcher starts without a cache."""
+    """Replacement for ``Dispatcher.enable_caching``: a dispatcher starts without a cache."""
 
 
 IMPORTED = re.compile(r"^(?:from\s+(\S+)\s+import\s+(\([^)]*\)|[^\n#]*)|import\s+([^\n#]*))", re.MULTILINE)
@@ -78,7 +78,7 @@ def stamped(compiled: Any) -> Any:
     or a source cannot be read, nothing is taken from disk.
     """
     on_disk = getattr(compiled, "_cache", None)
-    if on_disk is None or on_disk.cache_path is None:  # there is no place for compiled code
+    if on_disk is None or on_disk.cache_path is None:  # no place for compiled code
         return compiled
     index: Any = getattr(on_disk, "_cache_file", None)
     below = stamp(compiled.py_func.__module__)
@@ -91,7 +91,7 @@ def stamped(compiled: Any) -> Any:
 
 
 def _nothing_of_other_versions(load: Callable[[], Any]) -> Callable[[], Any]:
-    """What is on disk; nothing where it was put there by a version that had a type which this one has not."""
+    """The index on disk; empty where another version wrote it with a type unknown here."""
 
     def loaded() -> Any:
         try:

@@ -40,7 +40,7 @@ class SolverError(ShakedownError, RuntimeError):
 
 @contextmanager
 def found_in(where: object) -> Iterator[None]:
-    """Say of a ``ProblemError`` that is raised inside in what it was found."""
+    """Add to a ``ProblemError`` raised inside where it was found."""
     try:
         yield
     except ProblemError as error:
@@ -49,7 +49,7 @@ def found_in(where: object) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Missing:
-    """Evidence that was sought and is not there; why, in words."""
+    """Evidence that was sought and not found, with the reason in words."""
 
     reason: str
 
@@ -62,7 +62,7 @@ class Missing:
 
 
 def sought(step: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | Missing:
-    """What a step of evidence finds; where its solver comes to no end, why. Nothing else is caught.
+    """The result of a step of evidence; where its solver does not finish, the reason. Nothing else is caught.
 
     Examples
     --------
@@ -75,12 +75,12 @@ def sought(step: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | Missi
 
 
 def allowed(step: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | Missing:
-    """The same where a step may also refuse what it is given: one point among many that need not exist."""
+    """The same where a step may also refuse its arguments, as one point among many that need not exist."""
     return _caught(ShakedownError, step, *args, **kwargs)
 
 
 def present(found: T | Missing) -> T | None:
-    """What was found; None where it is missing."""
+    """The evidence; None where it is missing."""
     return None if isinstance(found, Missing) else found
 
 

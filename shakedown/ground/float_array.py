@@ -1,4 +1,4 @@
-"""What every array of real numbers is."""
+"""The type of arrays of real numbers."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""What every limit of the load factor is called: its word in documents and options, its symbol, its name."""
+"""The names of the limits of the load factor: word in documents and options, symbol, name."""
 
 SYMBOLS = {
     "lower": "λ_1",

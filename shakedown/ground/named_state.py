@@ -1,4 +1,4 @@
-"""Compiled loops: how their functions are compiled, and named states, handed down as one address.
+"""Compiled loops: how their functions are compiled, and named states, passed by address.
 
 A state is a class whose annotations name its fields and their types, for the reader, for mypy and for the
 compiler alike: arrays, numbers, other states. Python makes and keeps all of them, and reads and sets them in
@@ -141,7 +141,7 @@ class NamedState:
 
     @property
     def address(self) -> int:
-        """Where compiled code finds it."""
+        """The address for compiled code."""
         return addressof(self.content)
 
     def __getattr__(self, name: str) -> Any:
@@ -166,7 +166,7 @@ class NamedState:
         return int(array.__array_interface__["data"][0])
 
     def with_parts(self, **held: Any) -> Self:
-        """A state of the same parts, but for some."""
+        """A state with the same parts, some replaced."""
         other = type(self)({})
         vars(other)["content"] = self.memory.from_buffer_copy(self.content)
         other.hold(**{name: part for name, part in vars(self).items() if name != "content"} | held)

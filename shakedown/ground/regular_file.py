@@ -51,7 +51,7 @@ def open_regular(path: str | os.PathLike[str], expected: str = "a regular file")
 
 
 def kind_of(mode: int) -> str:
-    """What a file that is not regular is, in words."""
+    """The kind of a file that is not regular, in words."""
     return next((word for is_kind, word in _KINDS if is_kind(mode)), "something else")
 
 

@@ -1,4 +1,4 @@
-"""Values of any kind as results show them: as JSON knows them, in a few words, rounded, and compared."""
+"""Values as results show them: for JSON, in a few words, rounded, and compared."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from shakedown.ground.visible_text import one_line
 
-DIGITS = 7  # of a load factor or a limit that is known to as many
-FEW_DIGITS = 4  # of simulated values and margins, and of a limit at least
-SHORT_DIGITS = 3  # of differences, and in titles of pictures
+DIGITS = 7  # digits of a load factor or a limit known that accurately
+FEW_DIGITS = 4  # digits of simulated values and margins, and at least of a limit
+SHORT_DIGITS = 3  # digits of differences, and in titles of pictures
 LONGEST_VALUE = 56  # characters of one value
 WIDTH = 79  # of a line that is shown
 LONGEST_WHOLE = 20  # digits of a whole number that is written out
@@ -46,7 +46,7 @@ def plain(value: Any) -> Any:
 
 
 def _plain_parts(value: Any) -> Any:
-    """What has parts, as JSON knows it."""
+    """A composite value for JSON."""
     if hasattr(value, "to_dict"):
         return value.to_dict()
     if isinstance(value, Mapping):
@@ -79,7 +79,7 @@ def up(value: float, digits: int = DIGITS) -> str:
 
 
 def few(value: float, digits: int = FEW_DIGITS) -> str:
-    """A simulated value, of which nothing holds above or below.
+    """A simulated value, rounded to nearest, as it is no bound.
 
     Examples
     --------
@@ -113,7 +113,7 @@ def at_lambda(load_factor: float) -> str:
 
 
 def certain_digits(low: float, high: float) -> int:
-    """How many digits are shown of a limit between two numbers: those that are certain, at least four.
+    """The number of certain digits of a limit between two numbers, at least four.
 
     Examples
     --------
@@ -160,7 +160,7 @@ def same(one: Any, other: Any) -> bool:
 
 
 def _compares_itself(value: Any) -> bool:
-    """Whether its class says what is equal, and can do so where arrays are in it."""
+    """Whether its class defines equality in a way that works with arrays."""
     own: object = type(value).__eq__
     return own is not object.__eq__ and hasattr(value, "to_dict")
 
@@ -267,7 +267,7 @@ def nodes_in_words(nodes: Sequence[int] | NDArray[np.intp], most: int = 8) -> st
 
 
 def count(number: int, noun: str) -> str:
-    """A number of things.
+    """A number with its noun, in the plural where needed.
 
     Examples
     --------

@@ -1,10 +1,10 @@
-"""How much is taken at one time, and how much is too much: limits of memory and of what is given."""
+"""Sizes: how much is processed at one time, and limits on memory and input."""
 
 import os
 from math import inf
 
-MANY = 1_000_000  # of what is given as a list, kept in memory, or followed one after the other
-LARGEST_LABEL = 2**62  # of a node: compiled code counts to twice as many
+MANY = 1_000_000  # entries of a list given, kept in memory, or followed one by one
+LARGEST_LABEL = 2**62  # label of a node; compiled code counts to twice as many
 BLOCK = 1 << 20  # bytes or numbers that are taken at one time: a few MB, a hundred where each has a matrix
 EACH_SHOWN = 4  # nodes, patches, instants, numbers of a list that are told or drawn each on its own
 AT_ONCE = 1 << 16  # rows or small matrices that are taken at one time

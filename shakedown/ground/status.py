@@ -1,4 +1,4 @@
-"""How a program ended, what becomes of a joint, what is said of it: the one set of words for each."""
+"""The statuses of programs, the outcomes of a joint, and what bounds say of it: one set of words for each."""
 
 from enum import StrEnum
 
@@ -52,7 +52,7 @@ class Outcome(StrEnum):
 
 
 class Guarantee(StrEnum):
-    """How sure it is that below the first collapse a joint shakes down from every initial state.
+    """How certain it is that below the first collapse a joint shakes down from every initial state.
 
     PROVED
         It is, from every state with all nodes closed.
@@ -68,7 +68,7 @@ class Guarantee(StrEnum):
 
 
 class Search(StrEnum):
-    """What a search for the smallest cycle came to.
+    """The outcome of a search for the smallest cycle.
 
     FOUND
         A cycle.

@@ -6,8 +6,8 @@ from shakedown.ground.argument_kinds import check_fields
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import short
 
-LARGEST = 1e300  # of a tolerance; a larger number, or none, is a slip of the pen
-FIRST_DIGIT = 5.0  # seven digits, an accuracy of 1e-7, leave an error of 5e-7 where the first of them is 1
+LARGEST = 1e300  # largest tolerance; anything larger, or NaN, is a mistake
+FIRST_DIGIT = 5.0  # seven digits, an accuracy of 1e-7, mean an error of 5e-7 where the first digit is 1
 
 
 @dataclass(frozen=True, repr=False)

@@ -6,10 +6,10 @@ from collections.abc import Callable
 LONGEST = 1000  # characters of one message
 LONGEST_NAME = 200  # characters of one name, unit or path inside a message
 
-# A symbol and what a page puts below its line: λ_E, p_w; not the name of a file, p_w.mtx.
+# A symbol and its subscript: λ_E, p_w; not the name of a file, p_w.mtx.
 SUBSCRIPT = re.compile(r"(λ|(?<![\w.])[pq](?=_w))_(max|box|lo|w|[A-Z0-9])(?![\w=]|\.\w)")
 
-# What a terminal or a page obeys instead of showing it: C0, DEL and C1 controls, line and paragraph
+# Characters that terminals or pages interpret instead of showing: C0, DEL and C1 controls, line and paragraph
 # separators, bidirectional controls, zero-width and tag characters, halves of characters, the end of BMP.
 _OBEYED = re.compile(
     "[\x00-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2060-\u206f\ufeff\ufff0-\uffff"
@@ -24,7 +24,7 @@ def escaped(character: str) -> str:
 
 
 def visible(text: str, keep: str = "", escape: Callable[[str], str] = escaped) -> str:
-    r"""A text with every character that a terminal or a page would obey written as its escape.
+    r"""A text with every character that a terminal or a page would interpret written as its escape.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def visible(text: str, keep: str = "", escape: Callable[[str], str] = escaped) -
 
 
 def shortened(text: str, longest: int = LONGEST_NAME) -> str:
-    """A text with its middle left out where it is too long.
+    """A text with its middle omitted where it is too long.
 
     Examples
     --------

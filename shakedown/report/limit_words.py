@@ -86,9 +86,11 @@ def transient_in_words(
     order = "" if limit.monotone else "; below it there are load factors at which it does not"
     proved = ""
     if np.isfinite(limit.proved):
-        proved = f"; at λ = {down(limit.proved)} that is proved {followed_in_words(limit)}"
+        there = limit.proved == limit.load_factor and not order
+        where = ", where that" if there else f"; at λ = {down(limit.proved)} that"
+        proved = f"{where} is proved {followed_in_words(limit)}"
         if np.isfinite(limit.cycling):
-            proved += f", at λ = {up(limit.cycling)} {_found_above(limit)}"
+            proved += f"{';' if there else ','} at λ = {up(limit.cycling)} {_found_above(limit)}"
     if limit.at_high is not None and limit.at_high.outcome == "undecided":
         proved += f"; just above λ_T it is undecided after {limit.at_high.cycles_simulated} cycles"
         if proved_below > limit.load_factor:
