@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import shakedown
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.shown_values import few
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.units import units_of
@@ -110,11 +111,9 @@ def _echo_loads(made: shakedown.Import) -> None:
     unit, middle, extent = units.force, "", None
     if places is not None and not np.isnan(made.loads[0].parts[0].moment).all():
         unit = ", ".join(filter(None, (units.force, units.work)))
-        middle = ", ".join(few(x) for x in places.mean(axis=0).tolist())
-        middle, extent = (
-            f"; moments about the middle of the contact, ({middle})",
-            np.ptp(places, axis=0).max(),
-        )
+        extent, at = np.ptp(places, axis=0).max(), places.mean(axis=0)
+        at[np.abs(at) <= NEGLIGIBLE * extent] = 0.0  # round-off
+        middle = f"; moments about the middle of the contact, ({', '.join(map(few, at.tolist()))})"
     say(paragraph(f"loads at factor 1{f' [{unit}]' if unit else ''}, the contact welded{middle}"))
     columns = [f"F{a}" for a in letters] + ([f"M{a}" for a in about] if middle else [])
     rows = []

@@ -12,6 +12,7 @@ from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.shown_values import few
 from shakedown.models.condensation.condense import Condensation
 from shakedown.models.condensation.load_case import LoadCase
+from shakedown.models.importing.bodies import ModelBody
 from shakedown.models.importing.load_section import LoadSection
 from shakedown.models.importing.model_section import Model
 from shakedown.models.importing.stiffness_section import ImportContext
@@ -19,6 +20,7 @@ from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, shown
 
 HALF = 0.5  # cosine: what leans more does not stand on its head
+LEANS = 0.9998  # cosine: less is said, 1°
 ELASTIC = ("area", "length", "young")  # that make a stiffness together
 
 
@@ -38,6 +40,8 @@ class BoltSection:
         The row of the section, which is held.
     along : (3,) or None
         Of a shank, from the head to the nut, of length 1.
+    guessed : bool
+        Whether that is from the middle of the head to that of the nut, for want of anything better.
     """
 
     preload: float
@@ -45,6 +49,7 @@ class BoltSection:
     unit: LoadCase
     rows: NDArray[np.intp]
     along: FloatArray | None
+    guessed: bool
 
     def pull(self, reduced: Condensation, case: LoadCase) -> float:
         """By how much a load at factor 1 raises the force in the bolt while the contact is welded [force]."""
@@ -77,16 +82,16 @@ def bolt_section(table: TomlTable, context: ImportContext) -> BoltSection:
         raise ProblemError(f"{table.where}: key 'preload': expected a force >= 0, found {found}")
     section, size = table.integer("section"), len(context.stiffness.dofs)
     unit = np.zeros(size)
-    rows, stiffness, along = np.zeros(0, dtype=np.intp), 0.0, None
+    rows, stiffness, along, guessed = np.zeros(0, dtype=np.intp), 0.0, None, False
     if section is None:
-        (unit, along), stiffness = _shortening(table, context), _stiffness(table)
+        (unit, along, guessed), stiffness = _shortening(table, context), _stiffness(table)
     else:
         rows = _row(section, table.where, context)
         unit[rows] = 1.0
     table.done()
     force, moved = (unit, None) if section is None else (None, unit)
     case = LoadCase(history=1.0, transient=transient, name=name, force=force, displacement=moved)
-    return BoltSection(preload, stiffness, case, rows, along)
+    return BoltSection(preload, stiffness, case, rows, along, guessed)
 
 
 def check_bolts(tables: Sequence[TomlTable], others: Sequence[TomlTable], model: Model, where: str) -> None:
@@ -119,20 +124,56 @@ def with_pulls(
 
 
 def bolt_notes(
-    bolts: Sequence[BoltSection], cases: Sequence[LoadCase], reduced: Condensation
+    bolts: Sequence[BoltSection], cases: Sequence[LoadCase], names: Sequence[str], reduced: Condensation
 ) -> tuple[str, ...]:
-    """What every load adds to the force in every bolt."""
+    """What every load adds to the force in every bolt, whose own loads are the last ones."""
     found = []
-    for bolt in bolts:
+    for own, bolt in enumerate(bolts, len(cases) - len(bolts)):
         added = [
-            f"{quoted(case.name)} adds {few(_without_round_off(bolt.pull(reduced, case), reduced, case), 3)}"
-            for case in cases
-            if case.name != bolt.unit.name and case.reactions is None and case.opened is None
+            f"{quoted(name)} adds {few(_without_round_off(bolt.pull(reduced, case), reduced, case), 3)}"
+            for k, (case, name) in enumerate(zip(cases, names, strict=True))
+            if k != own and case.reactions is None and case.opened is None
         ]
         found.append(
-            f"bolt {quoted(bolt.unit.name)} carries {few(bolt.preload, 4)}{_way(bolt)} once tightened; while "
+            f"bolt {quoted(names[own])} carries {few(bolt.preload, 4)}{_way(bolt)} once tightened; while "
             f"the contact stays closed and sticks, {', '.join(added) or 'nothing else acts'} at factor 1"
         )
+    return tuple(found)
+
+
+def check_held(bolts: Sequence[BoltSection], held: NDArray[np.intp], dofs: NDArray[np.intp]) -> None:
+    """Refuse head and nut of which a support, or a load, holds what the shank pulls at."""
+    for bolt in bolts:
+        if bolt.unit.force is not None and (on := held[bolt.unit.force[held] != 0]).size:
+            node, direction = dofs[on[0]].tolist()
+            raise ProblemError(
+                f"bolt {quoted(bolt.unit.name.rpartition(': ')[2])}: expected free nodes under head and nut, "
+                f"found direction {direction} of node {node} held"
+            )
+
+
+def bolt_doubts(
+    bolts: Sequence[BoltSection],
+    names: Sequence[str],
+    bodies: Sequence[ModelBody],
+    normals: FloatArray,
+    dofs: NDArray[np.intp],
+) -> tuple[str, ...]:
+    """Warnings about shanks that lean for want of an axis, or do not press the bodies on each other."""
+    found = []
+    for bolt, name in zip(bolts, names, strict=True):
+        if bolt.along is None or bolt.unit.force is None:
+            continue
+        cosine = float(np.abs(normals @ bolt.along).max())
+        if bolt.guessed and LEANS > cosine > HALF:
+            angle = np.degrees(np.arccos(cosine))
+            found.append(
+                f"bolt {quoted(name)} leans by {angle:.0f}° against the normals of the contact, from the "
+                "middle of its head to that of its nut: slip would tighten it; give its 'axis'"
+            )
+        pulled = dofs[bolt.unit.force != 0, 0]
+        if abs(bolt.unit.force.sum()) < HALF and any(np.isin(pulled, body.nodes).all() for body in bodies):
+            found.append(f"bolt {quoted(name)} has head and nut on one body: it presses no contact")
     return tuple(found)
 
 
@@ -181,42 +222,45 @@ def _stiffness(table: TomlTable) -> float:
     return stiffness if there == ["stiffness"] else young * area / length
 
 
-def _shortening(table: TomlTable, context: ImportContext) -> tuple[FloatArray, FloatArray]:
-    """e of the shortening e · u of the shank, (N,), how its ends approach on average, and its axis."""
+def _shortening(table: TomlTable, context: ImportContext) -> tuple[FloatArray, FloatArray, bool]:
+    """e of the shortening e · u of the shank, (N,), how its ends approach on average; axis; if guessed."""
     ends = [_end(table, key, context) for key in ("head", "nut")[: 1 + table.has("nut")]]
     axis = table.array("axis", float, (3,), required=False)
     assert context.model.mesh is not None  # there are ends
-    places = [context.model.mesh.at(labels) for labels, _ in ends]
-    along = (
-        np.array(axis) if axis is not None else _across_head(places, [share for _, share in ends], context)
-    )
+    places, shares = [context.model.mesh.at(labels) for labels, _ in ends], [share for _, share in ends]
+    along, guessed = (np.array(axis), False) if axis is not None else _across_head(places, shares, context)
     if not np.linalg.norm(along) > 0:
         raise ProblemError(
             f"{table.where}: expected a nut apart from the head, or an 'axis' from the head along the shank, "
             f"found {'none' if axis is None else shown(axis)}"
         )
     along = along / np.linalg.norm(along)
+    middle = shares[0] @ places[0]
+    if len(ends) == 2 and not along @ (shares[1] @ places[1] - middle) > 0:
+        raise ProblemError(
+            f"{table.where}: key 'axis': expected a direction from the head towards the nut, found "
+            f"{shown(axis)}"
+        )
     found = np.zeros(len(context.stiffness.dofs))
-    middle, shares = ends[0][1] @ places[0], [share for _, share in ends]
     if len(ends) == 2 and not context.model.axisymmetric:  # a ring makes no couple
         shares[1] = _about(middle, along, places[1], shares[1], table)
     for (labels, _), share, sign in zip(ends, shares, (1.0, -1.0), strict=False):
         for direction in np.flatnonzero(along).tolist():
             keys = dict.fromkeys(((label, direction + 1) for label in labels.tolist()), 0.0)
             found[context.rows(table.where, keys)] += sign * along[direction] * share
-    return found, along
+    return found, along, guessed
 
 
 def _across_head(
     places: Sequence[FloatArray], shares: Sequence[FloatArray], context: ImportContext
-) -> FloatArray:
-    """From the head towards the nut: across a flat head, else to the middle of the nut; 0 without one.
+) -> tuple[FloatArray, bool]:
+    """From the head towards the nut: across a flat head, else, guessed, to its middle; 0 without one.
 
     Head and nut of two meshes hardly ever have their middles opposite each other, and slip would tighten a
     shank that leans.
     """
     if len(places) == 1:
-        return np.zeros(3)
+        return np.zeros(3), False
     way = shares[1] @ places[1] - shares[0] @ places[0]
     head = places[0] - shares[0] @ places[0]
     if len(context.contact.axes) == 2:  # a line, as deep as it is wide
@@ -227,7 +271,9 @@ def _across_head(
         sizes[2] <= SIX_DIGITS * sizes[1] and sizes[1] > SIX_DIGITS * sizes[0],
         float(axes[2] @ way),
     )
-    return np.sign(across) * axes[2] if flat and abs(across) > HALF * np.linalg.norm(way) else way
+    if flat and abs(across) > HALF * np.linalg.norm(way):
+        return np.sign(across) * axes[2], False
+    return np.asarray(way), True
 
 
 def _about(

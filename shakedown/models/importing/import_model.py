@@ -20,7 +20,14 @@ from shakedown.joint.units import units_in
 from shakedown.models.condensation.condense import Condensation, condensed_stiffness
 from shakedown.models.condensation.contact_frame import friction_left_out
 from shakedown.models.condensation.shanks import with_shanks
-from shakedown.models.importing.bolt_section import BoltSection, bolt_notes, bolt_section, check_bolts
+from shakedown.models.importing.bolt_section import (
+    BoltSection,
+    bolt_doubts,
+    bolt_notes,
+    bolt_section,
+    check_bolts,
+    check_held,
+)
 from shakedown.models.importing.configuration import (
     Configuration,
     keeps_stiffness,
@@ -366,6 +373,13 @@ def import_model(
         *without,
         *sampling_doubts(names, [load.doubts for load in loads]),
         *load_doubts(cases, names, reduced.condensation, reduced.evidence.held),
+        *bolt_doubts(
+            bolts,
+            names[len(asked.loads) :],
+            reduced.evidence.bodies,
+            in_space(reduced.condensation.frame.normals, contact.axes),
+            context.stiffness.dofs,
+        ),
         *pulled_open(bare),
     )
     problem = replace(
@@ -385,10 +399,13 @@ def import_model(
         contact=contact,
         mesh=mesh,
         **reduced._asdict(),
-        loads=tuple(map(resultants.of, cases)),
+        loads=tuple(map(resultants.of, cases, names)),
         sources=sources,
         warnings=warnings,
-        notes=(*_notes(reduced, context, loads, names), *bolt_notes(bolts, cases, reduced.condensation)),
+        notes=(
+            *_notes(reduced, context, loads, names),
+            *bolt_notes(bolts, cases, names, reduced.condensation),
+        ),
         path=os.fspath(config_path),
     )
 
@@ -418,6 +435,7 @@ def _reduced(
     held = np.concatenate([held_rows(asked.supports, context, loads), *(bolt.rows for bolt in bolts)])
     shanks = [(bolt.stiffness, bolt.unit.force) for bolt in bolts if bolt.unit.force is not None]
     with found_in(asked.where):
+        check_held(bolts, held, stiffness.dofs)
         pulled = replace(stiffness, K=with_shanks(stiffness.K, shanks))
         condensed = _condensed(pulled, contact, held, mesh, announce)
     difference = static_run(asked.check, condensed, context, asked.stiffness_file)

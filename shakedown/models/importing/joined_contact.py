@@ -82,11 +82,13 @@ def _coefficients(given: Friction, contact: ContactSection, model: Model, where:
     """A pair has that of the set in which either of its nodes is."""
     if not isinstance(given, Mapping):
         check_order(contact, where, {"friction": given})
-        if given.ndim and contact.name and len(given) != len(contact.labels):
-            raise ProblemError(
-                f"{where}: key 'friction': expected one for each of {len(contact.labels)} nodes of "
-                f"{quoted(contact.name)}, found {len(given)}"
-            )
+        count, of = len(contact.labels), f" of {quoted(contact.name)}" if contact.name else ""
+        if given.ndim and len(given) != count:
+            expected = f"expected one for each of {count} nodes{of}"
+            raise ProblemError(f"{where}: key 'friction': {expected}, found {len(given)}")
+        if (given < 0).any():
+            found = f"{given.min():g}"
+            raise ProblemError(f"{where}: key 'friction': expected coefficients >= 0, found {found}")
         return given
     where = f"{where}: key 'friction'"
     bodies = contact.facing

@@ -88,15 +88,15 @@ class Resultants:
         )
         self.middle = np.asarray(at)
 
-    def of(self, case: LoadCase) -> LoadEvidence:
-        """Those of one load case."""
+    def of(self, case: LoadCase, name: str) -> LoadEvidence:
+        """Those of one load case, by its name."""
         frame, layout = self.reduced.frame, self.reduced.layout
         q, p = layout.split(self.reduced.welded_reactions(case))
         welded = (layout.by_node(q)[..., None] * frame.slip_axes).sum(axis=1) + p[:, None] * frame.normals
         force = np.zeros(len(self.dofs)) if case.force is None else case.force
         applied = np.array([force[self.dofs[:, 1] == axis].sum() for axis in self.contact.axes])
         parts = tuple(self._parts(case, with_pulls(force, case, self.bolts, self.reduced), welded))
-        return LoadEvidence(case.name, applied, welded.sum(axis=0), parts)
+        return LoadEvidence(name, applied, welded.sum(axis=0), parts)
 
     def _parts(self, case: LoadCase, force: FloatArray, welded: FloatArray) -> Iterator[LoadPart]:
         keys = [axis - 1 for axis in self.contact.axes]

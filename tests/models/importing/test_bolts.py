@@ -120,6 +120,11 @@ def test_preload_comes_at_assembly_and_can_be_varied(folder):
         ((SECTION,), "job", "expected the node of a *PRE-TENSION SECTION of the deck, found 900"),
         ((), "cut", "expected a [[bolt]] with section = 900 and its preload"),
         ((SHANK + '\nnut = "LID"',), "job", "expected the node set or surface 'LID'"),
+        (
+            (SHANK.replace("-1]", '1]\nnut = "LOWER"'),),
+            "job",
+            "expected a direction from the head towards the nut",
+        ),
     ],
 )
 def test_what_cannot_be_meant_is_refused(folder, bolts, job, said):
@@ -127,6 +132,26 @@ def test_what_cannot_be_meant_is_refused(folder, bolts, job, said):
         import_model(configuration(folder, *bolts, job=job))
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_a_shank_that_leans_or_presses_nothing_is_said(tmp_path):
+    write(tmp_path, *bricks((2, 2, 1), (3, 2, 1)), {"NUT": lambda x: x[:, 0] > 0.5})
+    shank = SHANK.replace("axis = [0, 0, -1]", "nut = NUT")
+
+    def warnings(head, nut, more=""):
+        bolt = shank.replace('"TOP"', head).replace("NUT", nut)
+        text = configuration(tmp_path, bolt).read_text().replace("pairs = [", "surfaces = [")
+        (tmp_path / "import.toml").write_text(text + more)
+        return import_model(tmp_path / "import.toml").warnings
+
+    assert any("has head and nut on one body" in said for said in warnings('"TOP"', '"UPPER"'))
+    corner = import_model(tmp_path / "import.toml").mesh.nodes("TOP")[1]
+    assert any("bolt 'M8' leans by" in said for said in warnings(str(corner), '"LOWER_NUT"'))
+    assert not any("bolt" in said for said in warnings('"TOP"', '"LOWER_NUT"'))
+    with pytest.raises(
+        ProblemError, match="expected free nodes under head and nut, found direction 3 of node"
+    ):
+        warnings('"TOP"', '"LOWER_NUT"', '[supports]\nfixed = [["TOP", 3]]\n')
 
 
 def test_a_section_of_another_code_or_one_that_was_held_is_refused(folder):
