@@ -2,5 +2,5 @@
 
 Reading order: ``readers/`` (file formats), ``condensation/`` (a large stiffness to the contact stiffness κ;
 surfaces whose meshes do not match, by the mortar method),
-``importing/`` (what is what in the files: a TOML configuration).
+``importing/`` (the TOML configuration that says what the files contain).
 """

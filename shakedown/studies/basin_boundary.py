@@ -1,4 +1,4 @@
-"""Where one basin ends and another begins: bisection between neighbours of a grid."""
+"""Boundaries between basins, by bisection between neighbours of a grid."""
 
 import numpy as np
 from numpy.typing import NDArray

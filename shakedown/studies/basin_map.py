@@ -34,7 +34,7 @@ from shakedown.studies.slip_plane import SlipPlane, slip_plane
 
 
 class SlipShare(NamedTuple):
-    """From how many states the slip range of every node stays below a length.
+    """The share of states from which the slip range of every node stays below a length.
 
     Attributes
     ----------
@@ -122,7 +122,7 @@ class InitialStateMap(Result):
 
     @cached_property
     def outcomes(self) -> dict[str, int]:
-        """How many states have each outcome, every outcome that occurs."""
+        """The number of states per outcome, for every outcome that occurs."""
         counts = {str(word): int(np.count_nonzero(self.outcome == word)) for word in Outcome}
         return {word: count for word, count in counts.items() if count}
 
@@ -145,7 +145,7 @@ class InitialStateMap(Result):
         """
         if self.sampling.sampler == Sampler.GRID:
             return np.nan, np.nan
-        from scipy.stats import binomtest  # loads much: not in every worker
+        from scipy.stats import binomtest  # a slow import, not needed in every worker
 
         shaken, states = self.outcomes.get(Outcome.SHAKEDOWN, 0), len(self)
         low, high = (
@@ -166,13 +166,13 @@ class InitialStateMap(Result):
 
     @cached_property
     def scatter(self) -> Scatter:
-        """How far apart the slips lie that stay locked in where it shakes down; NaN where it does not."""
+        """The scatter of the slips locked in where it shakes down; NaN where it does not."""
         shaken = np.flatnonzero(self.outcome == Outcome.SHAKEDOWN)
         return slip_scatter(self.final_slip, shaken, np.asarray(self.final_slip[shaken[:1]]))
 
     @cached_property
     def slip_criterion(self) -> SlipShare | None:
-        """From how many states slip ranges stay below the length asked for; None where none was."""
+        """The share of states with slip ranges below the requested length; None where none was given."""
         if self.slip_below is None or self.slip_range is None:
             return None
         met, unknown = self.slip_range < self.slip_below, np.isnan(self.slip_range)
@@ -182,7 +182,7 @@ class InitialStateMap(Result):
 
     @property
     def looked_at_again(self) -> int:
-        """How many of the undecided states ``undecided_reasons`` rests on."""
+        """The number of undecided states that ``undecided_reasons`` is based on."""
         return min(self.undecided, LOOKED_AT)
 
     @cached_property
@@ -196,7 +196,7 @@ class InitialStateMap(Result):
 
     @property
     def tells_stability(self) -> bool:
-        """Whether it is worked out which limit cycles are stable: in the plane."""
+        """Whether the stability of limit cycles is computed, as in the plane."""
         return tells_stability(self.problem)
 
     @property
@@ -228,7 +228,7 @@ class InitialStateMap(Result):
 
     @property
     def unique(self) -> bool | None:
-        """Whether all states end in one and the same state; None where that is not known.
+        """Whether all states end in the same state; None where that is not known.
 
         The slips at the end of a period agree too, those that stay locked in among them, to
         the tolerance ``same_cycle``.
@@ -237,7 +237,7 @@ class InitialStateMap(Result):
 
     @property
     def evidence(self) -> str:
-        """What that rests on, in words."""
+        """The evidence for that, in words."""
         return self.final_states.evidence
 
     def to_dict(self) -> dict[str, Any]:
@@ -269,7 +269,7 @@ class InitialStateMap(Result):
 def basin_map(
     chosen: Sampling, search: MapSearch, columns: Columns, slip_below: float | None = None
 ) -> InitialStateMap:
-    """The map that the long-term states of all states of a sampling make."""
+    """The map made of the long-term states of all states of a sampling."""
     own = {key: columns[key] for key in InitialStateMap.__dataclass_fields__ if key in columns}
     cycles = limit_cycles(chosen.problem, chosen.load_factor, columns, search)
     return InitialStateMap(sampling=chosen, search=search, limit_cycles=cycles, slip_below=slip_below, **own)

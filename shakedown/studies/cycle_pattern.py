@@ -20,7 +20,7 @@ from shakedown.programs.solver import solve
 
 @dataclass(frozen=True)
 class LeastCycle:
-    """Where a pattern of contact states first closes to a cycle.
+    """The smallest load factor at which a pattern of contact states closes to a cycle.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class LeastCycle:
 
 @dataclass(frozen=True)
 class CyclePattern:
-    """Which node slips which way between the events of a cycle with all nodes closed.
+    """The directions in which nodes slip between the events of a cycle with all nodes closed.
 
     Between two events everything is linear in time, so that a cycle of the pattern is the slips
     at its E events with: every node within its limits at every event; a node that slips at its
@@ -103,7 +103,7 @@ class CyclePattern:
         """The unknown that is the slip of each node at each event, (E, n): one per stretch of sticking."""
         moves = self.state != STICK
         parts = np.cumsum(np.vstack([np.zeros((1, self.problem.n), dtype=bool), moves[:-1]]), axis=0)
-        parts = np.where((parts == parts[-1]) & ~moves[-1], 0, parts)  # the last stretch goes on in the first
+        parts = np.where((parts == parts[-1]) & ~moves[-1], 0, parts)  # last continues in first
         return parts + np.append(0, np.cumsum(parts.max(axis=0) + 1)[:-1])
 
     @cached_property
@@ -116,7 +116,7 @@ class CyclePattern:
         limits, right, equal = self._limits(share, count)
         moved = self._moved(count)
         order = self._order(share, count)
-        for part in (limits, moved):  # a body that can move as a whole is where its pinned nodes are at first
+        for part in (limits, moved):  # pinned slips of a floating body vanish at the first load step
             part[:, self.columns[self.first, list(constraints(self.problem).pinned)]] = 0.0
         kept = np.append(np.zeros(len(limits), dtype=bool), np.ones(len(moved) + len(order), dtype=bool))
         return PatternRows(

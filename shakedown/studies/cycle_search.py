@@ -1,4 +1,4 @@
-"""Rounds of a search for cycles: initial slips are drawn and simulated, and what cycles is followed down."""
+"""Rounds of a search for cycles: initial slips are drawn and simulated, and cycles are followed down."""
 
 from dataclasses import dataclass
 from math import isfinite
@@ -28,8 +28,8 @@ from shakedown.studies.descent import (
     lowered,
 )
 
-FOLLOWED = 3  # different cycles of a round that are followed down
-NEAR = 0.25  # share of a round's states about the best cycle
+FOLLOWED = 3  # different cycles per round that are followed down
+NEAR = 0.25  # share of a round's states drawn near the best cycle
 CORNER = 0.3  # exponent of the mixture: below 1, so that most states lie near a face
 OUTSIDE = (0.3, 1.0, 5.0, 30.0)  # reaches of states drawn without regard to the limits
 DIRECTIONS = 2  # random directions beside the 2n of the nodes, for each node
@@ -63,7 +63,7 @@ class AttackingStates:
         return np.vstack([first, self._anywhere(load_factor, more)])
 
     def near(self, slip: FloatArray, load_factor: float, count: int) -> FloatArray:
-        """Slips about one, (count, n), at distances of all orders."""
+        """Slips around one, (count, n), at distances of all magnitudes."""
         reach = self._size(load_factor) * 10.0 ** self.generator.uniform(-4.0, 0.0, (count, 1))
         return slip + reach * self.generator.normal(size=(count, len(slip)))
 
@@ -73,7 +73,7 @@ class AttackingStates:
         return about + reach * self.generator.normal(size=about.shape)
 
     def _size(self, load_factor: float) -> float:
-        """A length: that of the loads on the stiffness."""
+        """A length scale: loads over stiffness."""
         rows = constraints(self.problem)
         size = np.abs(rows.g).max() + load_factor * np.abs(rows.d).max()
         return float(size / np.diag(self.problem.A).mean())
@@ -95,7 +95,7 @@ class AttackingStates:
         return np.array(found).reshape(-1, n)
 
     def _farthest(self, load_factor: float, most: int) -> FloatArray:
-        """The last slips that the first load allows, in directions from one that it allows; none of none."""
+        """The farthest slips that the first load admits, in directions from an admissible one, if any."""
         problem = self.problem
         q_w, p_w = problem.layout.split(first_load(problem, load_factor))
         at_ease = np.linalg.lstsq(problem.A, -q_w, rcond=None)[0]  # no tangential reaction
@@ -111,13 +111,13 @@ class AttackingStates:
         law, discs = problem.law, slice(CONE * problem.n)
         G, right = law.stiffness(problem.A, problem.B)[discs], law.cone(q_w, p_w)[discs]
         way = way_to_limits(G, right, inside[0], directions)
-        within = np.minimum(way, OUTSIDE[-1])  # where no disc ends a direction
+        within = np.minimum(way, OUTSIDE[-1])  # where no disc limits a direction
         return np.asarray(inside[0] + within[:, None] * directions)
 
 
 @dataclass
 class CycleSearch:
-    """The smallest cycle so far, and how others are sought."""
+    """The smallest cycle so far, and the search for smaller ones."""
 
     simulator: Simulator
     attack: AttackingStates
@@ -127,7 +127,7 @@ class CycleSearch:
     apart: FoundSeparation | None = None
 
     def try_witness(self, limits: JointLimits) -> None:
-        """Simulate the witness of the first collapse a little above it: there it no longer comes to rest."""
+        """Simulate the critical slip state slightly above the first collapse, where it cycles as a rule."""
         lower = limits.lower
         if not lower or not (isfinite(lower.load_factor) and np.isfinite(lower.slip).all()):
             return
@@ -140,7 +140,7 @@ class CycleSearch:
             self.apart = lowered(self.simulator.separation, self.apart, THREE_DIGITS, self.nothing)
 
     def look_at(self, load_factor: float, count: int) -> None:
-        """Simulate a round of states at a load factor, and follow down what cycles."""
+        """Simulate a round of states at a load factor, and follow down the cycles found."""
         if self.best is not None and self.best.load_factor <= self.nothing:
             return
         starts, state = self.simulator.steps.done(lambda: self._drawn(load_factor, count))

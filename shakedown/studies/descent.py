@@ -1,4 +1,4 @@
-"""From a cycle down to the smallest load factor that its kind reaches."""
+"""Descent from a cycle to the smallest load factor that its kind reaches."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -22,9 +22,9 @@ from shakedown.studies.cycle_pattern import cycle_pattern, first_load_slip
 from shakedown.studies.samplers import BLOCK
 
 SLIPPING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
-MOST_PATTERNS = 200  # followed one after the other in one descent
-ROUNDED = 16  # how many units in the last place of the data are allowed for
-SHARES = (1e-4, 1e-2, 0.1, 0.5)  # of the way back from where a pattern ends, where it is simulated
+MOST_PATTERNS = 200  # largest number of patterns followed in one descent
+ROUNDED = 16  # units in the last place allowed as error of the data
+SHARES = (1e-4, 1e-2, 0.1, 0.5)  # shares of the way back from the end of a pattern at which it is simulated
 BELOW = (1e-6, 1e-4, 1e-2)  # how far below the end of a pattern another one is sought
 
 T = TypeVar("T")
@@ -67,7 +67,7 @@ Found = TypeVar("Found", FoundCycle, FoundSeparation)
 
 
 class Ends(NamedTuple):
-    """What many slips lead to: outcome, dissipation per cycle and signature, (s,) each."""
+    """The results for many slips: outcome, dissipation per cycle and signature, (s,) each."""
 
     outcome: NDArray[np.str_]
     dissipation: FloatArray
@@ -99,13 +99,13 @@ class Simulator:
     undecided: int = 0
 
     def done(self, step: Callable[[], T]) -> T:
-        """What a step of the search finds, recorded with what has been counted."""
+        """The result of a step of the search, recorded together with the counters."""
         found = self.steps.done(lambda: (step(), self.tries, self.undecided))
         result, self.tries, self.undecided = found
         return result
 
     def state(self, load_factor: float, slip: FloatArray) -> LongTermState:
-        """What a slip leads to."""
+        """The long-term state from a slip."""
         state = self.steps.done(
             lambda: long_term_state(self.problem, load_factor, slip, tolerances=self.tolerances)
         )
@@ -113,7 +113,7 @@ class Simulator:
         return state
 
     def ends(self, load_factor: float, slips: FloatArray) -> Ends:
-        """What many slips (s, n) lead to, batch by batch."""
+        """The results for many slips (s, n), in batches."""
         batches = [slips[first : first + BLOCK] for first in range(0, len(slips), BLOCK)]
         found = [self.steps.done(partial(self._batch, load_factor, batch)) for batch in batches]
         ends = Ends(*map(np.concatenate, zip(*found, strict=True)))
@@ -125,7 +125,7 @@ class Simulator:
         return Ends(found.outcome, found.dissipation, found.signature)
 
     def count(self, outcomes: ArrayLike) -> None:
-        """Count simulations by what they led to."""
+        """Count simulations by their outcome."""
         self.tries += len(np.asarray(outcomes))
         self.undecided += int(np.count_nonzero(np.asarray(outcomes) == Outcome.UNDECIDED))
 
@@ -137,7 +137,7 @@ class Simulator:
         return FoundSeparation(load_factor, slip) if apart else None
 
     def least_dissipation(self, load_factor: float) -> float:
-        """What a cycle must take per cycle to stand out of the round-off of the data [force × length].
+        """The least dissipation per cycle that exceeds the round-off of the data [force × length].
 
         The accuracy of the stiffness, that of floats or the one that the problem states, with two
         directions at least that of the path, times the force
@@ -149,18 +149,18 @@ class Simulator:
         return ROUNDED * accuracy * scale.force * scale.length
 
     def resolved(self, state: LongTermState) -> bool:
-        """Whether a cycle takes more than round-off; slip of nodes without friction alone never takes any."""
+        """Whether a cycle dissipates more than round-off; slip of frictionless nodes alone never does."""
         slipping = state.slip_per_cycle > 0
         if not self.problem.f[slipping].any():
             return True
         return state.dissipation_per_cycle > self.least_dissipation(state.load_factor)
 
     def cycle(self, load_factor: float, slip: FloatArray) -> FoundCycle | None:
-        """The cycle that a slip leads to, begun anew at its own state; None where the data resolve none."""
+        """The cycle from a slip, restarted at its own state; None where the data resolve none."""
         return self.done(lambda: self._cycle(load_factor, slip))
 
     def _cycle(self, load_factor: float, slip: FloatArray) -> FoundCycle | None:
-        for _ in range(2):  # the second run starts on the cycle itself
+        for _ in range(2):  # the second run starts on the cycle
             state = self.state(load_factor, slip)
             if state.outcome not in SLIPPING or not self.resolved(state):
                 return None

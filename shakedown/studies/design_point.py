@@ -21,8 +21,8 @@ from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
 
 LIMITS = tuple(SYMBOLS)
-RESTS_ON = {"lower": {"universal"}, "upper": {"energy", "transient"}}  # what cannot be found without it
-ALL = 9  # digits, so that what contradicts is seen to
+RESTS_ON = {"lower": {"universal"}, "upper": {"energy", "transient"}}  # limits that are needed for others
+ALL = 9  # digits, so that contradictions are visible
 
 
 class DesignLimit(NamedTuple):
@@ -110,7 +110,7 @@ class DesignPoint(Result):
 
 
 class Question(NamedTuple):
-    """What is asked of every point.
+    """The request for every point.
 
     Attributes
     ----------
@@ -139,7 +139,7 @@ class Question(NamedTuple):
 def design_point(
     problem: Problem, values: Sequence[float], question: Question, *, tolerances: Tolerances = DEFAULT
 ) -> DesignPoint:
-    """The limits of one joint, each by its quickest method.
+    """The limits of one joint, each by its fastest method.
 
     A limit whose program fails is undecided, with the reason as its remark.
 
@@ -231,7 +231,7 @@ def _slips(joint: JointLimits, below: float) -> SlipAllowed:
 
 
 class _Known(NamedTuple):
-    """What is held against each other."""
+    """The limits to be compared."""
 
     limits: dict[str, DesignLimit]
     guarantee: str
@@ -241,7 +241,7 @@ class _Known(NamedTuple):
 
 
 def _contradictions(known: _Known, tolerances: Tolerances) -> Iterator[str]:
-    """What cannot all be right: λ_U ≤ λ_1 ≤ λ_max, λ_E, λ_box, λ_S ≤ λ_max, no cycle below what is proved."""
+    """Contradictions to λ_U ≤ λ_1 ≤ λ_max, λ_E, λ_box, λ_S ≤ λ_max, and to no cycle below a proved limit."""
     pairs = [("universal", "lower")]
     if not known.open_nodes:  # λ_1 and λ_U are about all nodes in contact
         pairs += [(name, "upper") for name in ("lower", "universal", *FROM_HERE)]

@@ -33,7 +33,7 @@ COLUMNS = {name: symbol.replace("λ", "lambda") for name, symbol in SYMBOLS.item
 
 
 class Region(StrEnum):
-    """What is known of a joint at a load factor.
+    """The region of a load factor of a joint.
 
     EVERY_STATE
         Shakedown is proved from every initial state: λ < λ_U.
@@ -123,7 +123,7 @@ class Sweep(Result):
         return tuple(len(values) for values in self.values)
 
     def is_factor(self, axis: int) -> bool:
-        """Whether a parameter is a factor on what the joint has."""
+        """Whether a parameter is a factor on a quantity of the joint."""
         return self.meanings[axis] in FACTORS
 
     @cached_property
@@ -341,7 +341,7 @@ def _proved_up_to(point: DesignPoint, name: str) -> float:
 
 
 def _never_from(point: DesignPoint) -> float:
-    """λ_max of the whole joint, from which on nothing shakes down in contact; inf where it is not known."""
+    """λ_max of the whole joint, above which nothing shakes down in contact; inf where it is not known."""
     limit = point.limits.get("upper")
     if limit is None or point.open_nodes or limit.status == Status.UNDECIDED:
         return inf
@@ -349,7 +349,7 @@ def _never_from(point: DesignPoint) -> float:
 
 
 def _remarks(point: DesignPoint) -> Iterator[str]:
-    """What should be known of a point beside its numbers."""
+    """Remarks on a point besides its numbers."""
     if point.reason:
         yield point.reason
     for name, limit in point.limits.items():

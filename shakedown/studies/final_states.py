@@ -1,4 +1,4 @@
-"""Whether all states of a map end in one and the same, with the evidence; why some have no outcome."""
+"""Whether all states of a map end in the same one, with the evidence; why some have no outcome."""
 
 import re
 from collections import defaultdict
@@ -20,12 +20,12 @@ from shakedown.long_term.find_state import long_term_state
 from shakedown.studies.limit_cycles import BORDER, STABLE, UNSTABLE, LimitCycle, Scatter, same_slip
 from shakedown.studies.map_pieces import MapSearch
 
-LOOKED_AT = 8  # undecided states, at most
+LOOKED_AT = 8  # largest number of undecided states followed again
 WHEN = re.compile(r" (at time \S+ cycles|on the way to the first period)")
 
 
 class FinalStates(NamedTuple):
-    """What the final states of a map have in common.
+    """A comparison of the final states of a map.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ def _the_one(cycle: LimitCycle) -> str:
 
 
 def _differences(decided: list[str], cycles: tuple[LimitCycle, ...], problem: Problem) -> list[str]:
-    """What tells final states apart, in words; slips locked in at rest apart."""
+    """The differences between final states in words, other than slips locked in at rest."""
     words = []
     if Outcome.SHAKEDOWN in decided and len(decided) > 1:
         words.append("some states shake down and others do not")

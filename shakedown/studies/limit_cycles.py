@@ -24,7 +24,7 @@ from shakedown.studies.map_pieces import MapSearch
 
 
 class Scatter(NamedTuple):
-    """Of the slips that some states end on.
+    """The scatter of the slips that some states end on.
 
     Attributes
     ----------
@@ -94,8 +94,8 @@ def _from_nearest(ends: FloatArray, places: FloatArray) -> FloatArray:
 
 Rows = NDArray[np.intp]  # numbers of states
 
-MOST_ALONE = 20  # limit cycles of a kind that are told apart without multipliers; the others are a continuum
-APART = 160.0  # times the error of a path over one cycle: states so near each other are one
+MOST_ALONE = 20  # limit cycles of a kind distinguished without multipliers; further ones count as a continuum
+APART = 160.0  # times the error of a path over one cycle: closer states are the same
 
 STABLE, BORDER, UNSTABLE, UNKNOWN = "stable", "border", "unstable", "unknown"
 
@@ -155,7 +155,7 @@ class LimitCycle(Result):
 
 
 class _Kind(NamedTuple):
-    """What limit cycles have to have in common to be of one continuum."""
+    """The properties shared by limit cycles of one continuum."""
 
     outcome: str
     period: int
@@ -163,7 +163,7 @@ class _Kind(NamedTuple):
 
 
 class _Examined(NamedTuple):
-    """A limit cycle looked at closely, and how its slip grows per period, (dn,) [length]."""
+    """A limit cycle examined closely, and the growth of its slip per period, (dn,) [length]."""
 
     cycle: LimitCycle
     drift: FloatArray
@@ -171,7 +171,7 @@ class _Examined(NamedTuple):
 
 @dataclass(frozen=True)
 class _Seen:
-    """The states of a map, and what tells slips apart."""
+    """The states of a map, and the tolerances for comparing slips."""
 
     problem: Problem
     load_factor: float
@@ -196,7 +196,7 @@ class _Seen:
         return path_resolution(self.problem, self.search.tolerances) * scale.length * scale.force
 
     def parts(self) -> Iterator[slice]:
-        """All states, some at a time."""
+        """All states, in batches."""
         count = len(self.columns["outcome"])
         return (slice(start, min(start + AT_ONCE, count)) for start in range(0, count, AT_ONCE))
 
@@ -366,12 +366,12 @@ def _known(drift: FloatArray) -> FloatArray | None:
 
 
 def tells_stability(problem: Problem) -> bool:
-    """Whether the map over a period is worked out, and with it multipliers: in the plane."""
+    """Whether the map over a period and its multipliers are computed, as in the plane."""
     return problem.directions == 1
 
 
 def same_slip(problem: Problem, load_factor: float, tolerances: Tolerances) -> float:
     """Difference between the slips of limit cycles that counts as none [length] (``same_cycle``)."""
-    known = APART * path_accuracy(problem, tolerances)  # ends of searches are not known better
+    known = APART * path_accuracy(problem, tolerances)  # the accuracy of the ends of searches
     share = max(tolerances.same_cycle, known)
     return share * scales(problem, load_factor).length

@@ -22,9 +22,9 @@ from shakedown.ground.size_limits import BLOCK
 Columns = dict[str, NDArray[Any]]
 Kinds = dict[str, tuple[np.dtype[Any], tuple[int, ...]]]
 
-SEAL = b"sha256 of all that is before it: "  # the comment of the archive, and then the number itself
+SEAL = b"sha256 of all that is before it: "  # comment of the archive, followed by the checksum
 DIGITS = 2 * hashlib.sha256().digest_size  # of the checksum
-LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the time stamp of every member: equal maps are equal files
+LONG_AGO = (1980, 1, 1, 0, 0, 0)  # fixed time stamp of every member, so that equal maps are equal files
 
 
 def write_map(path: str | os.PathLike[str], journal: Journal, rows: int, settings: Mapping[str, Any]) -> None:
@@ -80,7 +80,7 @@ def _write_column(
 
 
 def _checksum(file: BinaryIO) -> bytes:
-    """SHA-256 of all of a file but its last digits, which are this number."""
+    """SHA-256 of a file without its last digits, which are this checksum."""
     digest = hashlib.sha256()
     left = file.seek(0, os.SEEK_END) - DIGITS
     file.seek(0)

@@ -21,8 +21,8 @@ from shakedown.studies.samplers import BLOCK, Sampling
 
 LITTLE = 1 << 17  # states times nodes squared: a few seconds at most
 MUCH = 1 << 22  # the same: half a minute or more
-IN_SPACE = 16  # times the work of a state in the plane, and so many states less in a piece
-COLUMNS = (  # what is kept of every state in any case
+IN_SPACE = 16  # times the work of a state in the plane, with correspondingly fewer states in a piece
+COLUMNS = (  # columns kept for every state in any case
     "initial_slip",
     "final_slip",
     "outcome",
@@ -57,7 +57,7 @@ class MapSearch:
 
 @dataclass(frozen=True)
 class MapPieces:
-    """From the number of a piece to its long-term states; load factor by load factor, state by state."""
+    """A function from the number of a piece to its long-term states, by load factor and state."""
 
     samplings: tuple[Sampling, ...]
     search: MapSearch
@@ -73,7 +73,7 @@ class MapPieces:
     def for_other_processes(self) -> "MapPieces":
         """The same work with few states drawn here, so that a worker need not load what draws them."""
         first = self.samplings[0]
-        if first.states * first.problem.layout.slip_size > MANY:  # too much to send to other processes
+        if first.states * first.problem.layout.slip_size > MANY:  # too large to send to other processes
             return self
         return replace(self, slips=tuple(chosen.slips(0, chosen.states) for chosen in self.samplings))
 
@@ -89,12 +89,12 @@ class MapPieces:
 
     @property
     def little(self) -> bool:
-        """Whether other processes would take longer to start than this one to be done."""
+        """Whether starting other processes would take longer than the work."""
         return self._work < LITTLE
 
     @property
     def for_threads(self) -> bool:
-        """Whether threads of this process do it sooner than processes that begin anew: in the plane."""
+        """Whether threads of this process are faster than new processes, as in the plane."""
         return self._of_a_state == 1 and LITTLE <= self._work < MUCH
 
     @property
@@ -104,7 +104,7 @@ class MapPieces:
 
     @property
     def _of_a_state(self) -> int:
-        """The work of a state, in that of one in the plane."""
+        """The work of a state relative to one in the plane."""
         return 1 if self.samplings[0].problem.directions == 1 else IN_SPACE
 
     @property

@@ -240,7 +240,7 @@ def _columns(
 
 
 def _settings(work: MapPieces) -> dict[str, Any]:
-    """What the states of a map depend on, to repeat any of them, and to tell maps apart."""
+    """Everything that the states of a map depend on, to repeat them and to distinguish maps."""
     first = work.samplings[0]
     asked = {"slip_ranges": True} if work.slip_ranges else {}
     return asked | {

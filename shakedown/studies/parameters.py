@@ -14,13 +14,13 @@ from shakedown.joint.conjugate_loads import NO_LOADS, scaled_units
 from shakedown.joint.loading import Loading, loading
 from shakedown.joint.problem import Problem
 
-# What is varied, and its unit.
+# The quantity varied, and its unit.
 PARAMETERS = {
     "f": "1", "friction": "1", "amplitude": "1", "mean": "1", "phase": "periods", "stiffness": "1",
     "coupling": "1",
 }  # fmt: skip
 FACTORS = ("friction", "amplitude", "mean", "stiffness", "coupling")
-_NEAR = 64 * np.finfo(float).eps  # of a period: a shift this near a load step is one by whole load steps
+_NEAR = 64 * np.finfo(float).eps  # relative to a period: a shift this close to whole load steps counts as one
 
 
 def parameter_of(name: str) -> str:
@@ -96,7 +96,7 @@ def with_parameter(problem: Problem, name: str, value: float) -> Problem:
         raise UsageError(f"parameter {name}: expected a finite number, found {shortened(repr(value))}")
     if name == "amplitude" and value < 0:
         raise UsageError(f"parameter amplitude: expected a number >= 0, found {value!r}")
-    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is no joint
+    with np.errstate(over="ignore", invalid="ignore"):  # overflow means that there is no such joint
         return _changed(problem, name, float(value))
 
 
@@ -125,7 +125,7 @@ def _changed(problem: Problem, name: str, value: float) -> Problem:
 
 
 def _of_stiffer(problem: Problem, value: float) -> dict[str, Any]:
-    """What the loads find where the whole structure is so many times as stiff."""
+    """Stiffness-dependent fields where the whole structure is stiffer by a factor."""
     factors = {"load_compliance": 1.0 / value, "load_frequency": np.sqrt(value)}
     known = {key: (factor, getattr(problem, key)) for key, factor in factors.items()}
     return {key: factor * given for key, (factor, given) in known.items() if given is not None}
@@ -142,7 +142,7 @@ def _with_friction(problem: Problem, value: float) -> Problem:
 
 
 def _loaded(problem: Problem, loop: Loading, loads: dict[str, Any]) -> Problem:
-    """The joint under another loop, its constant part given apart so that no sample mean replaces it."""
+    """The joint under another loop, with an explicit constant part so that no sample mean replaces it."""
     q_w, p_w = loop.q0 + loop.q1, loop.p0 + loop.p1
     return replace(problem, q_w=q_w, p_w=p_w, q_mean=loop.q0, p_mean=loop.p0, **loads)
 

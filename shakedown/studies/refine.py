@@ -35,7 +35,7 @@ LOGGER = logging.getLogger("shakedown")
 
 
 class Asked(NamedTuple):
-    """What is asked of every mesh: a load factor, the length of averages, that which slips stay below."""
+    """The request for every mesh: a load factor, the averaging length, the limit on slips."""
 
     load_factor: float
     radius: float | None
@@ -55,7 +55,7 @@ def refine(
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Refinement:
-    """What of a joint converges as its mesh is refined (docs/mesh.md).
+    """Which numbers of a joint converge as its mesh is refined (docs/mesh.md).
 
     Three meshes or more tell, each with about twice as many elements along an edge as the one before.
     A number a + c h^p is fitted through the last three: it converges where p is 0.5 or more and the limit
@@ -110,7 +110,7 @@ def refine(
     partial = None if output is None else record_beside(output)
     if output is not None:
         check_table(output)
-    if isinstance(make, Mapping):  # what a function makes is known afterwards
+    if isinstance(make, Mapping):  # for a function the joints are known only afterwards
         _check_one_joint([_about(make[size]) for size in wanted])
     with journal_at(partial, {} if partial is None else work.header(), resume=resume) as journal:
         run_campaign(work, len(wanted), journal, Crew(workers), progress)
@@ -211,7 +211,7 @@ def mesh_row(
 
 
 def _number(found: Any, name: str) -> float:
-    """A limit; NaN where its program came to no end."""
+    """A limit; NaN where its program did not finish."""
     try:
         return float(getattr(found, name))
     except SolverError:

@@ -1,4 +1,4 @@
-"""What limits, friction work and slips a joint has on meshes that get finer, and which of these converge."""
+"""Limits, friction work and slips of a joint on finer and finer meshes, and which of these converge."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -18,12 +18,12 @@ from shakedown.ground.shown_values import plain, short
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.result import Result
 
-SLOWEST = 0.5  # order of convergence: below it what is left is too uncertain for a limit
+SLOWEST = 0.5  # least order of convergence; below it the extrapolated limit is too uncertain
 SLOW = (
     0.5 * SLOWEST
 )  # order below which there is none: what is left cannot be told from a power of h, or log h
-LEVEL = 0.03  # power of h below which nothing is said to fall or grow
-FASTEST = 8.0  # order, above which the last change tells nothing
+LEVEL = 0.03  # power of h below which a number counts as constant
+FASTEST = 8.0  # largest order; above it the last change is meaningless
 NEAR = 0.25  # of a number: as far as that its limit may be; twice as far leaves it open
 LIMITS = (
     "impossible_above",
@@ -37,7 +37,7 @@ HEADINGS = ("size", "nodes", *COLUMNS, "directions", *SAME, "fingerprint")
 
 
 class Tendency(StrEnum):
-    """What a number does as the mesh is refined."""
+    """The trend of a number as the mesh is refined."""
 
     CONVERGES = "converges"
     FALLS = "falls"
@@ -46,7 +46,7 @@ class Tendency(StrEnum):
 
 
 class Trend(NamedTuple):
-    """What a sequence of numbers does.
+    """The trend of a sequence of numbers.
 
     Attributes
     ----------
@@ -204,7 +204,7 @@ class Refinement(Result):
 
     @property
     def trends(self) -> dict[str, Trend]:
-        """What every column does; the element size is n^(−1/d), of n nodes with d directions."""
+        """The trend of every column; the element size is n^(−1/d), for n nodes with d directions."""
         h = np.asarray(self.nodes, dtype=float) ** (-1.0 / self.directions)
         return {name: trend(h, values) for name, values in self.numbers.items()}
 

@@ -40,7 +40,7 @@ from shakedown.models.condensation.stiffness_checks import (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Condensation(Result):
-    """An elastic model reduced to slip and gap, with the evidence that it was done right.
+    """An elastic model reduced to slip and gap, with evidence for its correctness.
 
     Attributes
     ----------
@@ -119,7 +119,7 @@ class Condensation(Result):
                 raise ProblemError(f"{case.name}: {key}: expected shape {expected}, found {given.shape}")
         if case.reactions is not None:
             total += self.frame.to_local(self.frame.carried(case.reactions))
-        if case.opened is not None:  # what closes the contact again: 0 = κ u + r_w where nothing acts
+        if case.opened is not None:  # reactions that close the contact again: 0 = κ u + r_w
             total -= self.stiffness @ self._opened(case.opened)
         if case.force is None and case.displacement is None:
             return total, None

@@ -20,7 +20,7 @@ PLANE, SPACE = (1, 2), (1, 2, 3)  # directions of the contact nodes, unless othe
 
 @dataclass(frozen=True)
 class ContactFrame:
-    """Where the contact is, in rows of the stiffness matrix.
+    """The contact nodes in rows of the stiffness matrix.
 
     Attributes
     ----------
@@ -146,7 +146,7 @@ class ContactFrame:
         return Layout(self.n, self.directions)
 
     def carried(self, forces: FloatArray) -> FloatArray:
-        """What nodal forces (n, …) are in the basis of the contact: Tᵀ r."""
+        """Nodal forces (n, …) in the basis of the contact: Tᵀ r."""
         return np.asarray(self._own_change().T @ forces) if self.between.size else forces
 
     def weighted(self, values: FloatArray) -> FloatArray:
@@ -263,7 +263,7 @@ def with_guides(
         )
     if frame.directions > 1:
         frame = replace(frame, tangents=guided_pairs(frame.normals, frame.tangents, first))
-    if frame.followed is not None:  # a row that is held follows nothing
+    if frame.followed is not None:  # a held row follows nothing
         moving = sparse.diags_array((~first).ravel().astype(float))
         frame = replace(frame, followed=sparse.csr_array(moving @ frame.followed))
     along = np.abs(frame.slip_axes) >= 1.0 - DEFAULT.symmetry

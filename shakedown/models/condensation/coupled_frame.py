@@ -86,7 +86,7 @@ def _followed(
             f"coupling: expected rows of the nodes of the second surface, "
             f"first {coupling.master[0]}, found none"
         )
-    there = target >= 0  # a row that is missing is held
+    there = target >= 0  # a missing row is held
     chosen = sparse.csr_array(
         (np.ones(there.sum()), (np.flatnonzero(there), target[there])), shape=(len(target), size)
     )

@@ -1,4 +1,4 @@
-"""An order of elimination for large solid models: nested dissection by where the nodes are."""
+"""An order of elimination for large solid models: nested dissection by the positions of the nodes."""
 
 from dataclasses import dataclass
 
@@ -10,8 +10,8 @@ from scipy.sparse.csgraph import dijkstra
 from shakedown.ground.float_array import FloatArray
 
 IntArray = NDArray[np.intp]
-LEAF = 60  # nodes that are eliminated together without being cut in two
-LANDMARKS = 8  # nodes whose distances from all others stand for places that are not known
+LEAF = 60  # nodes eliminated together without further dissection
+LANDMARKS = 8  # nodes whose distances from all others replace unknown positions
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,7 @@ def _by_distances(graph: sparse.csr_array) -> FloatArray:
     nearest = np.full(graph.shape[0], np.inf)
     for _ in range(min(LANDMARKS, graph.shape[0])):
         away = dijkstra(abs(graph), unweighted=True, indices=farthest)
-        away[np.isinf(away)] = graph.shape[0]  # another part: anywhere but here
+        away[np.isinf(away)] = graph.shape[0]  # another part: far away
         rows.append(away)
         nearest = np.minimum(nearest, away)
         farthest = int(np.argmax(nearest))

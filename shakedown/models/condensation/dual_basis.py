@@ -23,7 +23,7 @@ from shakedown.models.condensation.surface_mesh import ContactSurface, FacetBloc
 
 @dataclass(frozen=True, eq=False)
 class DualBasis:
-    """What the segments of two surfaces amount to.
+    """Integrals over the segments of two surfaces.
 
     Attributes
     ----------

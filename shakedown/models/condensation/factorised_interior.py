@@ -19,7 +19,7 @@ from shakedown.models.condensation.fronts import FrontFactors, announced, elimin
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.condensation.loose_motion import Places, loose_motion
 
-_COLUMNS = 64  # right-hand sides solved at a time: bounds the dense workspace to 64 vectors
+_COLUMNS = 64  # right-hand sides solved at a time, which limits the dense workspace to 64 vectors
 # Rows of a solid interior from which on it is cut up by where its nodes are: SuperLU, which does not know
 # that, has larger factors there, and a right side for every contact displacement.
 _LARGE = 4000
@@ -96,7 +96,7 @@ class Interior:
         return float(max(left, wrong) / max(np.abs(factors.schur).max(), np.finfo(float).tiny))
 
     def loosest(self, dofs: NDArray[np.intp], places: Places | None) -> str:
-        """The motion of the interior that meets least resistance, in words."""
+        """The motion of the interior with the least resistance, in words."""
         K_ii = (self.T_i.T @ self.K @ self.T_i).tocsc()
         return loose_motion(K_ii, dofs[self.free], places)
 
@@ -212,14 +212,14 @@ def _factorised(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places |
 
 
 def _elastic(K_ii: sparse.csc_array, dofs: NDArray[np.intp]) -> bool:
-    """Whether all rows are displacements: multipliers and pressures of a code have pivots of either sign."""
+    """Whether all rows are displacements; multipliers and pressures have pivots of either sign."""
     return bool((dofs[:, 0] > 0).all() and np.isin(dofs[:, 1], range(1, 7)).all() and K_ii.diagonal().all())
 
 
 def _loose(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places | None) -> str:
-    """What a message says of an interior that is not held."""
+    """The description of an interior that is not held, for a message."""
     expected = "K: expected an interior that the supports and the welded contact hold, found that it can move"
     try:
         return f"{expected}: {loose_motion(K_ii, dofs, places)}"
-    except (ArpackError, RuntimeError, np.linalg.LinAlgError):  # no help, but no worse than none
+    except (ArpackError, RuntimeError, np.linalg.LinAlgError):  # goes without a description
         return expected

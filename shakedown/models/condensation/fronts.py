@@ -52,7 +52,7 @@ class Front:
 
 @dataclass(frozen=True, eq=False)
 class FrontElimination:
-    """The plan: which unknowns are eliminated when, and what that takes.
+    """The plan of an elimination: order of the unknowns, and its cost.
 
     Attributes
     ----------
@@ -218,10 +218,10 @@ def _add(target: FloatArray, part: FloatArray, places: NDArray[np.intp]) -> None
         target[np.ix_(places, places)] += part
 
 
-MATRICES = 8  # κ, the blocks of the problem and what the bounds make of them: of its size, at one time
+MATRICES = 8  # matrices of the size of κ held at one time by the problem and the bounds
 WORTH_SAYING = 20.0  # seconds
 LARGEST = 0.9  # share of the machine's memory that may be used
-SAMPLE, TRIES = 400, 8  # size of the product that tells how fast the machine is; the fastest of some counts
+SAMPLE, TRIES = 400, 8  # size of the product that measures the machine's speed; the fastest try counts
 
 
 def announced(plan: FrontElimination, announce: Callable[[str], None] | None) -> None:

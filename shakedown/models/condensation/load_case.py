@@ -1,4 +1,4 @@
-"""Load cases of an elastic model: what acts on it, and how much of it at each load step."""
+"""Load cases of an elastic model, and their factors at each load step."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -140,7 +140,7 @@ class LoadCase(Result):
 
     @property
     def is_stated(self) -> bool:
-        """Whether it is said what factor 1 stands for."""
+        """Whether the value of factor 1 is stated."""
         return self.value is not None or bool(self.unit)
 
 

@@ -1,4 +1,4 @@
-"""What can move in an elastic model without resistance: which nodes, and how."""
+"""Motions of an elastic model without resistance: which nodes move, and how."""
 
 from collections.abc import Mapping, Sequence
 

@@ -1,4 +1,4 @@
-"""What nodes of one body follow on the other: surfaces that do not match, pairs; rigid motions exactly."""
+"""The coupling of nodes of one body to the other: pairs or non-matching surfaces, exact for rigid motions."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from shakedown.joint.result import Result
 from shakedown.models.condensation.facet_shapes import ALPHA
 
 IntArray = NDArray[np.intp]
-_ROUNDS = 2  # the second one takes away what round-off left of the first
+_ROUNDS = 2  # the second round removes the round-off of the first
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,4 +1,4 @@
-"""Which facets of two surfaces cover each other, where, cut exactly, and Gauss points on what they share."""
+"""Overlapping facets of two surfaces, cut exactly, with Gauss points on their common parts."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.models.condensation.facet_shapes import CORNERS, changed_shapes, local_places, shapes
 from shakedown.models.condensation.surface_mesh import ContactSurface, FacetBlock, IntArray
 
-OPPOSED = -0.5  # cosine between the normals of facets that look at each other
+OPPOSED = -0.5  # cosine between the normals of facets that face each other
 
 
 def facet_pairs(slave: ContactSurface, master: ContactSurface, reach: float) -> tuple[IntArray, IntArray]:
@@ -28,7 +28,7 @@ def facet_pairs(slave: ContactSurface, master: ContactSurface, reach: float) -> 
     return one[kept], other[kept]
 
 
-SLIVER = 1e-11  # of a facet: segments that only round-off makes
+SLIVER = 1e-11  # relative to a facet: smaller segments are round-off
 # Gauss points along each side of a triangle. Three are exact to degree 4: all that there is on triangles and
 # parallelograms. Where quadrilaterals depart from one by a share of their size, local places are no
 # polynomials: so many leave 2e-15 of them.

@@ -1,4 +1,4 @@
-"""What can be wrong with a stiffness matrix that came from elsewhere."""
+"""Checks of a stiffness matrix from another program."""
 
 from typing import Any
 

@@ -252,7 +252,7 @@ def _is_flat(slave: ContactSurface, used: NDArray[np.bool_], along: FloatArray) 
 
 
 def _nothing(slave: ContactSurface, master: ContactSurface, reach: float) -> str:
-    """Why no facets lie on each other."""
+    """The reason why no facets overlap."""
     every = np.ptp(np.vstack([slave.places, master.places]), axis=0)
     one, other = facet_pairs(slave, master, 10 * reach + float(np.linalg.norm(every)))
     if not one.size:
@@ -269,7 +269,7 @@ def _nothing(slave: ContactSurface, master: ContactSurface, reach: float) -> str
 
 
 def _warnings(made: SurfaceCoupling, accepted: float, weak: IntArray) -> Iterator[str]:
-    """What is doubtful."""
+    """Warnings about the coupling."""
     without = 1 - made.share[0]
     if without > accepted + NEGLIGIBLE:
         more = f", {len(made.uncovered)} node(s), first {made.uncovered[0]}" if made.uncovered.size else ""

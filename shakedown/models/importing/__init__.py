@@ -1,11 +1,11 @@
-"""A problem from finite-element output and a TOML file that says what is what.
+"""A problem from finite-element output and a TOML file that describes it.
 
 How the data flow: the deck names nodes, sets and faces (``model_section``); these and the configuration
 give contact nodes, normals and tangents (``contact_section``); the matrix comes with the node and
 direction of its rows (``stiffness_section``); loads and supports become vectors on these rows
 (``load_section``, ``time_function``); the condensation turns all of it into a problem (``import_model``),
-with resultants and rigid motions beside it (``load_evidence``, ``model_evidence``). What cannot be meant
-is refused; what is doubtful becomes a warning, one line each, that the problem carries with it.
+with resultants and rigid motions beside it (``load_evidence``, ``model_evidence``). Impossible input
+is refused; doubtful input becomes a warning of one line that the problem carries with it.
 
 Reading order: ``model_section``, ``contact_nodes``, ``contact_directions``, ``initial_gap``,
 ``contact_section`` (all of it), ``joined_contact`` (several patches, friction), ``stiffness_section``,

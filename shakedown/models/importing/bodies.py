@@ -1,4 +1,4 @@
-"""The bodies of a model: which nodes hang together, and which of their rigid motions meet no resistance."""
+"""The bodies of a model: connected nodes, and their rigid motions without resistance."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Loads that do not do what their author thinks: that do not vary, or reach no contact node."""
+"""Doubtful loads: loads that do not vary, or reach no contact node."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Whether matrix, row map and deck are of one model: neighbours by both, rigid motions that must be free."""
+"""Whether matrix, row map and deck belong to one model: common neighbours, free rigid motions."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.readers.mesh import SOLIDS, Mesh
 from shakedown.models.readers.stiffness import Stiffness
 
-_UNALIKE = 200.0  # times: mm for m is 1,000, the shape of an element or Poisson's ratio of 0.499 less
+_UNALIKE = 200.0  # ratio beyond which units differ: mm for m gives 1,000, element shapes or ν = 0.499 less
 _MANY = 1000  # elements that are measured
 _FEWEST = 0.1  # of the nodes inside: a few may have springs, equations, elements of no shape here
 

@@ -1,4 +1,4 @@
-"""What a static run of another code gave: a load case by its reactions or displacements, and ``[check]``."""
+"""Results of a static run of another code: a load case by its reactions or displacements, and ``[check]``."""
 
 import numpy as np
 
@@ -177,7 +177,7 @@ def _opened_surfaces(
 
 
 def _moved(where: str, apart: FloatArray, rounding: FloatArray, word: str) -> tuple[FloatArray, FloatArray]:
-    """Displacements that say something."""
+    """Displacements that are not all zero."""
     if (np.abs(apart) <= rounding).all():
         raise ProblemError(
             f"{where}: expected displacements with the contact open, found contact nodes that do not "
@@ -199,7 +199,7 @@ def _found(moved: Values | None, reactions: FloatArray | None, clamped: Values |
 def _check_independent(
     table: TomlTable, contact: ContactSection, files: InputFiles, stiffness_file: str
 ) -> None:
-    """That a run can tell something about the stiffness."""
+    """Check that a run is independent evidence on the stiffness."""
     if contact.coupling is not None:
         raise ProblemError(
             f"{table.where}: expected none beside 'surfaces', because no static run moves the one against "
