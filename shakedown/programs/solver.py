@@ -1,4 +1,4 @@
-"""The solution of a program: by the simplex method, or with cones by interior points in several ways."""
+"""The solution of a program: by the simplex without cones, else by the first of three methods with one."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -9,6 +9,7 @@ import numpy as np
 
 from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.programs.conic import ClarabelSettings, by_clarabel
@@ -16,27 +17,19 @@ from shakedown.programs.dense_programs import cone_optimum
 from shakedown.programs.program import INF, Program, Solution, solution_of
 from shakedown.programs.simplex import Simplex
 
-DENSE_FROM = 60  # rows from which on dense interior points are faster
+DENSE_FROM = 60  # rows, from where on dense interior points are quicker
 CUT, MOST_CUTS = 1e-7, 300  # relative distance from a cone that cuts must reach; their largest number
-SETTINGS = tuple(
-    ClarabelSettings(accuracy, step, rescaled, reduced=1e-6, stalled=True)
-    for accuracy, step, rescaled in (
-        (1e-11, 0.99, True),
-        (1e-11, 0.9, True),
-        (1e-11, 0.99, False),
-        (1e-8, 0.9, True),
-    )
-)
-METHOD_COUNT = len(SETTINGS) + 2
+CLARABEL = ClarabelSettings(1e-11, 0.99, rescaled=True, reduced=SIX_DIGITS, stalled=True)
+METHOD_COUNT = 3
 
 
 def solve(program: Program, first: int = 0) -> Solution:
     """The solution of a program; of one with cones by the first method, from this one on, that comes to one.
 
     Without cones the simplex (:class:`Simplex`). With cones Clarabel's interior points with its own scaling
-    on top, with shorter steps, without that scaling, to less accuracy; dense interior points, for one cone
-    over the first columns, which come first where there are many rows; then linear programs that cut the
-    cones (:func:`cut_cones`): :data:`METHOD_COUNT` in all.
+    on top, the quickest where there are few rows; dense interior points, for one cone over the first columns,
+    which come first where there are many; then linear programs that cut the cones (:func:`cut_cones`).
+    Each has the last word on some joints with stiffness next to the end of double precision.
 
     Raises
     ------
@@ -53,8 +46,9 @@ def solve(program: Program, first: int = 0) -> Solution:
     """
     if not program.cones:
         return Simplex(program).solve()
-    methods: list[Callable[[Program], Solution]] = [partial(by_clarabel, asked=each) for each in SETTINGS]
-    methods.insert(0 if program.linear >= DENSE_FROM else len(methods), by_dense_points)
+    methods: list[Callable[[Program], Solution]] = [partial(by_clarabel, asked=CLARABEL), by_dense_points]
+    if program.linear >= DENSE_FROM:
+        methods.reverse()
     failures = []
     for each in (*methods, cut_cones)[first:]:
         found = sought(each, program)

@@ -25,8 +25,6 @@ from shakedown.programs.self_dual import (
 from shakedown.programs.small_cones import TRIPLE
 
 STEPS = 12
-NEGATIVE = 10 * ROUND_OFF  # largest slack or multiplier below zero likewise
-ALIKE = (1.0, 1e-2, 1e2)  # by how much a slack may exceed its multiplier where the limit is active
 PROXIMITY = 100 * ROUND_OFF  # what holds slips that active limits leave free, and limits that say the same
 
 Mask = NDArray[np.bool_]
@@ -64,16 +62,12 @@ def polished(program: DiscProgram, end: SelfDualSolution) -> SelfDualSolution:
     """
     if end.status != Status.OPTIMAL:
         return end
-    best, left = end, _left(program, end)
-    for alike in ALIKE:
-        with np.errstate(all="ignore"):  # what is not finite is not taken
-            found = _newton(program, end, _active(program, end, alike))
-        rest = _left(program, found) if found is not None else np.inf
-        if found is not None and rest < left:
-            best, left = replace(found, accuracy=min(end.accuracy, rest)), rest
-        if left <= NEGATIVE:
-            return best
-    return best if best is not end else _balanced(program, end)
+    with np.errstate(all="ignore"):  # what is not finite is not taken
+        found = _newton(program, end, _active(program, end))
+    left = _left(program, found) if found is not None else np.inf
+    if found is None or not left < _left(program, end):
+        return _balanced(program, end)
+    return replace(found, accuracy=min(end.accuracy, left))
 
 
 def _balanced(program: DiscProgram, end: SelfDualSolution) -> SelfDualSolution:
@@ -82,12 +76,12 @@ def _balanced(program: DiscProgram, end: SelfDualSolution) -> SelfDualSolution:
     return replace(end, multipliers=y) if program.cones.margin(y) > 0 else end
 
 
-def _active(program: DiscProgram, end: SelfDualSolution, alike: float) -> _Active:
+def _active(program: DiscProgram, end: SelfDualSolution) -> _Active:
     (s, slack, _), (y, weight, _) = program.parts(end.slack), program.parts(end.multipliers)
     length_s, length_y = np.hypot(s[:, 1], s[:, 2]), np.hypot(y[:, 1], y[:, 2])
-    active = s[:, 0] - length_s < alike * (y[:, 0] + length_y)
-    apex = s[:, 0] + length_s < alike * (y[:, 0] - length_y)
-    linear = np.flatnonzero(slack < alike * weight)
+    active = s[:, 0] - length_s < y[:, 0] + length_y
+    apex = s[:, 0] + length_s < y[:, 0] - length_y
+    linear = np.flatnonzero(slack < weight)
     norm = program.norm is not None and bool(np.any(end.x[: program.rank]))
     return _Active(linear, np.flatnonzero(active & ~apex), np.flatnonzero(apex), norm)
 
