@@ -10,8 +10,8 @@ import shakedown
 from benchmarks.refinement import block_on_plane
 from benchmarks.timing import in_turn
 from shakedown.joint.loading import loading
-from shakedown.motion.contact_law import scales
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.checked_law import scales
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.plane.gauss_seidel import PlaneStiffness, load_steps
 from shakedown.report.text_table import table
 

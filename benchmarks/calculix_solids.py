@@ -23,7 +23,7 @@ from shakedown.fem import ElasticBody, Force, Material, Support, brick_mesh, con
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.conjugate_loads import without_loads
 from shakedown.models.readers.calculix_reactions import read_calculix_output
-from shakedown.motion.implicit.implicit_step import ImplicitJoint
+from shakedown.motion.space.implicit_step import ImplicitJoint
 from shakedown.report.text_table import table
 
 Places = list[tuple[float, float]]

@@ -41,7 +41,7 @@ from shakedown import Outcome, Problem
 from shakedown.bounds.uniqueness.in_contact import unique_in_contact
 from shakedown.fem import Displacement, ElasticBody, Material, Support, Traction, contact_problem
 from shakedown.ground.float_array import FloatArray
-from shakedown.motion.contact_law import scales
+from shakedown.motion.checked_law import scales
 from shakedown.motion.evolve import evolve
 from shakedown.report.text_table import table
 

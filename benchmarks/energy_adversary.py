@@ -17,7 +17,7 @@ import shakedown
 from shakedown import EnergyBall, Outcome, Problem, energy_ball
 from shakedown.joint.constraints import constraints
 from shakedown.joint.loading import loading
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 from shakedown.report.text_table import table
 
 TITLE = "States inside the energy ball, and outside, that do not shake down"

@@ -21,7 +21,7 @@ from benchmarks.problems import chain, joint, random_problem
 from benchmarks.refinement import block_on_plane
 from shakedown import Problem, energy_ball, energy_bound, transient_limit, upper_bound
 from shakedown.bounds.uniqueness.coupling import coupling
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 from shakedown.report.text_table import table
 
 TITLE = "The energy bound: how sharp, and at what cost"

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from shakedown import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.motion.implicit.implicit_step import ImplicitJoint, StepStatus
+from shakedown.motion.space.implicit_step import ImplicitJoint, StepStatus
 
 FIRST, LEAST, MOST = 1e-2, 1e-8, 100.0  # α, relative to the mean of the diagonal of W
 SHRINKS, GROWS, ABOVE = 0.1, 10.0, 3.0

@@ -14,7 +14,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 import shakedown
 from shakedown import Problem
 from shakedown.joint.loading import loading
-from shakedown.motion.implicit.implicit_step import ImplicitJoint
+from shakedown.motion.space.implicit_step import ImplicitJoint
 from shakedown.plot.patch_places import Places, patch_axes, places_of
 from shakedown.report.text_table import table
 from shakedown.studies.refined import trend

@@ -29,7 +29,7 @@ from shakedown import Problem
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import OPEN
 from shakedown.joint.loading import loading
-from shakedown.motion.contact_law import law_violation, reactions, scales
+from shakedown.motion.checked_law import law_violation, reactions, scales
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import evolve
 from shakedown.report.text_table import table

@@ -19,7 +19,7 @@ from benchmarks.space_energy import random_joint
 from shakedown import Outcome, Problem
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import loading
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 from shakedown.programs.cone_rays import way_to_limits
 from shakedown.report.text_table import table
 

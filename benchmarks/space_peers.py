@@ -26,9 +26,9 @@ from benchmarks.half_space import around, blocks, grid, half_space
 from benchmarks.timing import in_turn
 from shakedown import Problem, Tolerances
 from shakedown.ground.float_array import FloatArray
-from shakedown.motion.contact_law import scales
-from shakedown.motion.implicit.implicit_step import ImplicitJoint, Steps, StepStatus
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.checked_law import scales
+from shakedown.motion.evolution import Evolution
+from shakedown.motion.space.implicit_step import ImplicitJoint, Steps, StepStatus
 from shakedown.report.text_table import table
 
 TITLE = "Joints in space: implicit steps, Siconos, and the path from event to event"

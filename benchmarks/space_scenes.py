@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from shakedown import Problem, Tolerances
 from shakedown.ground.float_array import FloatArray
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.fixed_steps import FixedSteps
-from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import beginning, cycles_of
 from shakedown.motion.violation import path_violation
 from shakedown.report.text_table import table

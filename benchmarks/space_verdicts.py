@@ -16,7 +16,7 @@ import numpy as np
 import shakedown
 from shakedown import Outcome, Problem, ShakedownError
 from shakedown.joint.rigid_slips import can_drift
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 from shakedown.report.text_table import table
 
 TITLE = "Verdicts in space next to λ_E, λ_T and λ_max"

@@ -25,10 +25,10 @@ from benchmarks.timing import median_time
 from shakedown import Problem
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import ramp_start
-from shakedown.motion.contact_law import law_violation, reactions, scales
+from shakedown.motion.checked_law import law_violation, reactions, scales
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.evolve import evolve
 from shakedown.motion.fixed_steps import MOST_SWEEPS
-from shakedown.motion.integrator import Evolution
 from shakedown.motion.plane import event_loop, moving_state
 from shakedown.motion.plane.active_set import factorize
 from shakedown.motion.plane.gauss_seidel import PlaneStiffness, load_steps

@@ -11,7 +11,7 @@ from benchmarks.problems import random_problem
 from shakedown import Problem
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import loading
-from shakedown.motion.contact_law import Scales, scales
+from shakedown.motion.checked_law import Scales, scales
 
 
 @dataclass(frozen=True)

@@ -15,11 +15,11 @@ OTHER_BLOCK = "another block: the thesis prints neither its angle nor its strip"
 def chapter_2() -> list[Entry]:
     """The discrete system and its time integration."""
     return [
-        entry("(2.3)–(2.9)", "Coulomb's law, node by node", "shakedown.motion.contact_law.law_violation"),
+        entry("(2.3)–(2.9)", "Coulomb's law, node by node", "shakedown.motion.checked_law.law_violation"),
         entry(
             "(2.10), (2.11)",
             "the discrete system",
-            "shakedown.Problem shakedown.motion.contact_law.reactions",
+            "shakedown.Problem shakedown.motion.checked_law.reactions",
         ),
         entry(
             "(2.15), fig. 2.2",

@@ -25,7 +25,6 @@ LAYERS = (
         "bounds.uniqueness",
         "files",
         "motion",
-        "motion.implicit",
         "long_term.plane",
     },
     {

@@ -12,7 +12,7 @@ from shakedown.fem import BodyForce, ElasticBody, Force, Material, Support, Trac
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import loading
-from shakedown.motion.implicit.implicit_step import ImplicitJoint
+from shakedown.motion.space.implicit_step import ImplicitJoint
 
 # Heights of the bottom, the flanks' ends, the slot's rim and the tip, and half of the thickness there.
 HEIGHTS, HALVES = (0.0, 6.0, 14.0, 18.0, 70.0), (12.0, 12.0, 6.0, 6.0, 2.5)  # [mm]

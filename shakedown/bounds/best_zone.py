@@ -14,6 +14,7 @@ from shakedown.bounds.opened_by_mean_load import opened_by_mean_load
 from shakedown.bounds.results import ZoneLimit
 from shakedown.ground.errors import SolverError, UsageError
 from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.size_limits import ALL_SUBSETS_UP_TO
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.contact_zone import Zone, contact_zone
@@ -22,7 +23,6 @@ from shakedown.joint.problem import Problem
 NEIGHBOURS = 8  # changes tried per round, the most promising first
 NEAREST = 4  # nodes nearest to opening or closing: tried in large joints, in small ones also in pairs
 FEW = 16  # nodes: for so few, a finished climb tries all zones that differ in one node
-EVERY_ZONE_UP_TO = 6  # nodes: for so few every zone is tried
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
     best = _first_of_the_best(map(visit, starts))
     most = 1 if problem.C is None else 2**problem.n - 1
     if most > 1 and (len(starts) > 1 or best.load_factor == -inf):
-        if problem.n <= EVERY_ZONE_UP_TO:
+        if problem.n <= ALL_SUBSETS_UP_TO:
             sizes = (combinations(range(problem.n), size) for size in range(1, problem.n))
             found = [visit(nodes) for nodes in chain([best.nodes], *sizes)]
         else:  # in space a climb takes many cone programs; large joints start only from the best

@@ -20,3 +20,4 @@ MUCH = 0.1  # relative difference of two limits from which on it is mentioned
 SETTLED: Final = 8 * EPS  # last change of an iteration that has converged to round-off
 ITERATIONS = 100  # for methods that need a few dozen; beyond this they have failed
 SWEEPS = 400  # the same for linear convergence: 0.9⁴⁰⁰ is below round-off
+NEWTON_ROUNDS = 20  # for Newton's method, whose digits double: beyond this it has diverged

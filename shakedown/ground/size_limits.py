@@ -7,10 +7,15 @@ MANY = 1_000_000  # entries of a list given, kept in memory, or followed one by 
 LARGEST_LABEL = 2**62  # label of a node; compiled code counts to twice as many
 BLOCK = 1 << 20  # bytes or numbers that are taken at one time: a few MB, a hundred where each has a matrix
 EACH_SHOWN = 4  # nodes, patches, instants, numbers of a list that are told or drawn each on its own
+ALL_SUBSETS_UP_TO = 6  # nodes: of so few all sets are tried
 AT_ONCE = 1 << 16  # rows or small matrices that are taken at one time
+DENSE_FROM = 60  # rows or columns, from where on all of a matrix at once is quicker than one after the other
+MANY_ROWS = 200  # or columns, from where on what takes n³ steps outweighs whatever takes n²
 BATCH = 1 << 12  # states or subsets that one thread takes at one time, or that are kept beside it
 TIMES_A_FILE = 100  # as large as its file an array may be; compressed stiffness is no tenth of this
 READ_AT_ONCE = 1 << 26  # bytes of a table, or of the beginning of a journal, that are read
+DENSE_FROM = 60  # rows or columns, from where on all of a matrix at once is quicker than one after the other
+MANY_ROWS = 200  # or columns, from where on what takes n³ steps outweighs whatever takes n²
 
 
 def memory(unknown: float = inf) -> float:

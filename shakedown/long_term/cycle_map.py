@@ -9,7 +9,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.status import STICK
 from shakedown.motion.cycle_record import CycleRecord
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import cycles_of
 from shakedown.motion.plane_events import PlaneEvents
 

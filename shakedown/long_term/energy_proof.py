@@ -21,7 +21,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.known_bounds import bound_of_start, bound_proves, is_known
 from shakedown.long_term.passage import Approach, Passage
-from shakedown.motion.contact_law import path_resolution, scales
+from shakedown.motion.checked_law import path_resolution, scales
 
 MOST = 256  # largest number of cycles after which a state is examined, doubling from 1
 

@@ -22,7 +22,7 @@ from shakedown.long_term.space.return_search import VARIES_LITTLE
 from shakedown.long_term.space.returned_state import returned_state
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.cycle_record import State
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 
 
 @checked

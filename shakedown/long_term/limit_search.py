@@ -36,9 +36,9 @@ from shakedown.long_term.plane.settle import (
     settle,
     tell,
 )
-from shakedown.motion.contact_law import alone, swing
+from shakedown.motion.checked_law import alone, swing
 from shakedown.motion.cycle_record import Checkpoint
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.plane.event_loop import address_of_follow
 from shakedown.motion.plane.moving_state import DONE, EFFORT, NO_RATES, PAUSED
 from shakedown.motion.plane_events import ROUNDING, PlaneEvents

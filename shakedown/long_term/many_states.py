@@ -27,8 +27,8 @@ from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSear
 from shakedown.long_term.plane.search import BLURRED, CYCLIC_SLIP, SHAKEDOWN, UNDECIDED, Answers
 from shakedown.long_term.space.proved_rest import CLEAR
 from shakedown.long_term.space.returned_state import ReturnedStates, enter
-from shakedown.motion.contact_law import scales
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.checked_law import scales
+from shakedown.motion.evolution import Evolution
 
 NAMES = np.array([outcome.value for outcome in OUTCOMES])
 

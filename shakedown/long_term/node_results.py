@@ -16,7 +16,7 @@ from shakedown.long_term.diameters import diameter, diameter_within
 from shakedown.long_term.node_points import axes_of, coordinates_of, faces_of, labels_of, normals_of
 from shakedown.long_term.node_table import MIXED, NOT_KNOWN, SLIPS, STAYS_OPEN, STICKS, NodeResults
 from shakedown.long_term.state import LongTermState, SteppedState
-from shakedown.motion.contact_law import path_resolution, scales
+from shakedown.motion.checked_law import path_resolution, scales
 from shakedown.motion.event_history import EventHistory
 
 Settled = LongTermState | SteppedState

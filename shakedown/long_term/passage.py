@@ -15,8 +15,8 @@ from shakedown.joint.conjugate_loads import without_loads
 from shakedown.joint.loading import first_load, loading, loop_path, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.motion.cycle_record import CycleRecord, State
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.evolve import evolve
-from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import cycles_of
 
 TWICE = 2.0  # safety factor on the estimated error of a path

@@ -26,7 +26,7 @@ from shakedown.long_term.recorded_walk import Verdict, judge, recorded_cycles, r
 from shakedown.long_term.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
 from shakedown.long_term.space.returned_state import ReturnedState
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState
-from shakedown.motion.contact_law import alone, law_resolution, swing
+from shakedown.motion.checked_law import alone, law_resolution, swing
 from shakedown.motion.cycle_record import CycleRecord
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.fixed_steps import FixedSteps

@@ -16,7 +16,7 @@ from shakedown.long_term.energy_proof import NO_PROOF, EnergyProof, energy_proof
 from shakedown.long_term.passage import Approach, FirstCycles, Passage
 from shakedown.motion.cycle_record import State, Stop
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import Walk, walk
 from shakedown.motion.violation import path_violation
 

@@ -13,7 +13,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.cycle_record import CycleRecord, Stop
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import cycles_of
 
 

@@ -13,12 +13,12 @@ from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, SLIP, STI
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.problem import Problem
-from shakedown.motion.contact_law import Scales, law_violation, reactions
+from shakedown.motion.checked_law import Scales, law_violation, reactions
 from shakedown.motion.cycle_record import SLIDES_AWAY, Checkpoint, CycleRecord, State, Stop
 from shakedown.motion.event_history import EventHistory, EventKind
-from shakedown.motion.implicit.implicit_step import MOST_SWEEPS, ImplicitJoint, Steps, StepStatus
 from shakedown.motion.method import Beginning, Motion
 from shakedown.motion.plane.gauss_seidel import PlaneStiffness, load_steps
+from shakedown.motion.space.implicit_step import MOST_SWEEPS, ImplicitJoint, Steps, StepStatus
 
 REMEMBERED = 2  # cycles whose load steps are kept, whether recorded or not
 

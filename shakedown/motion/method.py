@@ -17,7 +17,7 @@ from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import first_load, loop_path, ramp_start, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.motion.contact_law import Scales, scales, scales_of
+from shakedown.motion.checked_law import Scales, scales, scales_of
 from shakedown.motion.cycle_record import Checkpoint, CycleRecord, State, Stop
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.viscous_jump import Jump
@@ -203,7 +203,7 @@ class Motion:
         Examples
         --------
         >>> import shakedown
-        >>> from shakedown.motion.integrator import Evolution
+        >>> from shakedown.motion.evolution import Evolution
         >>> evolution = Evolution(shakedown.example("two-node"), 0.9)
         >>> evolution.advance(100), evolution.stop is None
         (100, True)

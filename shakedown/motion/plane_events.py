@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
-from shakedown.motion.contact_law import Scales
+from shakedown.motion.checked_law import Scales
 from shakedown.motion.cycle_record import Checkpoint, State, Totals
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.plane.active_set import active_set, factorize
@@ -18,6 +18,7 @@ from shakedown.motion.plane.event_loop import follow
 from shakedown.motion.plane.moving_state import (
     EFFORT,
     LOAD_STEP,
+    RECORD_ROWS,
     Course,
     Precision,
     begin,
@@ -33,7 +34,6 @@ from shakedown.motion.plane.rate_search import enumerate_states
 from shakedown.motion.plane.run import PlaneRun, Progress, progress, run_along
 from shakedown.motion.viscous_jump import ViscousMotion
 
-RECORD_ROWS = 512
 ROUNDING = 16 * np.finfo(float).eps  # relative to the largest force: residual of settled equations
 
 

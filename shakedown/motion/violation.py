@@ -6,7 +6,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
-from shakedown.motion.contact_law import law_violation, reactions, scales
+from shakedown.motion.checked_law import law_violation, reactions, scales
 from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.motion.space.curved_history import CurvedHistory
 

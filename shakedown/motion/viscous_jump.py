@@ -25,7 +25,7 @@ from shakedown.ground.status import OPEN
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
 from shakedown.joint.result import Result
-from shakedown.motion.contact_law import Scales, law_violation
+from shakedown.motion.checked_law import Scales, law_violation
 from shakedown.motion.plane.active_set import ActiveSet, active_set, factorize, solve
 from shakedown.motion.plane.event_loop import follow
 from shakedown.motion.plane.moving_state import (

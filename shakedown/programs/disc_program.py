@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from scipy.linalg import blas, cho_factor, lapack, qr, solve_triangular
 
 from shakedown.ground.round_off import PER_CENT
+from shakedown.ground.size_limits import MANY_ROWS
 from shakedown.programs.self_dual import Solve
 from shakedown.programs.small_cones import TRIPLE, SmallCones, SmallScaling
 from shakedown.programs.symmetric_cone import FloatArray, SymmetricCone
 
-EXCHANGED_UP_TO = 300  # columns of a factor; pivoting so many costs less than the rest of an iteration
 RANK = np.finfo(float).eps  # relative size, per row, of a diagonal of the factor that counts as zero
 
 Places = NDArray[np.intp]
@@ -244,7 +244,7 @@ def _triangle(rows: FloatArray) -> tuple[FloatArray, Places]:
     place, which takes a quarter of the time.
     """
     count = rows.shape[1]
-    if count > EXCHANGED_UP_TO and len(rows) >= count:
+    if count > MANY_ROWS and len(rows) >= count:
         R = np.asarray(np.linalg.qr(rows, mode="r"))
         if _independent(R).all():
             return R, np.arange(count)

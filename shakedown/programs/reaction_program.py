@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from scipy.linalg import blas, lapack
 
 from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.size_limits import MANY_ROWS
 from shakedown.programs.disc_program import DiscProgram, by_cholesky
 from shakedown.programs.self_dual import Solve
 from shakedown.programs.small_cones import TRIPLE, SmallCones, SmallScaling
 from shakedown.programs.symmetric_cone import FloatArray, Scaling
 
-MANY = 200  # unknowns from which on it is faster, measured with benchmarks/verify_times
 DISTORTED = 1 / SIX_DIGITS  # condition number beyond which reactions are not used as unknowns
 
 Places = NDArray[np.intp]
@@ -173,7 +173,7 @@ class ReactionProgram:
 def in_reactions(program: DiscProgram) -> ReactionProgram | None:
     """A program in the last two numbers of its nodes; None where that is slower, or ill-conditioned."""
     n, r = len(program.blocks), program.rank
-    if r < MANY or 2 * n < r:
+    if r < MANY_ROWS or 2 * n < r:
         return None
     reactions = program.blocks[:, 1:].reshape(2 * n, r)
     kept = _independent(reactions)

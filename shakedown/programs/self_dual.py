@@ -7,7 +7,14 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.round_off import FOUR_DIGITS, ITERATIONS, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
+from shakedown.ground.round_off import (
+    FOUR_DIGITS,
+    ITERATIONS,
+    NEGLIGIBLE,
+    NEWTON_ROUNDS,
+    ROUND_OFF,
+    SIX_DIGITS,
+)
 from shakedown.ground.status import Status
 from shakedown.programs.small_cones import SmallCones, SmallScaling
 
@@ -21,7 +28,6 @@ USABLE = SIX_DIGITS  # the least accuracy where round-off stops it earlier
 PATIENCE = 6  # iterations without progress after which round-off has stopped it
 REFINEMENTS = 3  # at most, of every solution of the normal equations
 STEP = 0.99  # share of the distance to the boundary
-CENTRINGS = 15  # largest number of steps towards a centre
 NEAR = 0.5  # residuals, relative to the gap, up to which a point of another program serves as a start
 
 
@@ -192,7 +198,7 @@ def _centred(rows: ConeProgram, end: SelfDualSolution, gap: float) -> Point | No
         return None
     first = min(end.path, key=lambda point: abs(np.log(max(mean(point), 1e-300) / gap)))
     x, s, y, target = first.x / first.tau, first.s / first.tau, first.y / first.tau, mean(first)
-    for _ in range(CENTRINGS):
+    for _ in range(NEWTON_ROUNDS):
         scaling = cones.scaling(s, y)
         centre = scaling.point
         left, short = -(rows.transposed(y) + c), h - rows.times(x) - s

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from shakedown.ground.errors import SolverError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.size_limits import DENSE_FROM
 from shakedown.ground.status import Status
 from shakedown.programs.dense_programs import meeting_rows
 from shakedown.programs.highs import (
@@ -26,7 +27,6 @@ from shakedown.programs.highs import (
 from shakedown.programs.program import INF, Meeting, Point, Program, Solution
 from shakedown.programs.vertex import cleaned, polished, sharpened
 
-DENSE_FROM = 80  # columns from which on dense interior points reach the first vertex faster
 FINER = 2.0**14  # factor on costs where HiGHS's tolerance leaves a notable reduced cost
 
 
@@ -92,8 +92,7 @@ class Simplex:
         Raises
         ------
         SolverError
-            If HiGHS ends without an answer, also from scratch, by the dual method, at loosened tolerances and
-            by interior points.
+            If HiGHS ends without an answer, also from scratch, by the dual method and at loosened tolerances.
         """
         found = self._dense()
         if found is not None:
@@ -212,7 +211,7 @@ class Simplex:
         sides = np.where(limited & (program.left > -INF), 0.0, np.where(limited, y, -y))
         return float(max(pulls.max(initial=0.0), sides.max(initial=0.0)))
 
-    def _with(self, options: dict[str, float | str]) -> Status | None:
+    def _with(self, options: dict[str, float]) -> Status | None:
         """Solve from scratch with other options, which are restored afterwards."""
         for name, value in options.items():
             self._highs.setOptionValue(name, value)

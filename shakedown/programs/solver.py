@@ -10,6 +10,7 @@ import numpy as np
 from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.size_limits import DENSE_FROM
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.programs.conic import ClarabelSettings, by_clarabel
@@ -17,8 +18,7 @@ from shakedown.programs.dense_programs import cone_optimum
 from shakedown.programs.program import INF, Program, Solution, solution_of
 from shakedown.programs.simplex import Simplex
 
-DENSE_FROM = 60  # rows, from where on dense interior points are quicker
-CUT, MOST_CUTS = 1e-7, 300  # relative distance from a cone that cuts must reach; their largest number
+CUT, MOST_CUTS = 1e-7, 300  # how near to a cone cutting planes must come, relatively; as many as may be
 CLARABEL = ClarabelSettings(1e-11, 0.99, rescaled=True, reduced=SIX_DIGITS, stalled=True)
 METHOD_COUNT = 3
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS, SIX_DIGITS
+from shakedown.ground.size_limits import DENSE_FROM
 from shakedown.ground.status import Status
 from shakedown.programs.exact_program import ExactProgram, ExactVertex
 from shakedown.programs.integer_algebra import enclosure, integer_matrix, product
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
 Bits = NDArray[np.intc]
 
-WORTH_IT = 60  # rows: fewer are solved exactly in no time
 DIGITS = 220  # bits of the solutions behind the point
 REFINEMENTS = 12  # each adds what the condition of the matrix leaves of 53 bits
 ROUNDING = EPS / 2
@@ -40,7 +40,7 @@ def verified_vertex(program: ExactProgram, active: list[int], free: list[int]) -
         cost · x lies between the same two neighbouring floats. None also where a further row meets
         the vertex, a multiplier vanishes, or the optimum is a float: exact arithmetic has to tell.
     """
-    if len(active) < WORTH_IT or len(active) != len(free) or not program.depends_only_on(free):
+    if len(active) < DENSE_FROM or len(active) != len(free) or not program.depends_only_on(free):
         return None
     try:
         end = _verified(program.columns(free), active)

@@ -16,7 +16,7 @@ from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
-from shakedown.motion.contact_law import path_resolution, scales
+from shakedown.motion.checked_law import path_resolution, scales
 
 if TYPE_CHECKING:
     from shakedown.assessment.slip_limit import SlipLimit

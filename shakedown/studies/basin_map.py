@@ -12,7 +12,7 @@ from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.motion.contact_law import admissible
+from shakedown.motion.checked_law import admissible
 from shakedown.studies.final_states import (
     LOOKED_AT,
     FinalStates,

@@ -15,7 +15,7 @@ from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import CONE, constraints, step_loads
 from shakedown.joint.loading import first_load
 from shakedown.joint.problem import Problem
-from shakedown.motion.contact_law import admissible
+from shakedown.motion.checked_law import admissible
 from shakedown.programs.cone_rays import way_to_limits
 from shakedown.programs.program import Program
 from shakedown.programs.simplex import Simplex

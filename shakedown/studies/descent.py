@@ -17,7 +17,7 @@ from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.many_states import long_term_states
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.contact_law import admissible, path_accuracy, scales
+from shakedown.motion.checked_law import admissible, path_accuracy, scales
 from shakedown.studies.cycle_pattern import cycle_pattern, first_load_slip
 from shakedown.studies.samplers import BLOCK
 

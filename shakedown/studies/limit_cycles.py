@@ -17,7 +17,7 @@ from shakedown.joint.result import Result
 from shakedown.long_term.cycle_map import CycleMap, follow_period
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.contact_law import path_accuracy, path_resolution, scales
+from shakedown.motion.checked_law import path_accuracy, path_resolution, scales
 from shakedown.motion.method import cycles_of, walk
 from shakedown.studies.map_file import Columns
 from shakedown.studies.map_pieces import MapSearch

@@ -26,7 +26,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.many_states import checked_initial_slips
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.contact_law import admissible, path_accuracy, scales
+from shakedown.motion.checked_law import admissible, path_accuracy, scales
 from shakedown.studies.cycle_search import AttackingStates, CycleSearch
 from shakedown.studies.descent import Simulator
 

@@ -10,7 +10,7 @@ from command import run
 import shakedown
 from shakedown import Problem
 from shakedown.ground.errors import Missing
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 
 
 @pytest.fixture(scope="module")

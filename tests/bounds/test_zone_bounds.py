@@ -18,7 +18,7 @@ from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading
 from shakedown.motion.cycle_record import State
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 from shakedown.report.assessment_words import numbers_in_words
 from shakedown.report.bound_words import bounds_in_words
 from tests.partly_open import SOME, partly_open, zone_bound

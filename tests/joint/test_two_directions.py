@@ -16,7 +16,7 @@ from shakedown.joint.constraints import Side, constraints, step_loads, through_t
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading, ramp_start, slip_reach, transient_path, with_initial_gap
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.motion.contact_law import law_violation, reactions, scales
+from shakedown.motion.checked_law import law_violation, reactions, scales
 from shakedown.motion.evolve import evolve
 from shakedown.programs.program import INF, Program
 from shakedown.programs.solver import solve

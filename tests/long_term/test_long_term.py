@@ -7,7 +7,7 @@ import shakedown
 from shakedown.ground.status import OPEN, STICK
 from shakedown.long_term.cycle_map import follow_period, tangent_basis
 from shakedown.motion.cycle_record import State
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 from tests.joints import FAMILY, member, slow_problem
 
 

@@ -11,8 +11,8 @@ import shakedown
 from shakedown.campaign import recorded_steps
 from shakedown.campaign.stored_result import folded, restored, stored
 from shakedown.long_term import limit_search
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.fixed_steps import FixedSteps
-from shakedown.motion.integrator import Evolution
 
 PLANE = shakedown.example("receding-block")  # nodes open and close
 SPACE = random_joint(np.random.default_rng(1), 3, pressure=1.5)

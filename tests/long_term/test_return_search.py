@@ -7,9 +7,9 @@ import shakedown
 from shakedown.ground.status import Outcome
 from shakedown.long_term.space.extrapolation import recurrence_of
 from shakedown.long_term.space.return_search import ReturnRules, ReturnSearch, Settled
-from shakedown.motion.contact_law import scales
+from shakedown.motion.checked_law import scales
 from shakedown.motion.cycle_record import CycleRecord, State
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 from tests.joints import FAMILY, member
 
 GOAL = 1e-8

@@ -11,7 +11,7 @@ import shakedown
 from shakedown import Outcome, Problem, simulate
 from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, NO_STATE, OPEN, STICK
 from shakedown.joint.loading import loading
-from shakedown.motion.contact_law import law_violation
+from shakedown.motion.checked_law import law_violation
 from shakedown.motion.plane.gauss_seidel import PlaneStiffness, nodal_state
 
 TWO_NODE = shakedown.example("two-node")
@@ -261,7 +261,7 @@ class TestNodalState:
         assert state != NO_STATE
         new = np.array([q + a * v + b * w]), np.array([p + b * v + c * w])
         slip = np.array([0.0 if state == OPEN else v])
-        scale = shakedown.motion.contact_law.Scales(1.0, 1.0)
+        scale = shakedown.motion.checked_law.Scales(1.0, 1.0)
         assert law_violation(np.array([f]), *new, np.array([w]), slip, scale).max() <= 1e-12
 
     def test_a_unit_in_the_last_place_never_opens_a_node(self):

@@ -8,8 +8,8 @@ import shakedown
 from benchmarks.space_verdicts import random_joint
 from shakedown import Outcome, Problem, Tolerances
 from shakedown.joint.loading import slip_reach
-from shakedown.motion.contact_law import scales
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.checked_law import scales
+from shakedown.motion.evolution import Evolution
 
 CREEPING = np.array([0.32, 0.32, -0.24, -0.24, 0.38, -0.33, 0.33, -0.07])
 NAMES = ("one-node-3d", "two-node-3d", "four-node-3d", "block-3x3")

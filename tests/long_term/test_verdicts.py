@@ -9,8 +9,8 @@ import pytest
 import shakedown
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.motion.event_history import EventKind
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.evolve import evolve
-from shakedown.motion.integrator import Evolution
 
 # Scenarios A.6 and A.7 as loops: by hand, one node, k₁₁ = 1, k₂₁ = 1.5, k₂₂ = 4, f = 0.8.
 SEPARATION = {

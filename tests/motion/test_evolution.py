@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import shakedown
 from shakedown.joint.loading import loading
-from shakedown.motion.contact_law import law_violation, scales
+from shakedown.motion.checked_law import law_violation, scales
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolve import evolve
 

@@ -13,10 +13,10 @@ from joints_in_space import random_joint
 
 import shakedown
 from shakedown.ground.status import OPEN, STICK
-from shakedown.motion.contact_law import law_resolution, scales
+from shakedown.motion.checked_law import law_resolution, scales
 from shakedown.motion.event_history import EventKind
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.fixed_steps import FixedSteps
-from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import walk
 
 PLANE = shakedown.example("receding-block")

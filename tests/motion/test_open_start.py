@@ -9,8 +9,8 @@ import shakedown
 from shakedown import ProblemError, UsageError, long_term_state, simulate, upper_bound
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.evolve import evolve
-from shakedown.motion.integrator import Evolution
 from tests.partly_open import SOME, partly_open, zone_bound
 
 # without its transient: that begins without load, where the safe slip is not admissible

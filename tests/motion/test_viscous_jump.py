@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.motion.contact_law import law_violation, scales
+from shakedown.motion.checked_law import law_violation, scales
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.evolve import evolve
-from shakedown.motion.integrator import Evolution
 from shakedown.motion.plane.active_set import active_set
 from shakedown.motion.plane.rate_problem import ON_BACKWARD, ON_FORWARD, rates
 from shakedown.motion.plane.rate_search import enumerate_states

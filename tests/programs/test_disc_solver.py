@@ -55,7 +55,7 @@ def test_one_block_per_node_is_the_whole_matrix(norm):
 
 @pytest.mark.parametrize("exchanged_up_to", [0, 300])
 def test_many_columns_are_exchanged_only_where_they_depend_on_each_other(exchanged_up_to, monkeypatch):
-    monkeypatch.setattr(disc_program, "EXCHANGED_UP_TO", exchanged_up_to)
+    monkeypatch.setattr(disc_program, "MANY_ROWS", exchanged_up_to)
     rows, exchanges, given = np.random.default_rng(3).normal(size=(12, 5)), [], disc_program.qr
     monkeypatch.setattr(
         disc_program, "qr", lambda *args, **kwargs: exchanges.append(1) or given(*args, **kwargs)

@@ -37,7 +37,7 @@ def program(rank: int, *, norm: bool, seed: int = 4) -> DiscProgram:
 @pytest.fixture
 def few(monkeypatch):
     """Programs of few unknowns are put in reactions, too."""
-    monkeypatch.setattr(reaction_program, "MANY", 1)
+    monkeypatch.setattr(reaction_program, "MANY_ROWS", 1)
 
 
 @pytest.mark.parametrize("norm", [True, False])

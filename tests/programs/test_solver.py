@@ -13,7 +13,7 @@ from shakedown.programs.program import Program
 from shakedown.programs.simplex import Simplex
 from shakedown.programs.solver import METHOD_COUNT, cut_cones, solve
 
-RUNGS = ("_warm", "_cold", "_dual", "_loosened", "_interior")
+RUNGS = ("_warm", "_cold", "_dual", "_loosened")
 
 
 def linear(seed=0):

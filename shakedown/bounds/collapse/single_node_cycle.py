@@ -6,6 +6,7 @@ from math import inf, nan
 
 import numpy as np
 
+from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, require_plane
@@ -14,8 +15,6 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.programs.program import INF, Program
 from shakedown.programs.solver import solve
-
-SINGLE_NODE_UP_TO = 40
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -61,7 +60,7 @@ def single_node_cycle(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> 
     require_plane("single-node cycle", problem, NO_SIDES)
     nowhere = np.full(problem.n, nan)
     own = np.diag(problem.A) - problem.f * np.abs(np.diag(problem.B))
-    if problem.is_domain or problem.n > SINGLE_NODE_UP_TO or np.any(own <= 0):
+    if problem.is_domain or problem.n > LOWER_CERTIFIED_UP_TO or np.any(own <= 0):
         return SingleNodeCycle(nan, -1, nowhere)
     first = SingleNodeCycle(inf, -1, nowhere)
     for node in range(problem.n):

@@ -9,7 +9,7 @@ from scipy.linalg import lu_factor, lu_solve
 
 from shakedown.bounds.discs.scaled_discs import ScaledDiscs, UnscaledSolution, in_units
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import FOUR_DIGITS, ROUND_OFF
+from shakedown.ground.round_off import FOUR_DIGITS, NEWTON_ROUNDS, ROUND_OFF
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.disc_solver import solve_discs
@@ -24,7 +24,8 @@ from shakedown.programs.self_dual import (
 )
 from shakedown.programs.small_cones import TRIPLE
 
-STEPS = 12
+NEGATIVE = 10 * ROUND_OFF  # largest slack or multiplier below zero likewise
+ALIKE = (1.0, 1e2)  # by how much a slack may exceed its multiplier where the limit is active
 PROXIMITY = 100 * ROUND_OFF  # what holds slips that active limits leave free, and limits that say the same
 
 Mask = NDArray[np.bool_]
@@ -62,12 +63,16 @@ def polished(program: DiscProgram, end: SelfDualSolution) -> SelfDualSolution:
     """
     if end.status != Status.OPTIMAL:
         return end
-    with np.errstate(all="ignore"):  # what is not finite is not taken
-        found = _newton(program, end, _active(program, end))
-    left = _left(program, found) if found is not None else np.inf
-    if found is None or not left < _left(program, end):
-        return _balanced(program, end)
-    return replace(found, accuracy=min(end.accuracy, left))
+    best, left = end, _left(program, end)
+    for alike in ALIKE:
+        with np.errstate(all="ignore"):  # what is not finite is not taken
+            found = _newton(program, end, _active(program, end, alike))
+        rest = _left(program, found) if found is not None else np.inf
+        if found is not None and rest < left:
+            best, left = replace(found, accuracy=min(end.accuracy, rest)), rest
+        if left <= NEGATIVE:
+            return best
+    return best if best is not end else _balanced(program, end)
 
 
 def _balanced(program: DiscProgram, end: SelfDualSolution) -> SelfDualSolution:
@@ -76,12 +81,12 @@ def _balanced(program: DiscProgram, end: SelfDualSolution) -> SelfDualSolution:
     return replace(end, multipliers=y) if program.cones.margin(y) > 0 else end
 
 
-def _active(program: DiscProgram, end: SelfDualSolution) -> _Active:
+def _active(program: DiscProgram, end: SelfDualSolution, alike: float) -> _Active:
     (s, slack, _), (y, weight, _) = program.parts(end.slack), program.parts(end.multipliers)
     length_s, length_y = np.hypot(s[:, 1], s[:, 2]), np.hypot(y[:, 1], y[:, 2])
-    active = s[:, 0] - length_s < y[:, 0] + length_y
-    apex = s[:, 0] + length_s < y[:, 0] - length_y
-    linear = np.flatnonzero(slack < weight)
+    active = s[:, 0] - length_s < alike * (y[:, 0] + length_y)
+    apex = s[:, 0] + length_s < alike * (y[:, 0] - length_y)
+    linear = np.flatnonzero(slack < alike * weight)
     norm = program.norm is not None and bool(np.any(end.x[: program.rank]))
     return _Active(linear, np.flatnonzero(active & ~apex), np.flatnonzero(apex), norm)
 
@@ -104,7 +109,7 @@ def _newton(program: DiscProgram, end: SelfDualSolution, active: _Active) -> Sel
         [weights[active.linear], triples[active.edge, 0], triples[active.apex].ravel(), tail[: active.norm]]
     )
     best, reached = None, np.inf
-    for _ in range(STEPS):
+    for _ in range(NEWTON_ROUNDS):
         gradient, missing, H, J = _equations(program, active, x, m)
         size = max(float(np.abs(gradient).max()), float(np.abs(missing).max(initial=0.0)))
         if not np.isfinite(size) or size > 0.5 * reached:

@@ -10,13 +10,13 @@ import numpy as np
 from shakedown.bounds.uniqueness.scaled_stiffness import ScaledStiffness, held
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS, HALVINGS, ITERATIONS, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
+from shakedown.ground.size_limits import MANY_ROWS
 from shakedown.joint.arguments import NO_SIGNS, require_plane
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import rigid_slips
 
-MANY_ROWS = 200  # up to this size, all eigenvalues cost no more than one by iteration
 WIDTH = 10.0  # largest distance of the best log c from the middle: e²⁰ in c²; any c is valid
 
 

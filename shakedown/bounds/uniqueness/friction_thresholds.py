@@ -16,12 +16,11 @@ from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
+from shakedown.ground.size_limits import ALL_SUBSETS_UP_TO
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIGNS, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-
-EXACT_WITH_SEPARATION = 6  # nodes up to which all moving sets beside all sets of open nodes are tried
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -148,7 +147,7 @@ def _single_node(stiffness: ScaledStiffness) -> FloatArray:
 
 def _uniqueness(stiffness: ScaledStiffness, *, separation: bool) -> Threshold:
     n, unit = stiffness.n, stiffness.friction_unit
-    if n <= (EXACT_WITH_SEPARATION if separation else LARGEST_SET):
+    if n <= (ALL_SUBSETS_UP_TO if separation else LARGEST_SET):
         lost = first_to_lose(stiffness, every_set(n, separation=separation))
         return _threshold(lost.factor, lost, unit)
     low = energy_limit(stiffness, separation=separation)

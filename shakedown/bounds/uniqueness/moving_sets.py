@@ -25,7 +25,7 @@ from shakedown.ground.size_limits import AT_ONCE
 
 DOUBLE_ROOT = 8 * sqrt(EPS)  # imaginary part, relative to the size, to which round-off parts a double root
 LARGEST_SET = 8  # moving nodes up to which sets grow, and nodes up to which all sets are tried
-NEIGHBOURS = 8  # nodes that each one is paired with
+NEIGHBOURS = LARGEST_SET  # nodes that each one is paired with
 PROMISING = 4  # grown sets, the best with the sides they had, whose sides are all tried
 
 

@@ -1,7 +1,7 @@
 """The friction law along a recorded path, re-checked in compiled code from slips and gaps alone.
 
 As :func:`shakedown.motion.violation.path_violation` and
-:func:`shakedown.motion.contact_law.law_violation`, event after event as the rows of a record are
+:func:`shakedown.motion.checked_law.law_violation`, event after event as the rows of a record are
 filled, together with what else one period says: nodes open throughout, and the signature of its
 contact states (:attr:`shakedown.motion.event_history.EventHistory.signature`).
 """

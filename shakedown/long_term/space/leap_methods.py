@@ -16,7 +16,7 @@ from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.long_term.space.extrapolation import recurrence_of
-from shakedown.motion.integrator import closed_stiffness
+from shakedown.motion.evolution import closed_stiffness
 
 WORTH = 8.0  # periods that a leap must gain at least, as it costs some, and so does its preparation
 PRICE = 1e-5  # uncertainty allowed in a leap, relative to the total slip so far

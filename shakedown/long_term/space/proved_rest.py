@@ -26,7 +26,7 @@ from shakedown.long_term.known_bounds import (
 )
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.contact_law import scales
+from shakedown.motion.checked_law import scales
 from shakedown.motion.cycle_record import State
 
 CLEAR = SIX_DIGITS  # relative to the slip per period: no ball holds a cycle that misses its start by less

@@ -17,7 +17,7 @@ from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import FirstCycles
 from shakedown.long_term.space.leap_methods import Ahead, Crawl, Leap, measure_of
 from shakedown.motion.cycle_record import Checkpoint, CycleRecord, State, Stop
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.viscous_jump import Jump
 
 WINDOW = 7  # largest number of states one period apart that a leap starts from

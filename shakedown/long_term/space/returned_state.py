@@ -14,8 +14,8 @@ from shakedown.long_term.plane.search import Answers
 from shakedown.long_term.space.proved_rest import heeding_proofs
 from shakedown.long_term.space.return_search import ReturnRules, ReturnSearch, Settled, opened_and_closed
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.contact_law import Scales, law_resolution, scales, swing
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.checked_law import Scales, law_resolution, scales, swing
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import walk
 from shakedown.motion.space.space_events import SpaceEvents
 from shakedown.motion.violation import path_violation

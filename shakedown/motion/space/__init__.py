@@ -13,4 +13,13 @@ first event within a step), ``curved_loop`` (one load step, from event to event)
 path), ``directed_jump`` (across instants without rates),
 ``space_events`` (all of it, as an evolution follows it). Nothing of it is compiled before a joint with
 two directions moves.
+
+One load step at once, at fixed steps and where there are no rates: ``swept_stiffness`` (κ with its open nodes
+eliminated, and the state in it), ``sweeps`` (the law at one node, its neighbours held; Gauss–Seidel over the
+nodes), ``dense_solver`` (linear equations), ``newton_rounds`` (Newton on the slipping nodes), ``load_steps``
+(both together, the law re-checked, step after step), ``implicit_step`` (what Python calls).
 """
+
+from shakedown.ground.code_cache import ensure_code_can_be_compiled
+
+ensure_code_can_be_compiled()

@@ -17,7 +17,7 @@ the ends of a step, may be in error by the whole of it.
 import numpy as np
 
 from shakedown.ground.named_state import entered, inner, summing
-from shakedown.ground.round_off import ROUND_OFF, SIX_DIGITS
+from shakedown.ground.round_off import ROUND_OFF, SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.plane.moving_state import (
     CLOSES,
@@ -68,11 +68,11 @@ from shakedown.motion.space.turning_step import turning, turning_step
 AT_EVENT = PAUSED + 1  # within a load step
 AHEAD = 1.05  # length of a step relative to the expected time of the next event
 BESIDE = 0.002  # share of the error of a passage that a step may use regardless of its length
-SAFETY, LEAST, MOST = 0.9, 0.2, 5.0  # bounds on the next step, relative to the last
+SAFETY, LEAST = 0.9, 0.2  # bounds on the next step, relative to the last
+MOST = 1.0 / LEAST
 ORDER = 1 / 6  # exponent of the step length as a function of the allowed error
 MOST_REFINED = 8  # repeated steps towards one event
 MET = 0.02  # distance from an event at which it is met, relative to that at which a node is at its limit
-CLOSE = 1e-3  # miss of an event, as a share of the step, up to which the polynomial of the step is used
 STABLE = 2.5  # rotation of a direction towards its limit in an explicit step; it becomes unstable from 3.3 on
 HALF_WAY = 0.5  # share of the time to an apex at the present rate that explicit steps may take
 NEARER = 0.4  # least exponent with which the error of a step to an apex decreases with its length
@@ -82,7 +82,7 @@ TURNS, MANY = 1.5, 0.05  # rotation in an explicit step, and its share of the re
 FINEST = (
     1e-7  # share of the rest: if even such explicit steps turn too far, only their error limits their length
 )
-MOST_PATIENCE = 320  # most explicit steps after a rejected Radau step
+MOST_PATIENCE = 16 * PATIENCE  # most explicit steps after a rejected Radau step
 GAUSS = 0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)  # shares of a step …
 GAUSS_WEIGHTS = 5 / 18, 8 / 18, 5 / 18  # … at which speeds give a length
 
@@ -393,7 +393,7 @@ def refined_length(run: SpaceRun, guess: float, far: float) -> tuple[float, floa
         if abs(value) <= met:
             break
         rate = 0.0 if kind == STOPS else distance_rate(joint, mo, rates, st, mo.node, kind, 1)
-        if rate < 0.0 and abs(value) < -CLOSE * h * rate and h - value / rate < far:
+        if rate < 0.0 and abs(value) < -THREE_DIGITS * h * rate and h - value / rate < far:
             share = 1.0 - value / (rate * h)
             find_curve(sp, st, h)
             stop_within(course, mo, sp, st, h, share)

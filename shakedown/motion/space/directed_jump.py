@@ -10,18 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.round_off import NEWTON_ROUNDS, SIX_DIGITS
 from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
-from shakedown.motion.implicit.implicit_step import ImplicitJoint, StepStatus
 from shakedown.motion.plane.moving_state import DONE, PAUSED, course
 from shakedown.motion.space.curved_loop import follow_curve
+from shakedown.motion.space.implicit_step import ImplicitJoint, StepStatus
 from shakedown.motion.space.moving_state import empty_curve_record
 from shakedown.motion.space.space_run import Measures, run_in_space
 from shakedown.motion.viscous_jump import Relaxation, StepEnd
 
-NEWTON_STEPS = 20
 LABOUR = 10_000_000  # operations after which the steps of integration are counted
 MOST_TAKEN = 5_000  # largest number of these in an implicit step; beyond that it is solved as a whole
 
@@ -100,7 +99,7 @@ class DirectedJump(Relaxation):
         loose = np.flatnonzero((self.contact == SLIP) & (f == 0.0))
         free = np.concatenate([open_places, layout.slips_of(loose)])
         nodes = np.flatnonzero((self.contact == SLIP) & (f > 0.0))
-        for _ in range(NEWTON_STEPS):
+        for _ in range(NEWTON_ROUNDS):
             reaction = self.load + self.kappa @ u
             unit = layout.by_node(self.law.direction(reaction[layout.slips]))[nodes]
             ways = np.zeros((layout.size, len(nodes) + len(free)))

@@ -8,6 +8,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import inner, summing
+from shakedown.ground.round_off import PER_CENT
 from shakedown.motion.plane.moving_state import Course
 from shakedown.motion.space.moving_state import DEGREE, SpaceMotion
 from shakedown.motion.space.space_run import SpaceRun
@@ -57,7 +58,6 @@ BETWEEN = np.stack(
 ENDS = np.stack([WEIGHTS[-1], OF_RADAU.sum(axis=1)])  # weights for the whole step
 MOST_RETURNS = 8  # iterations that return to the cones
 RETURNS = 0.1  # share of the distance that may remain each time; otherwise directions are renewed
-OF_REACTION = 0.01  # relative error of a reaction allowed in a step
 FAILED = -1.0  # instead of an error: the motion is unstable somewhere in the step
 
 
@@ -92,7 +92,7 @@ def explicit_step(run: SpaceRun, h: float, allowed: float) -> float:
         for i in range(STAGES):
             x += OF_ERROR[i] * k[i * row + 2 * a]
             y += OF_ERROR[i] * k[i * row + 2 * a + 1]
-        reaction = OF_REACTION * sp.size[a] * ct.length_scale
+        reaction = PER_CENT * sp.size[a] * ct.length_scale
         stiffness = max(sp.A[2 * a * (2 * s + 1)], sp.A[(2 * a + 1) * (2 * s + 1)])
         weight = max(1.0, stiffness * ct.length_scale / ct.force_scale)
         if reaction > 0.0:

@@ -30,9 +30,9 @@ from shakedown.motion.space.speeds import (
     substitute,
 )
 from shakedown.motion.space.step_state import Slipping, SpaceRates
+from shakedown.motion.space.sweeps import DIRECTIONS
 
 ENUMERABLE = 10  # nodes on their cones up to which all combinations of slipping nodes are tried
-ANGLES = 64  # angles at which a direction at the apex is sought
 SAME_DIRECTION = 1e-10  # tolerance on the slip direction of a node at the apex
 ATTEMPTS = 60  # attempts to choose the states of nodes at the apex
 PATIENCE = 3
@@ -128,9 +128,9 @@ def find_all_rates(run: SpaceRun) -> bool:
 @inner
 def search_apex(run: SpaceRun, i: int) -> bool:
     """Find the direction in which a node at the apex slips, all others following, where one by one fails."""
-    width = 2.0 * np.pi / ANGLES
+    width = 2.0 * np.pi / DIRECTIONS
     before = np.nan
-    for part in range(ANGLES + 1):
+    for part in range(DIRECTIONS + 1):
         low, high = (part - 1) * width, part * width
         now = across_all(run, i, high)
         if before * now <= 0.0:
@@ -394,12 +394,12 @@ def find_apex_direction(joint: CompiledJoint, mo: SpaceMotion, i: int, x: float,
     if least >= 1.0:
         return False
     reach = np.arccos(max(least, -1.0))
-    middle_way, width = np.arctan2(-y, -x), 2.0 * reach / ANGLES
-    for part in range(ANGLES):
+    middle_way, width = np.arctan2(-y, -x), 2.0 * reach / DIRECTIONS
+    for part in range(DIRECTIONS):
         low, high = middle_way - reach + part * width, middle_way - reach + (part + 1) * width
         if part == 0:
             low += NEGLIGIBLE * width
-        if part == ANGLES - 1:
+        if part == DIRECTIONS - 1:
             high -= NEGLIGIBLE * width
         at_low, at_high = across(joint, i, low, x, y, p), across(joint, i, high, x, y, p)
         if at_low * at_high <= 0.0 and at_low != at_high:

@@ -6,24 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.round_off import PER_CENT, ROUND_OFF
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
-from shakedown.motion.contact_law import Scales, swing
+from shakedown.motion.checked_law import Scales, swing
 from shakedown.motion.cycle_record import Checkpoint, State, Totals
 from shakedown.motion.event_history import EventKind
-from shakedown.motion.implicit.implicit_step import ImplicitJoint
-from shakedown.motion.plane.moving_state import EFFORT, Precision, course
+from shakedown.motion.plane.moving_state import EFFORT, RECORD_ROWS, Precision, course
 from shakedown.motion.plane.run import Progress, progress
 from shakedown.motion.space.curved_history import CurvedHistory
 from shakedown.motion.space.curved_loop import follow_curve
 from shakedown.motion.space.directed_jump import DirectedJump, end_at_once
 from shakedown.motion.space.exchange import MOST_EXCHANGES
+from shakedown.motion.space.implicit_step import ImplicitJoint
 from shakedown.motion.space.moving_state import DEGREE, empty_curve_record
 from shakedown.motion.space.space_run import Measures, begin, resume, run_in_space
-
-RECORD_ROWS = 256
-NEAR = 1e-2  # times the allowed error: relative distance at which a node is at its limit
 
 
 def measures(scale: Scales, locked: float, moving: float, tolerances: Tolerances) -> Measures:
@@ -32,7 +29,7 @@ def measures(scale: Scales, locked: float, moving: float, tolerances: Tolerances
     Both [force]. A small motion must be followed more accurately in proportion; the cost is the same.
     """
     force = max(scale.force, locked)
-    near = max(NEAR * tolerances.path * scale.force, tolerances.limit * force)
+    near = max(PER_CENT * tolerances.path * scale.force, tolerances.limit * force)
     accuracy = max(tolerances.path * min(moving / scale.force, 1.0), ROUND_OFF) if moving else tolerances.path
     zero = tolerances.limit * force, tolerances.limit * scale.length, 10.0 * tolerances.rate
     return Measures(Precision(*zero, settled=near), scale, accuracy)

@@ -10,16 +10,15 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Shorts, inner, summing
-from shakedown.ground.round_off import ROUND_OFF
-from shakedown.motion.implicit.dense_solver import address, call
+from shakedown.ground.round_off import FOUR_DIGITS, ROUND_OFF
 from shakedown.motion.plane.moving_state import Course
+from shakedown.motion.space.dense_solver import address, call
 from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
 from shakedown.motion.space.step_state import STAGES, Slipping, SpaceRates, Step, StepControl
 
 FEW = 12  # slipping nodes up to which equations are always solved anew, and without LAPACK
 MOST_CORRECTIONS = 9  # corrections of speeds with the factors of an earlier stage
 CONTRACTS = 0.25  # share of a rate of slack that may remain after each
-SOLVED = 1e-4  # remaining rate of slack, relative to the load and to the requested accuracy
 RATE_ROUND_OFF = 1e-14  # relative round-off of rates
 TRANSPOSED = ord("T")
 SHARES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0)  # of a step, of its first stages
@@ -231,7 +230,7 @@ def rates_along(sp: Slipping, st: Step, ct: StepControl, stage: int) -> bool:
 @inner
 def correct_speeds(sp: Slipping, ct: StepControl) -> bool:
     """Correct the speeds with old factors until they solve the equations; False where they diverge."""
-    s, last, solved = sp.s, np.inf, max(SOLVED * ct.accuracy, RATE_ROUND_OFF) * sp.load_size
+    s, last, solved = sp.s, np.inf, max(FOUR_DIGITS * ct.accuracy, RATE_ROUND_OFF) * sp.load_size
     for _ in range(MOST_CORRECTIONS):
         left = residual_speeds(sp)
         if left <= solved:

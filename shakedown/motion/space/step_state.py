@@ -1,7 +1,7 @@
 """The data of a step along the smooth path in space, and the control of the next one."""
 
 from shakedown.ground.named_state import Flags, Integers, NamedState, Reals, Shorts
-from shakedown.motion.implicit.dense_solver import solver_routines
+from shakedown.motion.space.dense_solver import solver_routines
 from shakedown.motion.space.moving_state import DEGREE
 
 EXPLICIT, RADAU = range(2)  # methods

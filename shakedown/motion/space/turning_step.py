@@ -10,6 +10,7 @@ That holds at the apex, too, where a reaction vanishes. The others' directions f
 import numpy as np
 
 from shakedown.ground.named_state import inner, summing
+from shakedown.ground.round_off import NEWTON_ROUNDS, PER_CENT
 from shakedown.motion.plane.moving_state import Course
 from shakedown.motion.space.explicit_step import FAILED, PLACES, lagrange, return_to_cones
 from shakedown.motion.space.moving_state import CompiledJoint
@@ -35,9 +36,7 @@ OF_ESTIMATE = (
     0.2748888295956773  # the reciprocal of the real eigenvalue of the inverse of INWARD, as Hairer's
 )
 FAST = 0.2  # approximate rotation of a direction towards its limit in a step, above which a node is fast
-ROUNDS = 15
 MOST_TURN = 0.5  # largest change of an angle in one round
-LEFT = 0.01  # change of a slip in the last round, relative to the allowed error
 SLOW = 0.3  # ratio of successive changes above which the derivatives are renewed
 BACK = lagrange(PLACES[1:])[:, 0]  # weights of the rates at the stages in their polynomial at the beginning
 
@@ -195,7 +194,7 @@ def solve_stages(run: SpaceRun, h: float, allowed: float, count: int) -> bool:
     """Find the rates at the stages; False where they do not settle."""
     joint, sp, st, tu = run.joint, run.slipping, run.step, run.turning
     last, renewed = np.inf, True
-    for turn in range(ROUNDS):
+    for turn in range(NEWTON_ROUNDS):
         stage_reactions(sp, st, tu, h)
         if turn > 0 and count > 0 and not turn_on(joint, tu, h, count):
             return False
@@ -207,7 +206,7 @@ def solve_stages(run: SpaceRun, h: float, allowed: float, count: int) -> bool:
             change = max(change, h * moved)
             if renewed:
                 derivatives(sp, st, tu, m, count)
-        if change <= LEFT * allowed:
+        if change <= PER_CENT * allowed:  # of the error of a slip
             return True
         if turn > 3 and not change < last:
             return False

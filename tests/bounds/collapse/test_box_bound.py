@@ -15,7 +15,7 @@ from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.constraints import constraints
 from shakedown.joint.loading import loading
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 
 KNOWN = [
     ("two-node", None, 0.73159),

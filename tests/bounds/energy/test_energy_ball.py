@@ -11,7 +11,7 @@ import shakedown
 from benchmarks.problems import in_units
 from shakedown import Problem, energy_ball
 from shakedown.joint.loading import loading
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 
 RADII = {  # at half of λ_max, in √energy units of the file
     "two-node": 63.31165567,

@@ -5,7 +5,7 @@ import pytest
 
 import shakedown
 from shakedown.motion.event_history import EventKind
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.plane import event_loop, moving_state
 from shakedown.motion.plane.moving_state import begin, empty_record
 from shakedown.motion.plane.run import run_along

@@ -9,11 +9,11 @@ from joints_in_space import random_joint
 import shakedown
 from shakedown import Problem, Tolerances
 from shakedown.joint.loading import loop_path
-from shakedown.motion.contact_law import law_resolution
+from shakedown.motion.checked_law import law_resolution
 from shakedown.motion.event_history import EventKind
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.evolve import evolve
 from shakedown.motion.fixed_steps import FixedSteps
-from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import beginning
 from shakedown.motion.space import directed_jump
 from shakedown.motion.space.directed_jump import DirectedJump

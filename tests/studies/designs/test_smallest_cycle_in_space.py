@@ -6,7 +6,7 @@ from command import run
 from joints_in_space import in_units
 
 import shakedown
-from shakedown.motion.contact_law import admissible
+from shakedown.motion.checked_law import admissible
 from shakedown.studies.cycle_search import AttackingStates
 
 JOINT = shakedown.example("one-node-3d")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.motion.contact_law import admissible
+from shakedown.motion.checked_law import admissible
 
 
 def test_of_admissible_states_it_is_the_apex_line():

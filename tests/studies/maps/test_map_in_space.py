@@ -9,7 +9,7 @@ from joints_in_space import embedded, in_units
 
 import shakedown
 from shakedown.joint.constraints import constraints
-from shakedown.motion.contact_law import admissible
+from shakedown.motion.checked_law import admissible
 
 JOINT = shakedown.example("two-node-3d")
 PLANE = replace(shakedown.example("two-node"), C=None)

@@ -6,7 +6,7 @@ import pytest
 import shakedown
 from shakedown.joint.constraints import constraints
 from shakedown.joint.loading import loading
-from shakedown.motion.contact_law import admissible, reactions
+from shakedown.motion.checked_law import admissible, reactions
 from shakedown.studies.samplers import sampling
 from shakedown.studies.slip_plane import first_limits, slip_plane
 

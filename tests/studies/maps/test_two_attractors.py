@@ -5,7 +5,7 @@ import pytest
 
 import shakedown
 from shakedown.bounds.uniqueness.in_contact import unique_in_contact
-from shakedown.motion.integrator import Evolution
+from shakedown.motion.evolution import Evolution
 
 JOINT = shakedown.example("two-attractors")
 DISSIPATIONS = (1.876905, 2.135192)

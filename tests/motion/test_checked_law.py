@@ -9,8 +9,8 @@ import pytest
 
 from shakedown.joint.law import Law
 from shakedown.long_term.plane import path_check
-from shakedown.motion import contact_law
-from shakedown.motion.contact_law import Scales, law_violation
+from shakedown.motion import checked_law
+from shakedown.motion.checked_law import Scales, law_violation
 
 UNIT = Scales(1.0, 1.0)
 # clause: (f, q, p, w, slip), by how much it is broken
@@ -88,9 +88,9 @@ def test_without_its_clause_an_example_would_pass(monkeypatch, clause):
     space = dict(vars(sys.modules[stated.__module__]))
     exec(source.replace(words.strip(), rest.strip()), space)
     monkeypatch.setattr(
-        Law if stated is Law.violation else contact_law, stated.__name__, space[stated.__name__]
+        Law if stated is Law.violation else checked_law, stated.__name__, space[stated.__name__]
     )
-    found = {name for name, (state, _) in BROKEN.items() if violation(contact_law.law_violation, state) > 0}
+    found = {name for name, (state, _) in BROKEN.items() if violation(checked_law.law_violation, state) > 0}
     assert found == set(BROKEN) - {clause}
 
 

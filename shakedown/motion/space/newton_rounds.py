@@ -12,15 +12,13 @@ the step: where they touch follows from their reactions. The others go where the
 import numpy as np
 
 from shakedown.ground.named_state import borrowing, inner
-from shakedown.motion.implicit.dense_solver import factorise, solve
-from shakedown.motion.implicit.sweeps import contact_position
-from shakedown.motion.implicit.swept_stiffness import inverse
+from shakedown.ground.round_off import FOUR_DIGITS, NEWTON_ROUNDS, PER_CENT
+from shakedown.motion.space.dense_solver import factorise, solve
+from shakedown.motion.space.sweeps import contact_position
+from shakedown.motion.space.swept_stiffness import inverse
 
-ROUNDS = 25
 HALVINGS = 8  # of one step
 FAR = 1e18  # change of a slip in force units, relative to ``close``: beyond it round-off exceeds ``close``
-FAST = 1e-2  # largest ratio of |F|² after and before a step with old factors
-DECREASE = 1e-4  # least decrease of the sum of squares, relative to the prediction of Newton's method
 
 
 @borrowing
@@ -230,7 +228,7 @@ def newton(body, tableau, start, contact, close, factors):  # type: ignore[no-un
     change, nodes = np.empty(2 * n), np.empty(n, dtype=np.int64)
     work = np.empty((3, 3)), np.empty(3), np.empty(3)
     total, largest = misfit(body, tableau, start, contact, F, direction, work)
-    for step in range(ROUNDS):
+    for step in range(NEWTON_ROUNDS):
         if largest <= close:
             return True, step
         count, astray = sorts(body, tableau, start, F, direction, nodes)
@@ -249,14 +247,14 @@ def newton(body, tableau, start, contact, close, factors):  # type: ignore[no-un
         share, before = 1.0, total
         go(tableau, change, moved, share)
         total, largest = misfit(body, tableau, start, contact, F, direction, work)
-        if again and not total <= FAST * before:
+        if again and not total <= PER_CENT * before:  # so much old factors may leave of |F|²
             factors.known[0] = -1
         for _ in range(HALVINGS):
-            if total <= (1.0 - DECREASE * share) * before:
+            if total <= (1.0 - FOUR_DIGITS * share) * before:
                 break
             go(tableau, change, moved, -0.5 * share)
             share *= 0.5
             total, largest = misfit(body, tableau, start, contact, F, direction, work)
-        if not again and not total <= (1.0 - DECREASE * share) * before:
+        if not again and not total <= (1.0 - FOUR_DIGITS * share) * before:
             return False, step
-    return largest <= close, ROUNDS
+    return largest <= close, NEWTON_ROUNDS

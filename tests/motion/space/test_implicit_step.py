@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from shakedown.joint.law import Law
-from shakedown.motion.contact_law import Scales, law_violation
-from shakedown.motion.implicit.implicit_step import ImplicitJoint, StepStatus
+from shakedown.motion.checked_law import Scales, law_violation
 from shakedown.motion.plane.gauss_seidel import PlaneStiffness, load_steps
+from shakedown.motion.space.implicit_step import ImplicitJoint, StepStatus
 
 
 def blocks(n, seed, coupling=1.0):

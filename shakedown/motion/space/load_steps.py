@@ -4,9 +4,9 @@ import numpy as np
 
 from shakedown.ground.named_state import borrowing, entered, inner
 from shakedown.ground.round_off import SWEEPS
-from shakedown.motion.implicit.newton_rounds import go, move, newton
-from shakedown.motion.implicit.sweeps import contact_position, sweep
-from shakedown.motion.implicit.swept_stiffness import MOST_UPDATES, exchange, product, shift
+from shakedown.motion.space.newton_rounds import go, move, newton
+from shakedown.motion.space.sweeps import contact_position, sweep
+from shakedown.motion.space.swept_stiffness import MOST_UPDATES, exchange, product, shift
 
 FIRST_SWEEPS = 3  # before Newton's method; twice as many after every stall
 

@@ -8,7 +8,7 @@ import pytest
 
 import shakedown
 from shakedown import Problem, UsageError
-from shakedown.motion.contact_law import law_violation
+from shakedown.motion.checked_law import law_violation
 from shakedown.motion.fixed_steps import FixedSteps
 from shakedown.motion.method import Motion, walk
 

@@ -9,13 +9,12 @@ import math
 import numpy as np
 
 from shakedown.ground.named_state import borrowing, inner
-from shakedown.ground.round_off import HALVINGS
+from shakedown.ground.round_off import HALVINGS, NEWTON_ROUNDS
 from shakedown.ground.status import NO_STATE, OPEN, SLIP, STICK
-from shakedown.motion.implicit.swept_stiffness import exchange, inverse, shift
+from shakedown.motion.space.swept_stiffness import exchange, inverse, shift
 
-ROUNDS = 20  # of Newton's method
 CLOSE = 1e-15  # its residual, relative to the reactions
-DIRECTIONS = 64
+DIRECTIONS = 64  # of a circle, at which the law is looked at where Newton's method has gone astray
 
 
 @inner
@@ -66,7 +65,7 @@ def slip_by_newton(A, b, f, q, p, tension):  # type: ignore[no-untyped-def]
     size = math.hypot(q[0], q[1])
     start = max(size - f * p, 0.0) / weight
     x, y = -start * q[0] / size, -start * q[1] / size
-    for _ in range(ROUNDS):
+    for _ in range(NEWTON_ROUNDS):
         qx, qy = q[0] + A[0] * x + A[1] * y, q[1] + A[1] * x + A[2] * y
         limit = f * (p + b[0] * x + b[1] * y)
         ax, ay = qx - weight * x, qy - weight * y

@@ -14,7 +14,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked_damping, require_problem
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
-from shakedown.motion.contact_law import law_violation
+from shakedown.motion.checked_law import law_violation
 from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, State, Stop
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.method import Beginning, Motion

@@ -11,9 +11,9 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.layout import Layout
-from shakedown.motion.implicit.dense_solver import no_factors
-from shakedown.motion.implicit.load_steps import follow
-from shakedown.motion.implicit.swept_stiffness import Body, Tableau
+from shakedown.motion.space.dense_solver import no_factors
+from shakedown.motion.space.load_steps import follow
+from shakedown.motion.space.swept_stiffness import Body, Tableau
 
 CLOSE = 20 * ROUND_OFF  # residual of Newton's method, relative to the force scale
 TENSION = 16 * np.finfo(float).eps  # a closed node's p may be negative by that, relative to the force scale
