@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from joints_in_space import embedded, in_units, turned
+from joints_in_space import random_joint as that_opens
 
 import shakedown
 from benchmarks.space_verdicts import random_joint
@@ -67,6 +68,18 @@ def test_tangents_may_be_turned_and_units_changed():
     same = shakedown.long_term_state(scaled, load_factor)
     np.testing.assert_array_equal(same.final_slip, 2.0**-6 * one.final_slip)
     assert same.dissipation_per_cycle == 2.0**4 * one.dissipation_per_cycle
+
+
+@pytest.mark.parametrize(("force", "length"), [(2.0**-50, 1.0), (1.0, 2.0**50), (2.0**-80, 2.0**-80)])
+def test_no_unit_decides_where_nodes_open(force, length):
+    """Stiffness so small beside 1 that nothing else may stand beside it."""
+    problem = that_opens(np.random.default_rng(0), 4, pressure=0.2)
+    one = shakedown.long_term_state(problem, 1.0)
+    same = shakedown.long_term_state(in_units(problem, force, length), 1.0)
+    assert one.opened.any()
+    assert (same.outcome, same.reason, same.events) == (Outcome.CYCLIC_SLIP, one.reason, one.events)
+    np.testing.assert_array_equal(same.final_slip, length * one.final_slip)
+    assert same.dissipation_per_cycle == force * length * one.dissipation_per_cycle
 
 
 def test_many_states_are_those_one_by_one():

@@ -20,7 +20,6 @@ from shakedown.ground.named_state import entered, inner, summing
 from shakedown.ground.round_off import ROUND_OFF, SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.plane.moving_state import (
-    CLOSES,
     DONE,
     LIFTS_OFF,
     LOAD_STEP,
@@ -33,6 +32,7 @@ from shakedown.motion.plane.moving_state import (
 )
 from shakedown.motion.space.event_search import (
     NEVER,
+    as_distance,
     distance,
     distance_rate,
     end_of_step,
@@ -381,7 +381,7 @@ def refined_length(run: SpaceRun, guess: float, far: float) -> tuple[float, floa
     joint, course, mo, rates = run.joint, run.course, run.motion, run.rates
     sp, st, ct = run.slipping, run.step, run.control
     kind = mo.kind
-    near = course.settled * ct.length_scale / ct.force_scale if kind == CLOSES else course.settled
+    near = as_distance(ct, kind, course.settled)
     met = SIX_DIGITS if kind == STOPS else MET * near  # of the fastest speed; of the distance at a limit
     low, at_low, high, at_high, h, error = 0.0, 0.0, far, 0.0, guess, 0.0
     known_low, known_high = False, False

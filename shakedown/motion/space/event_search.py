@@ -60,9 +60,15 @@ def distance(joint: CompiledJoint, course: Course, i: int, kind: int, x: float, 
 
 
 @inner
+def as_distance(ct: StepControl, kind: int, force: float) -> float:
+    """What a force is among the distances of a kind of event: a length where a gap closes."""
+    return force * ct.length_scale / ct.force_scale if kind == CLOSES else force
+
+
+@inner
 def margin(course: Course, ct: StepControl, kind: int, at_start: float) -> float:
     """The offset that makes a distance positive at the beginning of the step."""
-    near = course.settled * ct.length_scale / ct.force_scale if kind == CLOSES else course.settled
+    near = as_distance(ct, kind, course.settled)
     return 2.0 * near - min(at_start, 0.0) if at_start <= near else 0.0
 
 
@@ -86,7 +92,8 @@ def first_event(run: SpaceRun, h: float) -> float:
             find_curve(sp, st, h)
             curved = True
         find_bend(joint, rates, sp, st, i, h)
-        share = first_share(joint, course, mo, st, i, kind, add, first)
+        met = 0.1 * as_distance(ct, kind, course.force)
+        share = first_share(joint, course, mo, st, i, kind, add, first, met)
         if share < first:
             first, mo.node, mo.kind = share, i, kind
     for a in range(sp.s):
@@ -103,13 +110,13 @@ def first_event(run: SpaceRun, h: float) -> float:
 @inner
 def expected(run: SpaceRun) -> float:
     """The time of the first event at the present rates, ignoring speeds; infinite where there is none."""
-    joint, course, mo, rates, st = run.joint, run.course, run.motion, run.rates, run.step
+    joint, course, mo, rates, st, ct = run.joint, run.course, run.motion, run.rates, run.step, run.control
     first = np.inf
     for i in range(joint.n):
         kind = kind_of(mo, i)
         left = distance(joint, course, i, kind, mo.out[2 * i], mo.out[2 * i + 1], mo.out[2 * joint.n + i])
         rate = distance_rate(joint, mo, rates, st, i, kind, 0)
-        if left > course.settled and rate < 0.0:
+        if left > as_distance(ct, kind, course.settled) and rate < 0.0:
             first = min(first, left / -rate)
     return first
 
@@ -203,6 +210,7 @@ def first_share(
     kind: int,
     add: float,
     latest: float,
+    met: float,
 ) -> float:
     """Where a distance first vanishes, as a share of the step; NEVER where not before ``latest``."""
     low, at_low = 0.0, bent(joint, course, mo, st, i, kind, 0.0) + add
@@ -212,7 +220,7 @@ def first_share(
         high = part / SAMPLES
         at_high = bent(joint, course, mo, st, i, kind, high) + add
         if at_high <= 0.0:
-            return root_between(joint, course, mo, st, i, kind, add, low, high, at_low, at_high)
+            return root_between(joint, course, mo, st, i, kind, add, low, high, at_low, at_high, met)
         low, at_low = high, at_high
         if low > latest:
             break
@@ -232,6 +240,7 @@ def root_between(
     high: float,
     at_low: float,
     at_high: float,
+    met: float,
 ) -> float:
     """Where a distance vanishes between two shares, the end on its far side, by false position (Illinois)."""
     side = 0
@@ -252,7 +261,7 @@ def root_between(
             if side == -1:
                 at_low *= 0.5
             side = -1
-        if abs(value) <= 0.1 * course.force:
+        if abs(value) <= met:
             return at
     return high
 
