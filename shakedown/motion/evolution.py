@@ -218,6 +218,16 @@ class Evolution(Motion):
             return 0
         return self._nudged[2] + 1
 
+    def recorded(self) -> list[Any]:
+        """All that was recorded, piece by piece, closed by the present state where nothing has stopped it."""
+        if self.stop is not None:
+            return self.pieces
+        return [*self.pieces, self.method.present(self.done, self.load[-1] + self.kappa @ self.method.u)]
+
+    def after_the_first_cycle(self, pieces: list[Any]) -> EventHistory:
+        """The history of pieces of later cycles, whichever motions of this load factor they are of."""
+        return self._joined(pieces, self._later)
+
     @property
     def history(self) -> EventHistory:
         """The recorded path, closed by the present state."""

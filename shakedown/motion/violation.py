@@ -1,6 +1,7 @@
 """The friction law at every instant of a recorded path."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import OPEN
@@ -35,28 +36,39 @@ def path_violation(
 def curved_violation(problem: Problem, load_factor: float, history: CurvedHistory) -> float:
     """Largest relative violation of the law along a path, re-computed from its slips and gaps.
 
+    Of one path as :func:`curved_violations` of several.
+    """
+    return float(curved_violations(problem, load_factor, history, np.array([len(history)]))[0])
+
+
+def curved_violations(
+    problem: Problem, load_factor: float, history: CurvedHistory, rows: NDArray[np.intp]
+) -> FloatArray:
+    """The same of several paths, one after the other in one history, each of so many rows, (k,).
+
     At the beginning of every step the whole law, the slip being that of the step at the rate there; that
     the step ends where the next begins; at its end and within it that limits are kept, gaps and pressures
     not negative. Within a step a polynomial stands for the path, so that this is some multiple of the
     accuracy asked for (:func:`law_resolution`).
     """
-    steps = np.flatnonzero(history.duration > 0)
-    steps = steps[steps + 1 < len(history)]
+    found, path = np.zeros(len(rows)), np.repeat(np.arange(len(rows)), rows)
+    steps = np.flatnonzero((history.duration > 0) & np.append(path[1:] == path[:-1], False))
     if not len(steps):
-        return 0.0
+        return found
     scale = scales(problem, load_factor)
 
-    def at(share: float, slip: FloatArray) -> float:
+    def at(share: float, slip: FloatArray) -> FloatArray:
         there = history.within(steps, np.full(len(steps), share))
         q, p = reactions(problem, there.q_w, there.p_w, there.v, there.w)
-        return float(law_violation(problem.f, q, p, there.w, slip, scale).max())
+        return np.asarray(law_violation(problem.f, q, p, there.w, slip, scale).max(axis=1))
 
     opened = np.repeat(history.state[steps] == OPEN, 2, axis=1)
     first = np.where(opened, 0.0, history.curve[steps][:, 0, problem.layout.slips])
     still = np.zeros_like(first)
-    ends = max(at(0.0, first), at(1.0, still))
-    within = max(at(share, still) for share in WITHIN)
+    broken = [at(0.0, first), *(at(share, still) for share in (1.0, *WITHIN))]
     end, after = history.within(steps, np.ones(len(steps))), history.rows(steps + 1)
-    smooth = after.kind != EventKind.JUMPS
-    apart = (np.abs(part[smooth]).max(initial=0.0) for part in (end.v - after.v, end.w - after.w))
-    return float(max(ends, within, max(apart) / scale.length))
+    smooth = (after.kind != EventKind.JUMPS)[:, None]
+    gaps = (smooth * np.abs(part) for part in (end.v - after.v, end.w - after.w))
+    broken += [part.max(axis=1) / scale.length for part in gaps]
+    np.maximum.at(found, path[steps], np.max(broken, axis=0))
+    return found

@@ -28,6 +28,11 @@ class Recurrence:
     changes: FloatArray
     weights: FloatArray
 
+    @property
+    def change(self) -> FloatArray:
+        """The change that follows the last state."""
+        return np.asarray(self.weights @ self.changes)
+
     def ahead(self, count: int) -> tuple[FloatArray, FloatArray]:
         """The state a number of steps ahead, and the change that follows it."""
         r = len(self.weights)

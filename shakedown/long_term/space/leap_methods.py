@@ -5,7 +5,8 @@ A leap moves a joint for good in what no cycle changes; so the more it moves, th
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import sqrt
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from shakedown.motion.evolution import closed_stiffness
 
 WORTH = 8.0  # periods that a leap must gain at least, as it costs some, and so does its preparation
 PRICE = 1e-5  # uncertainty allowed in a leap, relative to the total slip so far
+REMEMBERED = 64  # sizes of changes
 MOST_TURN = 0.1  # largest deviation of a change from its prediction, relative
 
 
@@ -35,15 +37,33 @@ class Measure:
         Slips that change no reaction, orthonormal: cycles are the same wherever these stand.
     slips : (n,)
         √ of the largest stiffness of each node, whose slip counts for what it would store.
+    largest
+        ‖R‖, of all entries.
+    known
+        The sizes of the last changes.
     """
 
     root: FloatArray
     rigid: FloatArray
     slips: FloatArray
+    largest: float
+    known: dict[bytes, float] = field(default_factory=dict, repr=False)
 
     def size(self, change: FloatArray) -> float:
-        """The size of a change of the state."""
-        return float(np.linalg.norm(self.root @ change))
+        """The size of a change of the state; the last ones are remembered, as each is needed several times."""
+        change = np.ascontiguousarray(change)
+        found = self.known.get(key := change.tobytes())
+        if found is None:
+            seen = self.root @ change
+            found = sqrt(seen.dot(seen))  # as np.linalg.norm
+            if len(self.known) >= REMEMBERED:
+                self.known.clear()
+            self.known[key] = found
+        return found
+
+    def at_most(self, change: FloatArray) -> float:
+        """An upper bound of ‖|R| |d|‖, without the product."""
+        return 2.0 * self.largest * float(np.linalg.norm(change))
 
     def misses(self, change: FloatArray, foreseen: FloatArray, size: float) -> float:
         """The deviation of a change from another one of this size, relative to it; rigid slips included."""
@@ -67,7 +87,8 @@ def measure_of(problem: Problem) -> Measure:
     rigid = np.zeros((layout.size, motions.shape[1]))
     rigid[layout.slips] = np.linalg.qr(motions)[0] if motions.shape[1] else motions
     stiffest = np.diag(problem.A).reshape(problem.n, -1).max(axis=1)
-    return Measure(np.sqrt(values[kept])[:, None] * vectors[:, kept].T * own, rigid, np.sqrt(stiffest))
+    root = np.sqrt(values[kept])[:, None] * vectors[:, kept].T * own
+    return Measure(root, rigid, np.sqrt(stiffest), float(np.linalg.norm(root)))
 
 
 class Leap(NamedTuple):
@@ -119,18 +140,20 @@ class Ahead:
         if len(window) < self.FEWEST or cycles < self.since:
             return None
         root, size = measure.root, measure.size
-        recurrence, earlier = recurrence_of(window, root), recurrence_of(window[:-1], root)
-        x, now, whole = window[-1], size(recurrence.ahead(0)[1]), size(window[-1])
+        recurrence, earlier = recurrence_of(window, root), None
+        x, now, whole = window[-1], size(recurrence.change), size(window[-1])
         found, count = None, int(WORTH)
         while now > 0.0 and count <= self.reach:
-            (state, change), (other, _) = recurrence.ahead(count), earlier.ahead(count + 1)
+            state, change = recurrence.ahead(count)
             way, share = size(state - x), size(change) / now
-            if not 0.0 < way < np.inf:
+            if not (0.0 < way < np.inf and self.LEFT <= share <= self.GROWN):  # mostly so: it fades fast
                 break
+            earlier = earlier or recurrence_of(window[:-1], root)
+            other, _ = earlier.ahead(count + 1)
             differ = measure.misses(other - x, state - x, way)
             if differ > self.care * max(self.AGREE, min(self.ROUGHLY, PRICE * whole / way)):
                 break
-            if not max(self.LEFT, differ) <= share <= self.GROWN:
+            if not differ <= share:
                 break
             found, self.count = (state, share, float(np.abs(state - other).max())), count
             count *= 2

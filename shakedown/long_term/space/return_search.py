@@ -112,6 +112,13 @@ class Settled:
             contraction=np.nan, return_error=np.nan, error=np.nan,
         )  # fmt: skip
 
+    def held_against_law(self, violation: float, most: float) -> "Settled":
+        """The same with the violation of the law in its period, undecided where that is more than so much."""
+        if violation <= most:
+            return replace(self, violation=violation)
+        broken = f"the friction law is violated by {violation:.1e} in the period found"
+        return self.undecided(f"{broken} ({self.reason})")
+
     @property
     def slip(self) -> float:
         """Largest slip of a node in the last period [length]."""
@@ -238,8 +245,10 @@ class ReturnSearch:
         changes = np.linalg.norm((u[0] - u[1:]) @ self.measure.root.T, axis=1)
         self._find_rhythm(u)
         small = FOR_EVER * np.linalg.norm(self._slip(1, most) * self.measure.slips)
-        round_off = STATE_ROUND_OFF * float(np.linalg.norm(np.abs(u[0]) @ np.abs(self.measure.root.T)))
-        if changes.min() > small + round_off:
+        round_off, least = STATE_ROUND_OFF * self.measure.at_most(u[0]), changes.min()
+        if least <= small + round_off:  # a product with the whole stiffness, mostly not needed
+            round_off = STATE_ROUND_OFF * float(np.linalg.norm(np.abs(u[0]) @ np.abs(self.measure.root.T)))
+        if least > small + round_off:
             self.repeated = [0] * self.rules.longest_period
             return None
         for p in range(1, most + 1):

@@ -8,6 +8,7 @@ import numpy as np
 
 from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Outcome
 from shakedown.long_term.limit_search import BLURRED, LOST, OUTCOMES
 from shakedown.long_term.passage import FirstCycles, Passage
 from shakedown.long_term.plane.search import Answers
@@ -16,9 +17,10 @@ from shakedown.long_term.space.return_search import ReturnRules, ReturnSearch, S
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.checked_law import Scales, law_resolution, scales, swing
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.method import walk
-from shakedown.motion.space.space_events import SpaceEvents
-from shakedown.motion.violation import path_violation
+from shakedown.motion.method import cycles_of
+from shakedown.motion.space.curved_history import CurvedHistory
+from shakedown.motion.space.space_events import PathSteps, SpaceEvents
+from shakedown.motion.violation import curved_violations
 from shakedown.motion.viscous_jump import Jump
 
 TIGHTER = 0.125  # factor on the uncertainty allowed in leaps from one search to the next that confirms it
@@ -66,15 +68,20 @@ class ReturnedStates:
         self.rules = rules_of(motion, motion.scale, most_cycles, longest_period)
 
     def from_slips(self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]) -> None:
-        """Answer for one initial slip (s, 2n) after the other, until there is no more wish for it."""
-        for k, start in enumerate(starts):
+        """Answer for initial slips (s, 2n), one after the other, until there is no more wish for it."""
+        motion, found, paths = self.motion, list[Settled](), list[list[PathSteps]]()
+        for start in starts:
             if stopped():
                 return
-            motion = self.motion
             motion.begin(motion.load_factor, start)
+            found.append(carefully(motion, self.rules))
+            paths.append(_period_path(motion, found[-1]))
+        for k, (start, each) in enumerate(zip(starts, lawful(motion, found, paths), strict=True)):
+            if each.outcome == Outcome.SHAKEDOWN:  # as a state would be, which proofs would leave as it is
+                _enter_rest(each, answers, k)
+                continue
             begun = Passage(motion.problem, motion.load_factor, motion.tolerances, start, ())
-            found = settled(motion, self.rules)
-            state = _state(begun, found, start, motion.scale, self.rules.most_cycles)
+            state = _state(begun, each, start, motion.scale, self.rules.most_cycles)
             enter(heeding_proofs(state), answers, k)
 
 
@@ -84,6 +91,15 @@ def enter(state: LongTermState, answers: Answers, k: int) -> None:
     answers.dissipation[k], answers.contraction[k] = state.dissipation_per_cycle, state.contraction
     answers.verdict[k], answers.period[k] = VERDICTS[state.outcome], state.period
     answers.cycles[k], answers.signature[k] = state.cycles_simulated, state.signature
+
+
+def _enter_rest(found: Settled, answers: Answers, k: int) -> None:
+    """The same of what has come to rest, without a state being made."""
+    (record,) = found.records
+    answers.final_slip[k], answers.slip[k] = record.end_slip, record.slip
+    answers.dissipation[k], answers.contraction[k] = record.dissipation, found.contraction
+    answers.verdict[k], answers.period[k] = VERDICTS[found.outcome], found.period
+    answers.cycles[k], answers.signature[k] = found.cycles, found.signature
 
 
 def returned_state(
@@ -110,21 +126,34 @@ def returned_state(
 def settled(motion: Evolution, rules: ReturnRules, halt: Halt | None = None) -> Settled:
     """The long-term state of a motion; undecided where the period found breaks the friction law."""
     found = carefully(motion, rules, halt)
+    return lawful(motion, [found], [_period_path(motion, found)])[0]
+
+
+def _period_path(motion: Evolution, found: Settled) -> list[PathSteps]:
+    """The period found, followed once more, piece by piece; none where there is no period."""
     if not found.period:
-        return found
+        return []
     motion.pieces.clear()
     motion.state = found.start
     motion.enter_cycle(max(found.cycles - found.period, 1))
-    path = walk(motion, found.period, record=True).history
-    violation = (
-        np.inf
-        if path is None
-        else path_violation(motion.problem, motion.load_factor, motion.tolerances, path)
-    )
-    if violation <= law_resolution(motion.problem, motion.tolerances):
-        return replace(found, violation=violation)
-    reason = f"the friction law is violated by {violation:.1e} in the period found ({found.reason})"
-    return found.undecided(reason)
+    for _ in cycles_of(motion, found.period, record=True):
+        pass
+    return motion.recorded()
+
+
+def lawful(motion: Evolution, found: list[Settled], paths: list[list[PathSteps]]) -> list[Settled]:
+    """What was found, undecided where the path of a period breaks the friction law."""
+    if not any(paths):
+        return found
+    history = motion.after_the_first_cycle([piece for path in paths for piece in path])
+    assert isinstance(history, CurvedHistory)
+    rows = np.array([sum(len(piece.time) for piece in path) for path in paths])
+    violations = curved_violations(motion.problem, motion.load_factor, history, rows)
+    most = law_resolution(motion.problem, motion.tolerances)
+    return [
+        each.held_against_law(violation, most) if each.period else each
+        for each, violation in zip(found, violations.tolist(), strict=True)
+    ]
 
 
 def carefully(motion: Evolution, rules: ReturnRules, halt: Halt | None = None) -> Settled:

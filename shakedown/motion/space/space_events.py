@@ -20,7 +20,7 @@ from shakedown.motion.space.directed_jump import DirectedJump, end_at_once
 from shakedown.motion.space.exchange import MOST_EXCHANGES
 from shakedown.motion.space.implicit_step import ImplicitJoint
 from shakedown.motion.space.moving_state import DEGREE, empty_curve_record
-from shakedown.motion.space.space_run import Measures, begin, resume, run_in_space
+from shakedown.motion.space.space_run import Measures, SpaceRun, begin, resume, run_in_space
 
 
 def measures(scale: Scales, locked: float, moving: float, tolerances: Tolerances) -> Measures:
@@ -67,6 +67,7 @@ class SpaceEvents:
 
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
         self.problem, self.kappa, self.tolerances = problem, kappa, tolerances
+        self._runs: dict[tuple[bool, bool], SpaceRun] = {}  # by: through the first cycle, recorded
 
     def begin(self, start: FloatArray, first: FloatArray, later: FloatArray, scale: Scales) -> None:
         """Follow courses through the first and any other cycle, from given displacements (3n,)."""
@@ -78,10 +79,21 @@ class SpaceEvents:
             is_first: course(path, problem.m - len(path), separable, precision)
             for is_first, path in ((True, first), (False, later))
         }
+        if self._runs:
+            self._lead()
+            return
         record = empty_curve_record(0, problem.n)
         self.run = run_in_space(self.kappa, problem.f, self.measures, self._courses[False], record)
-        self._runs = {(False, False): self.run}  # by: through the first cycle, recorded
+        self._runs[False, False] = self.run
         self.u, self.contact, self.slip = self.run.motion.u, self.run.motion.contact, self.run.motion.slip
+
+    def _lead(self) -> None:
+        """Lead the runs that there are along the present courses, from a state at rest at the origin."""
+        for (is_first, _), run in self._runs.items():
+            run.hold(course=self._courses[is_first])
+        self.run.control.set(**self.measures.of_steps)  # of all of them
+        at_rest = (np.zeros_like(part) for part in self.checkpoint())
+        self.restore(*at_rest)
 
     def set_state(self, state: State) -> bool:
         """Go to a state: whether its moving nodes are held shows on the way."""
@@ -163,7 +175,7 @@ class SpaceEvents:
         curve = np.zeros((1, DEGREE, self.problem.layout.size))
         kinds = np.array([-1]), np.array([EventKind.LOAD_STEP])
         times = np.array([-1.0]), np.zeros(1)
-        return PathSteps(done, *times, self.u[None], curve, self.contact[None], *kinds)
+        return PathSteps(done, *times, self.u[None].copy(), curve, self.contact[None].copy(), *kinds)
 
     def histories(
         self, cycle: FloatArray, steps: PathSteps, welded: FloatArray, change: FloatArray

@@ -52,6 +52,12 @@ class Measures(NamedTuple):
         """Distance from a limit at which a node is there [force]."""
         return self.precision.settled
 
+    @property
+    def of_steps(self) -> dict[str, float]:
+        """What steps are measured against, by its name in :class:`StepControl`."""
+        scales = {"force_scale": self.scale.force, "length_scale": self.scale.length}
+        return scales | {"accuracy": self.accuracy}
+
 
 class SpaceRun(NamedState):
     """A joint and its moving state, with the data of rates and steps, course and record."""
@@ -72,8 +78,7 @@ def run_in_space(
 ) -> SpaceRun:
     """A state at rest at the origin of a joint (κ (3n, 3n), f (n,)), at the beginning of a course."""
     n, control = len(friction), StepControl({})
-    force, length = measures.scale.force, measures.scale.length
-    control.set(force_scale=force, length_scale=length, accuracy=measures.accuracy)
+    control.set(**measures.of_steps)
     run = SpaceRun(
         {},
         joint=compiled_joint(kappa, friction),
