@@ -100,16 +100,22 @@ class OtherEvidence(NamedTuple):
                 yield f"{name} is missing: {found.reason}"
 
 
-def other_evidence(
-    limits: JointLimits, budget: int, below: float | None, work: RecordedWork
-) -> OtherEvidence:
-    """Compute the evidence besides the simulations, piece by piece."""
+def evidence_steps(limits: JointLimits, budget: int, below: float | None) -> list[Callable[[], Any]]:
+    """The pieces of work that compute the evidence besides the simulations and λ_T."""
     problem, subsets = limits.problem, limits.subsets
     few = subsets is not None and subsets <= budget
-    second = work.done(lambda: second_bounds(problem, limits.bounds, limits.tolerances))
     absent = "guarantee_curve" in limits.absent
-    curve = work.done(lambda: None if absent else limits.curve(CURVE_RADII))
-    critical = work.done(lambda: critical_load_factors(problem, values=False) if few else None)
-    limits.keep("friction", work.done(lambda: limits.friction))
-    slip = work.done(lambda: None if below is None else limits.slip(below))
+    return [
+        lambda: second_bounds(problem, limits.bounds, limits.tolerances),
+        lambda: None if absent else limits.curve(CURVE_RADII),
+        lambda: critical_load_factors(problem, values=False) if few else None,
+        lambda: limits.friction,
+        lambda: None if below is None else limits.slip(below),
+    ]
+
+
+def other_evidence(limits: JointLimits, found: Sequence[Any]) -> OtherEvidence:
+    """What these pieces of work have found."""
+    second, curve, critical, friction, slip = found
+    limits.keep("friction", friction)
     return OtherEvidence(second, curve, critical, present(limits.friction), limits.transient, slip)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shakedown.bounds.methods import takes_long
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import Missing, UsageError
@@ -195,7 +196,15 @@ class _Histories:
         return float(scan[good[-1]]), float(np.append(scan, np.inf)[good[-1] + 1])
 
     def narrowed(self, low: float, high: float, width: float, coarse: float) -> tuple[float, float]:
-        """Narrow the change from shakedown to a width; towards an undecided state to the coarse width."""
+        """Narrow the change from shakedown to a width; towards an undecided state to the coarse width.
+
+        Most joints cycle right above what is proved. For large ones the interval in which bisection would
+        then end is tried first.
+        """
+        if takes_long(self.problem) and low in self.certain(high):
+            first = bisected(lambda _: False, low, high, lambda _: width)[1]
+            if not self.shakes_down(first) and not self.is_open(first):
+                return low, first
         return bisected(
             self.shakes_down, low, high, lambda end: max(width, coarse) if self.is_open(end) else width
         )

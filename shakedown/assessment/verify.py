@@ -14,7 +14,13 @@ from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.independent_bounds import SecondBounds, independent_findings
 from shakedown.assessment.plan import case_as_given, planned_cases
-from shakedown.assessment.recorded_work import OtherEvidence, RecordedWork, ThreadedSteps, other_evidence
+from shakedown.assessment.recorded_work import (
+    OtherEvidence,
+    RecordedWork,
+    ThreadedSteps,
+    evidence_steps,
+    other_evidence,
+)
 from shakedown.assessment.runs import Run, compile_loops, disagreements, open_questions, run_of
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.three_numbers import open_ends
@@ -328,15 +334,17 @@ def _verified(
     steps: list[Callable[[], Any]] = [functools.partial(run_of, limits, case, *how) for case in cases]
     first = sum(case.load_factor == AS_GIVEN for case in cases)  # λ = 1 comes first, then λ_T
     steps.insert(first, lambda: limits.transient)
-    side_by_side = ThreadedSteps(steps, all_cores() if takes_long(problem) else 1)
-    for number in range(len(steps)):
+    count, others = len(steps), evidence_steps(limits, asked.budget, asked.slip_below)
+    side_by_side = ThreadedSteps([*steps, *others], all_cores() if takes_long(problem) else 1)
+    for number in range(count):
         ended = work.done(functools.partial(side_by_side.result, number))
         if number == first:
             limits.keep("transient", ended)
         else:
             runs.append(ended)
         work.show(lambda: _so_far(found, runs, f"{len(cases) + 1 - len(runs)} of the runs", settings))
-    other = other_evidence(limits, asked.budget, asked.slip_below, work)
+    ends = [work.done(functools.partial(side_by_side.result, count + k)) for k in range(len(others))]
+    other = other_evidence(limits, ends)
     findings = list(independent_findings(limits.bounds, other.second, tolerances))
     return Verification(
         assessment=found,

@@ -105,3 +105,16 @@ def test_a_limit_that_asks_for_closed_nodes_contradicts_no_history_with_a_transi
     """A sweep compares λ_T with λ_U: not where the transient may have opened nodes."""
     found = shakedown.sweep(LIFTED, {"f": [0.35]}, bounds=("universal", "transient"))
     assert found.points[0].contradictions == ()
+
+
+@pytest.mark.parametrize(("name", "fewer"), [("two-node", True), ("press-fit", True), ("block-9", False)])
+def test_what_large_joints_look_at_first_changes_no_limit(name, fewer, monkeypatch):
+    problem = shakedown.example(name)
+    limits = shakedown.assess(problem).details
+    limits.note_what_is_known()
+    usual = shakedown.transient_limit(problem, accuracy=1e-6)
+    monkeypatch.setattr("shakedown.assessment.transient_limit.takes_long", lambda _: True)
+    sooner = shakedown.transient_limit(problem, accuracy=1e-6)
+    for word in ("low", "high", "proved", "cycling"):
+        assert getattr(sooner, word) == getattr(usual, word)
+    assert (len(sooner.scanned) < len(usual.scanned)) == fewer
