@@ -85,8 +85,8 @@ def conic_upper_bound(
         The nodes that stay open (:func:`upper_bound`); with them the extreme load step of
         every row is taken alone.
     solver
-        Name of a linear-programming solver, called through cvxpy; by default Clarabel,
-        called directly.
+        Name of a linear-programming solver, called through cvxpy (the extra ``solvers``); by default
+        Clarabel, called directly.
     tolerances
         ``equilibration_sweeps`` is used.
 

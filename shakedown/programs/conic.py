@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from shakedown.ground.errors import SolverError
+from shakedown.ground.errors import SolverError, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.program import Program, Sides, Solution, columnwise, solution_of
@@ -101,8 +101,16 @@ def _no_square(columns: int) -> sparse.csc_matrix:
 
 
 def by_cvxpy(program: Program, solver: str, accuracy: float) -> Solution:
-    """The solution of a program by a solver of this name through cvxpy; raises as :func:`by_clarabel`."""
-    import cvxpy as cp  # slow to import and needed only here
+    """The solution of a program by a solver of this name through cvxpy; raises as :func:`by_clarabel`.
+
+    And ``UsageError`` if cvxpy is not installed.
+    """
+    try:
+        import cvxpy as cp  # slow to import and needed only here
+    except ImportError:
+        raise UsageError(
+            f"solver: {solver!r} needs cvxpy, found none: pip install 'shakedown-bounds[solvers]'"
+        ) from None
 
     form = _conic_form(program)
     x, ends = cp.Variable(len(form.cost)), np.cumsum([0, *form.counts, *program.cones]).tolist()

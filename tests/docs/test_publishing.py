@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 RECIPE = (ROOT / ".conda" / "recipe.yaml").read_text(encoding="utf-8")
 WORKFLOW = (ROOT / ".github" / "workflows" / "tests.yml").read_text(encoding="utf-8")
-CONDA = {"cvxpy": "cvxpy-base", "matplotlib": "matplotlib-base"}  # where conda-forge has a leaner package
+CONDA = {"matplotlib": "matplotlib-base"}  # where conda-forge has a leaner package
 
 
 def listed(recipe, heading):

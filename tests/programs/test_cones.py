@@ -1,10 +1,14 @@
 """Programs with many second-order cones, optima built backwards: through Clarabel and cvxpy."""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import shakedown
+from shakedown.bounds.independent_solver import conic_upper_bound
+from shakedown.ground.errors import UsageError
 from shakedown.programs.conic import ClarabelSettings, by_clarabel, by_cvxpy
 from shakedown.programs.program import INF, Program
 from shakedown.programs.solver import solve
@@ -137,3 +141,9 @@ def test_right_sides_that_are_round_off_are_no_size(count):
     assert found.optimal
     assert other.optimal
     assert found.x[-1] == pytest.approx(other.x[-1], abs=1e-9)
+
+
+def test_without_cvxpy_its_solvers_are_refused_in_one_line(monkeypatch):
+    monkeypatch.setitem(sys.modules, "cvxpy", None)
+    with pytest.raises(UsageError, match=r"^solver: 'SCS' needs cvxpy.*shakedown-bounds\[solvers\]'$"):
+        conic_upper_bound(shakedown.example("two-node"), solver="SCS")

@@ -50,7 +50,7 @@ class Measure:
     known: dict[bytes, float] = field(default_factory=dict, repr=False)
 
     def size(self, change: FloatArray) -> float:
-        """The size of a change of the state; the last ones are remembered, as each is needed several times."""
+        """The size of a change of the state; the last ones are kept, each being needed several times."""
         change = np.ascontiguousarray(change)
         found = self.known.get(key := change.tobytes())
         if found is None:
