@@ -18,17 +18,17 @@ problem = shakedown.Problem(
     p_w=[[10.0, 10.0], [10.0, 10.0]],
     units="N, µm",
 )
-witness = shakedown.lower_bound(problem).slip
+critical = shakedown.lower_bound(problem).slip
 _, panels = plt.subplots(1, 2, figsize=(10, 4.6), layout="constrained")
 for load_factor, panel in zip((0.8, 1.16), panels, strict=True):
     runs = {
         "from slip zero": shakedown.simulate(problem, load_factor, (0.0, 0.0), record=True),
-        "from the witness": shakedown.simulate(problem, load_factor, witness, record=True),
+        "from the critical slip state": shakedown.simulate(problem, load_factor, critical, record=True),
     }
     shakedown.plot.slip_space(problem, load_factor, runs, ax=panel)
     panel.set_title(f"λ = {load_factor}")
 
 # %%
 # At λ = 0.8 both motions end inside the region. At λ = 1.16, between λ_1 = 1.120 and λ_max = 1.226, the motion from the
-# witness is caught between two rows of node 0 that have crossed, and never ends
+# critical slip state is caught between two rows of node 0 that have crossed, and never ends
 # (:doc:`/tutorials/two-nodes` works this out by hand).

@@ -35,11 +35,11 @@ class LargeNumber(NamedTuple):
 
 def large_numbers(v: Verification) -> list[LargeNumber]:
     """Proved from every state, proved from this state, impossible above: in the user's loads where said."""
+    every, *others = numbers_in_words(v.assessment)
+    numbers = [(*every[:2], f"whatever slip is locked in, {every[2]}"), *others]
     return [
         LargeNumber(name, loads or factor, f"{factor}, {remark}" if loads else remark)
-        for (name, factor, remark), loads in zip(
-            numbers_in_words(v.assessment), loads_of_numbers(v.assessment), strict=True
-        )
+        for (name, factor, remark), loads in zip(numbers, loads_of_numbers(v.assessment), strict=True)
     ]
 
 

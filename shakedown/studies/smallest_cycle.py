@@ -155,7 +155,7 @@ def smallest_cycle(
     """The smallest load factor at which a cycle is found, sought over initial states and periods.
 
     Separation, which is neither a cycle of slip nor rest in contact, is kept apart: the smallest
-    load factor at which it is met on the way, or just above the first collapse from its witness.
+    load factor at which it is met on the way, or just above the first collapse from its critical slip state.
 
     Every round draws initial slips that are admissible under the first load, extreme and
     random, and simulates them at a load factor between λ_U and the smallest cycle known. What

@@ -59,8 +59,8 @@ class LowerBound(Result):
     node
         The node that collapses; −1 where none does (λ_1 is then λ_max, inf or NaN).
     slip : (n,)
-        The critical slip state, or witness [length]: an initial state that leads to cyclic slip of ``node``
-        above λ_1 in nearly every case; NaN unless optimal.
+        The critical slip state [length] (``"witness"``): an initial state that leads to cyclic slip of
+        ``node`` above λ_1 in nearly every case; NaN unless optimal.
     collapse_limits : (n,)
         Load factors that each node is proved not to collapse below, in floats; 0 where nothing is
         known, inf where it never collapses, NaN where infeasible.

@@ -185,7 +185,7 @@ def _unit(rows: Constraints, centre: FloatArray) -> float:
 def _first_collapses(
     rows: Constraints, centre: FloatArray, radii: FloatArray, shape: FloatArray, tolerances: Tolerances
 ) -> list[tuple[float, int, FloatArray]]:
-    """(load factor, node, witness) of the first collapse with the other nodes' slips in each box.
+    """(load factor, node, critical slip) of the first collapse with the other nodes' slips in each box.
 
     From the largest box to the smallest: what a node reaches in a box is a lower bound of what
     it reaches in a smaller one, so that most nodes need no program there.
@@ -213,9 +213,9 @@ def _first_collapses(
 def _collapse(
     program: Simplex, rows: Constraints, node: int, lower: FloatArray, upper: FloatArray
 ) -> tuple[float, FloatArray]:
-    """(load factor, witness) where a node collapses first in a box; inf and NaN where it does not.
+    """(load factor, critical slip) where a node collapses first in a box; inf and NaN where it does not.
 
-    Where the size of the box leaves no answer: the load factor in any slip, no larger, without a witness.
+    Where the size of the box leaves no answer: the load factor in any slip, no larger, without a slip.
     """
     nowhere = np.full(rows.n, nan)
     try:

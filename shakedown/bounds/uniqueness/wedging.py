@@ -14,7 +14,7 @@ from shakedown.programs.solver import solve
 
 LARGEST_PROBLEM = 100  # nodes
 PROGRAMS = 60  # linear programs that one search may take
-QUICK = 16  # of them just below the last witness; the others halve the bracket
+QUICK = 16  # of them just below the last slip that wedges; the others halve the bracket
 LARGEST = 1e8  # friction up to which a wedged state is looked for
 NO_REACTION = 100 * ROUND_OFF  # reactions, relative to the terms of their sum, that count as zero
 HIDDEN = "round-off hides whether a wedged state exists"
@@ -28,10 +28,10 @@ class Wedging(Result):
     Attributes
     ----------
     low, high
-        Below ``low`` no slip v ≠ 0 has |A v| ≤ f B v, for ``high`` the witness
+        Below ``low`` no slip v ≠ 0 has |A v| ≤ f B v, for ``high`` the wedging slip
         has; infinite where none has for any friction, or was not looked for.
     slip : (n,)
-        The witness: locked-in slip, scaled to max |v| = 1; NaN where there is none.
+        The wedging slip: locked-in slip, scaled to max |v| = 1; NaN where there is none.
     programs
         Linear programs solved.
     reason
@@ -53,7 +53,7 @@ class Wedging(Result):
 def wedging_threshold(stiffness: ScaledStiffness, safe: float) -> Wedging:
     """Smallest t for which some v ≠ 0 satisfies |A v| ≤ t φ B v, by linear programs in v with Σ B v = 1.
 
-    A bracket: above it a witness, below it a program without solution. Each witness gives
+    A bracket: above it a wedging slip, below it a program without solution. Each such slip gives
     an upper value t = max |A v|_j / (φ B v)_j, as a rule far below the friction it was
     looked for at, so that the next program stands just below it (Dinkelbach's method);
     where that does not end soon, the programs halve the bracket.
@@ -130,19 +130,19 @@ class Bracket:
             self._raise_low(self._lower_high())
 
     def _lower_high(self) -> float:
-        """Draw ``high`` down; gives the largest factor at which no witness turned up."""
+        """Lower ``high``; returns the largest factor at which no wedging slip was found."""
         below, quick = max(self.low, self.least), True
         while self.programs < PROGRAMS and below < self.high * (1 - NEGLIGIBLE):
             factor = min(self.high if quick else np.sqrt(self.high * below), self.high * (1 - NEGLIGIBLE))
             lowered = self._lowered(factor)
             if not lowered and not quick:
-                below = factor  # be it that only round-off spoils the witness, and that `low` stays
+                below = factor  # even if only round-off spoils the slip, and `low` stays
             below = max(below, self.low)
             quick = quick and lowered and self.programs < QUICK
         return below
 
     def _raise_low(self, top: float) -> None:
-        """Prove more, where round-off spoilt the witnesses up to ``top``."""
+        """Prove more, where round-off spoilt the wedging slips up to ``top``."""
         while self.programs < PROGRAMS and self.low < top * (1 - NEGLIGIBLE) and not self.closed:
             factor = np.sqrt(max(self.low, self.least) * top)
             self._lowered(factor)
@@ -192,7 +192,7 @@ def wedged_slip(
     """The v with Σ B v = 1 that violates |A v| ≤ t φ B v least, and by how much (negative: to spare).
 
     v is a sum of the columns ``ways``. What is to spare is measured by weights, one per row. With the
-    pressures φ B v of a witness it is what its friction can fall by, which makes the next one overshoot most.
+    pressures φ B v of a wedging slip it is how far friction can fall, which makes the next overshoot most.
     All stiffnesses are divided by their size, so that v and the violation are numbers near 1.
     """
     limited = stiffness.weighted.any(axis=1)
