@@ -449,7 +449,7 @@ def _damping() -> list[str]:
         f"Damping over amplitude: a row of {row['n']} Jenkins elements to {max(row['errors']):.0e}, a bar on a frictional foundation "
         f"with D ∝ F^{bar[-1]['power']:.3f} and an error of {bar[-1]['errors'][1]:.0e} with {bar[-1]['n']} elements (order {damping.order(bar, 1):.1f}), "
         f"Cattaneo and Mindlin to {sphere[-1]['errors'][1]:.0e} on {sphere[-1]['patches']} patches; the loops of the loads have the area that "
-        f"friction takes to {max(r['errors'][0] for r in areas):.0e} on {sum(r['n'] for r in areas)} random joints, in the plane and in space. Where "
+        f"friction dissipates to {max(r['errors'][0] for r in areas):.0e} on {sum(r['n'] for r in areas)} random joints, in the plane and in space. Where "
         f"slip and pressure are coupled Masing's rule is {100 * min(wrong):.0f} to {100 * max(wrong):,.0f} % too high (a block, from near gross slip down to "
         f"its limit), {steps[0]['parts']} load steps are off by up to {100 * max(fewest):.1f} % in {steps[0]['seconds'] / rule['exact_seconds']:.1f} times the time of "
         f"the exact amplitude. {cost['nodes']} nodes and 20 amplitudes take {cost['curve']:.0f} s (`damping`)."

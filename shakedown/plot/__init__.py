@@ -7,7 +7,7 @@ known. The report is drawn by the same functions.
 From a result to a picture: ``drawn_path`` reads a result (its path, an instant, sums of each node along it),
 a module below computes what is drawn, ``style`` holds what all pictures share (axes, colours, legends).
 
-- the joint as given: ``joint`` (nodes, loads, what limits it), ``loops`` (the loading of a node)
+- the joint itself: ``joint`` (nodes, loads, what limits it), ``loops`` (the loading of a node)
 - a number per node, lines along a contact, colours over a patch: ``over_contact``
 - an arrow or a mark per node of a patch, at an instant: ``patch_arrows`` (on the places of
   ``patch_places``, where ``flat_patch`` unrolls them)

@@ -106,7 +106,7 @@ def test_the_friction_law_holds_at_every_load_step(name, load_factor):
 
 
 def test_dissipation_approaches_the_work_of_the_loading():
-    """In a limit cycle friction takes what the loading puts in, ∮ v · dq_w; fixed steps get there slowly.
+    """In a limit cycle friction dissipates what the loading puts in, ∮ v · dq_w; fixed steps get there slowly.
 
     The work comes from the slips at the load steps alone, by the trapezoidal rule.
     """

@@ -103,7 +103,7 @@ def _judged(
     at = lost.factor / stiffness.friction_unit
     return Uniqueness(
         False,
-        f"slip of {word} {nodes} loses uniqueness at {at:.5g} times the friction as given",
+        f"slip of {word} {nodes} loses uniqueness at {at:.5g} times the given friction",
         lost.moving.slipping,
         lost.sides,
     )
