@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 ROUND_OFF = 1e-9  # of the largest resultant of a load
 LONGEST_LOAD = 28  # characters of its name
-SAME_SIZE = 0.05  # by which facets of two surfaces may differ
+SAME_SIZE = 0.05  # relative difference up to which facets of two surfaces count as equal in size
 
 
 def go_or_not(made: shakedown.Import) -> str:

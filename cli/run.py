@@ -23,8 +23,8 @@ WHOLE_NUMBERS = (  # variables of NumPy, SciPy and matplotlib (a date, to the ye
     ("SOURCE_DATE_EPOCH", 0, 253_402_300_799),
     ("NUMBA_NUM_THREADS", 1, 2**31 - 1),
 )
-LENIENT = ("NUMBA_NUM_THREADS",)  # what is no number at all is left out of account there
-COMPLETION = "_SHAKEDOWN_BOUNDS_COMPLETE"  # what a shell sets when it asks how a line may go on
+LENIENT = ("NUMBA_NUM_THREADS",)  # variables whose invalid values are ignored
+COMPLETION = "_SHAKEDOWN_BOUNDS_COMPLETE"  # set by a shell that asks for completions
 
 
 def run() -> int:

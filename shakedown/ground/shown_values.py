@@ -16,7 +16,7 @@ DIGITS = 7  # digits of a load factor or a limit known that accurately
 FEW_DIGITS = 4  # digits of simulated values and margins, and at least of a limit
 SHORT_DIGITS = 3  # digits of differences, and in titles of pictures
 LONGEST_VALUE = 56  # characters of one value
-WIDTH = 79  # of a line that is shown
+WIDTH = 79  # characters of a line shown
 LONGEST_WHOLE = 20  # digits of a whole number that is written out
 
 

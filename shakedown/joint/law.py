@@ -11,7 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.joint.layout import Layout
 
 Numbers = NDArray[Any]  # floats, or exact numbers as objects
-LOAD_ROUND_OFF = 16 * np.finfo(float).eps  # of a load, relative to the largest of its node
+LOAD_ROUND_OFF = 16 * np.finfo(float).eps  # round-off of a load, relative to the largest of its node
 
 
 @dataclass(frozen=True, eq=False)

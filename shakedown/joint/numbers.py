@@ -18,7 +18,7 @@ LARGEST = 1e100  # largest stiffness, force or length, in any units: its square 
 SMALLEST = 1 / LARGEST  # smallest admissible value of the largest nonzero entry of an array
 NEGLIGIBLE = 1e-30  # entries so much smaller than the largest of their array are taken as zero
 LARGEST_FRICTION = 1e12
-LARGEST_LENGTH = 1e75  # of a slip, force over stiffness
+LARGEST_LENGTH = 1e75  # largest slip, force over stiffness
 CANCELLED = 2**12 * EPS  # relative to the largest stiffness: the rest where larger ones cancel each other
 
 

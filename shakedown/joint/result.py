@@ -18,8 +18,8 @@ from shakedown.joint.read_only import ReadOnly
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-LINES = 24  # of what is shown: one screen
-FIRST = ("load_factor", "status", "outcome")  # what is shown of a result inside another one, if it has it
+LINES = 24  # lines shown: one screen
+FIRST = ("load_factor", "status", "outcome")  # fields shown of a result inside another one, if it has them
 
 
 class Result(ReadOnly):

@@ -16,8 +16,8 @@ from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 
-NO_STIFFNESS = 2.0**-30  # of a rigid motion, relative, at most: condensing a model costs a few digits
-CLEAR = 1e4  # by how much what resists exceeds what is round-off, or what is printed
+NO_STIFFNESS = 2.0**-30  # largest relative stiffness of a rigid motion, as condensation costs a few digits
+CLEAR = 1e4  # ratio by which true resistance exceeds round-off or printing errors
 # By how much what resists exceeds the accuracy of the data, or of floats, where that is known.
 RESOLVED = 100.0
 CLEARLY_HELD = 1 / CLEAR  # smallest eigenvalue of the scaled A, relative, that needs no closer look

@@ -11,7 +11,7 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
 from shakedown.joint.numbers import kind
 
-LOOP, DOMAIN = "loop", "domain"  # what the load steps are: followed in their order, or corners
+LOOP, DOMAIN = "loop", "domain"  # the meaning of load steps: a loop followed in order, or corners of a domain
 SOURCE_LISTS = {"files": (dict, "objects"), "warnings": (str, "texts")}
 
 

@@ -23,7 +23,7 @@ ROUNDINGS = {
     "up": (ROUND_CEILING, FEW_DIGITS),
     "nearest": (ROUND_HALF_EVEN, 6),
 }  # digits
-_EXACT = Context(prec=60)  # of a product of two floating-point numbers
+_EXACT = Context(prec=60)  # exact for a product of two floats
 
 
 class Units(NamedTuple):

@@ -23,7 +23,7 @@ Bits = NDArray[np.intc]
 DIGITS = 220  # bits of the solutions behind the point
 REFINEMENTS = 12  # each adds what the condition of the matrix leaves of 53 bits
 ROUNDING = EPS / 2
-SAFETY = 1.0 + SIX_DIGITS  # for the rounding of sums of numbers ≥ 0, and of integers made floats
+SAFETY = 1.0 + SIX_DIGITS  # covers the rounding of sums of numbers ≥ 0, and of integers converted to floats
 
 
 def verified_vertex(program: ExactProgram, active: list[int], free: list[int]) -> ExactVertex | None:

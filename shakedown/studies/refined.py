@@ -24,7 +24,7 @@ SLOW = (
 )  # order below which there is none: what is left cannot be told from a power of h, or log h
 LEVEL = 0.03  # power of h below which a number counts as constant
 FASTEST = 8.0  # largest order; above it the last change is meaningless
-NEAR = 0.25  # of a number: as far as that its limit may be; twice as far leaves it open
+NEAR = 0.25  # largest relative distance of the extrapolated limit; beyond twice this it is open
 LIMITS = (
     "impossible_above",
     "proved_from_this_state",
@@ -32,7 +32,7 @@ LIMITS = (
     "averaged_impossible_above",
 )
 COLUMNS = (*LIMITS, "work", "largest_slip", "slip_limit")
-SAME = ("load_factor", "radius", "slip_below")  # for all meshes
+SAME = ("load_factor", "radius", "slip_below")  # settings common to all meshes
 HEADINGS = ("size", "nodes", *COLUMNS, "directions", *SAME, "fingerprint")
 
 

@@ -20,7 +20,7 @@ from shakedown.joint.loading import slip_reach
 from shakedown.joint.problem import Problem
 from shakedown.long_term.passage import slip_after_transient
 
-MOST_STATES = 100_000_000  # in one map: a day of a small joint, 2.5 GB of what is kept for the statistics
+MOST_STATES = 100_000_000  # in one map: a day for a small joint, 2.5 GB kept for the statistics
 BLOCK = 64  # states that share one stream of random numbers, or are recorded together
 
 

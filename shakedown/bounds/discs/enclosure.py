@@ -35,7 +35,7 @@ from shakedown.programs.self_dual import balanced_multipliers, inner_point
 
 INNER_GAPS = (1e-4, 1e-2)  # of inner points
 
-ROUNDED_TWICE = 4 * HALF_ULP  # of f S, relative: a sum and a product, and what their bound is rounded by
+ROUNDED_TWICE = 4 * HALF_ULP  # relative error of f S: a sum, a product, and the rounding of their bound
 
 TOO_SOFT = "the tangential stiffness is too nearly singular to prove the balance of multipliers"
 NO_SLACK = "no slip was found that is safe at every load step by more than its rounding errors"

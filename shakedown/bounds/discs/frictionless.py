@@ -18,7 +18,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.rigid_slips import RigidSlips
 
 Mask = NDArray[np.bool_]
-SAME = 100 * ROUND_OFF  # of a singular value, relative: less is round-off
+SAME = 100 * ROUND_OFF  # relative size of a singular value below which it is round-off
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,8 +25,8 @@ from shakedown.programs.self_dual import (
 from shakedown.programs.small_cones import TRIPLE
 
 NEGATIVE = 10 * ROUND_OFF  # largest slack or multiplier below zero likewise
-ALIKE = (1.0, 1e2)  # by how much a slack may exceed its multiplier where the limit is active
-PROXIMITY = 100 * ROUND_OFF  # what holds slips that active limits leave free, and limits that say the same
+ALIKE = (1.0, 1e2)  # ratios of slack to multiplier up to which a limit counts as active
+PROXIMITY = 100 * ROUND_OFF  # regularisation of slips left free by active limits, and of redundant limits
 
 Mask = NDArray[np.bool_]
 

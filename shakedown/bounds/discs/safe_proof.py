@@ -16,12 +16,12 @@ from shakedown.joint.loading import loading, no_mean
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 
-HALF_ULP = 0.5 * np.finfo(float).eps  # of a rounding, relative
-TINY = float(np.finfo(float).tiny)  # what an underflow may lose, at most, in a sum of products
-SUMS = 16 * HALF_ULP  # of what is put together of few rounded parts, relative to them
+HALF_ULP = 0.5 * np.finfo(float).eps  # relative error of one rounding
+TINY = float(np.finfo(float).tiny)  # largest loss by underflow in a sum of products
+SUMS = 16 * HALF_ULP  # relative error of a sum of few rounded parts
 SPLITTER = 2.0 ** (HALVINGS // 2) + 1.0  # parts a number in two of half its digits
 REPAIRABLE = 0.25  # largest norm of I − R A for an approximate inverse R of A
-LOADS = 8 * HALF_ULP  # of a load in its parts, relative: a mean, a difference, a product
+LOADS = 8 * HALF_ULP  # relative error of a load: a mean, a difference, a product
 
 
 def exact_products(matrix: FloatArray, x: FloatArray) -> FloatArray:

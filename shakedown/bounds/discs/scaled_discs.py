@@ -15,7 +15,7 @@ from shakedown.programs.self_dual import SelfDualSolution
 
 Carrying = tuple[NDArray[np.intp], NDArray[np.intp]]  # discs and half-spaces by number
 
-RANK = 64 * np.finfo(float).eps  # of a diagonal of the triangular factor, relative: less is no direction
+RANK = 64 * np.finfo(float).eps  # relative size of a diagonal of the triangular factor that counts as zero
 
 
 @dataclass(frozen=True, eq=False)

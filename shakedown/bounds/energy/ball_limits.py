@@ -18,7 +18,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
 
 Places = NDArray[np.intp]
-OWN = 32 * np.finfo(float).eps  # what is left of a pressure that its node's reaction determines
+OWN = 32 * np.finfo(float).eps  # relative round-off of a pressure determined by its node's own reaction
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,7 @@ from shakedown.joint.contact_zone import Zone
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 
-JUST_LESS = 1.0 - 10 * ROUND_OFF  # of a radius that must be smaller than that
+JUST_LESS = 1.0 - 10 * ROUND_OFF  # factor on a radius that must be strictly smaller
 
 
 def closed_radius(

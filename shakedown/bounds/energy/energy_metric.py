@@ -11,7 +11,7 @@ from shakedown.joint.law import Law
 from shakedown.joint.rigid_slips import RigidSlips
 from shakedown.programs.scaling import power_of_two
 
-EIGENVALUE_ROUND_OFF = 8 * np.finfo(float).eps  # of one eigenvalue per node, relative to the largest
+EIGENVALUE_ROUND_OFF = 8 * np.finfo(float).eps  # round-off of an eigenvalue per node, relative to the largest
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ from shakedown.bounds.every_state.sectors import Sectors, every_direction
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS, ITERATIONS, NEGLIGIBLE, ROUND_OFF, SETTLED, SWEEPS
 
-TRIES, MORE = 4, 2.0  # to exceed the round-off in them; by so many times
-ROUNDS = 4  # of multipliers and their rigid parts by turns; the last changes bounds by 1e-4 or less
-WEIGHTINGS = 12  # of the nodes, each about a digit nearer to the least weighted sum
+TRIES, MORE = 4, 2.0  # attempts to exceed their round-off, and the factor between them
+ROUNDS = 4  # alternations of multipliers and rigid parts; the last changes bounds by 1e-4 or less
+WEIGHTINGS = 12  # reweightings of the nodes, each about a digit nearer to the least weighted sum
 
 
 @dataclass(frozen=True)

@@ -205,7 +205,7 @@ def _about(first: FloatArray, second: FloatArray) -> Callable[[float], float]:
     return largest
 
 
-STEPS = 24  # of a golden section: the place to 1e-5 of the range
+STEPS = 24  # steps of a golden section, which locate the minimum to 1e-5 of the range
 
 
 def least_point(convex: Callable[[float], float], low: float, high: float) -> tuple[float, float]:

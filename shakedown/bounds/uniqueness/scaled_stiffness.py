@@ -12,7 +12,7 @@ from shakedown.joint.layout import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 
-SPREAD = 4.0  # by how much eigenvalues of scaled matrices miss at most, in errors of their entries
+SPREAD = 4.0  # largest error of eigenvalues of scaled matrices, in units of the error of their entries
 
 
 @dataclass(frozen=True)

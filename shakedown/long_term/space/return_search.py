@@ -25,7 +25,7 @@ WINDOW = 7  # largest number of states one period apart that a leap starts from
 # and would take so many periods.
 FOR_EVER = 10 * NEGLIGIBLE
 STATE_ROUND_OFF = 64.0 * np.finfo(float).eps  # relative to a state: smaller changes are none
-ALTERNATES = 0.1  # of the change from one period to the next: that to a later one whose like comes back
+ALTERNATES = 0.1  # ratio to the change between consecutive periods below which a later one recurs
 APART = 4.0  # times the fading part; twice that separates states on both sides of their limit
 VARIES_LITTLE = "the varying part of the loads is next to round-off beside the constant part"
 

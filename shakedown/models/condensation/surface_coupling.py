@@ -17,7 +17,7 @@ from shakedown.models.condensation.node_coupling import NodeCoupling, exact_rota
 from shakedown.models.condensation.overlaps import facet_pairs
 from shakedown.models.condensation.surface_mesh import ContactSurface, IntArray
 
-REACH = 0.25  # of facets of the slave, of the spacing of pairs: farther off another partner may be meant
+REACH = 0.25  # in sizes of slave facets, or spacings of pairs: farther away another partner may be meant
 UNCOVERED = 0.02  # share of the slave's area without a partner that is not worth a warning
 FAR = 0.5  # of the reach: beyond, the surfaces may be drawn too far apart
 FINER = 0.67  # size of the slave's facets in the master's: below, λ_E and λ_U of the same joint are lower

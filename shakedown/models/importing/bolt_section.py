@@ -21,7 +21,7 @@ from shakedown.models.readers.toml_table import TomlTable, shown
 
 HALF = 0.5  # cosine: what leans more does not stand on its head
 LEANS = 0.9998  # cosine: less is said, 1°
-ELASTIC = ("area", "length", "young")  # that make a stiffness together
+ELASTIC = ("area", "length", "young")  # together they give a stiffness
 
 
 @dataclass(frozen=True, eq=False)

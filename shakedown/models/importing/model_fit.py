@@ -19,7 +19,7 @@ from shakedown.models.readers.stiffness import Stiffness
 
 _UNALIKE = 200.0  # ratio beyond which units differ: mm for m gives 1,000, element shapes or ν = 0.499 less
 _MANY = 1000  # elements that are measured
-_FEWEST = 0.1  # of the nodes inside: a few may have springs, equations, elements of no shape here
+_FEWEST = 0.1  # share of interior nodes, as a few may have springs, equations or unknown elements
 
 
 def model_doubts(stiffness: Stiffness, contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from shakedown.models.condensation.surface_coupling import REACH
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.readers.mesh import Mesh
 
-DOUBTFUL = 0.03  # of the spacing, along the surface: what coordinates as printed do not explain
+DOUBTFUL = 0.03  # relative to the spacing, along the surface: more than the rounding of printed coordinates
 _NEIGHBOURS = 8  # nearest nodes among which one lies elsewhere
 
 

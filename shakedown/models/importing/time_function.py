@@ -14,7 +14,7 @@ from shakedown.models.readers.text import listed
 from shakedown.models.readers.toml_table import TomlTable
 
 _FINE = 64  # places of one wave among which its peaks are looked for
-_UNRECORDED = 0.05  # of the period after the last row of a record
+_UNRECORDED = 0.05  # share of the period that may be missing after the last row of a record
 
 
 class TimeFunction(NamedTuple):

@@ -19,7 +19,7 @@ _BLOCKS: dict[What, str] = {"displacements": "DISP", "reactions": "FORC"}
 _NODE = {"0": slice(3, 8), "1": slice(3, 13)}  # by the format of a block
 _BINARY = "2"  # the format of single precision
 _SINGLE: Final = 2.0**-24 / FIRST_DIGIT  # its digits: half of the last place
-_WIDTH = 12  # of a number; numbers touch
+_WIDTH = 12  # characters per number; numbers are not separated
 _BEGIN, _RESULTS = b"    1C", b"  100C"  # of a file, of a block
 _TIME, _COUNT, _FORMAT, _DERIVED = slice(12, 24), slice(24, 36), slice(73, 75), slice(33, 38)
 

@@ -14,7 +14,7 @@ from shakedown.models.condensation.contact_frame import checked_dofs
 
 # With fewer digits numbers are round, with more they are as good as floats.
 FEWEST_DIGITS, MOST_DIGITS = 5, 10
-MOST_ENTRIES = 20000  # that are looked at
+MOST_ENTRIES = 20000  # entries that are examined
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from shakedown.ground.status import NO_STATE, OPEN, SLIP, STICK
 from shakedown.motion.space.swept_stiffness import exchange, inverse, shift
 
 CLOSE = 1e-15  # its residual, relative to the reactions
-DIRECTIONS = 64  # of a circle, at which the law is looked at where Newton's method has gone astray
+DIRECTIONS = 64  # directions at which the law is evaluated where Newton's method fails
 
 
 @inner
