@@ -8,6 +8,7 @@ from command import document, run
 
 import shakedown
 from benchmarks.bodies.classical import press_fit
+from benchmarks.bodies.sphere import sphere_on_flat
 from benchmarks.refinement import block_on_plane, similar_blocks
 
 
@@ -21,6 +22,13 @@ def test_it_warns_where_the_corner_slips_at_any_load(joint):
     assert mesh.warning.startswith(f"Nodes 0 and 8 at the edge {largely}determine λ_max. ")
     assert "With every second node removed, " in mesh.warning
     assert "; a finer mesh may give lower limits. " in mesh.warning
+
+
+def test_a_round_rim_decides_although_no_node_of_it_does_alone():
+    mesh = shakedown.assess(sphere_on_flat(3)).details.mesh
+    assert mesh.edge_share > 0.99
+    assert mesh.edge_nodes == ()
+    assert mesh.warning.startswith("Nodes at the edge determine λ_max. ")
 
 
 def test_what_is_zero_already_does_not_get_lower():
