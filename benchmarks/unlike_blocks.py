@@ -1,5 +1,6 @@
 """Two blocks of C3D8 with meshes of their own in CalculiX, in contact of its type MORTAR, and here."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -21,21 +22,20 @@ SLOPE = "1e10"  # of gap and stick: 5e4 of E
 
 def stuck_in_calculix(folder: Path, upper: tuple[int, ...], lower: tuple[int, ...]) -> dict:
     """Nodal forces of both where all nodes stick: largest difference; how far CalculiX's sides are apart."""
-    lines, top = _model(upper, lower)
+    above, below = (
+        ElasticBody(brick_mesh(SIZE, (x, y, z), origin=(0, 0, level)), Material(1.0, 0.3))
+        for (x, y, z), level in ((upper, SIZE[2]), (lower, 0.0))
+    )
+    lines, sets = deck(above, below, {"UPPER_TOP": (above, "top"), "LOWER_BOTTOM": (below, "bottom")})
+    lines += ["*BOUNDARY", "LOWER_BOTTOM, 1, 3"]
+    top = sets["UPPER_TOP"]
     stored = [*lines, "*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"]
     calculix_peer.run(folder, "job", stored)
     calculix_peer.run(folder, "con", [*lines, *_contact(), *_step(len(top))])
     (folder / "import.toml").write_text(_configuration(len(top)))
     made = shakedown.import_model(folder / "import.toml")
-    problem, frame, coupling = made.problem, made.condensation.frame, made.contact.coupling
-    assert coupling is not None
-    moved = _displacements(folder / "con.dat")
-    opening = frame.to_local(
-        coupling.opening(lambda nodes: np.array([moved[node] for node in nodes.tolist()]))
-    )
-    dofs = made.stiffness.dofs
-    u = np.array([moved[node][direction - 1] for node, direction in dofs.tolist()])
-    theirs = frame.to_local((made.stiffness.K @ u)[frame.rows[:, 0, :]])
+    problem = made.problem
+    u, opening, theirs = at_contact(made, displacements(folder / "con.dat")[-1])
     own = np.concatenate([problem.q_w[0], problem.p_w[0]])
     split, size = 2 * problem.n, float(np.abs(u).max())
     shear, normal = (np.abs(part).max() for part in (own[:split], own[split:]))
@@ -47,17 +47,16 @@ def stuck_in_calculix(folder: Path, upper: tuple[int, ...], lower: tuple[int, ..
     }
 
 
-def _model(upper: tuple[int, ...], lower: tuple[int, ...]) -> tuple[list[str], list[int]]:
-    """Nodes, elements, sets and surfaces; nodes of the upper block from 1, and those on its top."""
-    lines, elements, sets, surfaces, first = ["*NODE, NSET=ALL"], [], [], [], 1
-    top: list[int] = []
-    for name, counts, level, side, other in (
-        ("UPPER", upper, SIZE[2], "bottom", "top"),
-        ("LOWER", lower, 0.0, "top", "bottom"),
-    ):
-        body = ElasticBody(
-            brick_mesh(SIZE, (counts[0], counts[1], counts[2]), origin=(0, 0, level)), Material(1.0, 0.3)
-        )
+def deck(
+    upper: ElasticBody, lower: ElasticBody, sets: Mapping[str, tuple[ElasticBody, str]]
+) -> tuple[list[str], dict[str, list[int]]]:
+    """Nodes, elements and steel of a body whose "bottom" is on the "top" of another; the labels of the sets.
+
+    Nodes of the upper body from 1, surfaces UPPER and LOWER, and the sets by body and boundary.
+    """
+    lines, elements, surfaces, first = ["*NODE, NSET=ALL"], [], [], 1
+    named: dict[str, list[int]] = {}
+    for name, body, side in (("UPPER", upper, "bottom"), ("LOWER", lower, "top")):
         places = body.positions(np.arange(body.dofs[:, 0].max() + 1))
         lines += [f"{first + k}, {x!r}, {y!r}, {z!r}" for k, (x, y, z) in enumerate(places.tolist())]
         cells = np.empty_like(body.mesh.t)
@@ -69,14 +68,14 @@ def _model(upper: tuple[int, ...], lower: tuple[int, ...]) -> tuple[list[str], l
             for face, corners in enumerate(FACES, start=1):
                 if on.issuperset(nodes[k] for k in corners):
                     surfaces.append(f"{len(elements)}, S{face}")
-        named = (body.normals_on(other)[0] + first).tolist()
-        sets += [f"*NSET, NSET={name}_{other.upper()}", *(f"{node}," for node in named)]
-        top = top or named
+        own = {key: boundary for key, (each, boundary) in sets.items() if each is body}
+        named |= {key: (body.normals_on(boundary)[0] + first).tolist() for key, boundary in own.items()}
         first += len(places)
-    lines += ["*ELEMENT, TYPE=C3D8, ELSET=E", *elements, *sets, *surfaces]
-    lines += ["*MATERIAL, NAME=M", "*ELASTIC", "210000., 0.3", "*DENSITY", "1."]
-    lines += ["*SOLID SECTION, ELSET=E, MATERIAL=M", "*BOUNDARY", "LOWER_BOTTOM, 1, 3"]
-    return lines, top
+    lines += ["*ELEMENT, TYPE=C3D8, ELSET=E", *elements]
+    for key, labels in named.items():
+        lines += [f"*NSET, NSET={key}", *(f"{label}," for label in labels)]
+    lines += [*surfaces, "*MATERIAL, NAME=M", "*ELASTIC", "210000., 0.3", "*DENSITY", "1."]
+    return [*lines, "*SOLID SECTION, ELSET=E, MATERIAL=M"], named
 
 
 def _contact() -> list[str]:
@@ -103,11 +102,27 @@ def _configuration(count: int) -> str:
     )
 
 
-def _displacements(path: Path) -> dict[int, FloatArray]:
-    """The last table of displacements of a ``.dat`` file."""
-    found: dict[int, FloatArray] = {}
+def at_contact(
+    made: shakedown.Import, moved: Mapping[int, FloatArray]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Of displacements: those of the rows of the matrix; slips and gaps, and forces, at the contact nodes."""
+    frame, coupling, dofs = made.condensation.frame, made.contact.coupling, made.stiffness.dofs
+    assert coupling is not None
+    opening = coupling.opening(lambda nodes: np.array([moved[node] for node in nodes.tolist()]))
+    u = np.array([moved[node][direction - 1] for node, direction in dofs.tolist()])
+    forces = (made.stiffness.K @ u)[frame.rows[:, 0, :]]
+    return u, frame.to_local(opening), frame.to_local(forces)
+
+
+def displacements(path: Path) -> list[dict[int, FloatArray]]:
+    """The tables of displacements of a ``.dat`` file."""
+    tables: list[dict[int, FloatArray]] = []
+    reading = False
     for line in path.read_text().splitlines():
         fields = line.split()
-        if len(fields) == 4 and fields[0].isdigit():
-            found[int(fields[0])] = np.array([float(field) for field in fields[1:]])
-    return found
+        if fields and not fields[0].isdigit():  # a heading
+            reading = fields[0] == "displacements"
+            tables += [{} for _ in range(reading)]
+        elif len(fields) == 4 and reading:
+            tables[-1][int(fields[0])] = np.array([float(field) for field in fields[1:]])
+    return tables

@@ -2,12 +2,14 @@
 
 CalculiX has the same method (``TYPE=MORTAR``): of two blocks that stick, pressed and sheared, its nodal
 forces are the welded reactions here, where its iteration holds the surfaces together; ``apart`` says by how
-much it does not, as a share of the largest displacement.
+much it does not, as a share of the largest displacement. A bracket bolted to a plate is tightened there and
+pushed around, with slip, in contact of either type.
 """
 
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -15,6 +17,7 @@ from skfem import MeshQuad
 
 import shakedown
 from benchmarks import calculix_peer
+from benchmarks.bolted_bracket import followed
 from benchmarks.unlike_blocks import stuck_in_calculix
 from shakedown import Problem
 from shakedown.fem import (
@@ -67,6 +70,13 @@ BLOCKS = [
     ((4, 3, 1), (6, 4, 1)),
     ((4, 3, 2), (6, 4, 2)),
 ]
+# type, elements along foot and plate, penalty of gap and stick [N/mm³], increments of a step
+BRACKETS = [
+    ("MORTAR", (10, 14), 1e8, 1e7, 0.1),
+    ("MORTAR", (10, 14), 1e8, 1e8, 0.0125),
+    ("SURFACE TO SURFACE", (10, 14), 1e7, 1e6, 0.1),
+    ("SURFACE TO SURFACE", (16, 22), 1e7, 1e6, 0.1),
+]
 
 
 def cases(short: bool) -> list[dict]:
@@ -76,15 +86,21 @@ def cases(short: bool) -> list[dict]:
     ]
     rings = [{"part": "press fit", "mesh": list(pair)} for pair in RINGS]
     blocks = [{"part": "CalculiX", "mesh": [list(side) for side in pair]} for pair in BLOCKS]
+    keys = ("kind", "mesh", "slope", "stick", "increment")
+    brackets = [
+        {"part": "bracket"} | dict(zip(keys, (kind, list(mesh), *more), strict=True))
+        for kind, mesh, *more in BRACKETS
+    ]
     if not calculix_peer.is_here():
         print(calculix_peer.ABSENT)
-        blocks = []
-    return [patches[0], limits[0], rings[0], *blocks[:1]] if short else patches + limits + rings + blocks
+        blocks, brackets = [], []
+    every = patches + limits + rings + blocks + brackets
+    return [patches[0], limits[0], rings[0], *blocks[:1]] if short else every
 
 
 def measure(case: dict) -> dict:
     parts = {"patch": _patch, "limits": _limits, "press fit": _press_fit, "CalculiX": _calculix}
-    return parts[case["part"]](case["mesh"])
+    return _bracket(**case) if case["part"] == "bracket" else parts[case["part"]](case["mesh"])
 
 
 def _patch(name: str) -> dict:
@@ -181,10 +197,15 @@ def _calculix(mesh: list[list[int]]) -> dict:
         return stuck_in_calculix(Path(folder), *map(tuple, mesh))
 
 
+def _bracket(part: str, mesh: list[int], **how: Any) -> dict:
+    with TemporaryDirectory() as folder:
+        return followed(Path(folder), *mesh, **how)
+
+
 def tables(rows: list[dict]) -> str:
     parts = {
         part: [row for row in rows if row["part"] == part]
-        for part in ("patch", "limits", "press fit", "CalculiX")
+        for part in ("patch", "limits", "press fit", "CalculiX", "bracket")
     }
     said = []
     if parts["patch"]:
@@ -222,6 +243,17 @@ def tables(rows: list[dict]) -> str:
         ]  # fmt: skip
         said.append("\nCalculiX, TYPE=MORTAR, all nodes stuck: largest difference by the largest force")
         said.append(table(["first : second", "n", "normal forces", "shear forces", "apart"], lines))
+    if parts["bracket"]:
+        lines = [
+            [
+                r["kind"], _name(r["mesh"]), str(r["n"]), f"{r['stick']:.0e}", f"{r['increment']:g}",
+                *(f"{r[key]:.1e}" for key in ("pressure", "shear", "slip", "bolt")), f"{r['open']:+.0f}",
+            ]
+            for r in parts["bracket"]
+        ]  # fmt: skip
+        said.append("\nbracket in CalculiX, tightened and pushed: largest differences by the largest value")
+        heads = ["type", "mesh", "n", "stick slope", "increment", "normal forces", "shear forces", "slips"]
+        said.append(table([*heads, "force in the bolt", "more open"], lines))
     return "\n".join(said)
 
 
