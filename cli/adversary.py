@@ -9,9 +9,8 @@ import click
 
 import shakedown
 from shakedown import Problem
-from shakedown.ground.limit_names import named
 from shakedown.ground.shown_values import at_lambda, up
-from shakedown.ground.status import Search
+from shakedown.ground.status import Search, named
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.units import units_of
 from shakedown.report.design_words import cycle_in_words

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import shakedown
 from shakedown import Problem
 from shakedown.ground.errors import Missing, present
-from shakedown.ground.limit_names import named
 from shakedown.ground.shown_values import FEW_DIGITS, down, up
+from shakedown.ground.status import named
 from shakedown.report.assessment_words import (
     HEADING,
     argument_in_words,

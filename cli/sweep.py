@@ -11,8 +11,8 @@ import numpy as np
 import shakedown
 from shakedown import Problem
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.limit_names import FROM_HERE, SYMBOLS
 from shakedown.ground.shown_values import down, sized, up
+from shakedown.ground.status import FROM_HERE, SYMBOLS
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.units import units_of
 from shakedown.report.design_words import SHORT, sweep_in_words

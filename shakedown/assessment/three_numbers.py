@@ -10,8 +10,7 @@ import numpy as np
 
 from shakedown.ground.errors import Missing
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.limit_names import SYMBOLS
-from shakedown.ground.status import Status
+from shakedown.ground.status import SYMBOLS, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import CONE, Side, constraints, step_loads
 from shakedown.joint.problem import Problem

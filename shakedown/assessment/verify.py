@@ -33,10 +33,9 @@ from shakedown.campaign.recorded_steps import recorded_steps, run_header
 from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.blas_threads import all_cores, on_one_thread
 from shakedown.ground.errors import UsageError, present
-from shakedown.ground.limit_names import FROM_HERE
 from shakedown.ground.shown_values import plain
 from shakedown.ground.size_limits import MANY
-from shakedown.ground.status import Status
+from shakedown.ground.status import FROM_HERE, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked, require_problem
 from shakedown.joint.problem import Problem

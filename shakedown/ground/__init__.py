@@ -5,7 +5,7 @@ Reading order: ``errors`` (one tree; what is missing where an optional step fail
 ``shown_values`` (numbers and results in short), ``argument_kinds`` (arguments of callers, numbers of any
 kind, checked by annotation), ``tolerances`` (one settings object), ``round_off`` (what is negligible,
 and when an iteration has failed), ``size_limits`` (how much is too much), ``status`` (how a program ended,
-what a node does), ``limit_names`` (the names of limits), ``blas_threads`` (one thread for small
+what a node does, the names of limits), ``blas_threads`` (one thread for small
 matrices). Of compiled loops: ``code_cache`` (where compiled code is kept, and whether it is of the present
 sources; what is compiled into its callers alone), ``named_state`` (how functions are compiled and a state
 is handed down).

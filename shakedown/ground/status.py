@@ -2,9 +2,40 @@
 
 from enum import StrEnum
 
+# Limits of the load factor: word in documents and options, symbol, name.
+SYMBOLS = {
+    "lower": "λ_1",
+    "universal": "λ_U",
+    "energy": "λ_E",
+    "box": "λ_box",
+    "accumulated": "λ_S",
+    "transient": "λ_T",
+    "upper": "λ_max",
+}
+FROM_HERE = ("energy", "box", "accumulated")  # proved from one state, below any of them
+NAMES = {
+    "λ_1": "first collapse",
+    "λ_U": "from every state",
+    "λ_E": "from this state",
+    "λ_box": "from this state, by a box",
+    "λ_S": "from this state, by total slip",
+    "λ_T": "simulated from this state",
+    "λ_max": "impossible above",
+}
 # What a node does at an instant, as compiled code numbers it.
 STICK, BACKWARD_SLIP, FORWARD_SLIP, OPEN = 0, 1, -1, 2
 SLIP, NO_STATE = 1, 3  # in space a disc has no sides; a node for which no state satisfies the law
+
+
+def named(symbol: str) -> str:
+    """A limit by its symbol and its name, as tables and pictures show it.
+
+    Examples
+    --------
+    >>> named("λ_U")
+    'λ_U, from every state'
+    """
+    return f"{symbol}, {NAMES[symbol]}"
 
 
 class Status(StrEnum):

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.contact_patches import GAP, contact_patches
+from shakedown.joint.contact_patches import GAP, NEIGHBOURS, contact_patches
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.places import NONE
 from shakedown.joint.problem import Problem
 
-AROUND = 16  # nearest nodes among which the neighbours of a node are sought
+AROUND = 2 * NEIGHBOURS  # nearest nodes among which the neighbours of a node are sought
 FAR = 40.0  # spacings: distance of auxiliary points that close the cells of edge nodes
 ACROSS = 1.9  # times the usual distance of a neighbour: nodes farther away lie across a hole
 OUTSIDE = 0.7 * np.pi  # width of a sector without neighbours from which on a node is at an edge
@@ -111,7 +111,7 @@ def _line(problem: Problem, points: FloatArray) -> Surface | None:
 
 def _closing(problem: Problem, part: IntArray) -> float:
     """The step from the last node of a ring to its first; 0 where the strip has ends."""
-    if problem.coordinates is None or len(part) < AROUND // 2:
+    if problem.coordinates is None or len(part) < NEIGHBOURS:
         return 0.0
     place = problem.coordinates[part]
     steps = np.linalg.norm(place - np.roll(place, 1, axis=0), axis=1)

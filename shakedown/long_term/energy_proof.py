@@ -13,8 +13,7 @@ from shakedown.bounds.methods import methods_of
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.limit_names import SYMBOLS
-from shakedown.ground.status import Status
+from shakedown.ground.status import SYMBOLS, Status
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem

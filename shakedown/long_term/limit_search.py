@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import DISTINCT
 from shakedown.ground.size_limits import BATCH
 from shakedown.ground.status import Outcome
 from shakedown.joint.layout import Layout
@@ -49,7 +50,6 @@ OUTCOMES = (  # by the verdicts of compiled code
     Outcome.SHAKEDOWN, Outcome.CYCLIC_SLIP, Outcome.RATCHETTING, Outcome.SEPARATION,
 )  # fmt: skip
 COUNTED = "phase", "cycles", "events", "remembered", "signed", "patience"  # on a walk
-LOST = 8.0  # times the distance at which a node counts as at its limit: loss at the events of a period
 BLURRED = 100.0  # times that force: loads that change by less are certain to one digit at most
 
 
@@ -116,7 +116,7 @@ class LimitSearch:
         self._near = near
         self.compiled.set(least_force=scale.force, blurred=0.0 < moving < BLURRED * lost)
         self.compiled.check.set(force=scale.force, length=scale.length, near=near)
-        self.compiled.weight[:] = near / alone(evolution.problem, max(share * moving, LOST * lost))
+        self.compiled.weight[:] = near / alone(evolution.problem, max(share * moving, DISTINCT * lost))
 
     def from_here(self, answers: Answers, halt: Halt | None = None) -> None:
         """Answer for the present state of the evolution, at its start, or continue after a halt."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import MISJUDGED
 from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.conjugate_loads import without_loads
@@ -19,7 +20,6 @@ from shakedown.motion.evolution import Evolution
 from shakedown.motion.evolve import evolve
 from shakedown.motion.method import cycles_of
 
-TWICE = 2.0  # safety factor on the estimated error of a path
 LONGEST_TRANSIENT = 12  # random load steps
 
 
@@ -124,12 +124,12 @@ class Passage:
         done, error, motion = 0, 0.0, None
         if first_cycles is not None:
             for record, opened in zip(first_cycles.records, first_cycles.opened, strict=True):
-                done, error = done + 1, error + TWICE * record.error
+                done, error = done + 1, error + MISJUDGED * record.error
                 yield Passed(done, record.end_slip, _numbers(opened), error)
             motion = self.motion_from(first_cycles.state, done)
         motion = motion or self.motion()
         for record in cycles_of(motion, max(most - done, 0)):
-            done, error = done + 1, error + TWICE * record.error
+            done, error = done + 1, error + MISJUDGED * record.error
             yield Passed(done, record.end_slip, _numbers(motion.state.contact == OPEN), error)
 
 

@@ -14,6 +14,7 @@ from shakedown.bounds.named_start import named_start
 from shakedown.campaign.recorded_steps import RecordedSteps, recorded_steps, run_header
 from shakedown.files.atomic_write import atomic_write
 from shakedown.ground.errors import UsageError
+from shakedown.ground.round_off import DISTINCT
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -35,7 +36,6 @@ from shakedown.motion.violation import path_violation
 from shakedown.motion.viscous_jump import Jump
 
 METHODS = ("event", "newton", "gauss-seidel")
-CLEAR = 8.0  # times the accuracy of a load step: smaller slips cannot be distinguished
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -311,7 +311,9 @@ def _at_fixed_steps(motion: FixedSteps, asked: _Request, steps: RecordedSteps) -
     """Cycle until the last cycles show the settled state, or the allowed cycles are spent."""
     problem, scale, t, records = motion.problem, motion.scale, motion.tolerances, list[CycleRecord]()
     moving = swing(problem, loop_path(problem, motion.load_factor))
-    threshold = alone(problem, max(t.steadiness * moving, CLEAR * t.convergence * scale.force))[: problem.n]
+    threshold = alone(problem, max(t.steadiness * moving, DISTINCT * t.convergence * scale.force))[
+        : problem.n
+    ]
     slips = problem.layout.slips
     start = motion.state.u[slips].copy()
     verdict = None

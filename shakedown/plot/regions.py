@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.limit_names import named
+from shakedown.ground.status import named
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.plot.style import BLACK, BLUE, GREEN, GREY, MARGIN, ORANGE, PURPLE, RED, SKY, axes_for

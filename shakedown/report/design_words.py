@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.limit_names import FROM_HERE, SYMBOLS
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, at_lambda, cycles_in_words, down, few, up
+from shakedown.ground.status import FROM_HERE, SYMBOLS
 
 if TYPE_CHECKING:
     from shakedown.joint.problem import Problem

@@ -10,8 +10,8 @@ from shakedown.assessment.three_numbers import BOX, SLIP
 from shakedown.assessment.verify import Verification
 from shakedown.bounds.collapse.lower import LowerBound
 from shakedown.ground.errors import present
-from shakedown.ground.limit_names import named
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, up
+from shakedown.ground.status import named
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of

@@ -11,10 +11,9 @@ from shakedown.bounds.energy.energy_bound import EnergyBound
 from shakedown.bounds.results import UpperBound
 from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.limit_names import FROM_HERE, SYMBOLS
 from shakedown.ground.round_off import SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.shown_values import down, few, nodes_in_words, up
-from shakedown.ground.status import Guarantee, Outcome, Status
+from shakedown.ground.status import FROM_HERE, SYMBOLS, Guarantee, Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result

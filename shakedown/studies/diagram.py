@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from shakedown.files.table_file import check_table, write_csv, write_parquet
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.limit_names import FROM_HERE, SYMBOLS
 from shakedown.ground.shown_values import plain
-from shakedown.ground.status import Status
+from shakedown.ground.status import FROM_HERE, SYMBOLS, Status
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.arguments import check_load_factor
 from shakedown.joint.problem import Problem

@@ -6,11 +6,11 @@ import numpy as np
 
 from shakedown.bounds.accumulated.slip_arcs import Numbers
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ITERATIONS, NEGLIGIBLE
+from shakedown.ground.round_off import ITERATIONS, NEGLIGIBLE, ROUND_OFF
 from shakedown.ground.size_limits import BLOCK
 
 OWN, TOGETHER = "own limit", "coupling"
-MARGIN = 1e-12  # relative to the terms of a sum: larger than the round-off of thousands of nodes
+MARGIN = 10 * ROUND_OFF  # relative to the terms of a sum: larger than the round-off of thousands of nodes
 UP = 1.0 + MARGIN
 
 

@@ -7,11 +7,10 @@ import numpy as np
 
 from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import MISJUDGED
 from shakedown.joint.constraints import Constraints, by_side, constraints
 from shakedown.joint.loading import transient_path
 from shakedown.joint.problem import Problem
-
-WIDER = 2.0  # times the residual that round-off leaves in the equations of a box
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ class BoxMap:
             z = z0.copy()
             z[moved] = np.maximum(np.linalg.solve(np.eye(len(K)) - K, right), z0[moved])
         missing = float(np.max((c + self._K @ z - z) / self._weights, initial=0.0))
-        z = z + WIDER * missing / (1.0 - self._ratio) * self._weights
+        z = z + MISJUDGED * missing / (1.0 - self._ratio) * self._weights
         high, low = np.split(z, 2)
         return Box(-low, high)
 

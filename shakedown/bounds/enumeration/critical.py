@@ -217,7 +217,10 @@ def collapse_by_enumeration(
 
 
 def _first_one_pair(rows: Constraints, threads: int | None, tolerances: Tolerances) -> Candidate:
-    from shakedown.bounds.enumeration.tasks import Tree, pieces  # compiled; loaded only where it is used
+    from shakedown.bounds.enumeration.tasks import (  # compiled; loaded only where it is used
+        Tree,
+        pieces,
+    )
 
     scaled, best = scaled_rows(rows), NONE
     for node in range(rows.n):
@@ -249,7 +252,10 @@ def _walk(rows: Constraints, wanted: Wanted, threads: int | None) -> Iterator[Su
         for chunk in in_batches(candidates):
             yield batch_piece(solve_subsets(np.array(chunk), scaled, tolerances), cut, LISTED)
         return
-    from shakedown.bounds.enumeration.tasks import Tree, pieces  # compiled; loaded only where it is used
+    from shakedown.bounds.enumeration.tasks import (  # compiled; loaded only where it is used
+        Tree,
+        pieces,
+    )
 
     tree = Tree(scaled, cut=cut, feasible_below=feasible_below, listed=LISTED, tolerances=tolerances)
     yield from pieces(tree, threads)

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint
 from shakedown.bounds.every_state.sectors import Sectors, every_direction
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import EPS, ITERATIONS, NEGLIGIBLE, ROUND_OFF, SETTLED, SWEEPS
+from shakedown.ground.round_off import EPS, ITERATIONS, MISJUDGED, NEGLIGIBLE, ROUND_OFF, SETTLED, SWEEPS
 
-TRIES, MORE = 4, 2.0  # attempts to exceed their round-off, and the factor between them
+TRIES = 4  # to exceed their round-off
 ROUNDS = 4  # alternations of multipliers and rigid parts; the last changes bounds by 1e-4 or less
 WEIGHTINGS = 12  # reweightings of the nodes, each about a digit nearer to the least weighted sum
 
@@ -113,7 +113,7 @@ def least_pressures(
         found = _solved(given, np.asarray(given.sizes(y) + excess[:, None]), sign)
         if found.proved.all():
             break
-        excess = np.where(found.proved, excess, np.maximum(4.0 * excess, MORE * found.error))
+        excess = np.where(found.proved, excess, np.maximum(4.0 * excess, MISJUDGED * found.error))
     return found
 
 

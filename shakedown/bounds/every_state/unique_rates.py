@@ -8,8 +8,7 @@ from shakedown.bounds.every_state.scaled_joint import ScaledJoint
 from shakedown.bounds.uniqueness.coupling import least_of_sums
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS
-
-WAYS = 64  # directions in which a node's own resistance is evaluated; in between it is bounded
+from shakedown.ground.size_limits import DIRECTIONS
 
 
 @dataclass(frozen=True)
@@ -91,14 +90,14 @@ def coupling_ratio(joint: ScaledJoint) -> float:
     n = joint.n
     A = joint.A.reshape(n, 2, n, 2).transpose(0, 2, 1, 3)
     B = joint.fB.reshape(n, n, 2)
-    angle = 2.0 * np.pi * np.arange(WAYS) / WAYS
+    angle = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
     u = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     every = np.arange(n)
     own, pull = A[every, every], B[every, every]
     coupled = np.linalg.norm(A, 2, axis=(2, 3)) + np.hypot(B[..., 0], B[..., 1])
     steep = 2.0 * np.linalg.norm(own, 2, axis=(1, 2)) + np.hypot(pull[:, 0], pull[:, 1])
     held = np.einsum("ka,nab,kb->nk", u, own, u) + pull @ u.T
-    least = held.min(axis=1) - 0.5 * (np.pi / WAYS) ** 2 * steep  # the slope vanishes where it is least
+    least = held.min(axis=1) - 0.5 * (np.pi / DIRECTIONS) ** 2 * steep  # the slope vanishes where it is least
     if not (least > 0).all():
         return float("inf")
     coupled[every, every] = 0.0

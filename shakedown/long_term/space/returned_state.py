@@ -8,8 +8,9 @@ import numpy as np
 
 from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import DISTINCT
 from shakedown.ground.status import Outcome
-from shakedown.long_term.limit_search import BLURRED, LOST, OUTCOMES
+from shakedown.long_term.limit_search import BLURRED, OUTCOMES
 from shakedown.long_term.passage import FirstCycles, Passage
 from shakedown.long_term.plane.search import Answers
 from shakedown.long_term.space.proved_rest import heeding_proofs
@@ -181,7 +182,7 @@ def rules_of(motion: Evolution, scale: Scales, most_cycles: int, longest_period:
     """The rules of a search over cycles with the accuracy of the motion."""
     assert isinstance(motion.method, SpaceEvents)
     measures = motion.method.measures
-    lost = LOST * measures.near
+    lost = DISTINCT * measures.near
     noise = max(measures.accuracy, lost / scale.force) * scale.length
     moving = swing(motion.problem, motion.load)
     stiffest = np.diag(motion.problem.A).reshape(motion.problem.n, -1).max(axis=1)

@@ -9,6 +9,7 @@ from shakedown.ground.named_state import Flags, Hash, Integers, NamedState, Real
 
 DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED = range(7)  # ends of a loop
 EFFORT = 200_000_000  # multiplications and additions after which a loop returns, about a fifth of a second
+ENUMERABLE = 10  # nodes up to which all combinations of two states are tried
 RECORD_ROWS = 256  # rows of a path after which a loop returns so that they are read
 LOAD_STEP, REACHES_BACKWARD_LIMIT, REACHES_FORWARD_LIMIT, OPENS, CLOSES, JUMPS = range(6)  # kinds of event
 

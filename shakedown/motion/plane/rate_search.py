@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from shakedown.ground.named_state import entered
 from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 from shakedown.motion.plane.active_set import ActiveSet, factorize, reach_states
+from shakedown.motion.plane.moving_state import ENUMERABLE
 from shakedown.motion.plane.rate_problem import (
     AIR,
     APEX,
@@ -20,8 +21,6 @@ from shakedown.motion.plane.rate_problem import (
     Rates,
     broken_conditions,
 )
-
-ENUMERABLE = 1024  # combinations of states up to which all are tried
 
 
 def choices(place: int, f: float) -> tuple[int, ...]:
@@ -37,7 +36,7 @@ def enumerate_states(act: ActiveSet, rate: Rates, rate_tol: float) -> bool:
     """Take the first combination of states that is a stable solution; False, and nothing changed, if none is.
 
     Places and rates of the load are those at which pivoting has failed. None is
-    tried where there are more than ``ENUMERABLE`` combinations.
+    tried where there are more than 2 ** ``ENUMERABLE`` combinations.
     """
     before = act.state.copy()
     for states in combinations(act, rate):
@@ -69,6 +68,6 @@ def take_wanted(act: ActiveSet, rate: Rates) -> bool:
 def combinations(act: ActiveSet, rate: Rates) -> Iterator[NDArray[np.int64]]:
     """All combinations of states that the places leave open, the first node's changing first."""
     open_to = [choices(int(place), float(f)) for place, f in zip(rate.place, act.f, strict=True)]
-    if prod(len(states) for states in open_to) <= ENUMERABLE:
+    if prod(len(states) for states in open_to) <= 1 << ENUMERABLE:
         for states in product(*reversed(open_to)):
             yield np.array(states[::-1], dtype=np.int64)

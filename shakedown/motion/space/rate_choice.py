@@ -16,8 +16,9 @@ import numpy as np
 
 from shakedown.ground.named_state import inner, summing
 from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.size_limits import DIRECTIONS
 from shakedown.ground.status import OPEN, SLIP, STICK
-from shakedown.motion.plane.moving_state import CLOSES, OPENS, Course
+from shakedown.motion.plane.moving_state import CLOSES, ENUMERABLE, OPENS, Course
 from shakedown.motion.space.exchange import arrange, compute_base, compute_out, move
 from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
 from shakedown.motion.space.space_run import SpaceRun
@@ -30,10 +31,8 @@ from shakedown.motion.space.speeds import (
     substitute,
 )
 from shakedown.motion.space.step_state import Slipping, SpaceRates
-from shakedown.motion.space.sweeps import DIRECTIONS
 
-ENUMERABLE = 10  # nodes on their cones up to which all combinations of slipping nodes are tried
-SAME_DIRECTION = 1e-10  # tolerance on the slip direction of a node at the apex
+SAME_DIRECTION = NEGLIGIBLE / 10  # tolerance on the slip direction of a node at the apex
 ATTEMPTS = 60  # attempts to choose the states of nodes at the apex
 PATIENCE = 3
 

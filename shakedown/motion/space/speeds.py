@@ -19,7 +19,7 @@ from shakedown.motion.space.step_state import STAGES, Slipping, SpaceRates, Step
 FEW = 12  # slipping nodes up to which equations are always solved anew, and without LAPACK
 MOST_CORRECTIONS = 9  # corrections of speeds with the factors of an earlier stage
 CONTRACTS = 0.25  # share of a rate of slack that may remain after each
-RATE_ROUND_OFF = 1e-14  # relative round-off of rates
+RATE_ROUND_OFF = ROUND_OFF / 10  # relative round-off of rates
 TRANSPOSED = ord("T")
 SHARES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0)  # of a step, of its first stages
 

@@ -10,11 +10,11 @@ import numpy as np
 
 from shakedown.ground.named_state import borrowing, inner
 from shakedown.ground.round_off import HALVINGS, NEWTON_ROUNDS
+from shakedown.ground.size_limits import DIRECTIONS
 from shakedown.ground.status import NO_STATE, OPEN, SLIP, STICK
 from shakedown.motion.space.swept_stiffness import exchange, inverse, shift
 
 CLOSE = 1e-15  # its residual, relative to the reactions
-DIRECTIONS = 64  # directions at which the law is evaluated where Newton's method fails
 
 
 @inner
