@@ -13,7 +13,7 @@ from threading import Timer
 from typing import TYPE_CHECKING, Any
 
 from shakedown.campaign import worker_versions
-from shakedown.campaign.crew import Losses, Work
+from shakedown.campaign.crew import IN_HAND, Losses, Work
 from shakedown.ground.errors import SolverError, UsageError
 from shakedown.ground.visible_text import visible
 
@@ -21,10 +21,9 @@ if TYPE_CHECKING:
     from distributed import Client
 
 LOGGER = logging.getLogger("shakedown")
-SOON = 1.0  # seconds after which a message tells what the call waits for
+SOON = 1.0  # seconds after which a message tells what the call waits for, and between checks of the workers
 PATIENCE = 30.0  # seconds to wait for the scheduler, and then for its first worker
-IN_HAND = 2  # pieces queued per thread of the cluster
-LOOK, WINK = 2.0, 0.01  # seconds between checks of the workers, and of finished pieces
+WINK = 0.01  # seconds between checks of finished pieces
 SAME = "scheduler: expected workers with the versions of this process"
 # Runs on workers without the package, too: only standard names are sent.
 ASK = "[exec(text, namespace), namespace['versions']()][1]"
@@ -63,7 +62,7 @@ def by_cluster(work: Work, numbers: list[int], address: str) -> Iterator[tuple[i
             looked = time.monotonic()
             while not running.has_ready():
                 time.sleep(WINK)
-                if time.monotonic() - looked > LOOK or client.status != "running":
+                if time.monotonic() - looked > SOON or client.status != "running":
                     _threads(client, checked)
                     looked = time.monotonic()
             future = next(running)

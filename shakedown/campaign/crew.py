@@ -11,6 +11,7 @@ from shakedown.ground.errors import SolverError, UsageError
 Work = Callable[[int], bytes]  # picklable; the same number gives the same bytes
 
 MOST_LOSSES = 3  # successive workers lost without any piece done: then the work itself is the cause
+IN_HAND = 2  # pieces queued per process, or per thread of a cluster
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from threading import Thread, current_thread, main_thread
 
 from threadpoolctl import threadpool_limits
 
-from shakedown.campaign.crew import Losses, Work
+from shakedown.campaign.crew import IN_HAND, Losses, Work
 from shakedown.ground.errors import UsageError
 
 WANTED = "expected functions that other processes can import (of a module, no lambda)"
@@ -91,7 +91,7 @@ def _by_one_pool(folder: Path, numbers: list[int], workers: int) -> Iterator[tup
             for number in waiting:
                 with _ctrl_c_held_back():
                     running[pool.submit(_one_piece, number)] = number
-                if len(running) >= 2 * workers:
+                if len(running) >= IN_HAND * workers:
                     break
             if not running:
                 return

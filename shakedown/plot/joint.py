@@ -8,7 +8,7 @@ from matplotlib.ticker import MaxNLocator
 from shakedown.assessment.sensitivities import KINDS, Sensitivities
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.round_off import PER_CENT, SIX_DIGITS
 from shakedown.ground.size_limits import EACH_SHOWN
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked, require_plane, require_problem
@@ -23,6 +23,7 @@ from shakedown.plot.style import (
     GREEN,
     GREY,
     MANY,
+    MARGIN,
     ORANGE,
     RED,
     axes_for,
@@ -33,8 +34,6 @@ from shakedown.plot.style import (
 )
 
 LONGEST_ARROW = 0.16  # as a fraction of the size of the picture
-NORMAL = 0.06  # length of a normal, as a fraction of the size of the picture
-LEAST = 0.02  # smallest influence that has a visible bar, as a fraction of the first
 BAR = 0.26  # height of a bar, as a fraction of the distance of two nodes
 NAMES = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
 
@@ -75,7 +74,7 @@ def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = Non
     shown = np.unique(np.linspace(0, problem.n - 1, min(problem.n, MANY)).round().astype(int))
     axes = axes_for(ax)
     axes.plot(*place.T, "o", color=BLACK, ms=3, label="contact nodes", zorder=3)
-    ends = np.stack([place, place + NORMAL * size * normal], axis=1)[shown]
+    ends = np.stack([place, place + MARGIN * size * normal], axis=1)[shown]
     axes.add_collection(LineCollection(list(ends), colors=GREY, linewidths=0.8, label="normals"))
     foot, vector = place[shown] - scale * arrows[shown], scale * arrows[shown]
     draw_arrows(axes, foot, vector, color=BLUE, label="mean load", width=0.004)
@@ -224,7 +223,7 @@ def sensitivity(found: Sensitivities, problem: Problem | None = None, *, ax: Axe
     >>> axes.get_xlabel(), len(axes.patches)
     ('change of λ_max for 1 % more [%]', 6)
     """
-    nodes = found.ranked(at_least=LEAST)[:EACH_SHOWN]
+    nodes = found.ranked(at_least=PER_CENT)[:EACH_SHOWN]
     if not nodes.size:
         raise UsageError(f"found: expected a bound with derivatives, found none ({found.reason})")
     axes, places = axes_for(ax, (6.0, 0.9 + 0.7 * len(nodes))), -np.arange(len(nodes))

@@ -21,8 +21,7 @@ from shakedown.plot.drawn_path import Recorded, at_instant, path_of, pressed
 from shakedown.plot.patch_places import Places, numbered, patch_axes, places_of, require_space
 from shakedown.plot.style import BLUE, GREY, RED, Style, draw_arrows, finished, style_of
 
-MOST_DISCS = 120  # nodes; beyond this only arrows are drawn, a little longer
-MOST_LOOPS = 80  # nodes whose loads are drawn, evenly spread
+MOST_DISCS = 100  # nodes with a disc or a loop: of more, arrows alone, or the loops of some, evenly spread
 LONG = 0.9  # length of an arrow, width of a disc or a loop, as a fraction of the distance of two nodes
 SEEN = 0.08  # least length of the longest arrow, as a fraction of the size of the patch
 ROOM = 0.6  # margin around the outer nodes, as a fraction of that distance
@@ -164,9 +163,9 @@ def loads_over_patch(
     whole = given.at(load_factor)[0]
     loop, mean = (problem.layout.by_node(q)[..., places.nodes, :] for q in (whole, given.q0))
     longest = float(problem.law.size(whole).max())
-    fewer = max(len(places.points) / MOST_LOOPS, 1.0)  # the drawn ones have this many times more space
+    fewer = max(len(places.points) / MOST_DISCS, 1.0)  # the drawn ones have this many times more space
     scale, axes = 0.5 * np.sqrt(fewer) * _scale(places, longest), _axes(places, ax)
-    chosen = _spread(places.points, MOST_LOOPS)
+    chosen = _spread(places.points, MOST_DISCS)
     _nodes(axes, places)
     if problem.law.size(given.q0).max() > THREE_DIGITS * longest:
         _arrows(axes, places.points[chosen], scale * places.seen(mean)[chosen], BLUE, "mean q_w")

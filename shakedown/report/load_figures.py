@@ -12,11 +12,11 @@ from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.long_term.state import LongTermState
 from shakedown.plot.inline_svg import MARGINS, PANEL, SCALE, SIDE_BY_SIDE, SMALL, Drawing, Picture, picture
 from shakedown.plot.over_amplitude import load_title
-from shakedown.plot.patch_arrows import MOST_LOOPS
+from shakedown.plot.patch_arrows import MOST_DISCS
 from shakedown.plot.patch_places import patch_count, places_of
 
 HALF, THIRD = PANEL[0], SMALL[0]  # inches: widths of two or three pictures that fill a page
-LEAST, MOST = 2.0, 3.6  # inches: least and largest height of a picture of a patch
+LEAST = 2.0  # inches: least height of a picture of a patch, which is no higher than a small one is wide
 SIDES = (  # of a patch: description, drawing function, whether it has a colour bar
     (
         "Tangential welded reactions over the patch: the mean as an arrow, the path of its tip over a period",
@@ -91,7 +91,7 @@ def _loads_over_patches(problem: Problem, few: bool) -> tuple[str, list[Drawing]
     if few:
         alt = "Loading of each node within its limit, q_w over f p_w in x and y"
         found[1:2] = [Drawing(alt, partial(plot.load_orbits, problem, range(problem.n)))]
-    some = f" (of {MOST_LOOPS} nodes)" if problem.n > MOST_LOOPS else ""
+    some = f" (of {MOST_DISCS} nodes)" if problem.n > MOST_DISCS else ""
     caption = (
         f"{_where(problem)} The tangential welded reactions at λ = 1: an arrow for a mean that is not zero, "
         f"a line for the path of its tip over a period{some}; "
@@ -131,4 +131,4 @@ def patch_size(
     wide, high = np.ptp(places.points, axis=0) + places.spacing
     left, below, right, above = MARGINS
     tall = (width - left - right - SCALE) * high / wide + below + above
-    return width, float(np.clip(tall, LEAST, MOST))
+    return width, float(np.clip(tall, LEAST, THIRD))

@@ -16,9 +16,9 @@ from shakedown.models.importing.bodies import coupled_nodes, rigid_motions
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.readers.mesh import SOLIDS, Mesh
 from shakedown.models.readers.stiffness import Stiffness
+from shakedown.models.readers.text import LOOKED_AT
 
 _UNALIKE = 200.0  # ratio beyond which units differ: mm for m gives 1,000, element shapes or ν = 0.499 less
-_MANY = 1000  # elements that are measured
 _FEWEST = 0.1  # share of interior nodes, as a few may have springs, equations or unknown elements
 
 
@@ -57,7 +57,7 @@ def _out_of_size(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) ->
     if mesh.axisymmetric:
         size = 2 * np.pi * mesh.at(stiffness.dofs[inside, 0])[:, 0]
     elif any(shape in SOLIDS for shape, _ in mesh.elements.values()):
-        measured = list(mesh.elements.values())[:_MANY]
+        measured = list(mesh.elements.values())[:LOOKED_AT]
         size = np.array([np.ptp(mesh.at(nodes), axis=0).mean() for _, nodes in measured])
     length = max(float(np.median(size)), np.finfo(float).tiny)
     found = float(np.median(stiffness.K.diagonal()[inside])) / length

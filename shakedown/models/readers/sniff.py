@@ -21,14 +21,13 @@ from shakedown.models.readers.nastran_op4 import is_op4, read_nastran_op4
 from shakedown.models.readers.reactions_table import is_reactions_table
 from shakedown.models.readers.row_map import Rows
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import quoted, read_bytes, read_lines
+from shakedown.models.readers.text import LOOKED_AT, quoted, read_bytes, read_lines
 
 _REAL = r"[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?"
 _LABELLED = re.compile(rf"^\s*-?\d+\s*,\s*\d+\s*,\s*-?\d+\s*,\s*\d+\s*,\s*{_REAL}\s*,?\s*$")
 _NUMBERED = re.compile(rf"^\s*\d+\s+\d+\s+{_REAL}\s*$")
 _ELEMENT = re.compile(r"\s*\*USER ELEMENT\b", re.IGNORECASE)
 _DMIG = re.compile(r"DMIG\b", re.IGNORECASE)
-_HEAD = 1000  # lines that tell what a deck is
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ class Format:
     def has(self, line: str, lines: list[str]) -> bool:
         """Whether a line of a file is one of this format."""
         known = self.by_line is not None and self.by_line.match(line)
-        return bool(known) and not (self.unless is not None and self.unless(lines[:_HEAD]))
+        return bool(known) and not (self.unless is not None and self.unless(lines[:LOOKED_AT]))
 
 
 def _refuse(path: str | os.PathLike[str]) -> Stiffness:

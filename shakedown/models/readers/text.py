@@ -13,6 +13,7 @@ MOST_BYTES = 4 << 30  # of one input file
 _FORTRAN = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[DdEe]([-+]?[0-9]{1,6})|([-+][0-9]{1,6}))\Z")
 _PLAIN = frozenset("0123456789+-.eE")
 _SHOWN = 60  # characters of a file that a message quotes
+LOOKED_AT = 1000  # lines of a deck, or elements of a mesh, that tell what it is
 _LISTED = 12  # names that a message lists
 
 
