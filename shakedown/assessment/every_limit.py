@@ -126,6 +126,11 @@ class JointLimits(Result):
         vars(known).update(dict.fromkeys(set(names) - set(vars(self)), Missing("still to come")))
         return known
 
+    def learn(self, known: "JointLimits") -> None:
+        """Keep what has been computed with such a copy, so that it is not computed again."""
+        new = {name: value for name, value in vars(known).items() if name not in vars(self)}
+        vars(self).update({name: value for name, value in new.items() if not isinstance(value, Missing)})
+
     @cached_property
     def absent(self) -> dict[str, Missing]:
         """The limits that joints of this kind do not have, by their words in documents, and why."""

@@ -34,12 +34,14 @@ class RecordedWork:
         self.steps, self.progress, self.pieces, self.count = steps, progress, 0, 0
         self.so_far, self._since, self._wait = so_far, time.monotonic(), SHOWN_EVERY
 
-    def show(self, found: Callable[[], Any]) -> None:
-        """Show intermediate results, where requested and due."""
+    def show(self, limits: JointLimits, found: Callable[[], Any]) -> None:
+        """Show intermediate results, where requested and due; the limits keep what the page has computed."""
         began = time.monotonic()
         if self.so_far is None or began - self._since < self._wait:
             return
-        self.so_far(found())
+        page = found()
+        self.so_far(page)
+        limits.learn(page.limits)
         self._since = time.monotonic()
         self._wait = max(SHOWN_EVERY, LEISURE * (self._since - began))
 

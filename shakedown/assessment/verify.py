@@ -326,10 +326,14 @@ def _verified(
     how = settings.cycles, settings.method
     nominal = work.steps.done(functools.partial(case_as_given, limits))
     runs: list[Run] = [work.steps.done(functools.partial(run_of, limits, nominal, *how))]
-    work.show(lambda: _so_far(found, runs, "all other runs", settings))  # before the other runs are planned
+    work.show(
+        limits, lambda: _so_far(found, runs, "all other runs", settings)
+    )  # before the other runs are planned
     cases = planned_cases(limits, asked.load_factors, *random, work.steps)
     work.count, work.pieces = len(runs), len(runs) + len(cases) + len(OtherEvidence._fields)
-    work.show(lambda: _so_far(found, runs, "all other runs", settings))  # in case it was too early before
+    work.show(
+        limits, lambda: _so_far(found, runs, "all other runs", settings)
+    )  # in case it was too early before
     steps: list[Callable[[], Any]] = [functools.partial(run_of, limits, case, *how) for case in cases]
     first = sum(case.load_factor == AS_GIVEN for case in cases)  # λ = 1 comes first, then λ_T
     steps.insert(first, lambda: limits.transient)
@@ -341,7 +345,8 @@ def _verified(
             limits.keep("transient", ended)
         else:
             runs.append(ended)
-        work.show(lambda: _so_far(found, runs, f"{len(cases) + 1 - len(runs)} of the runs", settings))
+        to_come = f"{len(cases) + 1 - len(runs)} of the runs"
+        work.show(limits, functools.partial(_so_far, found, runs, to_come, settings))
     ends = [work.done(functools.partial(side_by_side.result, count + k)) for k in range(len(others))]
     other = other_evidence(limits, ends)
     findings = list(independent_findings(limits.bounds, other.second, tolerances))

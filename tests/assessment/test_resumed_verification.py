@@ -8,6 +8,7 @@ from command import run
 
 import shakedown
 from shakedown import Problem
+from shakedown.assessment import mesh_check
 from shakedown.campaign import recorded_steps
 from shakedown.report import html
 
@@ -103,6 +104,20 @@ def test_what_is_known_can_be_read_while_the_work_goes_on(joint, asked, tmp_path
     assert unfinished in page
     assert pages[-1][0] == ""
     assert sorted(path.name for path in tmp_path.glob("report*")) == ["report.html", "report.json"]
+
+
+def test_what_one_page_has_computed_the_next_does_not(monkeypatch):
+    monkeypatch.setattr("shakedown.assessment.recorded_work.SHOWN_EVERY", 0.0)
+    monkeypatch.setattr("shakedown.assessment.recorded_work.LEISURE", 0.0)
+    checked, asked, pages = mesh_check.mesh_check, [], []
+    monkeypatch.setattr(
+        "shakedown.assessment.every_limit.mesh_check", lambda known: asked.append(known) or checked(known)
+    )
+    found = verified(PLANE, so_far=lambda page: pages.append(page.limits.mesh))
+    assert found.limits.mesh is pages[0]
+    assert len(pages) > 2
+    assert len(asked) == 1
+    assert found.transient is not None
 
 
 @pytest.mark.usefixtures("no_transient_limit")
