@@ -57,7 +57,8 @@ def long_term_state(
     open_nodes
         Nodes that are open at the start, as for :func:`evolve`.
     max_cycles
-        Give up after so many cycles, with the outcome "undecided".
+        Give up after so many cycles, with the outcome "undecided". In space up to three times as many
+        besides may be followed from states next to those of a slow motion, which show where it goes.
     longest_period
         Longest period looked for, in cycles.
     tolerances

@@ -9,6 +9,8 @@ import shakedown
 from benchmarks.space_verdicts import random_joint
 from shakedown import Outcome, Problem, Tolerances
 from shakedown.joint.loading import slip_reach
+from shakedown.long_term.space.leap_methods import Measure
+from shakedown.long_term.space.slope_leaps import Along, Step
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
 
@@ -272,3 +274,38 @@ def test_a_drift_that_stays_is_ratchetting():
     state, exact = shakedown.long_term_state(embedded(plane), 1.0), shakedown.long_term_state(plane, 1.0)
     assert state.outcome == exact.outcome == Outcome.RATCHETTING
     assert state.drift[::2] == pytest.approx(exact.drift, rel=1e-6)
+
+
+def test_a_motion_that_lingers_is_followed_through():
+    """Two slow ways at once, past where slip nearly ends: after 70,000 cycles it grows again, a thousandfold."""
+    problem = random_joint(np.random.default_rng([1, 1, 0]), "stiff and soft", 4)
+    found = shakedown.long_term_state(problem, 0.8478724786)
+    assert found.outcome == Outcome.CYCLIC_SLIP
+    assert found.cycles_simulated < 4000
+    assert found.slip_per_cycle.max() == pytest.approx(2.5463e-3, rel=1e-3)  # after 400,000 plain cycles
+
+
+@pytest.mark.parametrize("drifts", [False, True])
+def test_a_leap_by_slopes_follows_an_affine_map(drifts):
+    rng = np.random.default_rng(2)
+    k = 4
+    values = np.append(rng.uniform(0.9, 0.9999, k - 1), 1.0)
+    vectors = np.linalg.qr(rng.normal(size=(k, k)))[0]
+    J, c = vectors @ np.diag(values) @ vectors.T, rng.normal(size=k)
+    if not drifts:
+        c -= vectors[:, -1] * (vectors[:, -1] @ c)
+
+    def period(u):
+        return Step(np.append((J @ u[:k] + c) - u[:k], np.zeros(k // 2)), 1)
+
+    measure = Measure(np.eye(k, k + k // 2), np.zeros((k + k // 2, 0)), np.ones(k // 2), 2.0)
+    start, along = np.append(rng.normal(size=k), np.zeros(k // 2)), Along()
+    end = start[:k]
+    for _ in range(3):
+        periods = along.periods
+        landing = along.leap(period, start, period(start), np.arange(k), measure)
+        for _ in range(periods):
+            end = J @ end + c
+        start = landing.start
+    np.testing.assert_allclose(start[:k], end, rtol=1e-6)
+    assert landing.unsure <= 1e-6 * np.abs(end).max()

@@ -202,14 +202,28 @@ def test_slip_next_to_round_off_of_the_loads_at_rest_is_not_told(name):
     assert shakedown.verify(problem, random_states=0, load_factors=[above]).disagreements == ()
 
 
-@pytest.mark.parametrize("name", ["two-node", "two-node-3d"])
-def test_an_undecided_run_says_what_is_known_above_the_upper_bound(name):
-    joint = shakedown.example(name)
+def test_an_undecided_run_says_what_is_known_above_the_upper_bound():
+    joint = shakedown.example("two-node")
     upper = shakedown.upper_bound(joint).load_factor
     for load_factor in (0.99 * upper, 1.01 * upper):
         state = shakedown.long_term_state(joint, load_factor, max_cycles=1)
         assert state.outcome == "undecided"
         assert ("cannot come to rest" in state.reason) == (load_factor > upper)
+
+
+def test_in_space_what_cannot_come_to_rest_slips_before_its_cycle_is_found():
+    joint = shakedown.example("two-node-3d")
+    upper = shakedown.upper_bound(joint).load_factor
+    state = shakedown.long_term_state(joint, 0.99 * upper, max_cycles=1)
+    assert state.outcome == "undecided"
+    state, found = (shakedown.long_term_state(joint, 1.01 * upper, max_cycles=most) for most in (1, 1000))
+    assert state.outcome == found.outcome == "cyclic-slip"
+    assert state.reason.startswith("proved, above λ_max")
+    assert np.isnan(state.error)
+    assert not found.reason.startswith("proved")
+    lifts = shakedown.universal_bound(joint).lift_off_bound
+    state = shakedown.long_term_state(joint, 1.01 * lifts, max_cycles=1)
+    assert state.outcome == "undecided"
 
 
 def one_slow_node() -> shakedown.Problem:

@@ -1,6 +1,7 @@
 """The long-term state of a motion known only cycle by cycle, from the map of one cycle to the next.
 
 Reading order: ``extrapolation`` (the continuation of a sequence of states), ``leap_methods`` (leaps over
-many cycles), ``return_search`` (cycles and leaps until the outcome is clear), ``proved_rest`` (verdicts,
-also those in the plane, compared with what is proved), ``returned_state`` (the answer).
+many cycles), ``slope_leaps`` (leaps by the slopes of the map), ``return_search`` (cycles and leaps until the
+outcome is clear), ``proved_rest`` (verdicts, also those in the plane, compared with what is proved),
+``returned_state`` (the answer).
 """

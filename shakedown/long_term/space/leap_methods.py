@@ -49,6 +49,11 @@ class Measure:
     largest: float
     known: dict[bytes, float] = field(default_factory=dict, repr=False)
 
+    @property
+    def directions(self) -> int:
+        """Of the slip of a node."""
+        return self.root.shape[1] // len(self.slips) - 1
+
     def size(self, change: FloatArray) -> float:
         """The size of a change of the state; the last ones are kept, each being needed several times."""
         change = np.ascontiguousarray(change)

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from math import inf
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -13,7 +13,9 @@ from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.round_off import SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import OPEN, Outcome
+from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
+from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.energy_proof import further_from_start
 from shakedown.long_term.known_bounds import (
     ABOVE,
@@ -25,6 +27,7 @@ from shakedown.long_term.known_bounds import (
     known_limits,
 )
 from shakedown.long_term.passage import Passage
+from shakedown.long_term.space.return_search import VARIES_LITTLE
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.checked_law import scales
 from shakedown.motion.cycle_record import State
@@ -53,14 +56,31 @@ def heeding_proofs(state: S) -> S:
 
 
 def _slips_on(state: S) -> S:
-    """The same; of a search without an end it is said where λ_max tells that it cannot come to rest."""
-    if state.outcome != Outcome.UNDECIDED or (state.goal.contact == OPEN).any():
-        return state
-    above = bound_of_all(state.begun.problem)
+    """The same; of a search in space without an end what is proved above λ_max: cyclic slip without drift.
+
+    Every cycle in which all nodes are closed slips by so much at least (docs/energy.md, theorem 10), and a
+    joint without rigid slips does not drift for ever (theorem 8).
+    """
+    problem, above = state.begun.problem, np.inf
+    if state.outcome == Outcome.UNDECIDED and not (state.goal.contact == OPEN).any():
+        above = bound_of_all(problem)
     if not state.load_factor > ABOVE * above:
         return state
     known = f"above λ_max = {short(above)} it cannot come to rest while all nodes stay in contact"
-    return replace(state, reason=f"{state.reason}; {known}")
+    followed = (
+        problem.directions > 1 and VARIES_LITTLE not in state.reason and not getattr(state, "jumps", ())
+    )
+    lifts = _every_state(problem).lift_off if followed else 0.0
+    if not state.load_factor < BELOW * lifts:
+        return replace(state, reason=f"{state.reason}; {known}")
+    known += f", and below λ = {short(lifts)} no slip opens a node, but in a jump"
+    if can_drift(problem):
+        return replace(state, reason=f"{state.reason}; it slips in every cycle, and may drift: {known}")
+    return _with_last_cycle(
+        state,
+        Outcome.CYCLIC_SLIP,
+        f"proved, {known}; the numbers are those of the last cycle: {state.reason}",
+    )
 
 
 @on_one_thread
@@ -95,13 +115,25 @@ def proof_by_ball(begun: Passage, reached: State) -> str:
     return "an energy ball holds the state that it has come to" if inside else ""
 
 
+class _EveryState(NamedTuple):
+    """λ_U, and up to which load factor no admissible slip opens a node; 0 where they come to no end."""
+
+    rests: float
+    lift_off: float
+
+
+@once_per_problem
+def _every_state(problem: Problem) -> _EveryState:
+    found = allowed(universal_bound, problem, certify=False)
+    if isinstance(found, Missing):
+        return _EveryState(0.0, 0.0)
+    return _EveryState(found.load_factor, found.lift_off_bound)
+
+
 def _bound_of_every_state(problem: Problem) -> float:
-    """λ_U, computed once; 0 where it does not finish."""
-    known = known_limits(problem)
-    if "universal" not in known:
-        found = allowed(universal_bound, problem, certify=False)
-        known["universal"] = 0.0 if isinstance(found, Missing) else found.load_factor
-    return known["universal"]
+    """λ_U, where it is not known already worked out once."""
+    known = known_limits(problem).get("universal")
+    return _every_state(problem).rests if known is None else known
 
 
 def _closes(state: LongTermState, errors: float) -> bool:
@@ -115,14 +147,20 @@ def _closes(state: LongTermState, errors: float) -> bool:
 
 def _at_rest(state: S, proof: str) -> S:
     """Shakedown with the numbers of one cycle from the end of the search."""
+    why = f"proved, {proof}; the search has not come to rest: {state.reason}"
+    return _with_last_cycle(state, Outcome.SHAKEDOWN, why)
+
+
+def _with_last_cycle(state: S, outcome: Outcome, reason: str) -> S:
+    """An outcome with the numbers of one cycle from the end of the search."""
     motion, length = state.motion(), scales(state.begun.problem, state.load_factor).length
     record = motion.cycle()
     if record is None:
         return state
     return replace(
         state,
-        outcome=Outcome.SHAKEDOWN,
-        reason=f"proved, {proof}; the search has not come to rest: {state.reason}",
+        outcome=outcome,
+        reason=reason,
         period=1,
         final_slip=record.end_slip,
         drift=np.zeros_like(record.end_slip),

@@ -16,10 +16,13 @@ from shakedown.ground.status import OPEN, Outcome
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import FirstCycles
 from shakedown.long_term.space.leap_methods import Ahead, Crawl, Leap, measure_of
+from shakedown.long_term.space.slope_leaps import Along, Step
 from shakedown.motion.cycle_record import Checkpoint, CycleRecord, State, Stop
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.viscous_jump import Jump
 
+MORE = 3  # times the cycles allowed: as many may be followed besides to see slopes
+STUCK = 200  # cycles from which on slopes of a period are looked at, which take one each
 WINDOW = 7  # largest number of states one period apart that a leap starts from
 # Of the slip per period: what a state changes by that repeats. The way to rest is half that slip at least,
 # and would take so many periods.
@@ -81,6 +84,8 @@ class Settled:
         What it has passed through before it first leapt.
     jumps
         Those of the cycles that it has followed, also after a leap.
+    looked
+        How many of the cycles were followed to see slopes.
     violation
         Of the friction law in the last period, relative; NaN where that was not looked at.
     stop
@@ -101,6 +106,7 @@ class Settled:
     start: State
     first_cycles: FirstCycles
     jumps: tuple[Jump, ...]
+    looked: int
     violation: float = np.nan
     stop: Stop | None = None
 
@@ -135,6 +141,10 @@ class Settled:
         # of the slip per period: by so little it is uncertain, and differs from the one before
         return alike and abs(self.slip - other.slip) <= THREE_DIGITS * self.slip
 
+    def after(self, other: "Settled") -> "Settled":
+        """The same, with the cycles of an earlier search."""
+        return replace(self, cycles=other.cycles + self.cycles, looked=other.looked + self.looked)
+
     @property
     def signature(self) -> int:
         """Identifies the contact states of one period, whichever of its cycles it begins with."""
@@ -161,10 +171,10 @@ class ReturnSearch:
         self.records: deque[CycleRecord] = deque(maxlen=2 * longest + 1)
         self.states: deque[State] = deque([motion.state], maxlen=WINDOW * longest + 1)  # since the last leap
         self.repeated = [0] * longest  # by period: cycles in a row that end where the one a period before did
-        self.cycles = self.events = self.leaps = 0
+        self.cycles = self.events = self.leaps = self.looked = 0
         self.gathered = 0.0  # errors of integration, which what no cycle changes keeps
         self.rate, self.unsure = np.nan, 0.0  # per cycle; uncertainty left by leaps
-        self.period, self.crawl, self.ahead = 1, Crawl(care), Ahead(care)
+        self.period, self.crawl, self.ahead, self.along = 1, Crawl(care), Ahead(care), Along(care)
         self.passed: list[tuple[CycleRecord, State]] = []  # before the first leap
         self.jumps: list[Jump] = []
 
@@ -174,7 +184,7 @@ class ReturnSearch:
             search_state, checkpoint = halt.found
             vars(self).update(search_state)
             self.motion.restore(checkpoint)
-        while self.cycles < self.rules.most_cycles:
+        while self.cycles < self.rules.most_cycles + min(self.looked, MORE * self.rules.most_cycles):
             if not self._cycle():
                 stop = self.motion.stop
                 return self._undecided(stop.reason if stop else "the motion cannot be followed")
@@ -314,6 +324,9 @@ class ReturnSearch:
         window = self._window()
         if self._comes_back(window):
             return False
+        stuck = self.cycles >= max(STUCK, self.along.since) and not any(self.repeated)
+        if stuck and len(window) > 1 and self._go_along():
+            return True
         missed = self.crawl.rigid_miss(window, self.measure)
         if missed is not None:
             window = window + missed
@@ -366,6 +379,42 @@ class ReturnSearch:
             self.records = deque(records, maxlen=self.records.maxlen)
         way.heed(bool(taken), self.cycles)
 
+    def _go_along(self) -> bool:
+        """Leap by the slopes of a period, if few nodes move and none is open."""
+        here, p, before = self.motion.state, self.period, self.states
+        records, passed, jumps = list(self.records), len(self.passed), len(self.jumps)
+        places = self.layout.slips_of(np.flatnonzero(self._slip(1, p) > 0.0))
+        if (here.contact == OPEN).any() or not 0 < len(places) <= self.along.MOST_SLIPS:
+            return False
+        self.motion.may_jump = any(record.jumps for record in records[-p:])
+
+        def last() -> Step:
+            return Step(self._change(p), sum(record.signature for record in list(self.records)[-p:]))
+
+        def period(start: FloatArray) -> Step | None:
+            self.motion.state = State(start, here.contact)
+            self.states = deque([self.motion.state], maxlen=before.maxlen)
+            if not all(self._cycle() for _ in range(p)):
+                return None
+            return last()
+
+        start = before[-1 - p]
+        cycles = self.cycles
+        landing = self.along.leap(period, start.u, last(), places, self.measure)
+        self.motion.may_jump = True
+        del self.passed[passed:]
+        self.along.since, self.looked = self.cycles + self.along.wait, self.looked + self.cycles - cycles
+        if landing is None:
+            del self.jumps[jumps:]
+            self.motion.state, self.states = here, before
+            self.records = deque(records, maxlen=self.records.maxlen)
+            return True
+        self.leaps, self.unsure = self.leaps + 1, self.unsure + landing.unsure
+        self.rate = landing.rate ** (1.0 / p)
+        self.repeated = [0] * self.rules.longest_period
+        self.crawl.forget()
+        return True
+
     def _to_come(self, period: int) -> tuple[float, float]:
         """What later periods may add to a state, as changes fade, and by which factor per cycle they do.
 
@@ -402,6 +451,7 @@ class ReturnSearch:
             start=start,
             first_cycles=self._passed_through,
             jumps=tuple(self.jumps),
+            looked=self.looked,
         )
 
     @property
@@ -428,6 +478,7 @@ class ReturnSearch:
             start=state,
             first_cycles=self._passed_through,
             jumps=tuple(self.jumps),
+            looked=self.looked,
             stop=self.motion.stop,
         )
 

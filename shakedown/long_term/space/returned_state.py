@@ -167,11 +167,11 @@ def carefully(motion: Evolution, rules: ReturnRules, halt: Halt | None = None) -
     while found.doubtful:
         care *= TIGHTER
         motion.restore(begun)
-        left = replace(rules, most_cycles=rules.most_cycles - found.cycles)
+        left = replace(rules, most_cycles=rules.most_cycles - found.cycles + found.looked)
         again = ReturnSearch(motion, left, care).settle()
         if not again.period:
             return replace(found, reason=f"{found.reason}: {NOT_CERTAIN}", cycles=found.cycles + again.cycles)
-        agreed, again = again.is_like(found), replace(again, cycles=found.cycles + again.cycles)
+        agreed, again = again.is_like(found), again.after(found)
         if agreed:
             return again
         found = again
