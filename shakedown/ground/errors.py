@@ -1,4 +1,4 @@
-"""The exceptions that the toolkit raises, in one tree."""
+"""The exceptions that the toolkit raises, in one tree, and what is missing where an optional step failed."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

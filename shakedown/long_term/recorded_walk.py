@@ -15,6 +15,8 @@ from shakedown.motion.cycle_record import Checkpoint, CycleRecord
 from shakedown.motion.fixed_steps import REMEMBERED
 from shakedown.motion.method import Motion, Walk, cycles_of
 
+LONGEST_PERIOD = REMEMBERED  # cycles
+
 
 def recorded_cycles(
     motion: Motion, most: int, steps: RecordedSteps, *, record: bool = False
@@ -52,9 +54,6 @@ class Verdict:
     drift: FloatArray
     reason: str
     open_nodes: tuple[int, ...] = ()  # open through the whole period
-
-
-LONGEST_PERIOD = REMEMBERED  # cycles
 
 
 def judge(cycles: Sequence[CycleRecord], threshold: FloatArray) -> Verdict | None:

@@ -1,4 +1,4 @@
-"""The solution of a program: interior points, then Newton's method on the discs that meet in the optimum."""
+"""The solution of a program: interior points, Newton's method on the discs that meet there, and a proof."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -16,8 +16,7 @@ from shakedown.joint.arguments import real_array
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.result import Result
 
-"""Why there is no energy ball, or no end to it, in the words of an answer."""
-
+# Why there is no energy ball, or no end to it, in the words of an answer.
 NO_SAFE_SLIP = "no slip keeps every node within its friction limits at this load factor"
 NOT_HELD = "no ball at this load factor reaches the state given"
 NO_SLACK = "no slip leaves every node a margin to both its friction limits at this load factor"

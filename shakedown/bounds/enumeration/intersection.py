@@ -1,4 +1,4 @@
-"""Where n + 1 frictional constraints meet: subsets of rows solved in batches, with their condition."""
+"""Where n + 1 frictional constraints meet: subsets of rows solved in batches, and the best of many kept."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass

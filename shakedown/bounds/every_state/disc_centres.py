@@ -1,4 +1,4 @@
-"""The smallest disc that holds a loop of discs, for many nodes at once, which limits the loads there."""
+"""What slip asks of a reaction as a disc, and the smallest one that holds a loop, which limits the loads."""
 
 from dataclasses import dataclass
 

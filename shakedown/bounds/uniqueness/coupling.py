@@ -18,6 +18,7 @@ from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import rigid_slips
 
 WIDTH = 10.0  # largest distance of the best log c from the middle: e²⁰ in c²; any c is valid
+STEPS = 24  # steps of a golden section, which locate the minimum to 1e-5 of the range
 
 
 class RowCoupling(NamedTuple):
@@ -203,9 +204,6 @@ def _about(first: FloatArray, second: FloatArray) -> Callable[[float], float]:
             return float(np.linalg.eigvalsh(matrix)[-1])
 
     return largest
-
-
-STEPS = 24  # steps of a golden section, which locate the minimum to 1e-5 of the range
 
 
 def least_point(convex: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
