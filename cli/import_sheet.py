@@ -78,11 +78,13 @@ def _pairs(made: shakedown.Import, unit: str) -> Iterator[str]:
 
 def _surfaces(found: SurfaceCoupling, unit: str) -> Iterator[str]:
     """How two surfaces that need not match lie on each other."""
-    length, area = (f" {unit}", f" {unit}²") if unit else ("", "")
+    length = f" {unit}" if unit else ""
+    in_plane = found.places.shape[1] == 2  # a profile, whatever its thickness or circumference
+    extent, what = (length, "lengths") if in_plane else (f"{length}²" if unit else "", "areas")
     shares = " and ".join(f"{100 * share:.4g} %" for share in found.share)
     yield (
         f"surfaces of {len(found.labels)} and {len(found.master)} nodes lie on each other over "
-        f"{few(found.overlap, 4)}{area}, {shares} of their areas, {few(found.distance[0], 3)} to "
+        f"{few(found.overlap, 4)}{extent}, {shares} of their {what}, {few(found.distance[0], 3)} to "
         f"{few(found.distance[2], 3)}{length} apart (reach {few(found.reach, 3)})"
     )
     if found.uncovered.size:

@@ -8,7 +8,7 @@ from command import run
 from meshed_apart import LOADS, STEEL, bricks, write
 
 from shakedown import ProblemError, import_model
-from shakedown.fem import ElasticBody, Support, brick_mesh, contact_problem
+from shakedown.fem import ElasticBody, Support, block_mesh, brick_mesh, contact_problem
 
 SURFACES = 'surfaces = ["UPPER", "LOWER"]'
 
@@ -71,6 +71,14 @@ def test_the_check_says_how_the_surfaces_lie(folder):
     assert "flat and parallel" in words
     document = json.loads(run("import", str(configuration(folder)), "--check", "--json")[1])
     assert document["surfaces"]["overlap"] == pytest.approx(3.0)
+
+
+def test_in_the_plane_the_check_says_lengths(tmp_path):
+    upper = ElasticBody(block_mesh(2.0, 1.0, 2, 1, origin=(0.0, 1.0)), STEEL)
+    write(tmp_path, upper, ElasticBody(block_mesh(3.0, 1.0, 4, 1), STEEL, supports=[Support("bottom")]))
+    path = configuration(tmp_path, loads='[[load]]\nforces = [["TOP", 2, -1.0]]\nhistory = 1.0\n')
+    words = " ".join(run("import", str(path), "--check")[1].split())
+    assert "lie on each other over 2 mm, 100 % and 66.67 % of their lengths" in words
 
 
 @pytest.mark.parametrize(
