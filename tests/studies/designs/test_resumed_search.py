@@ -15,7 +15,7 @@ SPACE = Problem(A=[[2, 0], [0, 2]], B=[[0, 0]], f=0.4, q_w=[[0.4, 0], [0.4, 1]],
 @pytest.fixture(autouse=True)
 def small_steps(monkeypatch):
     monkeypatch.setattr(recorded_steps, "EVERY", 0.0)
-    monkeypatch.setattr(descent, "BATCH", 3)
+    monkeypatch.setattr(descent, "BLOCK", 3)
 
 
 def searched(joint, **words):
