@@ -398,9 +398,9 @@ class ReturnSearch:
                 return None
             return last()
 
-        start = before[-1 - p]
-        cycles = self.cycles
-        landing = self.along.leap(period, start.u, last(), places, self.measure)
+        cycles, gathered = self.cycles, self.gathered
+        landing = self.along.leap(period, before[-1 - p].u, last(), places, self.measure)
+        self.gathered = gathered  # states that only show slopes are not passed through
         self.motion.may_jump = True
         del self.passed[passed:]
         self.along.since, self.looked = self.cycles + self.along.wait, self.looked + self.cycles - cycles
