@@ -15,7 +15,7 @@ OTHER_BLOCK = "another block: the thesis prints neither its angle nor its strip"
 def chapter_2() -> list[Entry]:
     """The discrete system and its time integration."""
     return [
-        entry("(2.3)–(2.9)", "Coulomb's law, node by node", "shakedown.motion.checked_law.law_violation"),
+        entry("(2.3)–(2.9)", "Coulomb's law, node by node", "shakedown.joint.law.Law"),
         entry(
             "(2.10), (2.11)",
             "the discrete system",

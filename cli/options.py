@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 import click
 
 import shakedown
+from shakedown.ground.size_limits import CYCLES
 from shakedown.ground.visible_text import shortened
 
 from .claims import name_of, reads
@@ -123,7 +124,7 @@ slip_below_option = click.option(
 cycles_option = click.option(
     "--cycles",
     type=click.IntRange(min=1),
-    default=1000,
+    default=CYCLES,
     show_default=True,
     help="Give up as undecided after so many cycles.",
 )

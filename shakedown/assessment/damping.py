@@ -25,6 +25,7 @@ from shakedown.ground.errors import ProblemError, UsageError, allowed, present
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.ground.shown_values import short
+from shakedown.ground.size_limits import CYCLES
 from shakedown.ground.status import OPEN, Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import (
@@ -52,7 +53,7 @@ def damping(
     initial_slip: ArrayLike | None = None,
     open_nodes: Iterable[int] | Literal["auto"] = "auto",
     from_zero: bool = False,
-    max_cycles: int = 1000,
+    max_cycles: int = CYCLES,
     workers: int = 1,
     scheduler: str | None = None,
     output: str | os.PathLike[str] | None = None,

@@ -34,7 +34,7 @@ from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.blas_threads import all_cores, on_one_thread
 from shakedown.ground.errors import UsageError, present
 from shakedown.ground.shown_values import plain
-from shakedown.ground.size_limits import MANY
+from shakedown.ground.size_limits import CYCLES, MANY
 from shakedown.ground.status import FROM_HERE, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked, require_problem
@@ -198,7 +198,7 @@ def verify(
     load_factors: Sequence[float] | None = None,
     random_states: int | None = None,
     seed: int = 0,
-    cycles: int = 1000,
+    cycles: int = CYCLES,
     method: str = "event",
     budget: int = 200_000,
     slip_below: float | None = None,

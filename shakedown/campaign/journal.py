@@ -179,7 +179,7 @@ def _check_of(number: int, length: int, checksum: bytes) -> int:
 def journal_at(
     path: str | os.PathLike[str] | None, header: Mapping[str, str], *, resume: bool = False
 ) -> Iterator[Journal]:
-    """Open the journal of a campaign, new or to go on with; one without a piece does not outlive an error.
+    """Open the journal of a campaign, new or to go on with; an empty one is deleted on error.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ def by_processes(work: Work, numbers: list[int], workers: int) -> Iterator[tuple
 
 @contextmanager
 def _folder_with(pickled: bytes) -> Iterator[Path]:
-    """A folder that workers read the work from: who sends it to one that dies early waits for ever."""
+    """A folder that workers read their work from: sending it to one that dies early would hang."""
     with ExitStack() as stack:
         try:
             kept = tempfile.TemporaryDirectory(prefix="shakedown-", ignore_cleanup_errors=True)

@@ -23,7 +23,7 @@ from shakedown.joint.problem import Problem
 EVERY = 1.0  # seconds of work recorded together, which a kill may cost
 LEISURE = 20.0  # least interval between snapshots of a step, as a multiple of the time one takes
 SIZE = 1 << 22  # approximate bytes per second written for such snapshots, of which only the latest is used
-WASTE = 1 << 24  # bytes of others from which on they are left out, where they are most of the file
+WASTE = 1 << 24  # bytes of superseded snapshots at which the file is compacted, if they are most of it
 
 T = TypeVar("T")
 

@@ -153,7 +153,7 @@ class Displacement(Load):
 
 
 def sampled(history: History | None, steps: int | None, what: str) -> ArrayLike | None:
-    """A time function at t = k/m, in periods; what is none as it is."""
+    """A time function at t = k/m, in periods; anything else is returned unchanged."""
     if not callable(history):
         return history
     if steps is None:

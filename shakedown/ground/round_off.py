@@ -22,4 +22,4 @@ ITERATIONS = 100  # for methods that need a few dozen; beyond this they have fai
 SWEEPS = 400  # the same for linear convergence: 0.9⁴⁰⁰ is below round-off
 NEWTON_ROUNDS = 20  # for Newton's method, whose digits double: beyond this it has diverged
 MISJUDGED = 2.0  # factor by which an estimated error may be too small
-DISTINCT = 8.0  # times an error: what is larger is no error
+DISTINCT = 8.0  # factor above an estimated error at which a difference is real

@@ -7,17 +7,15 @@ MANY = 1_000_000  # entries of a list given, kept in memory, or followed one by 
 LARGEST_LABEL = 2**62  # label of a node; compiled code counts to twice as many
 BLOCK = 1 << 20  # bytes or numbers that are taken at one time: a few MB, a hundred where each has a matrix
 EACH_SHOWN = 4  # nodes, patches, instants, numbers of a list that are told or drawn each on its own
-ALL_SUBSETS_UP_TO = 6  # nodes: of so few all sets are tried
+ALL_SUBSETS_UP_TO = 6  # nodes: up to this many, every set of them is tried
 AT_ONCE = 1 << 16  # rows or small matrices that are taken at one time
-DIRECTIONS = 64  # of a circle, where something is evaluated all around
-DENSE_FROM = 60  # rows or columns, from where on all of a matrix at once is quicker than one after the other
-MANY_ROWS = 200  # or columns, from where on what takes n³ steps outweighs whatever takes n²
 BATCH = 1 << 12  # states or subsets that one thread takes at one time, or that are kept beside it
 TIMES_A_FILE = 100  # largest size of an array by its file; compressed stiffness stays below a tenth of this
 READ_AT_ONCE = 1 << 26  # bytes of a table, or of the beginning of a journal, that are read
 DIRECTIONS = 64  # of a circle, where something is evaluated all around
-DENSE_FROM = 60  # rows or columns, from where on all of a matrix at once is quicker than one after the other
-MANY_ROWS = 200  # or columns, from where on what takes n³ steps outweighs whatever takes n²
+DENSE_FROM = 60  # rows or columns: above this, a whole matrix at once is quicker than one after the other
+MANY_ROWS = 200  # rows or columns: above this, O(n³) work dominates O(n²)
+CYCLES = 1000  # default number of cycles after which a long-term state is left undecided
 
 
 def memory(unknown: float = inf) -> float:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
-from shakedown.ground.size_limits import MANY
+from shakedown.ground.size_limits import CYCLES, MANY
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_arguments, checked, checked_initial_slip
 from shakedown.joint.derived import lent
@@ -17,7 +17,7 @@ from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, empty_answers
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.plane.search import BLURRED, BROKEN, LEFT, SHAKEDOWN, UNDECIDED, SearchState
-from shakedown.long_term.space.proved_rest import heeding_proofs
+from shakedown.long_term.space.heeded_proofs import heeding_proofs
 from shakedown.long_term.space.return_search import VARIES_LITTLE
 from shakedown.long_term.space.returned_state import returned_state
 from shakedown.long_term.state import LongTermState
@@ -32,7 +32,7 @@ def long_term_state(
     initial_slip: ArrayLike | None = None,
     *,
     open_nodes: Iterable[int] = (),
-    max_cycles: int = 1000,
+    max_cycles: int = CYCLES,
     longest_period: int = LONGEST_PERIOD,
     tolerances: Tolerances = DEFAULT,
 ) -> LongTermState:

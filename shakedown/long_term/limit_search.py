@@ -151,7 +151,7 @@ class LimitSearch:
         self.compiled.set(**counted)
 
     def from_slips(self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]) -> None:
-        """Answer for one initial slip (s, n) after the other, until there is no more wish for it."""
+        """Answer for initial slips (s, n), one after the other, until ``stopped()`` is true."""
         tell(self.compiled, ANEW, 0.0, 0.0)
         self._settle(starts, answers, stopped)
 

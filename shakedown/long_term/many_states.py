@@ -11,7 +11,7 @@ from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import BATCH, MANY
+from shakedown.ground.size_limits import BATCH, CYCLES, MANY
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import (
     check_arguments,
@@ -25,7 +25,7 @@ from shakedown.joint.result import Result
 from shakedown.long_term.find_state import Patience, settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, empty_answers
 from shakedown.long_term.plane.search import BLURRED, CYCLIC_SLIP, SHAKEDOWN, UNDECIDED, Answers
-from shakedown.long_term.space.proved_rest import CLEAR
+from shakedown.long_term.space.heeded_proofs import CLEAR
 from shakedown.long_term.space.returned_state import ReturnedStates, enter
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
@@ -87,7 +87,7 @@ def long_term_states(
     load_factor: float,
     initial_slips: ArrayLike,
     *,
-    max_cycles: int = 1000,
+    max_cycles: int = CYCLES,
     longest_period: int = LONGEST_PERIOD,
     tolerances: Tolerances = DEFAULT,
     threads: int = 1,

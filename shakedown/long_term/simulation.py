@@ -16,6 +16,7 @@ from shakedown.files.atomic_write import atomic_write
 from shakedown.ground.errors import UsageError
 from shakedown.ground.round_off import DISTINCT
 from shakedown.ground.shown_values import short
+from shakedown.ground.size_limits import CYCLES
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_arguments, checked, checked_initial_slip
@@ -139,7 +140,7 @@ def simulate(
     initial_slip: ArrayLike | str | None = None,
     *,
     open_nodes: Iterable[int] = (),
-    cycles: int = 1000,
+    cycles: int = CYCLES,
     method: str = "event",
     record: bool = False,
     slip_below: float | None = None,

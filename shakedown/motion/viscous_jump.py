@@ -46,7 +46,7 @@ from shakedown.motion.plane.run import run_along
 MAX_STEPS = 2000
 FAR = (
     1 / SIX_DIGITS
-)  # motion, relative to the length scale and the slips before, from which on there is no end to it
+)  # motion, relative to the length scale and earlier slips, beyond which a body slides away
 SETTLED = 10 * ROUND_OFF  # violation of the law at the end, relative
 ACCURACY = 0.05  # accepted change of the rates over a step, relative to the motion so far
 

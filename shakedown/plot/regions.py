@@ -75,7 +75,7 @@ class Boundary(Protocol):
 
     @property
     def never(self) -> FloatArray:
-        """There is none above it."""
+        """The load factors above which shakedown is impossible."""
 
 
 class Diagram(Protocol):

@@ -8,7 +8,7 @@ from shakedown.campaign.stored_result import packed, unpacked
 from shakedown.ground.argument_kinds import check_count, check_fields
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import MANY
+from shakedown.ground.size_limits import CYCLES, MANY
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.problem import Problem
@@ -45,7 +45,7 @@ DTYPES = {
 class MapSearch:
     """How long the long-term state of one initial state is searched for (:func:`long_term_state`)."""
 
-    max_cycles: int = 1000
+    max_cycles: int = CYCLES
     longest_period: int = LONGEST_PERIOD
     tolerances: Tolerances = DEFAULT
 

@@ -18,6 +18,7 @@ from shakedown.campaign.pieces import run_campaign
 from shakedown.files.atomic_write import check_target, record_beside
 from shakedown.ground.blas_threads import all_cores
 from shakedown.ground.errors import UsageError
+from shakedown.ground.size_limits import CYCLES
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.visible_text import visible
 from shakedown.joint.arguments import check_load_factor, checked
@@ -90,7 +91,7 @@ def initial_state_map(
     resume: bool = False,
     workers: int | None = 1,
     scheduler: str | None = None,
-    max_cycles: int = 1000,
+    max_cycles: int = CYCLES,
     longest_period: int = LONGEST_PERIOD,
     slip_below: float | None = None,
     progress: Callable[[int, int], None] | None = None,

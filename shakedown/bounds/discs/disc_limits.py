@@ -89,7 +89,7 @@ def largest_load_factor(
     SolverError
         If there is no end, or one that is not proved and misses its own conditions.
     """
-    if (balanced, tolerances) not in rows.solved:  # the search of a zone ends with what is asked next
+    if (balanced, tolerances) not in rows.solved:  # usually just solved, by the search of the zone
         rows.solved[balanced, tolerances] = _of_rows(rows, balanced, tolerances)
     taken, found = rows.solved[balanced, tolerances]
     if certified_for is not None:

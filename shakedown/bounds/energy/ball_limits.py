@@ -166,7 +166,7 @@ def _known_limits(problem: Problem) -> dict[tuple[bool, Tolerances], DiscLimits]
 def _of_closed(problem: Problem, transient: bool, tolerances: Tolerances) -> DiscLimits:
     law, loop, rigid, n = problem.law, loading(problem), rigid_slips(problem), problem.n
     metric = energy_metric(problem.A, problem.B, rigid, tolerances=tolerances)
-    if not metric.inverse.shape[1]:  # no slip has an energy: one that is nothing stands for all
+    if not metric.inverse.shape[1]:  # no slip stores energy: one zero direction is used
         nothing = np.zeros((1, 2 * n))
         metric = replace(metric, root=nothing, inverse=nothing.T)
     node, step = _extreme_steps(law, loop.q1, loop.p1)

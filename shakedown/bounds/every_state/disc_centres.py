@@ -17,7 +17,7 @@ MOST = 2.0  # largest size of a disc for which the round-off of a reach is bound
 
 @dataclass(frozen=True)
 class LeaningDiscs:
-    """Discs of which the centre leans away: one of each of some nodes (docs/universal.md, statement 6.4).
+    """Discs with an offset centre, one for each of some nodes (docs/universal.md, statement 6.4).
 
     Attributes
     ----------

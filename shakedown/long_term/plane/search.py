@@ -122,7 +122,7 @@ class Settler(NamedState):
     row, verdict, phase
         Which initial slip, what has been found, what is being done.
     resumed, placed
-        Whether the present cycle has been entered already, and whether the goal has been gone to.
+        Whether the present cycle has been entered already, and whether the goal state has been set.
     from_limit
         Whether it is a limit that is to be confirmed.
     period, done

@@ -21,11 +21,11 @@ from shakedown.motion.cycle_record import Checkpoint, CycleRecord, State, Stop
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.viscous_jump import Jump
 
-MORE = 3  # times the cycles allowed: as many may be followed besides to see slopes
-STUCK = 200  # cycles from which on slopes of a period are looked at, which take one each
+MORE = 3  # budget of extra cycles for slopes, as a multiple of the cycles allowed
+STUCK = 200  # cycles after which slopes of a period are measured, one cycle each
 WINDOW = 7  # largest number of states one period apart that a leap starts from
-# Of the slip per period: what a state changes by that repeats. The way to rest is half that slip at least,
-# and would take so many periods.
+# Change per period, relative to its slip, below which a state counts as periodic: the way to rest is at
+# least half that slip, and would take 1 / (2 FOR_EVER) periods.
 FOR_EVER = 10 * NEGLIGIBLE
 STATE_ROUND_OFF = 64.0 * np.finfo(float).eps  # relative to a state: smaller changes are none
 ALTERNATES = 0.1  # ratio to the change between consecutive periods below which a later one recurs

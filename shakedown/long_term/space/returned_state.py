@@ -13,7 +13,7 @@ from shakedown.ground.status import Outcome
 from shakedown.long_term.limit_search import BLURRED, OUTCOMES
 from shakedown.long_term.passage import FirstCycles, Passage
 from shakedown.long_term.plane.search import Answers
-from shakedown.long_term.space.proved_rest import heeding_proofs
+from shakedown.long_term.space.heeded_proofs import heeding_proofs
 from shakedown.long_term.space.return_search import ReturnRules, ReturnSearch, Settled, opened_and_closed
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.checked_law import Scales, law_resolution, scales, swing
@@ -69,7 +69,7 @@ class ReturnedStates:
         self.rules = rules_of(motion, motion.scale, most_cycles, longest_period)
 
     def from_slips(self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]) -> None:
-        """Answer for initial slips (s, 2n), one after the other, until there is no more wish for it."""
+        """Answer for initial slips (s, 2n), one after the other, until ``stopped()`` is true."""
         motion, found, paths = self.motion, list[Settled](), list[list[PathSteps]]()
         for start in starts:
             if stopped():

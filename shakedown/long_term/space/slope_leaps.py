@@ -15,10 +15,10 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS, NEGLIGIBLE, THREE_DIGITS
 from shakedown.long_term.space.leap_methods import PRICE, WORTH, Measure
 
-PROBE = 10.0 * NEGLIGIBLE  # of all slip, by energy: by so much a state is moved to see a slope …
-SHARE = 1e-2  # … and by no more than this share of the last leap …
-ROUND_OFF = 64.0 * EPS  # … but by more than round-off
-# Times as far, until the contact states are the same: else there is a kink between.
+PROBE = 10.0 * NEGLIGIBLE  # finite-difference step for slopes, relative to all slip (energy norm) …
+SHARE = 1e-2  # … at most this share of the last leap …
+ROUND_OFF = 64.0 * EPS  # … at least this much, relative to the state
+# Factors of the step, tried until both points have the same contact states (no kink between them).
 TRIED = 1.0, -1.0, 1e-2, -1e-2, 1e-4
 BEHIND = 4.0  # times as far as states are moved
 FARTHEST = 2**40  # periods: most that a leap goes ahead

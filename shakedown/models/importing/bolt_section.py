@@ -19,8 +19,8 @@ from shakedown.models.importing.stiffness_section import ImportContext
 from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, shown
 
-HALF = 0.5  # cosine: what leans more does not stand on its head
-LEANS = 0.9998  # cosine: less is said, 1°
+HALF = 0.5  # cosine of 60°: a shank that leans more is refused
+LEANS = 0.9998  # cosine of 1°: a larger tilt gets a remark
 ELASTIC = ("area", "length", "young")  # together they give a stiffness
 
 
@@ -142,7 +142,7 @@ def bolt_notes(
 
 
 def check_held(bolts: Sequence[BoltSection], held: NDArray[np.intp], dofs: NDArray[np.intp]) -> None:
-    """Refuse head and nut of which a support, or a load, holds what the shank pulls at."""
+    """Refuse a bolt whose head or nut is held, by a support or a load, where the shank pulls."""
     for bolt in bolts:
         if bolt.unit.force is not None and (on := held[bolt.unit.force[held] != 0]).size:
             node, direction = dofs[on[0]].tolist()

@@ -18,7 +18,7 @@ from shakedown.models.readers.input_files import InputFiles
 from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, shown
 
-BESIDE = 5.0  # steps between the positions of two patches that would lie in each other: more than one joins
+BESIDE = 5.0  # node spacings: patches closer than this may overlap, more than one spacing
 ALIKE = ("axes", "relative", "free_out_of_plane")  # keys that are about the whole model
 
 

@@ -27,7 +27,7 @@ def is_harwell_boeing(lines: list[str]) -> bool:
 
 
 def read_harwell_boeing(path: str | os.PathLike[str], rows: Rows = None) -> Stiffness:
-    """Read a real assembled matrix; one of which a triangle is stored is mirrored.
+    """Read a real assembled matrix; one stored as a triangle is completed by symmetry.
 
     The reader is the project's own because SciPy's leaves a symmetric matrix
     half, and splits the fixed fields at blanks, which may be missing. Ansys

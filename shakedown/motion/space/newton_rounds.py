@@ -247,7 +247,7 @@ def newton(body, tableau, start, contact, close, factors):  # type: ignore[no-un
         share, before = 1.0, total
         go(tableau, change, moved, share)
         total, largest = misfit(body, tableau, start, contact, F, direction, work)
-        if again and not total <= PER_CENT * before:  # so much old factors may leave of |F|²
+        if again and not total <= PER_CENT * before:  # unless old factors reduce |F|² to 1 %
             factors.known[0] = -1
         for _ in range(HALVINGS):
             if total <= (1.0 - FOUR_DIGITS * share) * before:

@@ -117,7 +117,7 @@ def factor_few(M: FloatArray, order: Shorts, s: int) -> int:
         for a in range(k, s):
             if abs(M[a * s + k]) > abs(M[best * s + k]):
                 best = a
-        for b in range(k, s):  # what stands before it has no unit
+        for b in range(k, s):  # the eliminated columns are dimensionless multipliers
             size = max(size, abs(M[best * s + b]))
         pivot = M[best * s + k]
         if not abs(pivot) > ROUND_OFF * size:

@@ -56,7 +56,7 @@ def heeding_proofs(state: S) -> S:
 
 
 def _slips_on(state: S) -> S:
-    """The same; of a search in space without an end what is proved above λ_max: cyclic slip without drift.
+    """The state; an undecided search in space is cyclic slip without drift where λ > λ_max proves it.
 
     Every cycle in which all nodes are closed slips by so much at least (docs/energy.md, theorem 10), and a
     joint without rigid slips does not drift for ever (theorem 8).
