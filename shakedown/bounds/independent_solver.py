@@ -3,7 +3,7 @@
 Less sharp than the simplex; it is here to be compared with.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf, nan
@@ -24,14 +24,11 @@ from shakedown.joint.contact_zone import MOTION_ROUND_OFF, contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.programs.conic import ClarabelSettings, by_clarabel, by_cvxpy, interior_points
-from shakedown.programs.program import Program, Solution
+from shakedown.programs.program import Program
 from shakedown.programs.scaling import ProgramScales
 
-# The highest accuracy, for data already scaled to numbers near 1; shorter steps where that stalls.
-SETTINGS = (
-    ClarabelSettings(1e-11, 0.99, rescaled=False, reduced=1e-8),
-    ClarabelSettings(1e-9, 0.9, rescaled=False, reduced=1e-8),
-)
+# The highest accuracy, for data already scaled to numbers near 1.
+SETTINGS = ClarabelSettings(1e-11, 0.99, rescaled=False, reduced=1e-8)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -136,7 +133,7 @@ def _bound_over_discs(rows: Constraints, solver: str | None, tolerances: Toleran
         if solver is not None:
             return extreme_load_factor(load_factor_program(rows, towards, tolerances), solver)
         told = _sparse(rows, towards, tolerances)
-        return _first_end([partial(told.end, each) for each in SETTINGS], rows.n, "CLARABEL")
+        return _end(partial(told.end, SETTINGS), rows.n, "CLARABEL")
 
     bound = end(-1.0)
     start = end(+1.0) if bound.status == Status.UNBOUNDED else bound
@@ -279,7 +276,7 @@ def _unsafe(rows: Constraints, program: Program, start: ConicBound, tolerances: 
     to compare with: its own accuracy, in its own units, is allowed besides.
     """
     terms = np.abs(rows.G) @ np.abs(start.slip) + np.abs(rows.g)
-    asked = SETTINGS[0].reduced if start.reduced_accuracy else SETTINGS[0].accuracy
+    asked = SETTINGS.reduced if start.reduced_accuracy else SETTINGS.accuracy
     left = asked * program.scales.size / program.scales.row
     allowed = max(tolerances.agreement, tolerances.feasibility) * terms + left
     return bool(np.any(rows.excess(start.slip, 0.0) > allowed))
@@ -288,27 +285,24 @@ def _unsafe(rows: Constraints, program: Program, start: ConicBound, tolerances: 
 def extreme_load_factor(program: Program, solver: str | None = None) -> ConicBound:
     """The solution of a program whose last unknown is the load factor, by interior points."""
     name, size = solver or "CLARABEL", len(program.cost) - 1
-    solvers = [partial(by_clarabel, asked=each) for each in SETTINGS]
-    if solver is not None:
-        solvers = [partial(by_cvxpy, solver=solver, accuracy=SETTINGS[0].accuracy)]
 
-    def end(solved: Callable[[Program], Solution]) -> ConicBound:
-        found = solved(program)
+    def end() -> ConicBound:
+        if solver is None:
+            found = by_clarabel(program, SETTINGS)
+        else:
+            found = by_cvxpy(program, solver, SETTINGS.accuracy)
         if not found.optimal:
             return _nothing(found.status, size, name)
         unit, reduced = float(program.scales.x[-1]), found.reduced_accuracy
         return ConicBound(found.status, float(found.x[-1]), -1, found.x[:-1], name, reduced, unit)
 
-    return _first_end([partial(end, each) for each in solvers], size, name)
+    return _end(end, size, name)
 
 
-def _first_end(attempts: Sequence[Callable[[], ConicBound]], size: int, solver: str) -> ConicBound:
-    """The result of the first attempt that finishes; undecided where none does."""
-    for each in attempts:
-        end = sought(each)
-        if not isinstance(end, Missing):
-            return replace(end, reduced_accuracy=end.reduced_accuracy or each is not attempts[0])
-    return _nothing(Status.UNDECIDED, size, solver)
+def _end(attempt: Callable[[], ConicBound], size: int, solver: str) -> ConicBound:
+    """The result of a solver; undecided where it does not finish."""
+    found = sought(attempt)
+    return _nothing(Status.UNDECIDED, size, solver) if isinstance(found, Missing) else found
 
 
 def _nothing(status: Status, n: int, solver: str) -> ConicBound:
