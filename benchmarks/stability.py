@@ -26,13 +26,14 @@ from shakedown import Problem
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import ramp_start
 from shakedown.motion.checked_law import law_violation, reactions, scales
+from shakedown.motion.course import DONE, EFFORT, PAUSED, RECORD_FULL, course
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.evolve import evolve
 from shakedown.motion.fixed_steps import MOST_SWEEPS
-from shakedown.motion.plane import event_loop, moving_state
+from shakedown.motion.plane import event_loop
 from shakedown.motion.plane.active_set import factorize
 from shakedown.motion.plane.gauss_seidel import PlaneStiffness, load_steps
-from shakedown.motion.plane.moving_state import begin, course, empty_record
+from shakedown.motion.plane.moving_state import begin, empty_record
 from shakedown.motion.plane.run import run_along
 from shakedown.report.text_table import table
 
@@ -179,13 +180,13 @@ def _event_seconds(hard: Scene) -> float:
         evolution.method.u[:], evolution.method.active.state[:] = start.u, start.contact
         factorize(evolution.method.active)
         begin(evolution.method.motion)
-        status = event_loop.follow(run, 1, moving_state.EFFORT)
-        while status in (moving_state.PAUSED, moving_state.RECORD_FULL):
-            status = event_loop.follow(run, 1, moving_state.EFFORT)
+        status = event_loop.follow_straight(run, 1, EFFORT)
+        while status in (PAUSED, RECORD_FULL):
+            status = event_loop.follow_straight(run, 1, EFFORT)
         return status
 
     seconds, status = median_time(follow, least=0.01, runs=1 if _long(hard) else 3)
-    return seconds if status == moving_state.DONE else float("nan")
+    return seconds if status == DONE else float("nan")
 
 
 def _event_long(hard: Scene) -> Path:

@@ -11,7 +11,7 @@ from shakedown.ground.status import STICK
 from shakedown.motion.cycle_record import CycleRecord
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import cycles_of
-from shakedown.motion.plane_events import PlaneEvents
+from shakedown.motion.plane.plane_events import PlaneEvents
 
 
 @dataclass(frozen=True)

@@ -38,11 +38,11 @@ from shakedown.long_term.plane.settle import (
     tell,
 )
 from shakedown.motion.checked_law import alone, swing
+from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED
 from shakedown.motion.cycle_record import Checkpoint
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.plane.event_loop import address_of_follow
-from shakedown.motion.plane.moving_state import DONE, EFFORT, NO_RATES, PAUSED
-from shakedown.motion.plane_events import ROUNDING, PlaneEvents
+from shakedown.motion.plane.event_loop import address_of_loop
+from shakedown.motion.plane.plane_events import ROUNDING, PlaneEvents
 
 LONGEST_PERIOD = 8  # cycles
 OUTCOMES = (  # by the verdicts of compiled code
@@ -156,7 +156,7 @@ class LimitSearch:
         self._settle(starts, answers, stopped)
 
     def _settle(self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]) -> None:
-        status, follow = PAUSED, address_of_follow()
+        status, follow = PAUSED, address_of_loop()
         while status != DONE and not stopped():
             status = settle(self.compiled, starts, answers, EFFORT, follow)
             if status == LIMIT_WANTED:

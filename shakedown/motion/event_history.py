@@ -16,7 +16,7 @@ from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.layout import Layout
 from shakedown.joint.result import Result
-from shakedown.motion.plane.moving_state import (
+from shakedown.motion.course import (
     CLOSES,
     JUMPS,
     LOAD_STEP,

@@ -15,10 +15,7 @@ from shakedown.joint.arguments import checked_damping, require_problem
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import law_violation
-from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, State, Stop
-from shakedown.motion.event_history import EventHistory
-from shakedown.motion.method import Beginning, Motion
-from shakedown.motion.plane.moving_state import (
+from shakedown.motion.course import (
     DONE,
     LIFTS_OFF,
     NO_RATES,
@@ -26,9 +23,12 @@ from shakedown.motion.plane.moving_state import (
     PAUSED,
     RECORD_FULL,
     TOO_MANY_EVENTS,
+    Progress,
 )
-from shakedown.motion.plane.run import Progress
-from shakedown.motion.plane_events import PlaneEvents
+from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, State, Stop
+from shakedown.motion.event_history import EventHistory
+from shakedown.motion.method import Beginning, Motion
+from shakedown.motion.plane.plane_events import PlaneEvents
 from shakedown.motion.space.space_events import SpaceEvents
 from shakedown.motion.viscous_jump import Jump, default_damping, jump_of
 
@@ -46,7 +46,7 @@ def closed_stiffness(problem: Problem) -> FloatArray:
 class Evolution(Motion):
     """A joint under its loading loop at one load factor, carried from cycle to cycle, event by event.
 
-    In the plane without error (:class:`~shakedown.motion.plane_events.PlaneEvents`), in space to the
+    In the plane without error (:class:`~shakedown.motion.plane.plane_events.PlaneEvents`), in space to the
     accuracy ``Tolerances.path`` (:class:`~shakedown.motion.space.space_events.SpaceEvents`).
 
     The first cycle begins with the transient load steps, where the problem has

@@ -26,19 +26,10 @@ from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
 from shakedown.joint.result import Result
 from shakedown.motion.checked_law import Scales, law_violation
+from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED, Precision, course
 from shakedown.motion.plane.active_set import ActiveSet, active_set, factorize, solve
-from shakedown.motion.plane.event_loop import follow
-from shakedown.motion.plane.moving_state import (
-    DONE,
-    EFFORT,
-    NO_RATES,
-    PAUSED,
-    Precision,
-    begin,
-    course,
-    empty_record,
-    motion_at_rest,
-)
+from shakedown.motion.plane.event_loop import follow_straight
+from shakedown.motion.plane.moving_state import begin, empty_record, motion_at_rest
 from shakedown.motion.plane.rate_problem import rates
 from shakedown.motion.plane.rate_search import enumerate_states
 from shakedown.motion.plane.run import run_along
@@ -271,11 +262,11 @@ class ViscousMotion(Relaxation):
         if factorize(act) <= 0:
             return None
         begin(mo)
-        status = follow(run, 1, EFFORT)
+        status = follow_straight(run, 1, EFFORT)
         while status == PAUSED or (
             status == NO_RATES and enumerate_states(act, run.rates, self.precision.rate)
         ):
-            status = follow(run, 1, EFFORT)
+            status = follow_straight(run, 1, EFFORT)
         if status != DONE or not np.isfinite(mo.u).all():
             return None
         return StepEnd(mo.u.copy(), act.state.copy(), mo.work, mo.slip, mo.dissipation)

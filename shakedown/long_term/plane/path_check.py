@@ -14,8 +14,9 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Flags, Hash, NamedState, Reals, inner
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.status import OPEN
+from shakedown.motion.course import JUMPS, Course
 from shakedown.motion.plane.active_set import ActiveSet, add_product, larger
-from shakedown.motion.plane.moving_state import JUMPS, Course, Record
+from shakedown.motion.plane.moving_state import Record
 from shakedown.motion.plane.quiet_steps import MOST_FOLLOWED
 
 

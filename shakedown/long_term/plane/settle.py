@@ -38,7 +38,8 @@ from shakedown.long_term.plane.search import (
     SearchState,
     Settler,
 )
-from shakedown.motion.plane.moving_state import DONE, EFFORT, PAUSED, RECORD_FULL, begin
+from shakedown.motion.course import DONE, EFFORT, PAUSED, RECORD_FULL
+from shakedown.motion.plane.moving_state import begin
 from shakedown.motion.plane.run import PlaneRun
 
 ANEW, FROM_HERE, RATES, JUMP, STOPPED, LEAVES = range(6)  # instructions to a search, besides LIMIT_WANTED

@@ -31,15 +31,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import address_of, handed_on, inner
 from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.status import OPEN, STICK
-from shakedown.motion.plane.active_set import (
-    ActiveSet,
-    add_product,
-    correct,
-    factorize,
-    larger,
-    largest_residual,
-)
-from shakedown.motion.plane.moving_state import (
+from shakedown.motion.course import (
     CLOSES,
     DONE,
     LIFTS_OFF,
@@ -53,9 +45,16 @@ from shakedown.motion.plane.moving_state import (
     RECORD_FULL,
     TOO_MANY_EVENTS,
     Course,
-    PlaneMotion,
-    Record,
 )
+from shakedown.motion.plane.active_set import (
+    ActiveSet,
+    add_product,
+    correct,
+    factorize,
+    larger,
+    largest_residual,
+)
+from shakedown.motion.plane.moving_state import PlaneMotion, Record
 from shakedown.motion.plane.quiet_steps import (
     MOST_FOLLOWED,
     compute_elastic,
@@ -72,7 +71,7 @@ EVENT = MOST_FOLLOWED // 8
 
 
 @handed_on
-def follow(run: PlaneRun, passes: int, effort: int) -> int:
+def follow_straight(run: PlaneRun, passes: int, effort: int) -> int:
     """Carry the state along the course of a run until it has been passed so often since :func:`begin`.
 
     Starts, or resumes, at load step ``step``, time ``time`` of it. Ends with
@@ -98,9 +97,9 @@ def follow(run: PlaneRun, passes: int, effort: int) -> int:
 
 
 @cache
-def address_of_follow() -> int:
-    """The address of :func:`follow`, which is compiled once for all its callers."""
-    return address_of(follow, PlaneRun.compiled, types.int64, types.int64)
+def address_of_loop() -> int:
+    """The address of :func:`follow_straight`, which is compiled once for all its callers."""
+    return address_of(follow_straight, PlaneRun.compiled, types.int64, types.int64)
 
 
 @inner

@@ -1,51 +1,10 @@
-"""The moving state of an exact evolution in compiled loops, its course, and arrays to record it."""
-
-from typing import NamedTuple
+"""The moving state of an exact evolution in compiled loops, and arrays to record it."""
 
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Flags, Hash, Integers, NamedState, Reals, entered
-
-DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED = range(7)  # ends of a loop
-EFFORT = 200_000_000  # multiplications and additions after which a loop returns, about a fifth of a second
-ENUMERABLE = 10  # nodes up to which all combinations of two states are tried
-RECORD_ROWS = 256  # rows of a path after which a loop returns so that they are read
-LOAD_STEP, REACHES_BACKWARD_LIMIT, REACHES_FORWARD_LIMIT, OPENS, CLOSES, JUMPS = range(6)  # kinds of event
-
-
-class Precision(NamedTuple):
-    """What counts as zero: forces, gaps, and rates relative to the largest; forces in settled equations."""
-
-    force: float
-    length: float
-    rate: float
-    settled: float
-
-
-class Course(NamedState):
-    """The load path along which the state is carried.
-
-    Attributes
-    ----------
-    path : (s + 1, 2n)
-        Welded reactions at the ends of s load steps [force].
-    steps, first
-        s, and the number of the first of them.
-    separable
-        Whether nodes may open.
-    force, length, rate, settled
-        What counts as zero (:class:`Precision`).
-    """
-
-    path: Reals
-    steps: int
-    first: int
-    separable: bool
-    force: float
-    length: float
-    rate: float
-    settled: float
+from shakedown.motion.course import JUMPS, LOAD_STEP
 
 
 class PlaneMotion(NamedState):
@@ -142,13 +101,6 @@ class Record(NamedState):
     kind: Integers
     rows: int
     capacity: int
-
-
-def course(path: FloatArray, first: int, separable: bool, precision: Precision) -> Course:
-    """The course along welded reactions (s + 1, 2n); its first load step has number ``first``."""
-    new = Course({}, path=np.ascontiguousarray(path, dtype=float))
-    new.set(steps=len(path) - 1, first=first, separable=separable, **precision._asdict())
-    return new
 
 
 def motion_at_rest(n: int) -> PlaneMotion:

@@ -20,8 +20,9 @@ import numpy as np
 
 from shakedown.ground.named_state import inner
 from shakedown.ground.status import OPEN, STICK
+from shakedown.motion.course import Course
 from shakedown.motion.plane.active_set import ActiveSet, add_product, correct, largest, largest_residual
-from shakedown.motion.plane.moving_state import Course, PlaneMotion, Record
+from shakedown.motion.plane.moving_state import PlaneMotion, Record
 from shakedown.motion.plane.rate_problem import Rates
 
 MOST_FOLLOWED = 64  # load steps after which κ u is recomputed, so that round-off does not accumulate

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from shakedown.ground.named_state import entered
 from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
+from shakedown.motion.course import ENUMERABLE
 from shakedown.motion.plane.active_set import ActiveSet, factorize, reach_states
-from shakedown.motion.plane.moving_state import ENUMERABLE
 from shakedown.motion.plane.rate_problem import (
     AIR,
     APEX,

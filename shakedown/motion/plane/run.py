@@ -1,29 +1,10 @@
-"""The data of one run of the compiled loops, and its progress."""
-
-from typing import NamedTuple
+"""The data of one run of the compiled loops."""
 
 from shakedown.ground.named_state import NamedState
+from shakedown.motion.course import Course
 from shakedown.motion.plane.active_set import ActiveSet
-from shakedown.motion.plane.moving_state import Course, PlaneMotion, Record
+from shakedown.motion.plane.moving_state import PlaneMotion, Record
 from shakedown.motion.plane.rate_problem import Rates
-
-
-class Progress(NamedTuple):
-    """Where a run has got to.
-
-    Attributes
-    ----------
-    passes, step, time
-        How often the course has been passed; load steps done of the present
-        pass, and share done of the next.
-    concerned
-        The node for which the motion stopped, or −1.
-    """
-
-    passes: int
-    step: int
-    time: float
-    concerned: int
 
 
 class PlaneRun(NamedState):
@@ -41,9 +22,3 @@ def run_along(
 ) -> PlaneRun:
     """The run of a moving state along a course, recorded where the record has capacity."""
     return PlaneRun({}, active=active, rates=rates, motion=motion, record=record, course=course)
-
-
-def progress(motion: NamedState) -> Progress:
-    """Where a moving state has got to on its course."""
-    at = motion.content
-    return Progress(at.passes, at.step, at.time, at.concerned)

@@ -19,7 +19,7 @@ import numpy as np
 from shakedown.ground.named_state import entered, inner, summing
 from shakedown.ground.round_off import ROUND_OFF, SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.status import OPEN, STICK
-from shakedown.motion.plane.moving_state import (
+from shakedown.motion.course import (
     DONE,
     LIFTS_OFF,
     LOAD_STEP,

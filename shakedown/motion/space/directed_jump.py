@@ -14,7 +14,7 @@ from shakedown.ground.round_off import NEWTON_ROUNDS, SIX_DIGITS
 from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
-from shakedown.motion.plane.moving_state import DONE, PAUSED, course
+from shakedown.motion.course import DONE, PAUSED, course
 from shakedown.motion.space.curved_loop import follow_curve
 from shakedown.motion.space.implicit_step import ImplicitJoint, StepStatus
 from shakedown.motion.space.moving_state import empty_curve_record

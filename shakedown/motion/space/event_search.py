@@ -9,7 +9,7 @@ import numpy as np
 
 from shakedown.ground.named_state import inner, summing
 from shakedown.ground.status import OPEN, STICK
-from shakedown.motion.plane.moving_state import CLOSES, OPENS, Course
+from shakedown.motion.course import CLOSES, OPENS, Course
 from shakedown.motion.space.exchange import move, move_twice
 from shakedown.motion.space.explicit_step import find_curve
 from shakedown.motion.space.moving_state import DEGREE, REACHES_LIMIT, STOPS, CompiledJoint, SpaceMotion

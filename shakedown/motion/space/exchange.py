@@ -15,7 +15,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import inner, summing
 from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.status import OPEN
-from shakedown.motion.plane.moving_state import Course
+from shakedown.motion.course import Course
 from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
 from shakedown.motion.space.step_state import Slipping, SpaceRates
 

@@ -9,7 +9,7 @@ import numpy as np
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import inner, summing
 from shakedown.ground.round_off import PER_CENT
-from shakedown.motion.plane.moving_state import Course
+from shakedown.motion.course import Course
 from shakedown.motion.space.moving_state import DEGREE, SpaceMotion
 from shakedown.motion.space.space_run import SpaceRun
 from shakedown.motion.space.speeds import (

@@ -12,7 +12,7 @@ from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.layout import Layout
 from shakedown.motion.space.dense_solver import no_factors
-from shakedown.motion.space.load_steps import follow
+from shakedown.motion.space.load_steps import follow_load_steps
 from shakedown.motion.space.swept_stiffness import Body, Tableau
 
 CLOSE = 20 * ROUND_OFF  # residual of Newton's method, relative to the force scale
@@ -206,7 +206,7 @@ class ImplicitJoint:
         n, k = self.n, len(loads)
         path = np.empty((k, 3 * n)), np.empty((k, 2 * n)), np.empty((k, n)), np.empty((k, n))
         settings = (CLOSE * self.force, TENSION * self.force, self.turns, self._factors)
-        return path, follow(
+        return path, follow_load_steps(
             self._body, self._tableau, self._state, self._slips, loads, parts, settings, sweeps_only, path
         )
 

@@ -165,7 +165,7 @@ def solve_step(body, tableau, start, contact, guess, found, settings, sweeps_onl
 
 
 @entered
-def follow(body, tableau, state, guess, loads, parts, settings, sweeps_only, path):  # type: ignore[no-untyped-def]
+def follow_load_steps(body, tableau, state, guess, loads, parts, settings, sweeps_only, path):  # type: ignore[no-untyped-def]
     """Carry a state (3n,) and the slips of its last step (2n,) through load steps (k, 3n), each in ``parts``.
 
     settings: (close [force], tension [force], turns at most, :class:`Factors`). sweeps_only: at

@@ -5,7 +5,7 @@ import numpy as np
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Flags, Hash, Integers, NamedState, Reals
 
-REACHES_LIMIT, STOPS, CURVES = range(6, 9)  # kinds of event, after those of motion.plane.moving_state
+REACHES_LIMIT, STOPS, CURVES = range(6, 9)  # kinds of event, after those of motion.course
 DEGREE = 4  # of the polynomial between the ends of a step
 
 

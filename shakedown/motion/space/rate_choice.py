@@ -18,7 +18,7 @@ from shakedown.ground.named_state import inner, summing
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.size_limits import DIRECTIONS
 from shakedown.ground.status import OPEN, SLIP, STICK
-from shakedown.motion.plane.moving_state import CLOSES, ENUMERABLE, OPENS, Course
+from shakedown.motion.course import CLOSES, ENUMERABLE, OPENS, Course
 from shakedown.motion.space.exchange import arrange, compute_base, compute_out, move
 from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
 from shakedown.motion.space.space_run import SpaceRun

@@ -10,10 +10,9 @@ from shakedown.ground.round_off import PER_CENT, ROUND_OFF
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales, swing
+from shakedown.motion.course import EFFORT, RECORD_ROWS, Precision, Progress, course, progress
 from shakedown.motion.cycle_record import Checkpoint, State, Totals
 from shakedown.motion.event_history import EventKind
-from shakedown.motion.plane.moving_state import EFFORT, RECORD_ROWS, Precision, course
-from shakedown.motion.plane.run import Progress, progress
 from shakedown.motion.space.curved_history import CurvedHistory
 from shakedown.motion.space.curved_loop import follow_curve
 from shakedown.motion.space.directed_jump import DirectedJump, end_at_once

@@ -7,7 +7,7 @@ import numpy as np
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import NamedState
 from shakedown.motion.checked_law import Scales
-from shakedown.motion.plane.moving_state import JUMPS, LOAD_STEP, Course, Precision
+from shakedown.motion.course import JUMPS, LOAD_STEP, Course, Precision
 from shakedown.motion.space.moving_state import (
     CompiledJoint,
     CurveRecord,

@@ -11,7 +11,7 @@ import numpy as np
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Shorts, inner, summing
 from shakedown.ground.round_off import FOUR_DIGITS, ROUND_OFF
-from shakedown.motion.plane.moving_state import Course
+from shakedown.motion.course import Course
 from shakedown.motion.space.dense_solver import address, call
 from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
 from shakedown.motion.space.step_state import STAGES, Slipping, SpaceRates, Step, StepControl

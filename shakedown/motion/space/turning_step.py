@@ -11,7 +11,7 @@ import numpy as np
 
 from shakedown.ground.named_state import inner, summing
 from shakedown.ground.round_off import NEWTON_ROUNDS, PER_CENT
-from shakedown.motion.plane.moving_state import Course
+from shakedown.motion.course import Course
 from shakedown.motion.space.explicit_step import FAILED, PLACES, lagrange, return_to_cones
 from shakedown.motion.space.moving_state import CompiledJoint
 from shakedown.motion.space.space_run import SpaceRun

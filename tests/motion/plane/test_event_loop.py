@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.motion.course import DONE, EFFORT, PAUSED, RECORD_FULL
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.plane import event_loop, moving_state
+from shakedown.motion.plane import event_loop
 from shakedown.motion.plane.moving_state import begin, empty_record
 from shakedown.motion.plane.run import run_along
 
@@ -60,12 +61,12 @@ def test_the_loop_returns_when_the_record_is_full_and_goes_on():
         evolution.method.run(True, False).course,
     )
     begin(evolution.method.motion)
-    status, rows = event_loop.follow(run, 1, moving_state.EFFORT), run.record.rows
-    while status == moving_state.RECORD_FULL:
+    status, rows = event_loop.follow_straight(run, 1, EFFORT), run.record.rows
+    while status == RECORD_FULL:
         assert run.record.rows == 7
-        status = event_loop.follow(run, 1, moving_state.EFFORT)
+        status = event_loop.follow_straight(run, 1, EFFORT)
         rows += run.record.rows
-    assert status == moving_state.DONE
+    assert status == DONE
     assert (run.motion.events, run.motion.signature) == (first.events, first.signature)
     assert rows == len(whole.history) - 1
 
@@ -78,9 +79,9 @@ def test_the_loop_returns_after_a_stated_amount_of_work_and_goes_on(name, load_f
     run, same, returns = evolution.method.run(True, False), whole.method.run(True, False), 0
     begin(evolution.method.motion)
     begin(whole.method.motion)
-    while event_loop.follow(run, passes, 20) == moving_state.PAUSED:
+    while event_loop.follow_straight(run, passes, 20) == PAUSED:
         returns += 1
-    assert event_loop.follow(same, passes, moving_state.EFFORT) == moving_state.DONE
+    assert event_loop.follow_straight(same, passes, EFFORT) == DONE
     assert returns >= passes
     assert run.motion.events == same.motion.events
     assert evolution.state.u == pytest.approx(whole.state.u, abs=1e-13 * evolution.scale.length)

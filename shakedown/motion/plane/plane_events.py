@@ -1,4 +1,4 @@
-"""From event to event in the plane: exact, by the compiled loops of :mod:`shakedown.motion.plane`."""
+"""From event to event in the plane: exact, by the compiled loops of this subpackage."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,18 +11,22 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales
-from shakedown.motion.cycle_record import Checkpoint, State, Totals
-from shakedown.motion.event_history import EventHistory
-from shakedown.motion.plane.active_set import active_set, factorize
-from shakedown.motion.plane.event_loop import follow
-from shakedown.motion.plane.moving_state import (
+from shakedown.motion.course import (
     EFFORT,
     LOAD_STEP,
     RECORD_ROWS,
     Course,
     Precision,
-    begin,
+    Progress,
     course,
+    progress,
+)
+from shakedown.motion.cycle_record import Checkpoint, State, Totals
+from shakedown.motion.event_history import EventHistory
+from shakedown.motion.plane.active_set import active_set, factorize
+from shakedown.motion.plane.event_loop import follow_straight
+from shakedown.motion.plane.moving_state import (
+    begin,
     empty_record,
     follow_derivative,
     motion_at_rest,
@@ -31,7 +35,7 @@ from shakedown.motion.plane.moving_state import (
 )
 from shakedown.motion.plane.rate_problem import rates
 from shakedown.motion.plane.rate_search import enumerate_states
-from shakedown.motion.plane.run import PlaneRun, Progress, progress, run_along
+from shakedown.motion.plane.run import PlaneRun, run_along
 from shakedown.motion.viscous_jump import ViscousMotion
 
 ROUNDING = 16 * np.finfo(float).eps  # relative to the largest force: residual of settled equations
@@ -138,7 +142,7 @@ class PlaneEvents:
 
     def follow(self, cycles: int) -> int:
         """Follow the course a number of times; returns the status with which the loop ends."""
-        status: int = follow(self._present, cycles, EFFORT)
+        status: int = follow_straight(self._present, cycles, EFFORT)
         return status
 
     def progress(self) -> Progress:

@@ -1,0 +1,79 @@
+"""A course, the load path that compiled loops follow in the plane and in space, and how such a loop ends."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.named_state import NamedState, Reals
+
+DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED = range(7)  # ends of a loop
+EFFORT = 200_000_000  # multiplications and additions after which a loop returns, about a fifth of a second
+ENUMERABLE = 10  # nodes up to which all combinations of two states are tried
+RECORD_ROWS = 256  # rows of a path after which a loop returns so that they are read
+LOAD_STEP, REACHES_BACKWARD_LIMIT, REACHES_FORWARD_LIMIT, OPENS, CLOSES, JUMPS = range(6)  # kinds of event
+
+
+class Precision(NamedTuple):
+    """What counts as zero: forces, gaps, and rates relative to the largest; forces in settled equations."""
+
+    force: float
+    length: float
+    rate: float
+    settled: float
+
+
+class Course(NamedState):
+    """The load path along which the state is carried.
+
+    Attributes
+    ----------
+    path : (s + 1, 2n)
+        Welded reactions at the ends of s load steps [force].
+    steps, first
+        s, and the number of the first of them.
+    separable
+        Whether nodes may open.
+    force, length, rate, settled
+        What counts as zero (:class:`Precision`).
+    """
+
+    path: Reals
+    steps: int
+    first: int
+    separable: bool
+    force: float
+    length: float
+    rate: float
+    settled: float
+
+
+class Progress(NamedTuple):
+    """Where a run has got to.
+
+    Attributes
+    ----------
+    passes, step, time
+        How often the course has been passed; load steps done of the present
+        pass, and share done of the next.
+    concerned
+        The node for which the motion stopped, or −1.
+    """
+
+    passes: int
+    step: int
+    time: float
+    concerned: int
+
+
+def course(path: FloatArray, first: int, separable: bool, precision: Precision) -> Course:
+    """The course along welded reactions (s + 1, 2n); its first load step has number ``first``."""
+    new = Course({}, path=np.ascontiguousarray(path, dtype=float))
+    new.set(steps=len(path) - 1, first=first, separable=separable, **precision._asdict())
+    return new
+
+
+def progress(motion: NamedState) -> Progress:
+    """Where a moving state has got to on its course."""
+    at = motion.content
+    return Progress(at.passes, at.step, at.time, at.concerned)
