@@ -85,11 +85,11 @@ class RecordedSteps:
             self.record()
         return result
 
-    def halt(self) -> "Halt":
+    def progress(self) -> "StepProgress":
         """The point at which the present step was stopped, and the means to report its progress."""
         name = self._enter()
         found = self._recorded(name)
-        return Halt(self, name, None if found is None else found.result)
+        return StepProgress(self, name, None if found is None else found.result)
 
     @property
     def _due(self) -> bool:
@@ -169,7 +169,7 @@ class RecordedAnswer(NamedTuple, Generic[T]):
     result: T
 
 
-class Halt(NamedTuple):
+class StepProgress(NamedTuple):
     """The progress record of a long step.
 
     Attributes

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.campaign.recorded_steps import Halt
+from shakedown.campaign.recorded_steps import StepProgress
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.size_limits import CYCLES, MANY
@@ -17,7 +17,7 @@ from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, empty_answers
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.plane.search import BLURRED, BROKEN, LEFT, SHAKEDOWN, UNDECIDED, SearchState
-from shakedown.long_term.space.heeded_proofs import heeding_proofs
+from shakedown.long_term.space.proved_verdict import heeding_proofs
 from shakedown.long_term.space.return_search import VARIES_LITTLE
 from shakedown.long_term.space.returned_state import returned_state
 from shakedown.long_term.state import LongTermState
@@ -88,7 +88,7 @@ class Patience(NamedTuple):
 
     most_cycles: int
     longest_period: int
-    halt: Halt | None = None
+    progress: StepProgress | None = None
 
 
 def settled_state(
@@ -105,7 +105,7 @@ def settled_state(
         begun = Passage(problem, float(load_factor), tolerances, start, open_nodes)
         return heeding_proofs(returned_state(begun, *patience))
 
-    most_cycles, longest_period, halt = patience
+    most_cycles, longest_period, progress = patience
 
     def build() -> LimitSearch:
         evolution = Evolution(problem, load_factor, initial_slip, tolerances, open_nodes=open_nodes)
@@ -113,17 +113,17 @@ def settled_state(
 
     with lent(problem, "search", (tolerances, most_cycles, longest_period), build) as search:
         search.begin(load_factor, initial_slip, open_nodes)
-        return heeding_proofs(_found(search, open_nodes, most_cycles, halt))
+        return heeding_proofs(_found(search, open_nodes, most_cycles, progress))
 
 
 def _found(
-    search: LimitSearch, open_nodes: tuple[int, ...], most_cycles: int, halt: Halt | None
+    search: LimitSearch, open_nodes: tuple[int, ...], most_cycles: int, progress: StepProgress | None
 ) -> LongTermState:
     """The long-term state of a motion from its start, with the given nodes open there."""
     evolution = search.evolution
     n, slips = evolution.problem.n, evolution.problem.layout.slips
     start, answers = evolution.state.u[slips].copy(), empty_answers(1, evolution.problem.layout)
-    search.from_here(answers, halt)
+    search.from_here(answers, progress)
     seen, at, length = search.compiled, search.search_state, evolution.scale.length
     verdict, known = int(answers.verdict[0]), answers.verdict[0] >= SHAKEDOWN
     left, nan, count = verdict == LEFT, np.full(n, np.nan), max(at.done, 1)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.campaign.recorded_steps import Halt
+from shakedown.campaign.recorded_steps import StepProgress
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import DISTINCT
 from shakedown.ground.size_limits import BATCH
@@ -16,17 +16,7 @@ from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.cycle_map import limit
 from shakedown.long_term.plane.path_check import Scale, path_check
 from shakedown.long_term.plane.period_map import period_map
-from shakedown.long_term.plane.search import (
-    LIMIT_WANTED,
-    REPEATS,
-    SINGULAR,
-    WALK,
-    Answers,
-    SearchState,
-    SettlingRules,
-    search,
-)
-from shakedown.long_term.plane.settle import (
+from shakedown.long_term.plane.phase_loop import (
     ANEW,
     FROM_HERE,
     JUMP,
@@ -36,6 +26,16 @@ from shakedown.long_term.plane.settle import (
     search_state,
     settle,
     tell,
+)
+from shakedown.long_term.plane.search import (
+    LIMIT_WANTED,
+    REPEATS,
+    SINGULAR,
+    WALK,
+    Answers,
+    SearchState,
+    SettlingRules,
+    search,
 )
 from shakedown.motion.checked_law import alone, swing
 from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED
@@ -118,19 +118,19 @@ class LimitSearch:
         self.compiled.check.set(force=scale.force, length=scale.length, near=near)
         self.compiled.weight[:] = near / alone(evolution.problem, max(share * moving, DISTINCT * lost))
 
-    def from_here(self, answers: Answers, halt: Halt | None = None) -> None:
-        """Answer for the present state of the evolution, at its start, or continue after a halt."""
+    def from_here(self, answers: Answers, progress: StepProgress | None = None) -> None:
+        """Answer for the present state of the evolution, at its start, or continue from recorded progress."""
         tell(self.compiled, FROM_HERE, 0.0, 0.0)
-        if halt is not None and halt.found is not None:
-            self._walk_on(*halt.found)
+        if progress is not None and progress.found is not None:
+            self._walk_on(*progress.found)
         elif not self.evolution.held:
             self._give_up()
-        self._settle(answers.final_slip, answers, lambda: self._note(halt))
+        self._settle(answers.final_slip, answers, lambda: self._note(progress))
 
-    def _note(self, halt: Halt | None) -> bool:
+    def _note(self, progress: StepProgress | None) -> bool:
         """Report the progress of a walk where requested; always returns False (do not stop)."""
-        if halt is not None and self._walks():
-            halt.note(self._walked)
+        if progress is not None and self._walks():
+            progress.note(self._walked)
         return False
 
     def _walks(self) -> bool:

@@ -25,7 +25,7 @@ from shakedown.joint.result import Result
 from shakedown.long_term.find_state import Patience, settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, empty_answers
 from shakedown.long_term.plane.search import BLURRED, CYCLIC_SLIP, SHAKEDOWN, UNDECIDED, Answers
-from shakedown.long_term.space.heeded_proofs import CLEAR
+from shakedown.long_term.space.proved_verdict import CLEAR
 from shakedown.long_term.space.returned_state import ReturnedStates, enter
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution

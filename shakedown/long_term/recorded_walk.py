@@ -1,41 +1,31 @@
-"""Cycles recorded one by one: a run that was stopped goes on after the last; what the last ones show."""
+"""Cycles recorded one by one: a run that was stopped goes on after the last."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Iterator
 
 from shakedown.campaign.recorded_steps import RecordedSteps
 from shakedown.campaign.stored_result import Folded, folded, unfolded
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
-from shakedown.ground.status import Outcome
 from shakedown.motion.cycle_record import Checkpoint, CycleRecord
-from shakedown.motion.fixed_steps import REMEMBERED
 from shakedown.motion.method import Motion, Walk, cycles_of
-
-LONGEST_PERIOD = REMEMBERED  # cycles
 
 
 def recorded_cycles(
     motion: Motion, most: int, steps: RecordedSteps, *, record: bool = False
 ) -> Iterator[CycleRecord]:
     """As :func:`~shakedown.motion.method.cycles_of`; the motion stands after each only where it is new."""
-    halt, records = steps.halt(), list[CycleRecord]()
-    if halt.found is not None:
-        followed, path, checkpoint = halt.found
+    stand, records = steps.progress(), list[CycleRecord]()
+    if stand.found is not None:
+        followed, path, checkpoint = stand.found
         records, motion.pieces = unfolded(followed), unfolded(path)
         motion.restore(checkpoint)
 
-    def progress() -> tuple[Folded | None, Folded | None, Checkpoint]:
+    def where() -> tuple[Folded | None, Folded | None, Checkpoint]:
         return folded(records), folded(motion.pieces), motion.checkpoint()
 
     yield from list(records)
     for cycle in cycles_of(motion, most - len(records), record=record):
         records.append(cycle)
         yield cycle
-        halt.note(progress)
+        stand.note(where)
 
 
 def recorded_walk(motion: Motion, most: int, steps: RecordedSteps) -> Walk:
@@ -43,63 +33,3 @@ def recorded_walk(motion: Motion, most: int, steps: RecordedSteps) -> Walk:
     start = motion.state.u[motion.problem.layout.slips]
     records = tuple(recorded_cycles(motion, most, steps, record=True))
     return Walk(start, records, motion.history)
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """An outcome with its period in cycles and the drift of the slip per period, (n,) [length]."""
-
-    outcome: Outcome
-    period: int
-    drift: FloatArray
-    reason: str
-    open_nodes: tuple[int, ...] = ()  # open through the whole period
-
-
-def judge(cycles: Sequence[CycleRecord], threshold: FloatArray) -> Verdict | None:
-    """The long-term state that the last cycles show, or None while they show none.
-
-    Evidence, not proof: slips of a node below its ``threshold``, (n,) [length], count as none, and
-    each finding must hold over two cycles (two periods) in a row.
-    """
-    if len(cycles) < 2:
-        return None
-    last, still = cycles[-1], np.zeros_like(cycles[-1].end_slip)
-    if all(np.all(cycle.slip <= threshold) for cycle in cycles[-2:]):
-        stays_open, breathing = _numbers(~last.closed), _numbers(last.opened & last.closed)
-        if breathing:
-            reason = f"no frictional slip, but opening and closing every cycle: {nodes_in_words(breathing)}"
-            return Verdict(Outcome.SEPARATION, 1, still, reason, stays_open)
-        reason = "no frictional slip in the last two cycles"
-        return Verdict(Outcome.SHAKEDOWN, 1, still, reason, stays_open)
-    for period in range(1, LONGEST_PERIOD + 1):
-        verdict = _periodic(cycles, period, threshold)
-        if verdict is not None:
-            return verdict
-    return None
-
-
-def _periodic(cycles: Sequence[CycleRecord], period: int, threshold: FloatArray) -> Verdict | None:
-    """Cyclic slip or ratchetting of the given period, seen over two periods."""
-    if len(cycles) < 2 * period + 1:
-        return None
-    stays_open = _numbers(~np.any([cycle.closed for cycle in cycles[-period:]], axis=0))
-    steps = [cycles[-1 - k].end_slip - cycles[-1 - k - period].end_slip for k in range(period + 1)]
-    slip = np.sum([cycle.slip for cycle in cycles[-period:]], axis=0)
-    # In a slow approach to shakedown the increments are as large as the slip; a limit cycle has none.
-    if np.all(slip <= 1e3 * threshold):
-        return None
-    none = np.repeat(threshold, len(steps[0]) // len(threshold))
-    if np.all(np.abs(steps) <= none):
-        reason = f"the same slip every {cycles_in_words(period)}"
-        return Verdict(Outcome.CYCLIC_SLIP, period, np.zeros_like(steps[0]), reason, stays_open)
-    steady = np.all(np.abs(np.subtract(steps, steps[0])) <= none)
-    if steady and np.any(np.abs(steps[0]) > 1e3 * none):
-        reason = f"the same drift every {cycles_in_words(period)}"
-        return Verdict(Outcome.RATCHETTING, period, steps[0], reason, stays_open)
-    return None
-
-
-def _numbers(nodes: NDArray[np.bool_]) -> tuple[int, ...]:
-    """The numbers of the marked nodes."""
-    return tuple(np.flatnonzero(nodes).tolist())

@@ -24,7 +24,8 @@ from shakedown.joint.loading import loop_path
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import Patience, settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.long_term.recorded_walk import Verdict, judge, recorded_cycles, recorded_walk
+from shakedown.long_term.recorded_verdict import Verdict, recorded_verdict
+from shakedown.long_term.recorded_walk import recorded_cycles, recorded_walk
 from shakedown.long_term.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
 from shakedown.long_term.space.returned_state import ReturnedState
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState
@@ -239,7 +240,7 @@ def _run(problem: Problem, asked: _Request, steps: RecordedSteps, tolerances: To
         return _at_fixed_steps(_stepping(*start, asked.open_nodes, asked.method, tolerances), asked, steps)
 
     def settled() -> LongTermState:
-        patience = Patience(asked.cycles, LONGEST_PERIOD, steps.halt())
+        patience = Patience(asked.cycles, LONGEST_PERIOD, steps.progress())
         return settled_state(*start, asked.open_nodes, patience, tolerances)
 
     return _from_event_to_event(steps.done(settled), asked.record, steps)
@@ -320,7 +321,7 @@ def _at_fixed_steps(motion: FixedSteps, asked: _Request, steps: RecordedSteps) -
     verdict = None
     for cycle in recorded_cycles(motion, asked.cycles, steps, record=asked.record):
         records.append(cycle)
-        verdict = judge(records, threshold)
+        verdict = recorded_verdict(records, threshold)
         if verdict is not None:
             break
     if verdict is None:

@@ -151,11 +151,11 @@ def test_where_a_step_stands_takes_the_place_of_where_it_stood(tmp_path, monkeyp
     path, sizes = tmp_path / "walk.partial", []
 
     def long_step(most):
-        halt = steps.halt()
-        for stood in range(0 if halt.found is None else halt.found[0], most):
-            halt.note(lambda stood=stood: (stood + 1, np.full(100, float(stood))))
+        progress = steps.progress()
+        for stood in range(0 if progress.found is None else progress.found[0], most):
+            progress.note(lambda stood=stood: (stood + 1, np.full(100, float(stood))))
             sizes.append(path.stat().st_size)
-        return halt.found
+        return progress.found
 
     with recorded_steps(path, HEADER, JOINT) as steps:
         first = steps.done(lambda: "first")

@@ -10,7 +10,7 @@ from benchmarks.space_verdicts import random_joint
 from shakedown import Outcome, Problem, Tolerances
 from shakedown.joint.loading import slip_reach
 from shakedown.long_term.space.leap_methods import Measure
-from shakedown.long_term.space.slope_leaps import Along, Step
+from shakedown.long_term.space.slope_leaps import Along, PeriodStep
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
 
@@ -296,7 +296,7 @@ def test_a_leap_by_slopes_follows_an_affine_map(drifts):
         c -= vectors[:, -1] * (vectors[:, -1] @ c)
 
     def period(u):
-        return Step(np.append((J @ u[:k] + c) - u[:k], np.zeros(k // 2)), 1)
+        return PeriodStep(np.append((J @ u[:k] + c) - u[:k], np.zeros(k // 2)), 1)
 
     measure = Measure(np.eye(k, k + k // 2), np.zeros((k + k // 2, 0)), np.ones(k // 2), 2.0)
     start, along = np.append(rng.normal(size=k), np.zeros(k // 2)), Along()

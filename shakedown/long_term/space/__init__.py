@@ -2,6 +2,6 @@
 
 Reading order: ``extrapolation`` (the continuation of a sequence of states), ``leap_methods`` (leaps over
 many cycles), ``slope_leaps`` (leaps by the slopes of the map), ``return_search`` (cycles and leaps until the
-outcome is clear), ``heeded_proofs`` (verdicts, also those in the plane, compared with what is proved),
-``returned_state`` (the answer).
+outcome is clear, and the verdict), ``proved_verdict`` (verdicts, also those in the plane, compared with what
+is proved), ``returned_state`` (the answer).
 """

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.campaign.recorded_steps import Halt
+from shakedown.campaign.recorded_steps import StepProgress
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
@@ -16,7 +16,7 @@ from shakedown.ground.status import OPEN, Outcome
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import FirstCycles
 from shakedown.long_term.space.leap_methods import Ahead, Crawl, Leap, measure_of
-from shakedown.long_term.space.slope_leaps import Along, Step
+from shakedown.long_term.space.slope_leaps import Along, PeriodStep
 from shakedown.motion.cycle_record import Checkpoint, CycleRecord, State, Stop
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.viscous_jump import Jump
@@ -178,22 +178,22 @@ class ReturnSearch:
         self.passed: list[tuple[CycleRecord, State]] = []  # before the first leap
         self.jumps: list[Jump] = []
 
-    def settle(self, halt: Halt | None = None) -> Settled:
+    def settle(self, progress: StepProgress | None = None) -> Settled:
         """Follow cycles until the outcome is clear, the motion stops or the cycles allowed are spent."""
-        if halt is not None and halt.found is not None:
-            search_state, checkpoint = halt.found
+        if progress is not None and progress.found is not None:
+            search_state, checkpoint = progress.found
             vars(self).update(search_state)
             self.motion.restore(checkpoint)
         while self.cycles < self.rules.most_cycles + min(self.looked, MORE * self.rules.most_cycles):
             if not self._cycle():
                 stop = self.motion.stop
                 return self._undecided(stop.reason if stop else "the motion cannot be followed")
-            found = self._at_rest() or self._for_ever()
+            found = self._verdict_at_rest() or self._verdict_for_ever()
             if found is not None:
                 return found
             leapt = self._leap()
-            if halt is not None and not leapt:  # a state leapt to is followed once before
-                halt.note(self._checkpoint)
+            if progress is not None and not leapt:  # a state leapt to is followed once before
+                progress.note(self._checkpoint)
         return self._undecided(f"no periodic state within {self.rules.most_cycles} cycles")
 
     def _checkpoint(self) -> tuple[dict[str, Any], Checkpoint]:
@@ -222,7 +222,7 @@ class ReturnSearch:
         """The slip of the nodes in cycles, counted back from the last."""
         return np.sum([self.records[-k].slip for k in range(first, last + 1)], axis=0)
 
-    def _at_rest(self) -> Settled | None:
+    def _verdict_at_rest(self) -> Settled | None:
         """Whether nothing slips any more: exactly for one cycle, or for two within the accuracy."""
         last = list(self.records)[-2:]
         slips = [float((record.slip * self.rules.stiffness).max()) for record in last]
@@ -248,7 +248,7 @@ class ReturnSearch:
         """The known cycles that led to the last state."""
         return ", after leaps along the approach" if self.leaps else ""
 
-    def _for_ever(self) -> Settled | None:
+    def _verdict_for_ever(self) -> Settled | None:
         """Cyclic slip or ratchetting with the shortest period over which states repeat, up to rigid slips."""
         most = min(self.rules.longest_period, len(self.states) - 1)
         u = np.array([self.states[-1 - q].u for q in range(most + 1)])
@@ -270,7 +270,7 @@ class ReturnSearch:
                 continue
             self.repeated[p - 1] += 1
             if self.repeated[p - 1] > p and changes[: p - 1].min(initial=np.inf) > self._left(p):
-                found = self._repeats(p, slip)
+                found = self._verdict_of_period(p, slip)
                 if found is not None:
                     return found
         return None
@@ -280,7 +280,7 @@ class ReturnSearch:
         last, before = (self.measure.size(self.states[-1 - k].u - self.states[-1 - k - p].u) for k in (0, p))
         return APART * last * min(before / max(before - last, np.finfo(float).tiny), self.rules.most_cycles)
 
-    def _repeats(self, p: int, slip: FloatArray) -> Settled | None:
+    def _verdict_of_period(self, p: int, slip: FloatArray) -> Settled | None:
         """The outcome where the same slip occurs in every period of p cycles, if that is clear."""
         most, every = float(slip.max()), cycles_in_words(p)
         clear = THREE_DIGITS * float((slip * self.rules.stiffness).max())
@@ -388,10 +388,10 @@ class ReturnSearch:
             return False
         self.motion.may_jump = any(record.jumps for record in records[-p:])
 
-        def last() -> Step:
-            return Step(self._change(p), sum(record.signature for record in list(self.records)[-p:]))
+        def last() -> PeriodStep:
+            return PeriodStep(self._change(p), sum(record.signature for record in list(self.records)[-p:]))
 
-        def period(start: FloatArray) -> Step | None:
+        def period(start: FloatArray) -> PeriodStep | None:
             self.motion.state = State(start, here.contact)
             self.states = deque([self.motion.state], maxlen=before.maxlen)
             if not all(self._cycle() for _ in range(p)):

@@ -6,14 +6,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from shakedown.campaign.recorded_steps import Halt
+from shakedown.campaign.recorded_steps import StepProgress
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import DISTINCT
 from shakedown.ground.status import Outcome
 from shakedown.long_term.limit_search import BLURRED, OUTCOMES
 from shakedown.long_term.passage import FirstCycles, Passage
 from shakedown.long_term.plane.search import Answers
-from shakedown.long_term.space.heeded_proofs import heeding_proofs
+from shakedown.long_term.space.proved_verdict import heeding_proofs
 from shakedown.long_term.space.return_search import ReturnRules, ReturnSearch, Settled, opened_and_closed
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.checked_law import Scales, law_resolution, scales, swing
@@ -104,7 +104,7 @@ def _enter_rest(found: Settled, answers: Answers, k: int) -> None:
 
 
 def returned_state(
-    begun: Passage, most_cycles: int, longest_period: int, halt: Halt | None = None
+    begun: Passage, most_cycles: int, longest_period: int, progress: StepProgress | None = None
 ) -> ReturnedState:
     """What a joint settles into from where its motion begins.
 
@@ -114,19 +114,19 @@ def returned_state(
         The joint, its loading and where its motion begins.
     most_cycles, longest_period
         As for :func:`long_term_state`.
-    halt
+    progress
         Where the search says how far it has got.
     """
     motion, scale = begun.motion(), scales(begun.problem, begun.load_factor)
     start = motion.state.u[begun.problem.layout.slips].copy()
     rules = rules_of(motion, scale, most_cycles, longest_period)
-    found = settled(motion, rules, halt)
+    found = settled(motion, rules, progress)
     return _state(begun, found, start, scale, most_cycles)
 
 
-def settled(motion: Evolution, rules: ReturnRules, halt: Halt | None = None) -> Settled:
+def settled(motion: Evolution, rules: ReturnRules, progress: StepProgress | None = None) -> Settled:
     """The long-term state of a motion; undecided where the period found breaks the friction law."""
-    found = carefully(motion, rules, halt)
+    found = carefully(motion, rules, progress)
     return lawful(motion, [found], [_period_path(motion, found)])[0]
 
 
@@ -157,13 +157,13 @@ def lawful(motion: Evolution, found: list[Settled], paths: list[list[PathSteps]]
     ]
 
 
-def carefully(motion: Evolution, rules: ReturnRules, halt: Halt | None = None) -> Settled:
+def carefully(motion: Evolution, rules: ReturnRules, progress: StepProgress | None = None) -> Settled:
     """The long-term state of a motion; where leaps leave it in doubt, as a stricter search confirms it.
 
     Where none does within the cycles allowed, the reason says so.
     """
     begun, care = motion.checkpoint(), 1.0
-    found = ReturnSearch(motion, rules).settle(halt)
+    found = ReturnSearch(motion, rules).settle(progress)
     while found.doubtful:
         care *= TIGHTER
         motion.restore(begun)

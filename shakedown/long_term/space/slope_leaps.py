@@ -25,14 +25,14 @@ FARTHEST = 2**40  # periods: most that a leap goes ahead
 DRIFTS = 2.0**20  # periods: most that a drift is followed at once
 
 
-class Step(NamedTuple):
+class PeriodStep(NamedTuple):
     """What a period changes of the state, (N,) [length], and what identifies its contact states."""
 
     change: FloatArray
     signature: int
 
 
-Period = Callable[[FloatArray], Step | None]  # from a state on; None where the motion stops
+Period = Callable[[FloatArray], PeriodStep | None]  # from a state on; None where the motion stops
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class Along:
     wait: int = 0
 
     def leap(
-        self, period: Period, start: FloatArray, first: Step, places: NDArray[np.intp], measure: Measure
+        self, period: Period, start: FloatArray, first: PeriodStep, places: NDArray[np.intp], measure: Measure
     ) -> Landing | None:
         """As far as what it foresees comes; None where that is not far.
 
@@ -179,7 +179,7 @@ class Along:
         return None
 
     def _seen(
-        self, period: Period, start: FloatArray, first: Step, places: NDArray[np.intp], measure: Measure
+        self, period: Period, start: FloatArray, first: PeriodStep, places: NDArray[np.intp], measure: Measure
     ) -> LocalMap | None:
         """The map next to a state, from a period of each of the states next to it."""
         most = min(PROBE * measure.size(start), SHARE * self.way or np.inf)

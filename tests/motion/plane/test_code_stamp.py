@@ -86,8 +86,8 @@ def test_without_a_stamp_nothing_is_taken_from_disk(package, monkeypatch):
 
 
 def test_a_kernel_stands_on_the_modules_whose_code_is_linked_into_it():
-    importlib.import_module("shakedown.long_term.plane.settle")
-    below = code_cache.modules_below("shakedown.long_term.plane.settle")
+    importlib.import_module("shakedown.long_term.plane.phase_loop")
+    below = code_cache.modules_below("shakedown.long_term.plane.phase_loop")
     loops = ("active_set", "moving_state", "rate_problem", "run")
     below_them = ("status", "named_state")
     assert {f"shakedown.motion.plane.{module}" for module in loops} <= set(below)

@@ -1,16 +1,11 @@
 """The loop over initial states that carries searches from phase to phase and enters their answers."""
 
 from shakedown.ground.named_state import call_at, entered, inner
-from shakedown.long_term.plane.leaps import (
-    after_confirmation,
-    after_leap,
-    begin_confirmation,
-    begin_leaps,
-    leave_leaps,
-)
+from shakedown.long_term.plane.leaps import after_leap, begin_leaps, leave_leaps
 from shakedown.long_term.plane.leaps import next_leap as take_next_leap
 from shakedown.long_term.plane.limit_of_powers import find_limit
 from shakedown.long_term.plane.path_check import check_rows
+from shakedown.long_term.plane.period_verdict import after_confirmation, begin_confirmation
 from shakedown.long_term.plane.repeats import (
     after_map,
     after_walk,
@@ -89,7 +84,7 @@ def seek(se: Settler, follow: int, effort: int) -> int:
         elif se.phase == LIMIT and not find_limit(se.map):
             return LIMIT_WANTED
         else:
-            decide(se)
+            choose_phase(se)
         if se.spent > effort and se.verdict == SEARCHING:
             return PAUSED
     return DONE
@@ -133,8 +128,8 @@ def after_call(se: Settler, run: PlaneRun, status: int) -> None:
 
 
 @inner
-def decide(se: Settler) -> None:
-    """Decide what to do next, where no cycle has to be followed first."""
+def choose_phase(se: Settler) -> None:
+    """Go to the next phase, where no cycle has to be followed first."""
     if se.phase == REPEATS:
         look_for_repeats(se)
     elif se.phase == LIMIT:

@@ -1,4 +1,4 @@
-"""Proofs overrule the findings of a search: no verdict contradicts a bound."""
+"""The verdict as proofs leave it, in the plane and in space: proofs overrule what a search has found."""
 
 from dataclasses import replace
 from math import inf
@@ -48,14 +48,14 @@ def heeding_proofs(state: S) -> S:
     if state.outcome == Outcome.SHAKEDOWN or state.stop is not None or _closes(state, CLEAR):
         return state
     if not (state.goal.contact == OPEN).any() and beyond_all(state.begun):
-        return _slips_on(state)
+        return _proved_to_slip(state)
     proof = proof_of_bounds(state.begun, state.goal)
     if not proof and not _closes(state, THREE_DIGITS):
         proof = proof_by_ball(state.begun, state.goal)
-    return _at_rest(state, proof) if proof else _slips_on(state)
+    return _proved_at_rest(state, proof) if proof else _proved_to_slip(state)
 
 
-def _slips_on(state: S) -> S:
+def _proved_to_slip(state: S) -> S:
     """The state; an undecided search in space is cyclic slip without drift where λ > λ_max proves it.
 
     Every cycle in which all nodes are closed slips by so much at least (docs/energy.md, theorem 10), and a
@@ -145,7 +145,7 @@ def _closes(state: LongTermState, errors: float) -> bool:
     return bool(missed <= CLEAR * slip and getattr(state, "error", 0.0) <= errors * slip)
 
 
-def _at_rest(state: S, proof: str) -> S:
+def _proved_at_rest(state: S, proof: str) -> S:
     """Shakedown with the numbers of one cycle from the end of the search."""
     why = f"proved, {proof}; the search has not come to rest: {state.reason}"
     return _with_last_cycle(state, Outcome.SHAKEDOWN, why)
