@@ -67,9 +67,9 @@ from .studies.basin_boundary import basin_boundary as basin_boundary
 from .studies.basin_map import InitialStateMap as InitialStateMap
 from .studies.basin_map import InitialStateMaps as InitialStateMaps
 from .studies.diagram import Sweep as Sweep
+from .studies.finer_meshes import refine as refine
 from .studies.limit_cycles import LimitCycle as LimitCycle
 from .studies.mapping import initial_state_map as initial_state_map
-from .studies.refine import refine as refine
 from .studies.smallest_cycle import SmallestCycle as SmallestCycle
 from .studies.smallest_cycle import smallest_cycle as smallest_cycle
 from .studies.sweep import sweep as sweep

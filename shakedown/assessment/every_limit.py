@@ -29,7 +29,7 @@ from shakedown.bounds.enumeration.critical import subset_count
 from shakedown.bounds.every_state.core_bound import CoreBound, core_bound
 from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve, guarantee_curve
 from shakedown.bounds.every_state.universal_bound import UniversalBound, universal_bound
-from shakedown.bounds.methods import methods_of, takes_long
+from shakedown.bounds.plane_or_space import methods_of, takes_long
 from shakedown.bounds.results import UpperBound
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, friction_thresholds
 from shakedown.bounds.upper import upper_bound

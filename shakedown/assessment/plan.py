@@ -22,7 +22,7 @@ from shakedown.assessment.load_regions import (
 )
 from shakedown.assessment.three_numbers import ENERGY
 from shakedown.bounds.energy.energy_ball import energy_ball
-from shakedown.bounds.methods import takes_long
+from shakedown.bounds.plane_or_space import takes_long
 from shakedown.bounds.safe_slip import safe_slip
 from shakedown.campaign.recorded_steps import RecordedSteps
 from shakedown.ground.errors import Missing, present, sought

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.bounds.methods import takes_long
+from shakedown.bounds.plane_or_space import takes_long
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import Missing, UsageError

@@ -28,7 +28,7 @@ from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors
 from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
 from shakedown.bounds.independent_solver import ConicBound
-from shakedown.bounds.methods import takes_long
+from shakedown.bounds.plane_or_space import takes_long
 from shakedown.campaign.recorded_steps import recorded_steps, run_header
 from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.blas_threads import all_cores, on_one_thread

@@ -2,8 +2,8 @@
 
 Reading order: ``upper`` (λ_max and the safe slip), ``opened_by_mean_load`` and ``best_zone`` (which nodes
 stay open), ``safe_slip`` (most slack at one load factor), ``results`` (their results), ``named_start``
-(initial slips by name). The methods differ in the plane and in space: ``methods`` (which of the two
-serve a joint), ``plane_methods`` (over ``row_programs`` of all rows),
+(initial slips by name). The methods differ in the plane and in space: ``plane_or_space`` (which of
+the two serve a joint), ``plane_methods`` (over ``row_programs`` of all rows),
 ``space_methods`` (over ``discs/``). Then ``exact_rows`` (a problem's rows without round-off),
 ``certificate`` (exact enclosures), ``independent_solver`` (the bounds by another method). Beside them
 ``energy/`` and ``accumulated/``: what is proved from a given state on; ``collapse/``: first collapse λ_1

@@ -9,8 +9,8 @@ from typing import Literal
 
 import numpy as np
 
-from shakedown.bounds.methods import methods_of
 from shakedown.bounds.opened_by_mean_load import opened_by_mean_load
+from shakedown.bounds.plane_or_space import methods_of
 from shakedown.bounds.results import ZoneLimit
 from shakedown.ground.errors import SolverError, UsageError
 from shakedown.ground.round_off import NEGLIGIBLE

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import Literal
 
 from shakedown.bounds.best_zone import chosen_zone
-from shakedown.bounds.methods import methods_of
+from shakedown.bounds.plane_or_space import methods_of
 from shakedown.bounds.results import SafeSlip as SafeSlip
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from shakedown.bounds.best_zone import chosen_zone
-from shakedown.bounds.methods import methods_of
+from shakedown.bounds.plane_or_space import methods_of
 from shakedown.bounds.results import UpperBound as UpperBound
 from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray

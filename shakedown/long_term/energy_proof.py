@@ -9,7 +9,7 @@ import numpy as np
 from shakedown.bounds.accumulated.accumulated_bound import total_slip_bound
 from shakedown.bounds.collapse.box_bound import box_proves
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball, holding_ball
-from shakedown.bounds.methods import methods_of
+from shakedown.bounds.plane_or_space import methods_of
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.float_array import FloatArray

@@ -6,7 +6,7 @@ from typing import TypeGuard
 from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound
 from shakedown.bounds.collapse.box_bound import BoxBound, box_bound
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
-from shakedown.bounds.methods import methods_of
+from shakedown.bounds.plane_or_space import methods_of
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.round_off import NEGLIGIBLE

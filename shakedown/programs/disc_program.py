@@ -1,4 +1,4 @@
-"""A program over the discs of nodes at many load steps, as interior points take it: one block per node."""
+"""The statement of a program over the discs of nodes at many load steps: one block per node."""
 
 from dataclasses import dataclass
 from functools import cached_property

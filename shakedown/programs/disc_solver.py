@@ -1,4 +1,4 @@
-"""The solution of a program over discs, by a dedicated interior-point method."""
+"""The solution of a ``DiscProgram``, by the interior points of ``self_dual``."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -8,7 +8,7 @@ from shakedown.ground.errors import SolverError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.reaction_program import in_reactions
+from shakedown.programs.reaction_unknowns import in_reactions
 from shakedown.programs.self_dual import USABLE, Enough, Points, SelfDualSolution, never, solve_self_dual
 
 

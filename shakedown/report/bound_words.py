@@ -108,7 +108,9 @@ def _transient_over(lower: LowerBound) -> str:
 
 def _from_least(upper: UpperBound, problem: Problem) -> list[str]:
     """The bounds where the mean load alone has no safe slip, but load factors from λ_lo on do."""
-    from shakedown.bounds.methods import methods_of  # loaded with the bounds, not with the words of commands
+    from shakedown.bounds.plane_or_space import (
+        methods_of,  # loaded with the bounds, not with the words of commands
+    )
 
     elsewhere = "lower" not in methods_of(problem).ABSENT
     none = " So λ_1, which is counted from there, does not exist." * elsewhere

@@ -15,5 +15,5 @@ The smallest cycle: ``cycle_pattern`` (where a sequence of contact states first 
 ``descent`` (from a cycle down to smaller load factors), ``cycle_search`` (initial slips to try, the
 rounds of the search), ``smallest_cycle``.
 
-Meshes: ``refined`` (a table of meshes, and what a sequence of numbers does), ``refine`` (the study).
+Meshes: ``refined`` (a table of meshes, and what a sequence of numbers does), ``finer_meshes`` (the study).
 """

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.bounds.methods import methods_of
+from shakedown.bounds.plane_or_space import methods_of
 from shakedown.campaign.crew import Crew
 from shakedown.campaign.journal import journal_at
 from shakedown.campaign.pieces import function_stamp, run_campaign

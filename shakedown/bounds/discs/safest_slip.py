@@ -6,8 +6,8 @@ import numpy as np
 
 from shakedown.bounds.discs.disc_rows import DiscRows, disc_rows
 from shakedown.bounds.discs.frictionless import without_frictionless
-from shakedown.bounds.discs.polished_solution import polished_solution
 from shakedown.bounds.discs.scaled_discs import Carrying, basis_of, scaled_discs
+from shakedown.bounds.discs.scaled_solution import solve_scaled
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.tolerances import Tolerances
@@ -61,7 +61,7 @@ def safest(rows: DiscRows, load_factor: float) -> Safest:
     down[:, 0] = -slopes[rows.node]
     held = replace(H, g=g + cap * other_slopes, d=other_slopes)
     moved = replace(rows, c=c - cap * down, e=down, half_spaces=held)
-    end = polished_solution(scaled_discs(moved, basis_of(rows), -1.0, 2.0 * cap))
+    end = solve_scaled(scaled_discs(moved, basis_of(rows), -1.0, 2.0 * cap))
     margin = end.load_factor - cap if end.optimal else -np.inf
     return Safest(end.x, margin, cap, end.carrying, end.accuracy > NEGLIGIBLE)
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.bounds.discs.polished_solution import ProvedSolution, balance, proved_solution
+from shakedown.bounds.discs.scaled_solution import ProvedSolution, balance, proved_solution
 from shakedown.bounds.energy.about_slip import DiscsAbout, discs_about
 from shakedown.bounds.energy.ball_limits import DiscLimits, Places
 from shakedown.bounds.energy.own_share import MOST, best_share

@@ -6,7 +6,7 @@ from dataclasses import replace
 from numpy.typing import ArrayLike
 
 from shakedown.bounds.energy.energy_results import EnergyBall as EnergyBall
-from shakedown.bounds.methods import methods_of
+from shakedown.bounds.plane_or_space import methods_of
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked, checked_initial_slip, require_problem

@@ -12,7 +12,7 @@ from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.bounds.energy.energy_results import EnergyBound as EnergyBound
 from shakedown.bounds.energy.energy_results import EnergyCertificate
-from shakedown.bounds.methods import Methods, methods_of
+from shakedown.bounds.plane_or_space import Methods, methods_of
 from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status

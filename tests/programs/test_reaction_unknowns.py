@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from shakedown.ground.status import Status
-from shakedown.programs import reaction_program
+from shakedown.programs import reaction_unknowns
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.reaction_program import in_reactions
+from shakedown.programs.reaction_unknowns import in_reactions
 from shakedown.programs.self_dual import solve_self_dual
 
 
@@ -37,7 +37,7 @@ def program(rank: int, *, norm: bool, seed: int = 4) -> DiscProgram:
 @pytest.fixture
 def few(monkeypatch):
     """Programs of few unknowns are put in reactions, too."""
-    monkeypatch.setattr(reaction_program, "MANY_ROWS", 1)
+    monkeypatch.setattr(reaction_unknowns, "MANY_ROWS", 1)
 
 
 @pytest.mark.parametrize("norm", [True, False])

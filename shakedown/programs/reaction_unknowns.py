@@ -1,4 +1,4 @@
-"""A program over the discs of many nodes in their reactions: two of three numbers of a node are unknowns."""
+"""A ``DiscProgram`` of many nodes in other unknowns: their reactions, two of three numbers of a node."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -10,7 +10,7 @@ import shakedown
 from benchmarks.refinement import block_on_plane
 from shakedown import ProblemError, UsageError, plot
 from shakedown.assessment.slip_limit import slip_limit
-from shakedown.studies import refine as module
+from shakedown.studies import finer_meshes as module
 from shakedown.studies.refined import COLUMNS, HEADINGS, Refinement, trend
 
 H = 2.0 ** -np.arange(5)

@@ -44,8 +44,8 @@ class _Active:
     norm: bool
 
 
-def polished_solution(scaled: ScaledDiscs, usable: float = USABLE) -> UnscaledSolution:
-    """The solution of a program, polished, in units of the joint; one less accurate than ``usable`` is none.
+def solve_scaled(scaled: ScaledDiscs, usable: float = USABLE) -> UnscaledSolution:
+    """Solve a program, polish its optimum, in units of the joint; one less accurate than ``usable`` is none.
 
     Raises
     ------

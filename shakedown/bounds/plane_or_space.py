@@ -1,6 +1,7 @@
 """Which methods answer for a joint: rows and linear programs in the plane, discs and cone programs in space.
 
-This is the one place that asks. Zones, statuses, certificates and words around the methods are written once.
+This is the one place that asks, and it computes nothing. Zones, statuses, certificates and words around the
+methods are written once.
 """
 
 from collections.abc import Mapping
