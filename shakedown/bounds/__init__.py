@@ -8,5 +8,6 @@ the two serve a joint), ``plane_methods`` (over ``row_programs`` of all rows),
 ``certificate`` (exact enclosures), ``independent_solver`` (the bounds by another method). Beside them
 ``energy/`` and ``accumulated/``: what is proved from a given state on; ``collapse/``: first collapse λ_1
 and how far it is a guarantee; ``uniqueness/``: are motions unique; ``every_state/``: proofs from every
-initial state; ``enumeration/``: all critical load factors.
+initial state; ``enumeration/``: all critical load factors. How λ_max in space is computed, call by call,
+stands in ``discs/``.
 """
