@@ -24,6 +24,7 @@ from shakedown.report.hint_words import doubts_in_words, hints_in_words
 from shakedown.report.limit_words import (
     coupling_in_words,
     curve_in_words,
+    onsets_in_words,
     proved_by_following,
     sensitivities_in_words,
 )
@@ -121,7 +122,8 @@ def _curve(curve: shakedown.GuaranteeCurve | Missing | None, problem: Problem) -
 def _facts(limits: JointLimits) -> list[Fact]:
     """(name, value, remark) of every number that stands for the whole joint."""
     box, lower = present(limits.box), present(limits.lower)
-    facts = [_from_here(limits.energy)]
+    facts = [(name, bound(load_factor), remark) for name, load_factor, remark in onsets_in_words(limits)]
+    facts.append(_from_here(limits.energy))
     if box is not None:
         facts.append((named("λ_box"), bound(box.load_factor), box.limited_by or box.status))
     slip = limits.accumulated

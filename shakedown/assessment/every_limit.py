@@ -29,6 +29,7 @@ from shakedown.bounds.enumeration.critical import subset_count
 from shakedown.bounds.every_state.core_bound import CoreBound, core_bound
 from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve, guarantee_curve
 from shakedown.bounds.every_state.universal_bound import UniversalBound, universal_bound
+from shakedown.bounds.onset import Onset, first_opening, first_slip
 from shakedown.bounds.plane_or_space import methods_of, takes_long
 from shakedown.bounds.results import UpperBound
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, friction_thresholds
@@ -212,6 +213,16 @@ class JointLimits(Result):
     def accumulated(self) -> AccumulatedBound:
         """λ_S, proved from this state, closed at all nodes, by a bound on their total slip."""
         return accumulated_bound(self.problem, self.initial_slip)
+
+    @cached_property
+    def first_slip(self) -> Onset:
+        """Up to where no node slips, from this state with all nodes closed."""
+        return first_slip(self.problem, self.initial_slip, tolerances=self.tolerances)
+
+    @cached_property
+    def first_opening(self) -> Onset:
+        """Up to where no node would open if none slipped, from the same state."""
+        return first_opening(self.problem, self.initial_slip, tolerances=self.tolerances)
 
     def ball_at(self, load_factor: float) -> EnergyBall | Missing:
         """An energy ball at this load factor, sought once; Missing above λ_max, where there is none.

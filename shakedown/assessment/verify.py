@@ -123,6 +123,8 @@ class Verification(Result):
             "accumulated": limits.accumulated,
             **limits.universal.document(),
             "core": limits.core,
+            "first_slip": limits.first_slip,
+            "first_opening": limits.first_opening,
             "agrees": self.agrees,
             "disagreements": self.disagreements,
             "open_questions": self.open_questions,

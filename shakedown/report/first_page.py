@@ -12,7 +12,7 @@ from shakedown.ground.shown_values import down, sized
 from shakedown.joint.units import units_of
 from shakedown.long_term.node_table import STATUSES
 from shakedown.report.assessment_words import at_load_factor, loads_of_numbers, numbers_in_words
-from shakedown.report.limit_words import digits_of_transient_limit
+from shakedown.report.limit_words import digits_of_transient_limit, onsets_in_words
 from shakedown.report.node_words import node_columns, node_in_words
 from shakedown.report.page_tables import PageTable, transient_is_proved
 
@@ -89,8 +89,11 @@ def _largest(v: Verification, name: str, values: FloatArray, unit: str, what: st
 
 
 def _limit_rows(v: Verification) -> list[Sequence[str]]:
-    """Limits that are no guarantee: λ_T, λ_1, and the limit of small slips."""
+    """First slip and opening, and limits that are no guarantee: λ_T, λ_1, that of small slips."""
     rows, problem = list[Sequence[str]](), v.problem
+    for name, load_factor, remark in onsets_in_words(v.limits):
+        number = at_load_factor(problem, load_factor, down) if 0 < load_factor < np.inf else "–"
+        rows.append([name, number, remark])
     limit = v.transient
     if limit is not None and np.isfinite(limit.load_factor):
         proved = " (proved there)" * transient_is_proved(v)

@@ -48,6 +48,8 @@ def assessment_document(
             "accumulated": limits.accumulated,
             **limits.universal.document(),
             "core": limits.core,
+            "first_slip": limits.first_slip,
+            "first_opening": limits.first_opening,
             "mesh": limits.mesh,
             "friction": limits.friction,
             "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},

@@ -9,7 +9,8 @@ import numpy as np
 from shakedown.ground.errors import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import DIGITS, certain_digits, count, down, few, up
-from shakedown.report.assessment_words import beside_one
+from shakedown.ground.status import Status
+from shakedown.report.assessment_words import beside_one, start_in_words
 from shakedown.report.node_words import node_in_words, open_in_words
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from shakedown.assessment.sensitivities import Sensitivities
     from shakedown.assessment.transient_limit import TransientLimit
     from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
+    from shakedown.bounds.onset import Onset
     from shakedown.joint.problem import Problem
 
 CAUSES = {"friction": "friction there", "constant": "constant load", "amplitude": "load amplitude"}
@@ -24,6 +26,7 @@ IN_SPACE = (
     "How much λ_max and λ_E depend on each node is computed for joints in the plane only. The table above "
     "shows which nodes reach their friction limits at λ_max, and in which load steps."
 )
+WITHOUT_SLIP = ", if no node slipped"
 SLIGHT = 5e-4  # per cent: a smaller change is called none
 
 
@@ -36,6 +39,34 @@ def coupling_in_words(ratio: float) -> str:
     ('below 1: the first collapse is the limit', 'not below 1')
     """
     return "below 1: the first collapse is the limit" if ratio < 1 else "not below 1"
+
+
+def onsets_in_words(limits: JointLimits) -> list[tuple[str, float, str]]:
+    """(name, load factor, remark) of first slip, and of first opening if no node slipped.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> limits = shakedown.assess(shakedown.example("press-fit")).details
+    >>> for name, load_factor, remark in onsets_in_words(limits):
+    ...     print(f"{name}: {load_factor:.4f}, {remark}")
+    first slip: 0.3120, node 4 (FE 40/4); below it no node slips, starting without slip
+    first opening: 1.7019, node 0 (FE 36/0), if no node slipped
+    """
+    slip, opening, problem = limits.first_slip, limits.first_opening, limits.problem
+    start = start_in_words(limits.initial_slip is not None and bool(np.any(limits.initial_slip)))
+    below = f"below it no node slips, starting {start}"
+    return [
+        ("first slip", slip.load_factor, _onset(slip, problem, f"; {below}", "no node slips at any λ")),
+        ("first opening", opening.load_factor, _onset(opening, problem, WITHOUT_SLIP, f"none{WITHOUT_SLIP}")),
+    ]
+
+
+def _onset(found: Onset, problem: Problem, what: str, never: str) -> str:
+    """The node, and what its load factor means; or why there is none."""
+    if found.status == Status.INFEASIBLE:
+        return found.reason
+    return f"{node_in_words(problem, found.node)}{what}" if found.node >= 0 else never
 
 
 def curve_in_words(curve: GuaranteeCurve, problem: Problem | None = None) -> str:

@@ -14,7 +14,7 @@ from shakedown.assessment.verify import Verification
 from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import at_lambda, cycles_in_words, sized
 from shakedown.ground.size_limits import EACH_SHOWN
-from shakedown.ground.status import STICK, Outcome
+from shakedown.ground.status import OPEN, STICK, Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.state import LongTermState
@@ -32,6 +32,7 @@ from shakedown.report.load_figures import (
     load_loops_pictures,
     patch_size,
 )
+from shakedown.report.node_words import open_in_words
 
 EARLY = (1, 9)  # cycles whose zones are shown beside those of the long-term state
 AT_ONE = {
@@ -306,31 +307,54 @@ def _cycle(path: EventHistory, number: int) -> EventHistory | None:
 def _zones_at_instants(_: Verification, shown: Sequence[Pictured], problem: Problem) -> Picture:
     """Which nodes stick, slip and are open at instants of the period."""
     drawings = []
+    times = {one.name: instants(one.state.history) for one in shown}
     for one, patch in product(shown, drawn_patches(problem)):
-        path, name = one.state.history, at_lambda(one.state.load_factor)
-        for time in instants(path):
+        path, name = one.state.history, one.name
+        for time in times[name]:
             alt = f"Nodes that stick, slip and are open, {name}, {time_in_words(time)}"
             draw = partial(plot.zones_at, path, problem, time, patch=patch)
             drawings.append(Drawing(alt, draw, name, patch_size(problem, patch, three=True)))
     caption = (
         "What sticks, slips and is open, when the fewest nodes stick in each third of the period: "
-        f"{'; '.join(one.which for one in shown)}."
+        f"{'; '.join(one.which for one in shown)}.{_open_between(shown, times, problem)}"
     )
     return picture(caption, *drawings, one_legend=True)
 
 
+def _open_between(shown: Sequence[Pictured], times: dict[str, list[float]], problem: Problem) -> str:
+    """Which nodes are open for part of a period, but not at the instants that are drawn."""
+    said = ""
+    for one in shown:
+        path = one.state.history
+        from_on, until = path.cycle[:-1, None], path.cycle[1:, None]
+        is_open = (path.state[:-1] == OPEN) & (until - from_on > SIX_DIGITS)
+        drawn = ((from_on <= times[one.name]) & (times[one.name] < until)).any(axis=1)
+        hidden = np.flatnonzero(is_open.any(axis=0) & ~is_open[drawn].any(axis=0))
+        if hidden.size:
+            nodes = open_in_words(tuple(hidden.tolist()), problem)
+            said += f" Also open for part of the period, {one.name}: {nodes}."
+    return said
+
+
 def instants(path: EventHistory) -> list[float]:
-    """Times at which the fewest nodes stick, one of each part of the period."""
+    """Times at which the fewest nodes stick, one of each part; where it can be, at one some are open."""
     from_on, first, last = path.cycle[:-1], max(float(path.cycle[0]), 0.0), float(path.cycle[-1])
     middles = 0.5 * (from_on + path.cycle[1:])  # a state holds until the next row
     # shorter intervals are round-off: a node that just touches its limit
     lasting = np.diff(path.cycle) > SIX_DIGITS
     moving = np.where(lasting, (path.state[:-1] != STICK).sum(axis=1), -1)
+    opened = (path.state[:-1] == OPEN).any(axis=1)
     ends = np.linspace(first, last, SIDE_BY_SIDE + 1)
-    times = []
+    times, not_yet_open = list[float](), True
     for begin, end in pairwise(ends):
         inside = np.flatnonzero((middles >= begin) & (middles < end))
-        times.append(float(middles[inside[moving[inside].argmax()]]) if inside.size else float(begin))
+        if not inside.size:
+            times.append(float(begin))
+            continue
+        fewest = inside[moving[inside] == moving[inside].max()]
+        row = fewest[opened[fewest].argmax()] if not_yet_open else fewest[0]
+        not_yet_open &= not opened[row]
+        times.append(float(middles[row]))
     return times
 
 
