@@ -155,7 +155,7 @@ def surface_coupling(
         worst = slave.facets[int(np.argmax(found.found))]
         raise ProblemError(
             f"surfaces: expected facets of the master side by side, found {found.found.max():.3g} times the "
-            f"area of the slave's facet {worst} below them: do they lie in two layers? (a smaller 'reach')"
+            f"slave's facet {worst} below them: do they lie in two layers? (a smaller 'reach')"
         )
     return _coupling(slave, master, found, longest, uncovered)
 
@@ -270,12 +270,12 @@ def _nothing(slave: ContactSurface, master: ContactSurface, reach: float) -> str
 
 def _warnings(made: SurfaceCoupling, accepted: float, weak: IntArray) -> Iterator[str]:
     """Warnings about the coupling."""
-    without = 1 - made.share[0]
+    without, extent = 1 - made.share[0], "area" if made.normals.shape[1] == 3 else "length"
     if without > accepted + NEGLIGIBLE:
         more = f", {len(made.uncovered)} node(s), first {made.uncovered[0]}" if made.uncovered.size else ""
         yield (
-            f"{100 * without:.2g} % of the area of the first surface lies beside the second or too far from "
-            f"it{more}, and carries nothing: 'uncovered' accepts it, 'reach' is {made.reach:.3g}"
+            f"{100 * without:.2g} % of the {extent} of the first surface lies beside the second or too far "
+            f"from it{more}, and carries nothing: 'uncovered' accepts it, 'reach' is {made.reach:.3g}"
         )
     if made.flat and np.abs(made.distance).max() > FAR * made.reach:
         yield (
@@ -291,5 +291,5 @@ def _warnings(made: SurfaceCoupling, accepted: float, weak: IntArray) -> Iterato
     if weak.size:
         yield (
             f"{weak.size} node(s) of the first surface, first {weak[0]}, are covered by less than "
-            f"{100 * PER_CENT:g} % of their area at the edge of the second: tractions there are coarse"
+            f"{100 * PER_CENT:g} % of their {extent} at the edge of the second: tractions there are coarse"
         )

@@ -94,6 +94,7 @@ def coupled_surfaces(
     ProblemError
         If other keys contradict it, a surface is unknown or has no faces, or the two cannot be coupled.
     """
+    table.known += ["surfaces", *_BESIDE, "nodes", "pairs"]  # named as expected where another is unknown
     if not table.has("surfaces"):
         for key in _BESIDE:
             if table.has(key):

@@ -247,7 +247,7 @@ def test_two_layers_and_other_dimensions_are_refused():
         [*master.facets, *(tuple(np.array(f) + 500) for f in master.facets)],
         np.vstack([master.inside, master.inside]),
     )
-    with pytest.raises(ProblemError, match=r"facets of the master side by side, found 2 times the area"):
+    with pytest.raises(ProblemError, match=r"facets of the master side by side, found 2 times the slave"):
         surface_coupling(slave, twice)
     with pytest.raises(ProblemError, match="found none; they lie beside each other"):
         surface_coupling(slave, replace(master, places=master.places + np.array([50.0, 0, 0])))

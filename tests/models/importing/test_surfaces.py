@@ -76,9 +76,12 @@ def test_the_check_says_how_the_surfaces_lie(folder):
 def test_in_the_plane_the_check_says_lengths(tmp_path):
     upper = ElasticBody(block_mesh(2.0, 1.0, 2, 1, origin=(0.0, 1.0)), STEEL)
     write(tmp_path, upper, ElasticBody(block_mesh(3.0, 1.0, 4, 1), STEEL, supports=[Support("bottom")]))
-    path = configuration(tmp_path, loads='[[load]]\nforces = [["TOP", 2, -1.0]]\nhistory = 1.0\n')
+    loads = '[[load]]\nforces = [["TOP", 2, -1.0]]\nhistory = 1.0\n'
+    path = configuration(tmp_path, loads=loads)
     words = " ".join(run("import", str(path), "--check")[1].split())
     assert "lie on each other over 2 mm, 100 % and 66.67 % of their lengths" in words
+    other_way = configuration(tmp_path, 'surfaces = ["LOWER", "UPPER"]', loads)
+    assert import_model(other_way).warnings[0].startswith("33 % of the length of the first surface lies")
 
 
 @pytest.mark.parametrize(
@@ -90,6 +93,7 @@ def test_in_the_plane_the_check_says_lengths(tmp_path):
         ('surfaces = ["UPPER", "NOWHERE"]', "expected the node set or surface 'NOWHERE'"),
         (f'{SURFACES}\nnodes = "TOP"', "expected no key 'nodes' beside 'surfaces', found both"),
         ('nodes = "UPPER"\nreach = 1.0', "key 'reach': expected beside 'surfaces' only"),
+        ('nodes = "UPPER"\nreech = 1.0', "unknown key 'reech'; expected keys are"),
         (f"{SURFACES}\nreach = -1.0", "reach: expected a length > 0, found -1"),
         (f"{SURFACES}\nuncovered = -1.0", "uncovered: expected a share from 0 to 1, found -1"),
     ],
