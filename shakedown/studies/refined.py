@@ -22,7 +22,7 @@ SLOWEST = 0.5  # least order of convergence; below it the extrapolated limit is 
 SLOW = (
     0.5 * SLOWEST
 )  # order below which there is none: what is left cannot be told from a power of h, or log h
-LEVEL = 0.03  # power of h below which a number counts as constant
+LEVEL = 0.03  # power of h, or relative change over three meshes, below which a number counts as constant
 FASTEST = 8.0  # largest order; above it the last change is meaningless
 NEAR = 0.25  # largest relative distance of the extrapolated limit; beyond twice this it is open
 LIMITS = (
@@ -95,7 +95,7 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
     if second * last > 0:
         power = float(np.log(second / last) / np.log(h[1] / h[2]))
     slow, far = near and order >= SLOW, order >= SLOWEST and abs(left) <= 2.0 * NEAR * abs(last)
-    if slow or far or abs(power) < LEVEL:
+    if slow or far or abs(power) < LEVEL or abs(last - first) <= LEVEL * abs(last):
         return Trend(Tendency.UNDECIDED)
     return Trend(Tendency.FALLS if now * last < 0 or last == 0.0 else Tendency.GROWS, order=power)
 

@@ -46,6 +46,8 @@ def test_too_little_to_tell():
     assert trend(H, np.array([1, 1, 1, np.inf, np.inf])).verdict == "undecided"
     assert trend(H, np.array([1, 1.2, 1.0, 1.2, 1.0])).verdict == "undecided"
     assert trend(H, 7 + H**0.4).verdict == trend(H, H**0.01).verdict == "undecided"
+    level = np.array([0.36998, 0.36823, 0.36511])  # within 1.3 %, the last change the larger one
+    assert trend(np.array([210, 351, 528]) ** -0.5, level).verdict == "undecided"
     assert trend(H[:3], np.zeros(3)).limit == 0.0
 
 
