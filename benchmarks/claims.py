@@ -359,7 +359,7 @@ def _lap_joint() -> list[str]:
         f"followed over {lap_joint.CYCLES} cycles take {sum(fine['seconds']):.0f} s of one core. λ_E is "
         f"{fine['energy'] / fine['upper']:.4f} of λ_max; at {still:g} N at the tip no pair slips in the end. At 40 N the friction work "
         f"of a cycle is {_over_meshes(found, loads, 40.0)}; from {loads[-2]:g} to {loads[-1]:g} N it grows with the amplitude to "
-        f"the power {exponent(fine, loads):.2g}. λ_max falls with the mesh, from {10 * coarse['upper']:.0f} N to {10 * fine['upper']:.0f} N: "
+        f"the power {exponent(fine, loads):.2g}. λ_max is lower on finer meshes, from {10 * coarse['upper']:.0f} N to {10 * fine['upper']:.0f} N: "
         "it is about the first pair at the edge of a pad (`lap_joint`)."
     ]
 
@@ -405,7 +405,7 @@ def _refinement() -> list[str]:
     return [
         f"{len(found)} joints on {min(meshes)} to {max(meshes)} meshes each, in the plane and in space: friction work at one load converges "
         f"on {counted('work')}, the load factor up to which slips stay small on {counted('slip_limit')}, λ_max averaged over a length on {counted('averaged_impossible_above')}, λ_max itself on "
-        f"{counted('impossible_above')}, where friction holds the edges of the contact or there are none ([what a limit means on a mesh](mesh.md), `refinement`)."
+        f"{counted('impossible_above')}, where friction holds the edges of the contact or there are none, and in the lap joint as far as five meshes tell ([what a limit means on a mesh](mesh.md), `refinement`)."
     ]
 
 

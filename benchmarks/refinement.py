@@ -20,6 +20,7 @@ from benchmarks.bodies.blocks import cantilevered_block
 from benchmarks.bodies.classical import cylinder_on_flat, press_fit
 from benchmarks.bodies.lap_joint import lap_joint
 from benchmarks.bodies.sphere import sphere_on_flat
+from benchmarks.lap_joint import WASHER
 from benchmarks.runner import run_study
 from shakedown import Problem, plot, refine
 from shakedown.fem import (
@@ -106,7 +107,7 @@ def brick(elements: int, f: float) -> Problem:
 
 def bolted_lap(elements: int) -> Problem:
     """The lap joint of the study of that name."""
-    return lap_joint((elements, elements // 6 + 2, elements // 12 + 1))
+    return lap_joint((elements, elements // 4, elements // 6), washer=WASHER)
 
 
 class Joint(NamedTuple):
@@ -136,7 +137,7 @@ JOINTS = {
     ),
     "brick on a rigid plane, moved, f = 0.2": Joint(lambda k: brick(k, 0.2), 4.0, None, (4, 8, 12, 16), 0.5),
     "sphere on a flat, f = 0.5": Joint(sphere_on_flat, 1.0, None, (3, 6, 12), 0.25),
-    "bolted lap joint, f = 0.5": Joint(bolted_lap, 4.0, None, (12, 24, 36), 10.0),
+    "bolted lap joint, f = 0.5": Joint(bolted_lap, 4.0, None, (12, 24, 36, 48, 60), 8.4),
 }
 SHARE = 8  # of the contact: the radius over which slips are averaged
 

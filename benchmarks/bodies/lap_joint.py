@@ -26,14 +26,15 @@ def lap_joint(
     preload: float = 12e3,
     tip: tuple[float, float] = (10.0, 10.0),
     reach: float = 10.0,
+    washer: tuple[float, float] | None = None,
     steps: int = 24,
 ) -> Problem:
     """Two half beams, 720 × 25.4 × 25.4 mm in all, that lap over 120 mm under three bolts of 12 kN.
 
     The left end is held; the load at the right one turns about the beam's axis, (0, P_y cos t, P_z sin t), so
-    that the lap is bent in both planes, a quarter of a period apart. Steel. Bolts pull square or
-    stepped patches of about the area of a washer together, through shanks of 8 mm, by which a tenth of the
-    preload is lost; there are no holes. By default the half beams touch on three pads below the bolts, where
+    that the lap is bent in both planes, a quarter of a period apart. Steel. Bolts pull patches of about the
+    area of a washer together, through shanks of 8 mm, by which a tenth of the preload is lost; there are no
+    holes. By default the half beams touch on three pads below the bolts, where
     the preload keeps all pairs closed; of a flat lap (``reach=math.inf``) the ends and edges open.
     Slips are those of the left half beam relative to the right one, along and across the beam.
 
@@ -50,6 +51,9 @@ def lap_joint(
         Amplitudes P_y and P_z of the load at the right end at λ = 1 [N].
     reach
         How far a pad goes from the axis of its bolt, along the beam [mm].
+    washer
+        How far a rectangular washer goes from the axis, along the beam and across it [mm], to lines of the
+        mesh. By default washers are round, and stepped: another patch on every mesh.
     steps
         Load steps of one period.
 
@@ -68,7 +72,7 @@ def lap_joint(
     steel = Material(YOUNG, 0.3)
     first, second = 0.5 * (LENGTH - LAP), 0.5 * (LENGTH + LAP)
     left = ElasticBody(
-        _half(elements, reach, lambda x: (x[0] < first) | (x[2] > 0.5 * HEIGHT), (0.0, second)),
+        _half(elements, reach, washer, lambda x: (x[0] < first) | (x[2] > 0.5 * HEIGHT), (0.0, second)),
         steel,
         supports=[Support("clamp")],
     )
@@ -77,7 +81,7 @@ def lap_joint(
         Force("tip", (0.0, 0.0, tip[1]), history=lambda t: np.sin(2 * np.pi * t)),
     ]
     right = ElasticBody(
-        _half(elements, reach, lambda x: (x[0] > second) | (x[2] < 0.5 * HEIGHT), (first, LENGTH)),
+        _half(elements, reach, washer, lambda x: (x[0] > second) | (x[2] < 0.5 * HEIGHT), (first, LENGTH)),
         steel,
         loads=loads,
     )
@@ -102,6 +106,7 @@ def lap_joint(
 def _half(
     elements: tuple[int, int, int],
     reach: float,
+    washer: tuple[float, float] | None,
     there: Callable[[FloatArray], NDArray[np.bool_]],
     ends: tuple[float, float],
 ) -> Mesh:
@@ -117,7 +122,7 @@ def _half(
     mesh = bar.restrict(np.flatnonzero(there(middle)))
     left = start == 0.0
     name, far, outer = ("clamp", start, HEIGHT) if left else ("tip", end, 0.0)
-    washers = {f"washer {k}": _washer(mesh, place, outer) for k, place in enumerate(BOLTS, start=1)}
+    washers = {f"washer {k}": _washer(mesh, place, outer, washer) for k, place in enumerate(BOLTS, start=1)}
     faces = {
         "lap": lambda p: (
             (np.abs(p[2] - 0.5 * HEIGHT) < 1e-9)
@@ -130,10 +135,20 @@ def _half(
     return mesh.with_boundaries(faces | washers)
 
 
-def _washer(mesh: Mesh, place: float, outer: float) -> NDArray[np.intp]:
-    """The faces whose middles a washer covers; the nearest ones where that is none."""
+def _washer(mesh: Mesh, place: float, outer: float, half: tuple[float, float] | None) -> NDArray[np.intp]:
+    """The faces whose middles a washer covers; the nearest ones where a round one covers none."""
     facets = mesh.boundary_facets()
-    middle = mesh.p[:, mesh.facets[:, facets]].mean(axis=1)
-    away = np.hypot(middle[0] - place, middle[1] - 0.5 * WIDTH)
-    away[np.abs(middle[2] - outer) > 1e-9] = np.inf
-    return np.asarray(facets[away <= max(WASHER, away.min() * (1 + 1e-9))])
+    corners = mesh.p[:, mesh.facets[:, facets]]
+    x, y, z = corners.mean(axis=1) - np.array([[place], [0.5 * WIDTH], [outer]])
+    above = np.abs(z) < 1e-9
+    if half is None:
+        away = np.where(above, np.hypot(x, y), np.inf)
+        return np.asarray(facets[away <= max(WASHER, away.min() * (1 + 1e-9))])
+    found = above & (np.abs(x) < half[0]) & (np.abs(y) < half[1])
+    covered = np.ptp(corners[:2, :, found], axis=1).prod(axis=0).sum()
+    if not np.isclose(covered, 4 * half[0] * half[1]):
+        raise UsageError(
+            f"lap_joint: expected washers with edges on lines of the mesh, found {half} mm, of which faces "
+            f"cover {covered:.4g} mm²"
+        )
+    return np.asarray(facets[found])

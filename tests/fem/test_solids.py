@@ -242,6 +242,8 @@ def test_the_lap_joint_carries_its_load_and_is_pressed_alike_on_both_sides():
     np.testing.assert_allclose(pressed[across], pressed, rtol=1e-7)
     with pytest.raises(UsageError, match="lap_joint: expected >= 6 elements along the lap"):
         lap_joint((4, 2, 1))
+    with pytest.raises(UsageError, match=r"washers with edges on lines of the mesh, found .* cover 254 mm²"):
+        lap_joint((12, 4, 1), washer=(10.0, 4.0))
     with pytest.raises(UsageError, match="bolted_flange: expected a multiple of 8 elements around the hole"):
         bolted_flange((12, 2, 2))
     with pytest.raises(UsageError, match="blade_root: expected >= 1 elements along a flank"):
