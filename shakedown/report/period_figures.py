@@ -316,12 +316,12 @@ def _zones_at_instants(_: Verification, shown: Sequence[Pictured], problem: Prob
             drawings.append(Drawing(alt, draw, name, patch_size(problem, patch, three=True)))
     caption = (
         "What sticks, slips and is open, when the fewest nodes stick in each third of the period: "
-        f"{'; '.join(one.which for one in shown)}.{_open_between(shown, times, problem)}"
+        f"{'; '.join(one.which for one in shown)}.{open_between(shown, times, problem)}"
     )
     return picture(caption, *drawings, one_legend=True)
 
 
-def _open_between(shown: Sequence[Pictured], times: dict[str, list[float]], problem: Problem) -> str:
+def open_between(shown: Sequence[Pictured], times: dict[str, list[float]], problem: Problem) -> str:
     """Which nodes are open for part of a period, but not at the instants that are drawn."""
     said = ""
     for one in shown:
