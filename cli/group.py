@@ -28,8 +28,9 @@ def shakedown_bounds() -> None:
     """Shakedown analysis of elastic contacts with Coulomb friction.
 
     FILE is a problem file (NPZ) or the name of a built-in problem; `example`
-    lists those. Exit codes: 0 done; 1 done, but the answer is negative or open;
-    2 bad usage or bad input.
+    lists those. Exit codes: 0 done; 1 done, but the answer is negative (verification
+    disagrees, a requirement is not met) or open (undecided); 2 bad usage or
+    bad input.
     """
 
 

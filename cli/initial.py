@@ -33,7 +33,11 @@ def start_of(
 
 
 def initial_state(
-    problem: Problem, load_factor: float, initial: str, open_nodes: tuple[int, ...] = ()
+    problem: Problem,
+    load_factor: float,
+    initial: str,
+    open_nodes: tuple[int, ...] = (),
+    expected: str = "zero, given, given:K, safe, witness",
 ) -> FloatArray:
     """The initial slip, (dn,), that a word or a file on the command line stands for."""
     word, colon, index = initial.partition(":")
@@ -43,7 +47,9 @@ def initial_state(
         return _given(problem, index)
     from shakedown.bounds.named_start import NAMES, named_start
 
-    return named_start(problem, load_factor, word, open_nodes) if word in NAMES else _from_file(initial)
+    if word in NAMES:
+        return named_start(problem, load_factor, word, open_nodes)
+    return _from_file(initial, expected)
 
 
 def _given(problem: Problem, index: str) -> FloatArray:
@@ -58,11 +64,11 @@ def _given(problem: Problem, index: str) -> FloatArray:
     return states[int(index or 0)]
 
 
-def _from_file(path: str) -> FloatArray:
+def _from_file(path: str, expected: str) -> FloatArray:
     if not os.path.lexists(path):
-        raise click.UsageError(
-            f"--initial {shortened(path)}: expected zero, given, given:K, safe, witness or an NPY file"
-        )
+        is_path = os.path.splitext(path)[1] or os.path.basename(path) != path
+        why = "no such file" if is_path else f"expected {expected} or an NPY file"
+        raise click.UsageError(f"--initial {shortened(path)}: {why}")
     reads(click.get_current_context(silent=True), "--initial", path)
     try:
         return shakedown.load_initial_slip(path)

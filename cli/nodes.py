@@ -20,6 +20,7 @@ from shakedown.report.node_words import (
     without_round_off,
     worst_first,
 )
+from shakedown.report.run_words import SEPARATED
 from shakedown.report.text_table import table
 
 from .claims import NODE_FILES, SERIES_FILES, OutputFile, writes_whole
@@ -114,12 +115,21 @@ def _claim_series(context: click.Context, output: Path | None, instants: int) ->
 def _text(problem: Problem, found: NodeResults, initial: str) -> str:
     factor = load_factor_in_words(problem, found.load_factor)
     begun = f"{factor}, initial state {shortened(initial)}: {found.outcome}"
-    lines = [headline(problem), "", paragraph(begun), paragraph(f"({found.reason}).", "  ")]
+    lines = [
+        headline(problem),
+        "",
+        *[SEPARATED] * (set(found.status) == {"open"}),
+        paragraph(begun),
+        paragraph(f"({found.reason}).", "  "),
+    ]
     if not found.period:
         return "\n".join([*lines, "There is no steady period, and so there are no numbers."])
     counts = ", ".join(f"{found.status.count(word)} {word}" for word in dict.fromkeys(found.status))
     works = without_round_off(found.work, resolution(problem, found.load_factor)[1])
-    total = f"Friction dissipates {sized(sum(works), units_of(problem).work, DIGITS)} per cycle"
+    work = sized(sum(works), units_of(problem).work, DIGITS)
+    if "slip" in found.status and not any(works):
+        work = "a negligible amount"
+    total = f"Friction dissipates {work} per cycle"
     said = filter(None, [f"Nodes: {counts}. {total}.", total_slip_in_words(found, problem)])
     return "\n".join([*lines, *map(paragraph, said), "", _worst(problem, found)])
 
@@ -136,7 +146,8 @@ def _worst(problem: Problem, found: NodeResults) -> str:
         shown.popitem()
         text = table(list(shown), [[column[node] for column in shown.values()] for node in worst])
     slips = bool((columns["slip_range"] > 0).any())
-    return "\n".join([_heading(problem, len(worst), slips), "", text])
+    mixed = ["", "mixed: open for part of the period."] * ("mixed" in found.status)
+    return "\n".join([_heading(problem, len(worst), slips), "", text, *mixed])
 
 
 def _heading(problem: Problem, shown: int, slips: bool) -> str:

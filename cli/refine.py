@@ -60,6 +60,8 @@ def refine(
     work and the largest slip at one load factor, starting without slip. The coarsest mesh comes first;
     three tell.
     """
+    if len(problems) < 2:
+        raise click.UsageError("FILE FILE …: expected several meshes of one joint, found one file")
     record_of(context, output, resume)
     with progress("meshes") as update:
         found = shakedown.refine(
@@ -90,5 +92,8 @@ def _text(finest: Problem, found: Refinement) -> str:
     shown = refinement_table(found, finest)
     width = max(len(row[0]) for row in shown.rows)
     rows = [[row[0].ljust(width), *row[1:]] for row in shown.rows]
-    notes = [paragraph(sentence) for sentence in refinement_notes(found, finest)]
+    untold = set(found.verdict.values()) == {"undecided"}
+    meshes = f"Undecided: {len(found.nodes)} meshes tell no trend of any number; three or more may."
+    notes = [paragraph(meshes)] * untold
+    notes += [paragraph(sentence) for sentence in refinement_notes(found, finest)]
     return "\n".join([headline(finest), "", table(shown.head, rows), "", *notes])

@@ -17,13 +17,14 @@ from shakedown.report.mesh_words import averaged_in_words
 
 from .initial import initial_state
 from .options import NAMED, average_option, open_option, output_options, problem_argument
-from .output import echo_json, paragraph, say
+from .output import echo_json, is_quiet, paragraph, say
 from .solve_text import details_text, quick_text, solve_text
 
 CLAIMS = {
     "proved-from-state": "proved_from_this_state",
     "proved-from-every-state": "proved_from_every_state",
 }  # what may be required, and the number it is about
+STATES = "zero, given, given:K"
 CURVE_RADII = (0.25, 1.0, 4.0)  # in multiples of the largest safe slip
 CURVE_UP_TO = 40  # nodes; beyond, each point takes seconds
 ANNOUNCED_FROM = 250  # nodes; from here on the lower bound may take a minute
@@ -95,7 +96,7 @@ def load_factor_of(text: str) -> float | None:
     type=Requirement(),
     multiple=True,
     help="Exit with 1 unless shakedown is proved up to load factor X: proved-from-state=X or "
-    "proved-from-every-state=X. May be given twice.",
+    "proved-from-every-state=X. May be given twice; with --quiet nothing else is said.",
 )
 @open_option
 @average_option
@@ -119,14 +120,14 @@ def solve(
     Then what becomes of the nominal load (λ = 1) where these decide, its margin, and what decides.
     """
     if initial in ("safe", "witness"):
-        raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")
+        raise click.UsageError(f"--initial {initial}: expected {STATES} or PATH.npy")
     if quick and average is not None:
         raise click.UsageError("--average: not with --quick, which leaves out what is proved")
     if quick and required:
         raise click.UsageError("--require: not with --quick, which leaves out what is proved")
     if quick and follow:
         raise click.UsageError("--follow: not with --quick, which simulates nothing")
-    state = initial_state(problem, 0.0, initial)
+    state = initial_state(problem, 0.0, initial, expected=STATES)
     if quick:
         upper = shakedown.upper_bound(problem, open_nodes=open_nodes, certify=False)
         energy = shakedown.energy_bound(problem, state, distance, open_nodes=upper.open_nodes)
@@ -150,7 +151,7 @@ def solve(
         asked = {"required": [_asked(found, *each) for each in required]} if required else {}
         asked |= averaged_document(*between) if between else {}
         echo_json(assessment_document(found, curve, follow=follow) | asked)
-    else:
+    elif not (required and is_quiet()):  # then the line on what is not met, and the exit code, are the answer
         say(solve_text(found, context.meta[NAMED], details=details, follow=follow))
         if between:
             say(paragraph(averaged_in_words(*between)))

@@ -16,7 +16,7 @@ from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.friction_words import friction_in_words
 from shakedown.report.hint_words import doubts_in_words, hints_in_words
 from shakedown.report.json_documents import verification_document
-from shakedown.report.limit_words import transient_in_words
+from shakedown.report.limit_words import transient_beside_in_words
 from shakedown.report.mesh_words import averaged_in_words
 from shakedown.report.node_words import slip_limit_in_words
 from shakedown.report.run_words import SEPARATION, as_given_in_words
@@ -199,9 +199,7 @@ def _text(problem: Problem, result: shakedown.Verification, details: bool) -> st
         lines += [paragraph(verdict_in_words(result))]
         lines += [paragraph(f"- {finding}", "  ") for finding in findings]
         lines += [""]
-    sentences = doubts_in_words(problem)
-    if result.transient is not None:
-        sentences.append(transient_in_words(result.transient, problem, limits.from_state.load_factor))
+    sentences = [*doubts_in_words(problem), *transient_beside_in_words(result)]
     if result.slip_limit is not None:
         sentences.append(slip_limit_in_words(result.slip_limit, problem))
     lines += [paragraph(sentence) for sentence in sentences]

@@ -109,7 +109,7 @@ def _agreement(case: Case, run: Simulation) -> bool | None:
     if case.predicted == "either" or run.outcome == Outcome.UNDECIDED:
         return None
     shakes_down = case.predicted == "shakedown"
-    if run.outcome != Outcome.SHAKEDOWN:
+    if run.outcome != Outcome.SHAKEDOWN or run.separated:
         return not shakes_down
     if run.open_nodes == case.open_nodes or case.region == NO_ZONE:
         return shakes_down

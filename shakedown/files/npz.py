@@ -180,14 +180,25 @@ def _read_arrays(path: str | os.PathLike[str]) -> dict[str, Any]:
     return arrays
 
 
+def _meant(key: str) -> str:
+    """What an unknown key probably stands for; empty where there is no guess."""
+    from difflib import get_close_matches  # where a key is wrong only
+
+    if key == "directions":
+        return ": it follows from the shape of B"
+    near = ["f"] if key in ("mu", "friction") else get_close_matches(key, sorted(KEYS), 1)
+    return f": did you mean '{near[0]}'?" if near else ""
+
+
 def _members(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
     """The members of an archive by key, each known, there once and of a plain kind."""
     listed = archive.infolist()
     members = {info.filename.removesuffix(".npy"): info for info in listed}
     unknown = sorted(set(members) - KEYS - {"schema"})
     if unknown:
-        names = shortened(", ".join(f"'{shortened(key, 40)}'" for key in unknown))
-        raise ProblemError(f"unknown key {names}; expected keys are {', '.join(sorted(KEYS))}")
+        known = "" if all(map(_meant, unknown)) else f"; expected keys are {', '.join(sorted(KEYS))}"
+        names = shortened(", ".join(f"'{shortened(key, 40)}'{_meant(key)}" for key in unknown))
+        raise ProblemError(f"unknown key {names}{known}")
     if len(members) != len(listed):
         raise ProblemError("expected every key once, found one twice")
     missing = [key for key in ("A", "B", "f", "q_w", "p_w") if key not in members]

@@ -81,6 +81,11 @@ class SettledState(Result):
     slides_away: bool = False
 
     @property
+    def separated(self) -> bool:
+        """Whether every node stays open: the bodies have come apart."""
+        return len(self.open_nodes) == self.problem.n
+
+    @property
     def dissipation_per_cycle(self) -> float:
         """Work of friction and of damping in jumps per cycle, averaged over the period."""
         return self.friction_dissipation_per_cycle + self.jump_dissipation_per_cycle

@@ -20,7 +20,7 @@ from shakedown.report.assessment_words import (
 from shakedown.report.hint_words import LOAD_DOMAIN
 from shakedown.report.next_words import margin_in_words
 from shakedown.report.node_words import node_in_words, open_in_words
-from shakedown.report.run_words import sliding_in_words
+from shakedown.report.run_words import SEPARATED, sliding_in_words
 
 if TYPE_CHECKING:
     from shakedown.assessment.verify import Verification
@@ -48,6 +48,8 @@ def answer_in_words(v: Verification) -> str:
     at node 1, in the simulation. Starting without slip, it is proved to shake down up to 20 ± 14.63 kN
     (λ = 0.7315934); bolt preload 12 kN, unchanged.
     """
+    if v.as_given.simulation.separated:
+        return SEPARATED
     loads = varying_loads_in_words(v.problem)
     if not loads:  # then the margin says the same number
         proved = "" if margin_of_answer(v) else _proved(v)
@@ -148,6 +150,8 @@ def banner_class(v: Verification) -> str:
         each.simulation.outcome == Outcome.UNDECIDED and each.simulation.load_factor != run.load_factor
         for each in v.runs
     )
+    if run.separated and not v.disagreements:
+        return "open"
     if v.disagreements or run.slides_away or run.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING):
         return "disagree"
     exact = run.proved or run.long_term is not None  # at fixed load steps slow slip may look like none
@@ -181,13 +185,14 @@ def agreement_in_words(judged: int, runs: int) -> str:
     'The bounds predict no outcome of any of the 4 runs: there is nothing to agree with.'
     """
     if not judged:
-        return f"The bounds predict no outcome of any of the {runs} runs: there is nothing to agree with."
-    if judged == runs:
-        return f"Prediction and time integration agree in all {runs} runs."
-    return (
-        f"Prediction and time integration agree in all {judged} runs for which the bounds predict "
-        f"an outcome ({runs} runs in all)."
+        any_run = "the one run" if runs == 1 else f"any of the {runs} runs"
+        return f"The bounds predict no outcome of {any_run}: there is nothing to agree with."
+    agree = (
+        f"Prediction and time integration agree in {'the one run' if judged == 1 else f'all {judged} runs'}"
     )
+    if judged == runs:
+        return f"{agree}."
+    return f"{agree} for which the bounds predict an outcome ({runs} runs in all)."
 
 
 def _paths_in_words(problem: Problem, plane: bool) -> str:

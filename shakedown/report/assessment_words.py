@@ -114,12 +114,14 @@ def _number(value: float, rounded: Callable[[float, int], str]) -> str:
     if np.isnan(value):
         return "open"
     if np.isinf(value):
-        return "any λ" if rounded is down else "none"
-    return beside_one(value, rounded) if value > 0 or rounded is up else "none"
+        return "any λ" if rounded is down else "no limit"
+    return beside_one(value, rounded) if value > 0 or rounded is up else "nothing proved"
 
 
-def beside_one(value: float, rounded: Callable[[float, int], str], digits: int = DIGITS) -> str:
-    """A load factor, with more digits where rounding would hide on which side of 1 it lies.
+def beside_one(
+    value: float, rounded: Callable[[float, int], str], digits: int = DIGITS, one: float = 1.0
+) -> str:
+    """A load factor, with more digits where rounding would hide on which side of 1, or of another, it lies.
 
     Examples
     --------
@@ -127,7 +129,7 @@ def beside_one(value: float, rounded: Callable[[float, int], str], digits: int =
     ('1.273456', '1.00000004', '0.99996')
     """
     texts = [rounded(value, more) for more in range(digits, 17)]
-    return next((text for text in texts if np.sign(float(text) - 1) == np.sign(value - 1)), texts[-1])
+    return next((text for text in texts if np.sign(float(text) - one) == np.sign(value - one)), texts[-1])
 
 
 def at_load_factor(
@@ -215,7 +217,8 @@ def certain_in_words(limits: JointLimits) -> list[str]:
     Starting without slip, the joint is proved to shake down up to λ = 0.7315934 (by a box of slips that
     the joint cannot leave; by energy up to λ_E = 0.6619611); from every initial state with all nodes in
     contact and within their friction limits up to λ_U = 0.6573734 (first collapse); above λ_max =
-    0.7391456 it cannot shake down while all nodes stay in contact.
+    0.7391456 it cannot shake down while all nodes stay in contact; all for these 50 load steps, joined by
+    straight lines.
     """
     here = _proved_from_here(limits.energy, limits.from_state, limits.problem)
     certain, *more = _certain([here, _proved_from_everywhere(limits.universal)], limits.upper, limits.problem)
@@ -250,6 +253,13 @@ def _decided_at_the_edge(limits: JointLimits) -> list[str]:
     return [" ".join(sentences)]
 
 
+def load_steps_in_words(problem: Problem) -> str:
+    """For which path of the loads every limit holds; empty for a load domain, which is about every path."""
+    if problem.is_domain or problem.m < 2:
+        return ""
+    return f"for these {problem.m} load steps, joined by straight lines"
+
+
 def quickly_in_words(energy: EnergyBound, upper: UpperBound, problem: Problem) -> list[str]:
     """What is certain by λ_E and λ_max alone."""
     return _certain([_proved_from_here(energy, from_state(energy), problem)], upper, problem)
@@ -259,7 +269,8 @@ def _certain(parts: list[str], upper: UpperBound, problem: Problem) -> list[str]
     if upper.status == Status.OPTIMAL and not upper.open_nodes:
         often = " on a path that returns to all corners" * problem.is_domain
         parts.append(f"above λ_max = {up(upper.load_factor)} it cannot shake down{often} {IN_CONTACT}")
-    sentence = "; ".join(part for part in parts if part)
+    steps = load_steps_in_words(problem)
+    sentence = "; ".join([*filter(None, parts), *([f"all {steps}"] if steps else [])])
     return [sentence + ".", *last_digit_in_words(problem), *([LOAD_DOMAIN] if problem.is_domain else [])]
 
 

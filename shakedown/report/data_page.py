@@ -14,7 +14,7 @@ from shakedown.ground.tolerances import DEFAULT
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
-from shakedown.joint.rigid_slips import zero_modes
+from shakedown.joint.rigid_slips import rigid_slips, zero_modes
 from shakedown.joint.units import loads_in_words, units_of
 from shakedown.report.limit_words import coupling_in_words
 from shakedown.report.node_words import of_directions
@@ -58,7 +58,7 @@ def stiffness_rows(problem: Problem, coupling_ratio: float) -> list[tuple[str, s
         (
             f"{name} positive semi-definite",
             f"eigenvalues {few(values[0])} … {sized(values[-1], unit)}",
-            f"passed; {_free_motions(free)}",
+            f"passed; {_free_motions(free, len(rigid_slips(problem).pinned))}",
         ),
         ("friction coefficients", friction(problem), "passed: none is negative"),
     ]
@@ -71,11 +71,22 @@ def stiffness_rows(problem: Problem, coupling_ratio: float) -> list[tuple[str, s
     return rows
 
 
-def _free_motions(free: int) -> str:
-    """How many motions are resisted by no stiffness, and what that means."""
+def _free_motions(free: int, sliding: int) -> str:
+    """How many rigid motions are resisted by no stiffness, and what resists them.
+
+    Examples
+    --------
+    >>> print(_free_motions(5, 3))
+    no stiffness against 5 rigid motions of one body on the other, as in a bolted joint: friction alone
+    resists 3, pressure and preload resist the 2 that change gaps
+    """
     if not free:
         return "every motion is resisted"
-    return f"{count(free, 'motion')} of one body on the other resisted by friction only, as in a bolted joint"
+    none = (
+        f"no stiffness against {count(free, 'rigid motion')} of one body on the other, as in a bolted joint"
+    )
+    gaps = f", pressure and preload resist the {free - sliding} that change gaps" * (free > sliding)
+    return f"{none}: friction alone resists {sliding or 'none'}{gaps}"
 
 
 def friction(problem: Problem) -> str:

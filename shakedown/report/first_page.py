@@ -13,7 +13,7 @@ from shakedown.joint.units import units_of
 from shakedown.long_term.node_table import STATUSES
 from shakedown.report.assessment_words import at_load_factor, loads_of_numbers, numbers_in_words
 from shakedown.report.limit_words import digits_of_transient_limit, onsets_in_words
-from shakedown.report.node_words import node_columns, node_in_words
+from shakedown.report.node_words import no_node_ever_slips, node_columns, node_in_words
 from shakedown.report.page_tables import PageTable, transient_is_proved
 
 HOW = {
@@ -67,14 +67,21 @@ def _node_rows(v: Verification) -> list[list[str]]:
         ["friction work per cycle, all nodes", sized(float(taken.sum()), units.work), ""],
     ]
     if not (slip > 0).any() and not (path > 0).any():
-        rows = [["slip and friction work per cycle", "0", "no node slips"]]
+        rows = [
+            [
+                "slip and friction work per cycle",
+                "0",
+                "no node ever slips, proved" if no_node_ever_slips(nodes) else "no node slips",
+            ]
+        ]
     if np.isnan(nodes.area).all():
         rows.append(_largest(v, "largest normal force", nodes.p_max, units.force, "over the cycle"))
     else:
         over = "its normal force over its area"
         rows.append(_largest(v, "largest pressure", nodes.pressure_max, units.stress, over))
     counts = [(nodes.status.count(status), HOW[status]) for status in STATUSES]
-    rows.append(["nodes", str(v.problem.n), ", ".join(f"{many} {how}" for many, how in counts if many)])
+    there = [f"{'all' if many == v.problem.n else many} {how}" for many, how in counts if many]
+    rows.append(["nodes", str(v.problem.n), ", ".join(there)])
     return rows
 
 

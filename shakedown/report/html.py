@@ -3,6 +3,7 @@
 import datetime
 import os
 import platform
+import re
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,7 @@ from shakedown.report.answer_words import (
     margin_of_answer,
     verdict_in_words,
 )
-from shakedown.report.assessment_words import HEADING, certain_in_words
+from shakedown.report.assessment_words import HEADING, certain_in_words, load_steps_in_words
 from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.data_page import (
     configuration,
@@ -43,10 +44,10 @@ from shakedown.report.first_page import large_numbers, rest_table
 from shakedown.report.friction_words import critical_in_words, friction_in_words
 from shakedown.report.hint_words import relative_in_words
 from shakedown.report.json_documents import as_text, verification_document
-from shakedown.report.limit_words import sensitivities_in_words, transient_in_words
+from shakedown.report.limit_words import sensitivities_in_words, transient_beside_in_words
 from shakedown.report.load_figures import problem_pictures
 from shakedown.report.mesh_words import averaged_in_words, refinement_in_words, refinement_notes
-from shakedown.report.node_words import slip_limit_in_words, total_slip_in_words
+from shakedown.report.node_words import no_node_ever_slips, slip_limit_in_words, total_slip_in_words
 from shakedown.report.page_tables import (
     PageTable,
     bounds_table,
@@ -69,6 +70,7 @@ from shakedown.report.verification_figures import (
 )
 from shakedown.studies.refined import Refinement
 
+LOAD_FACTOR = re.compile(r"(λ(?:_\w+)?) = (?=\d)")  # no line ends between a load factor and its number
 REPORT = "shakedown-bounds verify"  # the first entry of a report's JSON
 
 
@@ -208,7 +210,8 @@ def _shown(value: Any) -> Any:
     """A value as the page shows it: texts with subscripts, without control characters; pictures unchanged."""
     if not isinstance(value, str) or isinstance(value, Markup):
         return value
-    return Markup(SUBSCRIPT.sub(r"\1<sub>\2</sub>", str(_as_written(value))))
+    together = LOAD_FACTOR.sub("\\1\u00a0=\u00a0", str(_as_written(value)))
+    return Markup(SUBSCRIPT.sub(r"\1<sub>\2</sub>", together))
 
 
 def _as_written(value: str) -> Markup:
@@ -232,7 +235,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "answer": answer_in_words(v),
         "margin_of_answer": margin_of_answer(v),
         "mesh_warning": v.limits.mesh.warning,
-        "total_slip": total_slip_in_words(v.nodes, problem),
+        "total_slip": "" if no_node_ever_slips(v.nodes) else total_slip_in_words(v.nodes, problem),
         "headline": as_given_in_words(v.as_given, units_of(problem).length, problem, v.limits.universal),
         "reservations": [
             *filter(None, [v.unfinished]),
@@ -243,7 +246,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "verdict": verdict_in_words(v),
         "verdict_class": banner_class(v),
         "problems": [*v.disagreements, *v.open_questions],
-        "tiles_name": HEADING,
+        "tiles_name": " ".join([HEADING.removesuffix(" is"), *_through(problem), "is"]),
         "tiles": large_numbers(v),
         "rest": rest_table(v),
         "scale": scale_picture(v),
@@ -260,7 +263,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "meaning": [
             certain,
             *bounds_in_words(v.limits),
-            *([] if v.transient is None else [transient_in_words(v.transient, problem, _proved_below(v))]),
+            *transient_beside_in_words(v),
             *([] if v.slip_limit is None else [slip_limit_in_words(v.slip_limit, problem)]),
         ],
         "guarantee": guarantee_picture(v),
@@ -284,9 +287,10 @@ def _context(v: Verification) -> dict[str, Any]:
     }
 
 
-def _proved_below(v: Verification) -> float:
-    """The load factor up to which a bound proves shakedown from the state asked about."""
-    return v.limits.from_state.load_factor
+def _through(problem: Problem) -> list[str]:
+    """For which path of the loads the three numbers hold, where they are not about every path."""
+    steps = load_steps_in_words(problem)
+    return [f"{steps},"] if steps else []
 
 
 def _coupling_ratio(v: Verification) -> float:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from shakedown.assessment.every_limit import JointLimits
     from shakedown.assessment.sensitivities import Sensitivities
     from shakedown.assessment.transient_limit import TransientLimit
+    from shakedown.assessment.verify import Verification
     from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
     from shakedown.bounds.onset import Onset
     from shakedown.joint.problem import Problem
@@ -98,12 +99,16 @@ def digits_of_transient_limit(limit: TransientLimit) -> int:
 
 
 def transient_in_words(
-    limit: TransientLimit, problem: Problem | None = None, proved_below: float = np.nan
+    limit: TransientLimit,
+    problem: Problem | None = None,
+    proved_below: float = np.nan,
+    impossible_above: float = np.nan,
 ) -> str:
     """Up to where one history shakes down, and what was scanned to say so.
 
     With the problem it is said where that history is one path of many through a load domain; with the load
     factor below which a bound proves shakedown from the same state, where the simulations ended before that.
+    A load factor just below the one above which shakedown is impossible gets the digits that tell them apart.
     """
     path = ", with the corners of the load domain in their order," * (
         problem is not None and problem.is_domain
@@ -116,12 +121,13 @@ def transient_in_words(
         return f"{here} the joint shakes down at every load factor ({scan})."
     order = "" if limit.monotone else "; below it there are load factors at which it does not"
     proved = ""
+    cycling = beside_one(limit.cycling, up, one=float(np.nan_to_num(impossible_above, nan=np.inf)))
     if np.isfinite(limit.proved):
         there = limit.proved == limit.load_factor and not order
         where = ", where that" if there else f"; at λ = {down(limit.proved)} that"
         proved = f"{where} is proved {followed_in_words(limit)}"
         if np.isfinite(limit.cycling):
-            proved += f"{';' if there else ','} at λ = {up(limit.cycling)} {_found_above(limit)}"
+            proved += f"{';' if there else ','} at λ = {cycling} {_found_above(limit)}"
     if limit.at_high is not None and limit.at_high.outcome == "undecided":
         proved += f"; just above λ_T it is undecided after {limit.at_high.cycles_simulated} cycles"
         if proved_below > limit.load_factor:
@@ -129,6 +135,14 @@ def transient_in_words(
     return (
         f"{here} the joint shakes down up to λ_T = {transient_limit_as_text(limit)}{order}{proved} ({scan})."
     )
+
+
+def transient_beside_in_words(v: Verification) -> list[str]:
+    """The same of a verification, beside its other limits; nothing where there is no λ_T."""
+    if v.transient is None:
+        return []
+    proved, impossible = v.limits.from_state.load_factor, v.assessment.impossible_above
+    return [transient_in_words(v.transient, v.problem, proved, impossible)]
 
 
 def followed_in_words(limit: TransientLimit) -> str:

@@ -107,7 +107,14 @@ def uniqueness_in_words(found: InitialStateMap) -> list[str]:
         False: "The final state is not unique",
         None: "The final state is not known to be unique",
     }[found.unique]
-    untried = " Of states not tried only λ_U says something (solve)." if found.same_outcome else ""
+    untried = ""
+    if found.same_outcome:
+        untried = " Of states not tried only λ_U says something (solve)."
+        if found.proved_everywhere:
+            untried = (
+                " This load factor lies below λ_U: proved for all states with all nodes in contact and "
+                "within their friction limits."
+            )
     return [f"{outcome}{word}.{untried}", f"{state}: {found.evidence}."]
 
 

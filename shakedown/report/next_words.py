@@ -33,8 +33,9 @@ def margin_in_words(found: Assessment, simulated: float = np.nan) -> str:
     Examples
     --------
     >>> import shakedown
-    >>> margin_in_words(shakedown.assess(shakedown.example("two-node")))
-    'With the varying part of the load 26.85 % smaller it is proved to shake down.'
+    >>> print(margin_in_words(shakedown.assess(shakedown.example("two-node"))))
+    With the varying part of the load 34.27 % smaller it is proved to shake down from every state, 26.85 %
+    starting without slip.
     """
     every, here = np.nan_to_num([found.proved_from_every_state, found.proved_from_this_state], posinf=np.inf)
     proved = max(every, here)
@@ -42,20 +43,33 @@ def margin_in_words(found: Assessment, simulated: float = np.nan) -> str:
         return ""
     if proved > 1:
         return _larger(found, every, here, simulated)
-    known = [f"{percent(proved, up)} smaller it is proved to shake down"] if 0 < proved < 1 else []
+    known = _smaller(found, every, here)
     if 0 < simulated < 1 and percent(simulated, up) != percent(proved, up):
         shakes_down = "it does so" if known else "it shakes down"
         known.append(f"{percent(simulated, up)} smaller {shakes_down} in the simulation")
     return f"With the varying part of the load {', '.join(known)}." if known else ""
 
 
+def _start(found: Assessment) -> str:
+    """The state that is asked about, as it ends a sentence."""
+    return f"starting {start_in_words(np.nan_to_num(found.details.energy.initial_slip))}"
+
+
+def _smaller(found: Assessment, every: float, here: float) -> list[str]:
+    """By how much the varying part of the load must shrink, and for which states it is proved then."""
+    margins = {percent(every, up): "from every state"} if 0 < every < 1 else {}
+    if 0 < here < 1:
+        margins.setdefault(percent(here, up), _start(found))
+    said = "smaller it is proved to shake down "  # once
+    return [f"{margin} {said * (k == 0)}{state}" for k, (margin, state) in enumerate(margins.items())]
+
+
 def _larger(found: Assessment, every: float, here: float, simulated: float) -> str:
     """By how much the varying part of the load may grow."""
-    start = start_in_words(np.nan_to_num(found.details.energy.initial_slip))
     margins = {percent(every, down): "from every state"} if every > 1 else {}
     if here > 1:
         shown = percent(here, down)
-        margins[shown] = f"starting {start}" if shown not in margins else ""
+        margins[shown] = _start(found) if shown not in margins else ""
     mesh = " for this mesh" * bool(found.details.mesh.warning)
     known = " and ".join(f"{margin} larger {from_here}".rstrip() for margin, from_here in margins.items())
     if len(margins) == 1:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 AXES = "xy"  # of the two tangential directions of a node
 LONGEST_LABEL = 16  # characters of a label in a table
 COLUMNS = (  # of a table of results per node; the first ones are kept where the table is narrow
-    "slip_range", "accumulated_slip", "work", "p_max", "q_max", "p_min",
+    "slip_range", "accumulated_slip", "work", "p_max", "p_min", "q_max",
     "pressure_max", "shear_max", "tau_delta", "wear_depth", "total_slip_bound",
 )  # fmt: skip
 LONGEST_RANGES = 24  # characters in a column
@@ -140,6 +140,11 @@ def node_columns(nodes: NodeResults, problem: Problem) -> dict[str, FloatArray]:
     return {word: values for word, values in columns.items() if not np.isnan(values).all()}
 
 
+def no_node_ever_slips(nodes: NodeResults) -> bool:
+    """Whether it is proved that no node slips at all, from the initial state on."""
+    return float(nodes.total_slip_bound.max()) == 0.0
+
+
 def total_slip_in_words(nodes: NodeResults, problem: Problem) -> str:
     """The proved bound on the total slip of any node; empty where there is none.
 
@@ -154,7 +159,7 @@ def total_slip_in_words(nodes: NodeResults, problem: Problem) -> str:
     if np.isnan(most):
         return ""
     here = f"Proved: at λ = {nodes.load_factor:g}, from this initial state on, no node ever slips"
-    if most == 0.0:
+    if no_node_ever_slips(nodes):
         return f"{here}."
     return f"{here} more than {up(most, FEW_DIGITS)} {units_of(problem).length}".rstrip() + " in all."
 

@@ -11,7 +11,7 @@ from shakedown.assessment.verify import Verification
 from shakedown.bounds.collapse.lower import LowerBound
 from shakedown.ground.errors import present
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, up
-from shakedown.ground.status import named
+from shakedown.ground.status import Status, named
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
@@ -112,7 +112,9 @@ def limits_on_page(v: Verification) -> dict[str, float]:
 
     Only the largest of λ_E, λ_box and λ_S is included.
     """
-    largest = {"λ_max": v.limits.upper.load_factor}
+    upper = v.limits.upper  # without a safe slip nothing is possible above 0
+    nothing_safe = upper.status == Status.INFEASIBLE
+    largest = {"λ_max": v.assessment.impossible_above if nothing_safe else upper.load_factor}
     others = {
         v.limits.from_state.symbol: v.limits.from_state.load_factor,
         "λ_T": np.nan if v.transient is None else float(transient_limit_as_text(v.transient)),

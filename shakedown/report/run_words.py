@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from shakedown.long_term.energy_proof import EnergyProof
     from shakedown.long_term.simulation import Simulation
 
+SEPARATED = "All nodes are open: the bodies separate. Is the sign of p_w right?"
 SEPARATION = (
     "Separation: within the period nodes open and close, and none slips while it is closed, except "
     "perhaps in a jump."
@@ -49,6 +50,8 @@ def as_given_in_words(
     )
     start = start_in_words(run.initial != "zero")
     here = f"At the nominal load (λ = 1){order}, starting {start}, the joint"
+    if state.separated:
+        return SEPARATED
     slipping = open_in_words(slipping_nodes(state.slip_per_cycle), problem)
     if state.outcome == Outcome.SHAKEDOWN:
         kept = f" with {open_in_words(state.open_nodes, problem)} open" if len(state.open_nodes) else ""

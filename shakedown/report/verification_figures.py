@@ -49,8 +49,8 @@ def scale_picture(v: Verification) -> Picture:
     here, everywhere = (np.nan_to_num(x, posinf=np.inf) for x in both)
     proved = (0.0, everywhere) if everywhere >= here else (known.least_load_factor, here)
     bands = {"proved": proved}
-    if np.isfinite(upper.load_factor) and not upper.open_nodes:
-        bands["excluded"] = (upper.load_factor, np.inf)
+    if np.isfinite(marks["λ_max"]) and not upper.open_nodes:
+        bands["excluded"] = (marks["λ_max"], np.inf)
     shown = ", ".join(f"{name} = {few(value, DIGITS)}" for name, value in marks.items() if np.isfinite(value))
     alt = f"Scale of the load factor with {shown or 'no limit'} and λ = 1, the nominal load"
     state = (

@@ -7,7 +7,9 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
@@ -193,6 +195,16 @@ class InitialStateMap(Result):
         """
         undecided = np.flatnonzero(self.outcome == Outcome.UNDECIDED)
         return undecided_reasons(self.problem, self.load_factor, self.initial_slip, undecided, self.search)
+
+    @cached_property
+    def proved_everywhere(self) -> bool:
+        """Whether the load factor lies below λ_U: proved from states not tried, too."""
+        from shakedown.bounds.every_state.universal_bound import universal_bound  # needed in no worker
+
+        if self.problem.q_transient is not None:
+            return False  # λ_U is about the states that the transient leaves
+        found = allowed(universal_bound, self.problem, certify=False, tolerances=self.search.tolerances)
+        return not isinstance(found, Missing) and self.load_factor < (1.0 - NEGLIGIBLE) * found.load_factor
 
     @property
     def tells_stability(self) -> bool:

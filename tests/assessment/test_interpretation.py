@@ -13,9 +13,9 @@ from shakedown.joint.loading import loading
 
 def test_the_check_of_the_pipeline_exits_as_it_says(tmp_path):
     asked = ("solve", "block-9", "--quiet", "--require")
-    assert run(*asked, "proved-from-state=1.0", cwd=tmp_path)[0] == 0
-    code, _, err = run(*asked, "proved-from-state=1e6", cwd=tmp_path)
-    assert code == 1
+    assert run(*asked, "proved-from-state=1.0", cwd=tmp_path) == (0, "", "")
+    code, out, err = run(*asked, "proved-from-state=1e6", cwd=tmp_path)
+    assert (code, out) == (1, "")
     assert len(err.splitlines()) == 1
 
 

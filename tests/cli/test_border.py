@@ -139,6 +139,20 @@ def test_text_is_as_wide_as_the_terminal(columns):
         assert max(map(len, prose)) > 80
 
 
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (["solve", "two-node", "--initial", "/nope.npy"], "--initial /nope.npy: no such file"),
+        (["solve", "two-node", "--initial", "nope"], "expected zero, given, given:K or an NPY file"),
+        (["refine", "two-node"], "expected several meshes of one joint, found one file"),
+    ],
+)
+def test_what_is_missing_is_said_in_one_line(words, line):
+    code, out, err = run(*words)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert line in err
+
+
 def test_quiet_says_nothing_beside_the_result():
     assert "subsets of" in run("critical", "two-node")[2]
     code, out, err = run("critical", "two-node", "-q")

@@ -252,6 +252,12 @@ def test_a_film_of_a_simulation(tmp_path, monkeypatch):
     assert "expected a name that ends in .gif" in err
 
 
+def test_below_the_limit_of_every_state_a_map_says_that_all_are_proved():
+    code, text, _ = run("map", "two-node", "--load-factor", "0.6", "--states", "4", "-q")
+    assert code == 0
+    assert "This load factor lies below λ_U: proved for all states" in " ".join(text.split())
+
+
 def test_a_sample_in_which_all_agree_claims_nothing_of_other_states():
     code, text, _ = run("map", "three-node", "--load-factor", "2.45", "--states", "16", "-q")
     assert code == 0

@@ -17,7 +17,7 @@ def test_solve_says_first_what_is_certain():
     lines = out.splitlines()
     assert [" ".join(line.split()) for line in lines[2:7]] == [
         "Shakedown under λ times the varying part of the load is",
-        "proved from every state none while all nodes stay in contact;",
+        "proved from every state nothing proved while all nodes stay in contact;",
         "4.1 if edge nodes do not slip",
         "proved from this state λ = 4.699826 starting without slip",
         "impossible above λ_max = 4.715033 while all nodes stay in contact",

@@ -86,7 +86,7 @@ MALFORMED = {
     "missing f": ({"f": None}, "missing key 'f'"),
     "missing q_w": ({"q_w": None}, "missing key 'q_w'"),
     "missing p_w": ({"p_w": None}, "missing key 'p_w'"),
-    "unknown key": ({"mu": np.array(0.3)}, "unknown key 'mu'"),
+    "unknown key": ({"mu": np.array(0.3)}, "unknown key 'mu': did you mean 'f'?"),
     "two unknown keys": ({"mu": np.array(0.3), "K": np.eye(2)}, "'K', 'mu'"),
     "wrong schema": ({"schema": np.array("shakedown/99")}, "expected 'shakedown/1', found 'shakedown/99'"),
     "A not square": ({"A": np.ones((2, 3))}, "key 'A': expected a square array (n, n), found shape (2, 3)"),

@@ -107,7 +107,7 @@ def test_the_three_large_numbers_are_those_of_the_assessment_rounded_to_the_safe
         assert shown.value == f"20 ± {rounded(20 * value, FEW_DIGITS)} kN"
         symbol = "λ_max" if rounded is up else "λ"
         assert re.match(rf"{symbol} = {re.escape(rounded(value))}0*, ", shown.remark)
-    assert every.value == "none"
+    assert every.value == "nothing proved"
     bare = replace(v.problem, load_mean=None, load_amplitude=None, load_units=None)
     assert large_numbers(verified(bare))[1].value == f"λ = {down(exact[0])}"
 
@@ -146,8 +146,8 @@ def test_the_worst_nodes_come_first_and_are_told_to_all_digits_shown(slips):
 
 def test_where_nothing_slips_zero_is_said_of_no_node(holds):
     rows = {name: (value, where) for name, value, where in rest_table(holds).rows}
-    assert rows["slip and friction work per cycle"] == ("0", "no node slips")
-    assert rows["nodes"] == ("9", "9 stick")
+    assert rows["slip and friction work per cycle"] == ("0", "no node ever slips, proved")
+    assert rows["nodes"] == ("9", "all stick")
 
 
 def test_numbers_of_the_table_are_written_without_an_exponent_where_that_takes_few_zeros():

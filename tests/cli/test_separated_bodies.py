@@ -1,0 +1,32 @@
+"""Pressure of the wrong sign: every command says that the bodies separate, and verification does not disagree."""
+
+import numpy as np
+import pytest
+from command import document, run
+
+import shakedown
+from shakedown.report.run_words import SEPARATED
+
+A = np.array([[4.0, -1.0, 0.0], [-1.0, 4.0, -1.0], [0.0, -1.0, 4.0]])
+
+
+@pytest.fixture(scope="module")
+def apart(tmp_path_factory):
+    path = tmp_path_factory.mktemp("apart") / "apart.npz"
+    q_w = 100.0 * np.outer(np.sin(2 * np.pi * np.arange(8) / 8), np.ones(3))
+    p_w = np.full((8, 3), -300.0)
+    shakedown.save_problem(path, shakedown.Problem(A=A, B=0.3 * np.eye(3), C=A, f=0.4, q_w=q_w, p_w=p_w))
+    return str(path)
+
+
+@pytest.mark.parametrize("words", [["simulate"], ["nodes"], ["verify"]])
+def test_the_first_sentence_asks_for_the_sign(apart, words):
+    code, out, _ = run(*words, apart, *(["--load-factor", "1"] if words != ["verify"] else []))
+    assert code == 0
+    assert out.splitlines()[2] == SEPARATED
+
+
+def test_that_all_nodes_open_is_what_was_predicted(apart):
+    found = document("verify", apart)
+    assert (found["agrees"], found["disagreements"]) == (True, [])
+    assert {run["agrees"] for run in found["runs"]} == {True}
