@@ -118,10 +118,8 @@ def _number(value: float, rounded: Callable[[float, int], str]) -> str:
     return beside_one(value, rounded) if value > 0 or rounded is up else "nothing proved"
 
 
-def beside_one(
-    value: float, rounded: Callable[[float, int], str], digits: int = DIGITS, one: float = 1.0
-) -> str:
-    """A load factor, with more digits where rounding would hide on which side of 1, or of another, it lies.
+def beside_one(value: float, rounded: Callable[[float, int], str], digits: int = DIGITS) -> str:
+    """A load factor, with more digits where rounding would hide on which side of 1 it lies.
 
     Examples
     --------
@@ -129,7 +127,7 @@ def beside_one(
     ('1.273456', '1.00000004', '0.99996')
     """
     texts = [rounded(value, more) for more in range(digits, 17)]
-    return next((text for text in texts if np.sign(float(text) - one) == np.sign(value - one)), texts[-1])
+    return next((text for text in texts if np.sign(float(text) - 1) == np.sign(value - 1)), texts[-1])
 
 
 def at_load_factor(

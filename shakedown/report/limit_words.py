@@ -121,7 +121,7 @@ def transient_in_words(
         return f"{here} the joint shakes down at every load factor ({scan})."
     order = "" if limit.monotone else "; below it there are load factors at which it does not"
     proved = ""
-    cycling = beside_one(limit.cycling, up, one=float(np.nan_to_num(impossible_above, nan=np.inf)))
+    cycling = _apart(limit.cycling, impossible_above)
     if np.isfinite(limit.proved):
         there = limit.proved == limit.load_factor and not order
         where = ", where that" if there else f"; at λ = {down(limit.proved)} that"
@@ -135,6 +135,12 @@ def transient_in_words(
     return (
         f"{here} the joint shakes down up to λ_T = {transient_limit_as_text(limit)}{order}{proved} ({scan})."
     )
+
+
+def _apart(load_factor: float, limit: float) -> str:
+    """A load factor rounded up, in more digits where it would read like a limit that is shown beside it."""
+    texts = [up(load_factor, digits) for digits in range(DIGITS, 17)]
+    return next((text for text in texts if text != up(limit)), texts[0])
 
 
 def transient_beside_in_words(v: Verification) -> list[str]:
