@@ -146,15 +146,15 @@ def _worst(problem: Problem, found: NodeResults) -> str:
         shown.popitem()
         text = table(list(shown), [[column[node] for column in shown.values()] for node in worst])
     slips = bool((columns["slip_range"] > 0).any())
-    mixed = ["", "mixed: open for part of the period."] * ("mixed" in found.status)
-    return "\n".join([_heading(problem, len(worst), slips), "", text, *mixed])
+    return "\n".join([_heading(problem, len(worst), slips, "mixed" in found.status), "", text])
 
 
-def _heading(problem: Problem, shown: int, slips: bool) -> str:
+def _heading(problem: Problem, shown: int, slips: bool, mixed: bool) -> str:
     """What the table shows, in which units."""
     known = units_of(problem)
     units = f" ({known.length}, {known.force}, {known.work})" if known.work else ""
     most = "slip range" if slips else "p max"
     which = f"The {shown} nodes with the largest {most}" if shown < problem.n else "All nodes"
     what = "accumulated slip is Σ|Δv| in contact per cycle, p and q are normal and tangential force"
+    what += "; mixed: open for part of the period" * mixed
     return paragraph(f"{which}; {what}{units}:")
