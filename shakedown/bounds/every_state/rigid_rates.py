@@ -164,7 +164,7 @@ def rigid_rates(joint: ScaledJoint) -> RigidRates:
     motions = np.linalg.qr(root * joint.motions)[0] / root
     return RigidRates(
         joint=joint,
-        margin=energy_margin(joint, best=True),
+        margin=energy_margin(joint),
         weights=weights,
         stretch=float(np.linalg.norm(weighted @ weighted.T, 2)) * (1.0 + NEGLIGIBLE),
         feeds=np.asarray((pressures * joint.f).T),

@@ -46,16 +46,16 @@ def unique_rates(joint: ScaledJoint) -> UniqueRates:
     return UniqueRates("slip of some nodes may change the limits of others too strongly", False)
 
 
-def energy_margin(joint: ScaledJoint, *, best: bool = False) -> float:
+def energy_margin(joint: ScaledJoint) -> float:
     """Above 0 where it proves vᵀ A v > Σ f_i |v_i| |(B v)_i| for every v ≠ 0, relative to vᵀ A v.
 
     Of a floating body for every v that is not rigid, less its rigid part.
 
-    The sum is at most ½ vᵀ (c F + Bᵀ F B / c) v, F = diag f, for every c > 0; the best c by golden section.
-    ``best``: the largest such number, in any units, for which c of every node goes with its stiffness.
+    The sum is at most ½ vᵀ (c S F + Bᵀ F S⁻¹ B / c) v, F = diag f, S = the stiffnesses of the nodes, so
+    that units do not matter, for every c > 0; the best c by golden section.
     """
     root, slips, pressures = unit_slips(joint)
-    f, scale = np.sqrt(joint.f), np.sqrt(joint.stiffness) if best else np.ones(joint.n)
+    f, scale = np.sqrt(joint.f), np.sqrt(joint.stiffness)
     slip, pressure = slips * np.repeat(f * scale, 2), pressures * f / scale
     A = joint.A[np.ix_(joint.kept, joint.kept)]
     condition = float(np.abs(root).sum(axis=1).max() ** 2 * np.abs(A).sum(axis=1).max())

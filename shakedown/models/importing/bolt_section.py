@@ -10,6 +10,7 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.shown_values import few
+from shakedown.ground.size_limits import LARGEST_LABEL
 from shakedown.models.condensation.condense import Condensation
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.importing.bodies import ModelBody
@@ -306,6 +307,8 @@ def _end(table: TomlTable, key: str, context: ImportContext) -> tuple[NDArray[np
     if mesh is None or not isinstance(value, str | int) or isinstance(value, bool):
         found = "no [model]" if mesh is None else shown(value)
         raise ProblemError(f"{where}: expected a node set of the deck in [model], or a node, found {found}")
+    if isinstance(value, int) and not 0 < value <= LARGEST_LABEL:
+        raise ProblemError(f"{where}: expected the number of a node, 1 or more, found {shown(value)}")
     labels = context.model.nodes(value, where) if isinstance(value, str) else np.array([value], dtype=np.intp)
     surface = value.strip().upper() if isinstance(value, str) else ""
     area = mesh.node_areas(labels, surface if surface in mesh.surfaces else None) if mesh.elements else None
