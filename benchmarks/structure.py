@@ -141,7 +141,9 @@ def named_numbers(path: Path) -> int:
             names = target.elts if isinstance(target, ast.Tuple) else [target]
             values = value.elts if isinstance(value, ast.Tuple) and len(names) > 1 else [value]
             pairs = zip(names, values, strict=False)
-            found += sum(_word(name).isupper() and is_number(value) for name, value in pairs)
+            found += sum(
+                isinstance(name, ast.Name) and name.id.isupper() and is_number(value) for name, value in pairs
+            )
     return found
 
 

@@ -11,6 +11,7 @@ from shakedown.bounds.independent_solver import extreme_load_factor
 from shakedown.bounds.row_programs import load_factor_program, reversed_rows
 from shakedown.ground.errors import Missing
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SETTLED
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import Constraints, constraints, rows_of
@@ -32,7 +33,6 @@ UPPER_CERTIFIED_UP_TO = 250  # nodes: one program, half a second; several where 
 LOWER_CERTIFIED_UP_TO = 40  # nodes: one program per node, about a second
 LOWER_WORK = 5e5  # budget of all pivots, as every node takes dozens where the coupling is round-off
 
-ROUNDED = 8  # units in the last place allowed as error of the data
 
 NO_VERTEX = "exact arithmetic found no vertex near the solution in floating-point numbers"
 NO_END = "exact arithmetic was left before its end, so long is the way from floats to an exact vertex"
@@ -232,7 +232,7 @@ def _left_open(problem: Problem, rows: Constraints, outcome: Solution) -> float:
     slip, load_factor = rows.slips(outcome.x[:-1]), outcome.x[-1]
     stiffness = problem.law.stiffness_terms(problem.A, problem.B)
     terms = stiffness @ np.abs(slip) + np.abs(rows.g) + abs(load_factor) * np.abs(rows.d)
-    return float(ROUNDED * np.finfo(float).eps * (np.abs(outcome.multipliers) @ terms))
+    return float(SETTLED * (np.abs(outcome.multipliers) @ terms))
 
 
 def _agree(one: float, two: float, margin: float, rows: Constraints, tolerances: Tolerances) -> bool:

@@ -22,9 +22,10 @@ NAMES = {
     "λ_T": "simulated from this state",
     "λ_max": "impossible above",
 }
-# What a node does at an instant, as compiled code numbers it.
-STICK, BACKWARD_SLIP, FORWARD_SLIP, OPEN = 0, 1, -1, 2
-SLIP, NO_STATE = 1, 3  # in space a disc has no sides; a node for which no state satisfies the law
+# What a node does at an instant, as compiled code numbers it; NO_STATE: none that satisfies the law.
+STICK, BACKWARD_SLIP, OPEN, NO_STATE = range(4)
+FORWARD_SLIP = -BACKWARD_SLIP
+SLIP = BACKWARD_SLIP  # in space, where a disc has no sides
 
 
 def named(symbol: str) -> str:

@@ -11,15 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
+from shakedown.ground.round_off import NEGLIGIBLE, RESOLVED, SIX_DIGITS
 from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 
 NO_STIFFNESS = 2.0**-30  # largest relative stiffness of a rigid motion, as condensation costs a few digits
 CLEAR = 1e4  # ratio by which true resistance exceeds round-off or printing errors
-# By how much what resists exceeds the accuracy of the data, or of floats, where that is known.
-RESOLVED = 100.0
 CLEARLY_HELD = 1 / CLEAR  # smallest eigenvalue of the scaled A, relative, that needs no closer look
 INVERSE_ITERATIONS = 3  # each gains eight digits at least
 

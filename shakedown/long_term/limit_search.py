@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.campaign.recorded_steps import StepProgress
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import DISTINCT
+from shakedown.ground.round_off import DISTINCT, RESOLVED
 from shakedown.ground.size_limits import BATCH
 from shakedown.ground.status import Outcome
 from shakedown.joint.layout import Layout
@@ -50,7 +50,6 @@ OUTCOMES = (  # by the verdicts of compiled code
     Outcome.SHAKEDOWN, Outcome.CYCLIC_SLIP, Outcome.RATCHETTING, Outcome.SEPARATION,
 )  # fmt: skip
 COUNTED = "phase", "cycles", "events", "remembered", "signed", "patience"  # on a walk
-BLURRED = 100.0  # times that force: loads that change by less are certain to one digit at most
 
 
 def empty_answers(s: int, layout: Layout) -> Answers:
@@ -114,7 +113,7 @@ class LimitSearch:
         share, lost = evolution.tolerances.periodicity, self._events.precision.force
         near, moving = share * scale.length, swing(evolution.problem, evolution.load)
         self._near = near
-        self.compiled.set(least_force=scale.force, blurred=0.0 < moving < BLURRED * lost)
+        self.compiled.set(least_force=scale.force, blurred=0.0 < moving < RESOLVED * lost)
         self.compiled.check.set(force=scale.force, length=scale.length, near=near)
         self.compiled.weight[:] = near / alone(evolution.problem, max(share * moving, DISTINCT * lost))
 

@@ -11,30 +11,30 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.program import INF, Meeting, Program, columnwise
 
-PRIMAL, DUAL = 4, 1  # HiGHS's simplex strategies
 TOLERANCE = 1e-10  # the smallest that HiGHS accepts
 MOST_PIVOTS = 200  # per row and column; on stiffness that is round-off the simplex may cycle
-REDUCED_TOLERANCE = 1e-7  # HiGHS's default
 _BASIC = highspy.HighsBasisStatus.kBasic
+_STRATEGY = highspy.simplex_constants.SimplexStrategy
 
 OPTIONS: dict[str, bool | int | float | str] = {
     "output_flag": False,
     "presolve": "off",
     "solver": "simplex",
     "parallel": "off",
-    "simplex_strategy": PRIMAL,  # with free columns the dual simplex often fails to prove infeasibility
+    # With free columns the dual simplex often fails to prove infeasibility.
+    "simplex_strategy": int(_STRATEGY.kSimplexStrategyPrimal),
     "primal_simplex_bound_perturbation_multiplier": 0.0,  # its clean-up may end without a verdict
     "simplex_scale_strategy": 0,  # the data are equilibrated here, so that tolerances have a fixed meaning
     "primal_feasibility_tolerance": TOLERANCE,
     "dual_feasibility_tolerance": TOLERANCE,
     "small_matrix_value": 1e-12,
 }
-EXACT_RUNGS = 2  # strict settings; then HiGHS's default tolerances, for data at the limit of doubles
 RUNGS: tuple[dict[str, float], ...] = (
     {},
-    {"simplex_strategy": DUAL},
-    {f"{side}_feasibility_tolerance": REDUCED_TOLERANCE for side in ("primal", "dual")},
+    {"simplex_strategy": int(_STRATEGY.kSimplexStrategyDual)},
+    {name: getattr(highspy.HighsOptions(), name) for name in OPTIONS if "feasibility" in name},
 )
+EXACT_RUNGS = len(RUNGS) - 1  # the last one: HiGHS's default tolerances, for data at the limit of doubles
 
 STATUSES = {
     highspy.HighsModelStatus.kOptimal: Status.OPTIMAL,

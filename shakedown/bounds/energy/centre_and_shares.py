@@ -13,14 +13,13 @@ from shakedown.bounds.energy.ball_limits import DiscLimits, Places
 from shakedown.bounds.energy.own_share import MOST, best_share
 from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import FOUR_DIGITS, ITERATIONS, NEGLIGIBLE
+from shakedown.ground.round_off import ALTERNATIONS, FOUR_DIGITS, ITERATIONS, NEGLIGIBLE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.programs.disc_solver import DiscSolution, solved
 from shakedown.programs.scaling import typical_size
 from shakedown.programs.self_dual import Points
 
-ROUNDS = 4
 INSIDE = 4.0  # margin, in round-offs of a radius, by which a state is in a ball for certain
 ROUND_OFF = 4 * np.finfo(float).eps
 
@@ -274,7 +273,7 @@ def _turns(
     enough: Callable[[Found], bool],
 ) -> Found:
     """Rounds from a solution on, until they gain little."""
-    for _ in range(ROUNDS):
+    for _ in range(ALTERNATIONS):
         if found.status != Status.OPTIMAL or enough(found):
             break
         at = found.end.value if load_factor is None else load_factor
@@ -299,7 +298,7 @@ def _first_solution(
 ) -> Found | None:
     """A solution with shares other than zero, None where none is found."""
     each = limits.shared(0.5 * full_share(limits))
-    for _ in range(ROUNDS):
+    for _ in range(ALTERNATIONS):
         margin, slip, load_factor, radius = margin_of(each)
         if margin > tolerances.feasibility:
             found = sought(one, each, ())

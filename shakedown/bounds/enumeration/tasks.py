@@ -33,8 +33,6 @@ from shakedown.ground.blas_threads import all_cores
 from shakedown.ground.size_limits import BATCH, BLOCK
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 
-SAMPLE = 10_000  # subsets timed to estimate the time of all
-
 
 @dataclass(frozen=True)
 class Tree:
@@ -110,7 +108,7 @@ def typical_task(tree: Tree) -> tuple[tuple[int, ...], int]:
     """A small task to judge the time by: one row of every node, as far as that goes."""
     prefix: tuple[int, ...] = ()
     for _ in range(tree.rows.matrix.shape[1]):
-        if completions(tree, prefix) <= SAMPLE:
+        if completions(tree, prefix) <= BATCH:
             break
         first, end = child_range(tree, prefix)
         prefix = (*prefix, min(first + 1, end - 1))

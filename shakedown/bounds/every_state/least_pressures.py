@@ -8,10 +8,18 @@ from numpy.typing import NDArray
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint
 from shakedown.bounds.every_state.sectors import Sectors, every_direction
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import EPS, ITERATIONS, MISJUDGED, NEGLIGIBLE, ROUND_OFF, SETTLED, SWEEPS
+from shakedown.ground.round_off import (
+    ALTERNATIONS,
+    EPS,
+    ITERATIONS,
+    MISJUDGED,
+    NEGLIGIBLE,
+    ROUND_OFF,
+    SETTLED,
+    SWEEPS,
+)
 
 TRIES = 4  # to exceed their round-off
-ROUNDS = 4  # alternations of multipliers and rigid parts; the last changes bounds by 1e-4 or less
 WEIGHTINGS = 12  # reweightings of the nodes, each about a digit nearer to the least weighted sum
 
 
@@ -216,7 +224,7 @@ def pressures_of_floating(joint: ScaledJoint, *, sign: float = 1.0) -> LeastPres
     """
     directions = every_direction(np.arange(joint.n))
     c = np.zeros((joint.n, joint.motions.shape[1]))
-    for _ in range(ROUNDS):
+    for _ in range(ALTERNATIONS):
         c = c + _best_parts(joint, nearly_least(joint, directions, c @ joint.motions.T, sign))
     return least_pressures(joint, directions, shift=c @ joint.motions.T, sign=sign)
 

@@ -9,6 +9,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Hash, Integers, NamedState, Reals
 from shakedown.long_term.plane.path_check import PathCheck
 from shakedown.long_term.plane.period_map import PeriodMap
+from shakedown.motion.course import PAUSED
 from shakedown.motion.plane.run import PlaneRun
 
 START, WALK, MAP, LEAP, CONFIRM, REPEATS, LIMIT, NEXT_LEAP, LEAVE = range(9)  # phases

@@ -8,9 +8,9 @@ import numpy as np
 
 from shakedown.campaign.recorded_steps import StepProgress
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import DISTINCT
+from shakedown.ground.round_off import DISTINCT, RESOLVED
 from shakedown.ground.status import Outcome
-from shakedown.long_term.limit_search import BLURRED, OUTCOMES
+from shakedown.long_term.limit_search import OUTCOMES
 from shakedown.long_term.passage import FirstCycles, Passage
 from shakedown.long_term.plane.search import Answers
 from shakedown.long_term.space.proved_verdict import heeding_proofs
@@ -187,7 +187,7 @@ def rules_of(motion: Evolution, scale: Scales, most_cycles: int, longest_period:
     moving = swing(motion.problem, motion.load)
     stiffest = np.diag(motion.problem.A).reshape(motion.problem.n, -1).max(axis=1)
     stiffness = np.maximum(stiffest * scale.length / scale.force, 1.0)
-    return ReturnRules(most_cycles, longest_period, noise, stiffness, 0.0 < moving < BLURRED * lost)
+    return ReturnRules(most_cycles, longest_period, noise, stiffness, 0.0 < moving < RESOLVED * lost)
 
 
 def _state(begun: Passage, found: Settled, start: FloatArray, scale: Scales, most: int) -> ReturnedState:

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import EPS, NEGLIGIBLE, THREE_DIGITS
+from shakedown.ground.round_off import EPS, NEGLIGIBLE, PER_CENT, THREE_DIGITS
 from shakedown.long_term.space.leap_methods import PRICE, WORTH, Measure
 
-PROBE = 10.0 * NEGLIGIBLE  # finite-difference step for slopes, relative to all slip (energy norm) …
-SHARE = 1e-2  # … at most this share of the last leap …
+# Finite-difference step for slopes, relative to all slip (energy norm), at most PER_CENT of the last leap …
+PROBE = 10.0 * NEGLIGIBLE
 ROUND_OFF = 64.0 * EPS  # … at least this much, relative to the state
 # Factors of the step, tried until both points have the same contact states (no kink between them).
 TRIED = 1.0, -1.0, 1e-2, -1e-2, 1e-4
@@ -182,7 +182,7 @@ class Along:
         self, period: Period, start: FloatArray, first: PeriodStep, places: NDArray[np.intp], measure: Measure
     ) -> LocalMap | None:
         """The map next to a state, from a period of each of the states next to it."""
-        most = min(PROBE * measure.size(start), SHARE * self.way or np.inf)
+        most = min(PROBE * measure.size(start), PER_CENT * self.way or np.inf)
         least = ROUND_OFF * float(np.abs(start).max())
         sizes = np.maximum(most / np.linalg.norm(measure.root[:, places], axis=0), least)
         change, slopes = first.change[places], np.zeros((len(places), len(places)))

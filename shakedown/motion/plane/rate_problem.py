@@ -44,7 +44,9 @@ from shakedown.motion.plane.active_set import (
 )
 
 WORN = -1  # instead of a number of nodes: the inverse must be set up again
-INSIDE, ON_BACKWARD, ON_FORWARD, APEX, FRICTIONLESS, AIR = 0, 1, -1, 2, 3, 4
+# Where a node stands: inside its limits or on one, numbered as the state that this allows; elsewhere.
+INSIDE, ON_BACKWARD, ON_FORWARD = STICK, BACKWARD_SLIP, FORWARD_SLIP
+APEX, FRICTIONLESS, AIR = range(2, 5)
 
 
 class Rates(NamedState):
