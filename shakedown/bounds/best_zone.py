@@ -14,7 +14,7 @@ from shakedown.bounds.plane_or_space import methods_of
 from shakedown.bounds.results import ZoneLimit
 from shakedown.ground.errors import SolverError, UsageError
 from shakedown.ground.round_off import NEGLIGIBLE
-from shakedown.ground.size_limits import ALL_SUBSETS_UP_TO
+from shakedown.ground.size_limits import ALL_PAIRS_UP_TO, ALL_SUBSETS_UP_TO
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.contact_zone import Zone, contact_zone
@@ -22,7 +22,6 @@ from shakedown.joint.problem import Problem
 
 NEIGHBOURS = 8  # changes tried per round, the most promising first
 NEAREST = 4  # nodes nearest to opening or closing: tried in large joints, in small ones also in pairs
-FEW = 16  # nodes: for so few, a finished climb tries all zones that differ in one node
 
 
 @dataclass(frozen=True)
@@ -215,7 +214,8 @@ def _asked_for(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ...
 def _nearest(visit: _Visit) -> Iterator[tuple[int, ...]]:
     """Zones that differ from a safe one in the node next to opening or closing."""
     nearest = _by_slack(visit)
-    yield from (_changed(visit, node) for node in nearest[: NEAREST if len(nearest) > FEW else None])
+    count = NEAREST if len(nearest) > ALL_PAIRS_UP_TO else None
+    yield from (_changed(visit, node) for node in nearest[:count])
 
 
 def _pairs(visit: _Visit) -> Iterator[tuple[int, ...]]:

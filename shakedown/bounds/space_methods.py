@@ -24,6 +24,7 @@ from shakedown.bounds.results import (
 )
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.size_limits import ALL_PAIRS_UP_TO
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.arguments import NO_SIDES, NO_SIGNS, in_the_plane_only
@@ -41,7 +42,7 @@ CERTIFIED_UP_TO = 1000  # nodes; certification takes as long as the bound itself
 FEW_NODES = 50  # nodes up to which runs take hundredths of a second
 HOLDING_BALL_SOONER = True
 MOST_ZONES = 100  # each costs a cone program
-ALL_COMPARED_UP_TO = 16  # nodes
+ALL_COMPARED_UP_TO = ALL_PAIRS_UP_TO
 CHANGES_AT_ONCE = (8, 4, 2)  # changes at once
 INSIDE = 1.05  # ratio σ / |y| from which on multipliers are well inside their cone
 

@@ -14,7 +14,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
 
 EXPONENTS = np.linspace(0.02, 0.999, 400)  # of singular tractions: where roots are bracketed
-LARGEST_SLIP = 3.0  # exponent of a slip up to which one is sought
+SLIP_EXPONENTS = np.linspace(EXPONENTS[0], 3.0, 1201)  # where the least one is bracketed
 
 
 @dataclass(frozen=True)
@@ -141,17 +141,16 @@ def _welded(pair: _Pair) -> tuple[float, float]:
 
 def _least_slip(pair: _Pair, f: float) -> float:
     """The least s of a slip r^s whose tractions keep |q| ≤ f p; NaN where there is none up to 3."""
-    grid = np.linspace(EXPONENTS[0], LARGEST_SLIP, 1201)
-    side = np.sign(np.prod(_contact_tractions(grid[0], pair, welded=False)))
+    side = np.sign(np.prod(_contact_tractions(SLIP_EXPONENTS[0], pair, welded=False)))
 
     def excess(s: float) -> float:
         """Of ± q over f p, jumping where p changes its sign."""
         shear, normal = _contact_tractions(s, pair, welded=False)
         return float((side * shear * np.sign(normal) - f * abs(normal)) / np.hypot(shear, normal))
 
-    if excess(grid[0]) <= 0.0:
-        return float(grid[0])
-    for left, right in pairwise(grid):
+    if excess(SLIP_EXPONENTS[0]) <= 0.0:
+        return float(SLIP_EXPONENTS[0])
+    for left, right in pairwise(SLIP_EXPONENTS):
         if excess(right) < 0.0:
             found = float(brentq(excess, left, right, xtol=1e-14))
             if abs(excess(found)) < SIX_DIGITS:

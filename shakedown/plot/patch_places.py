@@ -15,14 +15,12 @@ from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.derived import once_per_problem
+from shakedown.joint.places import ACROSS
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.plot.flat_patch import Patch, laid_flat
 from shakedown.plot.style import GREY, MARGIN, axes_for
 
-# Of the usual longest side and circle about a triangle: larger ones lie across a hole (whose rim may be one
-# circle).
-LARGEST_TRIANGLE = 2.0
 COVERED = 1.0 - THREE_DIGITS  # share of the area of a contact that the drawn triangles must cover
 FEWEST = 4  # nodes that span an area
 MOST_NUMBERED = 16  # nodes whose numbers stand beside them
@@ -120,10 +118,13 @@ def triangles_of(faces: NDArray[np.intp]) -> NDArray[np.intp]:
 
 
 def _usual(corners: FloatArray) -> NDArray[np.bool_]:
-    """Which triangles, corners (k, 3, 2), are not much larger than most, by sides and circumcircles."""
+    """Which triangles, corners (k, 3, 2), are not much larger than most, by sides and circumcircles.
+
+    By both, as the rim of a hole may be one circle.
+    """
     longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
     sizes = longest, _circles(corners)
-    return np.all([size <= LARGEST_TRIANGLE * np.median(size) for size in sizes], axis=0)
+    return np.all([size <= ACROSS * np.median(size) for size in sizes], axis=0)
 
 
 def _as_large_as(area: float, corners: FloatArray) -> NDArray[np.bool_]:

@@ -16,7 +16,19 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import named
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import check_load_factor, checked
-from shakedown.plot.style import BLACK, BLUE, GREEN, GREY, MARGIN, ORANGE, PURPLE, RED, SKY, axes_for
+from shakedown.plot.style import (
+    BLACK,
+    BLUE,
+    FARTHEST,
+    GREEN,
+    GREY,
+    MARGIN,
+    ORANGE,
+    PURPLE,
+    RED,
+    SKY,
+    axes_for,
+)
 
 EVERY, THIS, DEPENDS, NEVER = (
     "proved from every state",
@@ -53,7 +65,6 @@ BELOW: dict[str, Any] = {
     "frameon": False,
 }  # fmt: skip
 TINT = 0.35  # share of a region's colour in the tint of its area
-CEILING = 4.0  # times the largest number drawn: stands for infinity when interpolating
 HEADROOM = 1.15  # top of the axis, times the largest limit
 ROOM_FOR_A_NAME = 0.1  # height that a region's name needs, as a fraction of the axes
 BETWEEN = "computed at the dots; between them interpolated, nothing is proved there"
@@ -274,7 +285,7 @@ def _over_two(diagram: Diagram, load_factor: float, contours: str, axes: Axes) -
         raise UsageError("regions: expected two values or more of each of two parameters, found one")
     missing = np.isnan(edges.every)
     outer = np.maximum(edges.this, edges.never)
-    ceiling = CEILING * max(load_factor, float(np.max(outer, initial=0.0, where=np.isfinite(outer)))) or 1.0
+    ceiling = FARTHEST * max(load_factor, float(np.max(outer, initial=0.0, where=np.isfinite(outer)))) or 1.0
     axes.set_facecolor(NO_JOINT)
     shown = _shown(
         {NEVER: np.full_like(outer, np.inf), DEPENDS: outer, THIS: edges.this, EVERY: edges.every},

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, at_lambda, cycles_in_words, down, few, up
+from shakedown.ground.size_limits import EACH_SHOWN
 from shakedown.ground.status import FROM_HERE, SYMBOLS
 
 if TYPE_CHECKING:
@@ -28,9 +29,7 @@ SAID = {
     "depends on the state": "open, or dependent on the state,",
     "never": "certain not to shake down while all nodes stay in contact",
 }
-SHOWN = 6  # digits of a parameter
 TIED = 10.0**-DIGITS  # as a fraction of the largest limit: differences not shown
-LISTED = 3  # values in a row; more are counted
 SAME = 10.0**-FEW_DIGITS  # as a fraction of λ_1: a cycle this near begins at it
 SEPARATES = "nodes open and close in every period, or contact is lost, without slip in contact,"
 NOTHING = 1e-5  # as a fraction of where the search began: counts as zero
@@ -102,16 +101,16 @@ def _places(sweep: "Sweep", chosen: NDArray[np.bool_]) -> str:
     if len(sweep.parameters) == 2:
         return f"at {len(places)} of {chosen.size} points"
     runs = np.split(places[:, 0], np.flatnonzero(np.diff(places[:, 0]) > 1) + 1)
-    if len(runs[0]) == chosen.size > LISTED:
+    if len(runs[0]) == chosen.size > EACH_SHOWN:
         return f"at all {_counted(sweep, runs[0])}"
-    listed = [k for run in runs if len(run) <= LISTED for k in run]
-    texts = [f"at the {_counted(sweep, run)}" for run in runs if len(run) > LISTED]
+    listed = [k for run in runs if len(run) <= EACH_SHOWN for k in run]
+    texts = [f"at the {_counted(sweep, run)}" for run in runs if len(run) > EACH_SHOWN]
     return " and ".join(([f"at {_valued(sweep, 0, listed)}"] if listed else []) + texts)
 
 
 def _valued(sweep: "Sweep", axis: int, places: Sequence[int]) -> str:
     """A parameter with some of its values; with × where they are factors."""
-    *most, last = (few(sweep.values[axis][k], SHOWN) for k in places)
+    *most, last = (few(sweep.values[axis][k], DIGITS) for k in places)
     values = f"{', '.join(most)} and {last}" if most else last
     if sweep.is_factor(axis):
         return f"{sweep.meanings[axis]} × {values}"
@@ -122,7 +121,7 @@ def _counted(sweep: "Sweep", run: NDArray[np.intp]) -> str:
     """Consecutive values of the parameter: their number and range."""
     values = sweep.values[0][run]
     what = f"factors on {sweep.meanings[0]}" if sweep.is_factor(0) else f"values of {sweep.parameters[0]}"
-    return f"{len(values)} {what} from {few(values[0], SHOWN)} to {few(values[-1], SHOWN)}"
+    return f"{len(values)} {what} from {few(values[0], DIGITS)} to {few(values[-1], DIGITS)}"
 
 
 def cycle_in_words(found: "SmallestCycle", problem: "Problem | None" = None) -> list[str]:

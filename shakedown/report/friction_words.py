@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shakedown.ground.errors import Missing
-from shakedown.ground.shown_values import down, up
+from shakedown.ground.shown_values import LONGEST_WHOLE, down, up
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.report.assessment_words import IN_CONTACT
 
@@ -24,7 +24,6 @@ NO_THRESHOLDS = (
     "Friction thresholds (uniqueness, wedging) are computed for joints in the plane only: in space they do "
     "not follow from the signs of slips."
 )
-MANY = 10**15  # subsets; from here on only their order of magnitude is given
 
 
 def friction_in_words(problem: Problem, limits: FrictionThresholds | Missing) -> list[str]:
@@ -134,6 +133,6 @@ def _why_degenerate(lower: LowerBound, upper: UpperBound) -> list[str]:
 
 
 def _subsets(total: int) -> str:
-    if total >= MANY:
+    if total >= 10**LONGEST_WHOLE:
         return f"{Decimal(total):.2e} subsets"
     return f"{total:,} subset{'s' * (total != 1)}"

@@ -26,12 +26,11 @@ if TYPE_CHECKING:
     from shakedown.long_term.node_table import NodeResults
 
 AXES = "xy"  # of the two tangential directions of a node
-LONGEST_LABEL = 16  # characters of a label in a table
 COLUMNS = (  # of a table of results per node; the first ones are kept where the table is narrow
     "slip_range", "accumulated_slip", "work", "p_max", "p_min", "q_max",
     "pressure_max", "shear_max", "tau_delta", "wear_depth", "total_slip_bound",
 )  # fmt: skip
-LONGEST_RANGES = 24  # characters in a column
+LONGEST_ENTRY = 24  # characters in a column
 
 
 def node_in_words(problem: Problem | None, node: int) -> str:
@@ -96,7 +95,7 @@ def label_column(problem: Problem) -> dict[str, list[str]]:
     (['36/0', '37/1'], {})
     """
     labels = problem.label
-    return {} if labels is None else {"FE": [shortened(label, LONGEST_LABEL) for label in labels]}
+    return {} if labels is None else {"FE": [shortened(label, LONGEST_ENTRY) for label in labels]}
 
 
 def slipping_nodes(slip: FloatArray, tolerances: Tolerances = DEFAULT) -> tuple[int, ...]:
@@ -245,7 +244,7 @@ def _reached(problem: Problem, upper: UpperBound, node: int) -> str:
     if problem.directions == 1:
         return "+".join(SIDE_NAMES[side] for side in reached)
     said = _ranges(sorted(reached))
-    return said if len(said) <= LONGEST_RANGES else f"{len(reached)} load steps"
+    return said if len(said) <= LONGEST_ENTRY else f"{len(reached)} load steps"
 
 
 def _ranges(numbers: Sequence[int]) -> str:

@@ -14,6 +14,7 @@ from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, up
 from shakedown.ground.status import Status, named
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.problem import Problem
+from shakedown.joint.result import LINES
 from shakedown.joint.units import units_of
 from shakedown.long_term.simulation import Simulation
 from shakedown.report.assessment_words import IN_CONTACT
@@ -31,7 +32,6 @@ from shakedown.report.run_words import start_remark
 from shakedown.studies.refined import Refinement
 
 WORST = 10  # nodes shown where there are many
-FEW_NODES = 24  # nodes; up to this number a table is printed whole
 
 
 @dataclass(frozen=True)
@@ -201,7 +201,7 @@ def nodes_table(v: Verification) -> PageTable:
 
 def printed_nodes(v: Verification) -> frozenset[int] | None:
     """The nodes printed where there are too many for paper: the worst; None where all are printed."""
-    return None if v.problem.n <= FEW_NODES else frozenset(worst_nodes(v))
+    return None if v.problem.n <= LINES else frozenset(worst_nodes(v))
 
 
 def worst_nodes(v: Verification) -> list[int]:

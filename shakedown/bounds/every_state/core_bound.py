@@ -15,10 +15,10 @@ from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.places import ACROSS
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
-ACROSS = 2.0  # times the distance of neighbours: wider gaps between nodes are no contact
 NEAR = 1 / 16  # of the width: nodes nearer to an edge are excluded
 
 

@@ -7,11 +7,10 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS, SWEEPS
+from shakedown.ground.size_limits import ALL_PAIRS_UP_TO
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
-
-SUMS_UP_TO = 16  # nodes up to which sums of slips are compared, too: each sweep takes n⁵ steps
 
 
 class DifferenceGauge(NamedTuple):
@@ -63,7 +62,7 @@ def difference_gauge(problem: Problem) -> DifferenceGauge | None:
         return None
     weights, compared = known
     n, nodes = weights.shape[1:]
-    if nodes > n and n <= SUMS_UP_TO:
+    if nodes > n and n <= ALL_PAIRS_UP_TO:  # each sweep takes n⁵ steps
         return _with_sums(weights[:, :, :n], np.vstack([compared[:n], -compared[:n], compared[n:]]))
     p, m = np.maximum(weights, 0.0), np.maximum(-weights, 0.0)
     total = p.sum(axis=2)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import BLOCK
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
 from shakedown.joint.places import bearing_no_pressure
@@ -30,8 +31,6 @@ from shakedown.models.importing.pair_distances import (
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.text import quoted
-
-LONGEST_CONFIGURATION = 200_000  # bytes that are kept word for word; of a longer one its SHA-256 must do
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -131,7 +130,7 @@ def source_text(
 ) -> str:
     """``source`` of a problem as JSON: toolkit, command, configuration, files, warnings; no date."""
     raw = Path(config_path).read_bytes()
-    text = raw.decode() if len(raw) <= LONGEST_CONFIGURATION else None
+    text = raw.decode() if len(raw) <= BLOCK else None  # of a longer one its SHA-256 must do
     about = {
         "toolkit": f"shakedown-bounds {_version()}",
         "command": command,

@@ -9,13 +9,13 @@ from scipy.spatial import cKDTree
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, THREE_DIGITS
+from shakedown.joint.contact_patches import NEIGHBOURS
 from shakedown.joint.result import Result
 from shakedown.models.condensation.surface_coupling import REACH
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.readers.mesh import Mesh
 
 DOUBTFUL = 0.03  # relative to the spacing, along the surface: more than the rounding of printed coordinates
-_NEIGHBOURS = 8  # nearest nodes among which one lies elsewhere
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -105,7 +105,7 @@ def _spacings(places: FloatArray) -> FloatArray:
     """Distance of every node to the nearest one that lies elsewhere, (n,); NaN where there is none."""
     if len(places) == 1:
         return np.full(1, np.nan)
-    distance, _ = cKDTree(places).query(places, k=min(len(places), _NEIGHBOURS))
+    distance, _ = cKDTree(places).query(places, k=min(len(places), NEIGHBOURS))
     elsewhere = distance > NEGLIGIBLE * np.ptp(places, axis=0).max()
     first = np.argmax(elsewhere, axis=1)
     return np.where(elsewhere.any(axis=1), distance[np.arange(len(places)), first], np.nan)

@@ -7,13 +7,12 @@ import numpy as np
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import PER_CENT, SIX_DIGITS
-from shakedown.ground.size_limits import MANY
+from shakedown.ground.size_limits import DIRECTIONS, MANY
 from shakedown.models.readers.input_files import InputFiles
 from shakedown.models.readers.table import NumberTable, read_table
 from shakedown.models.readers.text import listed
 from shakedown.models.readers.toml_table import TomlTable
 
-_FINE = 64  # places of one wave among which its peaks are looked for
 _UNRECORDED = 0.05  # share of the period that may be missing after the last row of a record
 
 
@@ -116,7 +115,7 @@ def _harmonics(table: TomlTable, t: FloatArray) -> TimeFunction:
         for order, cos, sin in terms
         if (cos or sin) and (2 * order > m or (2 * order == m and sin))
     )
-    fine = np.linspace(0.0, 1.0, _FINE * min(highest, MANY // _FINE) + 1)
+    fine = np.linspace(0.0, 1.0, DIRECTIONS * min(highest, MANY // DIRECTIONS) + 1)
     return TimeFunction(sampled, aliases or _missed(sampled, at(fine)))
 
 

@@ -8,11 +8,11 @@ from io import BufferedReader
 
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.regular_file import open_regular
+from shakedown.ground.shown_values import LONGEST_VALUE
 
 MOST_BYTES = 4 << 30  # of one input file
 _FORTRAN = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[DdEe]([-+]?[0-9]{1,6})|([-+][0-9]{1,6}))\Z")
 _PLAIN = frozenset("0123456789+-.eE")
-_SHOWN = 60  # characters of a file that a message quotes
 LOOKED_AT = 1000  # lines of a deck, or elements of a mesh, that tell what it is
 _LISTED = 12  # names that a message lists
 
@@ -23,11 +23,11 @@ def quoted(text: str) -> str:
     Examples
     --------
     >>> quoted("a\\tb"), len(quoted("x" * 100))
-    ("'a\\\\tb'", 63)
+    ("'a\\\\tb'", 59)
     """
-    shown = text.strip()[:_SHOWN]
+    shown = text.strip()[:LONGEST_VALUE]
     printable = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in shown)
-    return f"'{printable[:_SHOWN]}{'…' if len(text.strip()) > _SHOWN else ''}'"
+    return f"'{printable[:LONGEST_VALUE]}{'…' if len(text.strip()) > LONGEST_VALUE else ''}'"
 
 
 def listed(names: Iterable[str]) -> str:

@@ -7,11 +7,9 @@ from difflib import get_close_matches
 from typing import Any
 
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.size_limits import LARGEST_LABEL
+from shakedown.ground.size_limits import LARGEST_LABEL, READ_AT_ONCE
 from shakedown.ground.visible_text import visible
 from shakedown.models.readers.text import quoted, read_bytes
-
-MOST_BYTES = 16 << 20  # of a configuration
 
 
 def read_toml(path: str | os.PathLike[str]) -> "TomlTable":
@@ -23,8 +21,8 @@ def read_toml(path: str | os.PathLike[str]) -> "TomlTable":
         If the file is missing, unreadable or not TOML.
     """
     name, raw = os.fspath(path), read_bytes(path)
-    if len(raw) > MOST_BYTES:
-        raise ProblemError(f"{name}: expected a TOML file of at most {MOST_BYTES >> 20} MiB, found more")
+    if len(raw) > READ_AT_ONCE:
+        raise ProblemError(f"{name}: expected a TOML file of at most {READ_AT_ONCE >> 20} MiB, found more")
     try:
         content = tomllib.loads(raw.decode("utf-8-sig"))
     except RecursionError:
