@@ -15,7 +15,8 @@ from shakedown.motion.plane.run import PlaneRun
 START, WALK, MAP, LEAP, CONFIRM, REPEATS, LIMIT, NEXT_LEAP, LEAVE = range(9)  # phases
 # Verdicts; BLURRED: no slip, but beside the loads at rest those that change are next to round-off.
 SEARCHING, UNDECIDED, BROKEN, BLURRED, LEFT, SHAKEDOWN, CYCLIC_SLIP, RATCHETTING, SEPARATION = range(9)
-LIMIT_WANTED, SINGULAR = 101, 102  # besides the ends of ``follow_straight``: reasons to return to Python
+# Besides the ends of ``follow_straight``, of which PAUSED is the last: reasons to return to Python.
+LIMIT_WANTED, SINGULAR = range(PAUSED + 1, PAUSED + 3)
 
 
 class SettlingRules(NamedTuple):
