@@ -1,4 +1,4 @@
-"""The solution of a program: by the simplex without cones, else by the first of three methods with one."""
+"""The solution of a program: by the simplex without cones, else by the first of several methods with one."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -10,7 +10,7 @@ import numpy as np
 from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
-from shakedown.ground.size_limits import DENSE_FROM
+from shakedown.ground.size_limits import DENSE_FROM, MANY_ROWS
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.programs.conic import ClarabelSettings, by_clarabel
@@ -19,17 +19,26 @@ from shakedown.programs.program import INF, Program, Solution, solution_of
 from shakedown.programs.simplex import Simplex
 
 CUT, MOST_CUTS = 1e-7, 300  # how near to a cone cutting planes must come, relatively; as many as may be
-CLARABEL = ClarabelSettings(1e-11, 0.99, rescaled=True, reduced=SIX_DIGITS, stalled=True)
-METHOD_COUNT = 3
+SETTINGS = tuple(
+    ClarabelSettings(accuracy, step, rescaled, reduced=SIX_DIGITS, stalled=True)
+    for accuracy, step, rescaled in (
+        (1e-11, 0.99, True),
+        (1e-11, 0.9, True),
+        (1e-11, 0.99, False),
+        (1e-8, 0.9, True),
+    )
+)
+METHOD_COUNT = len(SETTINGS) + 2
 
 
 def solve(program: Program, first: int = 0) -> Solution:
     """The solution of a program; of one with cones by the first method, from this one on, that comes to one.
 
     Without cones the simplex (:class:`Simplex`). With cones Clarabel's interior points with its own scaling
-    on top, the quickest where there are few rows; dense interior points, for one cone over the first columns,
-    which come first where there are many; then linear programs that cut the cones (:func:`cut_cones`).
-    Each has the last word on some joints with stiffness next to the end of double precision.
+    on top, with shorter steps, without that scaling, to less accuracy; dense interior points, for one cone
+    over the first columns, which come first where there are many rows; of few rows then linear programs that
+    cut the cones (:func:`cut_cones`), which take minutes where there are more. Each has the last word on some
+    joints with stiffness next to the end of double precision.
 
     Raises
     ------
@@ -46,9 +55,8 @@ def solve(program: Program, first: int = 0) -> Solution:
     """
     if not program.cones:
         return Simplex(program).solve()
-    methods: list[Callable[[Program], Solution]] = [partial(by_clarabel, asked=CLARABEL), by_dense_points]
-    if program.linear >= DENSE_FROM:
-        methods.reverse()
+    methods: list[Callable[[Program], Solution]] = [partial(by_clarabel, asked=each) for each in SETTINGS]
+    methods.insert(0 if program.linear >= DENSE_FROM else len(methods), by_dense_points)
     failures = []
     for each in (*methods, cut_cones)[first:]:
         found = sought(each, program)
@@ -88,8 +96,10 @@ def cut_cones(program: Program) -> Solution:
     Raises
     ------
     SolverError
-        If a linear program has no end, or the cuts do not come to one.
+        If a linear program has no end, the cuts do not come to one, or there are too many rows for them.
     """
+    if len(program.right) > MANY_ROWS:
+        raise SolverError(f"the cone program of shape {program.matrix.shape} is too large for cutting planes")
     blocks = list(program.blocks())
     planes = [np.vstack([np.eye(count - 1), -np.eye(count - 1)]) for count in program.cones]
     for _ in range(MOST_CUTS):
