@@ -72,7 +72,7 @@ def test_what_is_proved_is_rounded_down_and_the_upper_bound_up():
             "at f = 0.6; certain not to shake down while all nodes stay in contact at f = 0.2 and 0.3.",
         ),
         ("0.1:0.4:5", "in contact at all 5 values of f from 0.1 to 0.4. Between these values nothing is"),
-        ("0.1,0.2,0.3,0.4,0.6", "in contact at the 4 values of f from 0.1 to 0.4."),
+        ("0.1,0.2,0.25,0.3,0.4,0.6", "in contact at the 5 values of f from 0.1 to 0.4."),
     ],
 )
 def test_the_points_are_said_and_nothing_between_them(values, said):

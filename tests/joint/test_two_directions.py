@@ -395,6 +395,8 @@ ANSWERS = {
     "energy_ball",
     "energy_bound",
     "total_slip_bound",
+    "first_slip",
+    "first_opening",
     # from every state
     "least_pressure_bound",
     "universal_bound",
