@@ -181,9 +181,8 @@ class _Batch:
             self._work(size)
             return
         with ThreadPoolExecutor(threads) as pool:
-            workers = [pool.submit(self._work, size) for _ in range(threads)]
-            try:
-                for worker in workers:
+            try:  # an interrupt may come while threads begin
+                for worker in [pool.submit(self._work, size) for _ in range(threads)]:
                     worker.result()
             finally:
                 self.stopped = True
