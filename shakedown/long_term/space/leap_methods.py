@@ -12,7 +12,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, THREE_DIGITS
+from shakedown.ground.round_off import EPS, NEGLIGIBLE, THREE_DIGITS
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
@@ -22,6 +22,8 @@ from shakedown.motion.evolution import closed_stiffness
 WORTH = 8.0  # periods that a leap must gain at least, as it costs some, and so does its preparation
 PRICE = 1e-5  # uncertainty allowed in a leap, relative to the total slip so far
 REMEMBERED = 64  # sizes of changes
+STATE_ROUND_OFF = 64.0 * EPS  # relative to a state: smaller changes are none
+LONGEST_WAIT = 64  # periods
 MOST_TURN = 0.1  # largest deviation of a change from its prediction, relative
 
 
@@ -132,7 +134,6 @@ class Ahead:
     LEFT: ClassVar[float] = 1e-3  # least size of the change after a leap, relative to the last change
     GROWN: ClassVar[float] = 2.0  # and the largest
     FURTHER: ClassVar[int] = 4  # factor on the length after an accepted leap; inverse after a rejected one
-    LONGEST_WAIT: ClassVar[int] = 64  # periods, doubled after each leap that fails
 
     care: float = 1.0  # share of what leaps may be unsure by otherwise
     reach: int = 64
@@ -177,8 +178,13 @@ class Ahead:
         if taken:
             self.wait = 0
         elif self.reach < WORTH:
-            self.reach, self.wait = int(WORTH) * self.FURTHER, min(2 * self.wait + 5, self.LONGEST_WAIT)
+            self.reach, self.wait = int(WORTH) * self.FURTHER, longer(self.wait)
         self.since = cycles + self.wait
+
+
+def longer(wait: int) -> int:
+    """Periods to wait after a further leap that fails, twice as many as after the one before."""
+    return min(2 * wait + 5, LONGEST_WAIT)
 
 
 class Site(NamedTuple):

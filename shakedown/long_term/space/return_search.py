@@ -3,7 +3,7 @@
 from collections import deque
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,8 @@ from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import OPEN, Outcome
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import FirstCycles
-from shakedown.long_term.space.leap_methods import Ahead, Crawl, Leap, measure_of
-from shakedown.long_term.space.slope_leaps import Along, PeriodStep
+from shakedown.long_term.space.leap_methods import STATE_ROUND_OFF, Ahead, Crawl, Leap, measure_of
+from shakedown.long_term.space.slope_leaps import Along, Landing, PeriodStep
 from shakedown.motion.cycle_record import Checkpoint, CycleRecord, State, Stop
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.viscous_jump import Jump
@@ -27,7 +27,6 @@ WINDOW = 7  # largest number of states one period apart that a leap starts from
 # Change per period, relative to its slip, below which a state counts as periodic: the way to rest is at
 # least half that slip, and would take 1 / (2 FOR_EVER) periods.
 FOR_EVER = 10 * NEGLIGIBLE
-STATE_ROUND_OFF = 64.0 * np.finfo(float).eps  # relative to a state: smaller changes are none
 ALTERNATES = 0.1  # ratio to the change between consecutive periods below which a later one recurs
 APART = 4.0  # times the fading part; twice that separates states on both sides of their limit
 VARIES_LITTLE = "the varying part of the loads is next to round-off beside the constant part"
@@ -149,6 +148,16 @@ class Settled:
     def signature(self) -> int:
         """Identifies the contact states of one period, whichever of its cycles it begins with."""
         return sum(record.signature for record in self.records) % 2**64
+
+
+class _Before(NamedTuple):
+    """Where a leap that is refused goes back to: the state, those before it, and how much was recorded."""
+
+    state: State
+    states: deque[State]
+    records: list[CycleRecord]
+    passed: int
+    jumps: int
 
 
 class ReturnSearch:
@@ -352,67 +361,70 @@ class ReturnSearch:
 
     def _take(self, way: Crawl | Ahead, leap: Leap) -> None:
         """Follow a leap; stay where its prediction fails."""
-        here, p, jumps = self.motion.state, self.period, len(self.jumps)
-        before, records, passed = self.states, list(self.records), len(self.passed)
-        u = leap.start.copy()
-        u[self.layout.gaps][here.contact != OPEN] = 0.0
-        self.motion.state = State(u, here.contact)
-        self.states = deque([self.motion.state], maxlen=before.maxlen)
-        # A jump, which may take minutes to follow, is not foreseen where the cycles before had none.
-        self.motion.may_jump = any(record.jumps for record in records)
+        before, p = self._begin_leap(len(self.records)), self.period
+        u, contact = leap.start.copy(), before.state.contact
+        u[self.layout.gaps][contact != OPEN] = 0.0
+        self._go_to(State(u, contact))
         taken: bool | None = False
         for _ in range(way.TRIES):
             taken = leap.fits(self._change(p)) if all(self._cycle() for _ in range(p)) else None
             if taken is not False:
                 break
-        self.motion.may_jump = True
-        del self.passed[passed:]
-        if taken:
-            self.leaps, self.unsure = self.leaps + 1, self.unsure + leap.unsure
-            self.rate = leap.rate ** (1.0 / p)
-            self.repeated = [0] * self.rules.longest_period
-            if way is self.ahead:
-                self.crawl.forget()
-        else:
-            del self.jumps[jumps:]
-            self.motion.state, self.states = here, before
-            self.records = deque(records, maxlen=self.records.maxlen)
+        self._end_leap(before, leap if taken else None)
+        if taken and way is self.ahead:
+            self.crawl.forget()
         way.heed(bool(taken), self.cycles)
+
+    def _begin_leap(self, last: int) -> _Before:
+        """Remember where a leap begins; it may jump where the last cycles did.
+
+        A jump may take minutes to follow, and is not foreseen where cycles had none.
+        """
+        records = list(self.records)
+        self.motion.may_jump = any(record.jumps for record in records[-last:])
+        return _Before(self.motion.state, self.states, records, len(self.passed), len(self.jumps))
+
+    def _go_to(self, state: State) -> None:
+        """Go on from another state."""
+        self.motion.state, self.states = state, deque([state], maxlen=self.states.maxlen)
+
+    def _end_leap(self, before: _Before, leap: Leap | Landing | None) -> None:
+        """Count a leap that is taken; go back from one that is not."""
+        self.motion.may_jump = True
+        del self.passed[before.passed :]
+        if leap is None:
+            del self.jumps[before.jumps :]
+            self.motion.state, self.states = before.state, before.states
+            self.records = deque(before.records, maxlen=self.records.maxlen)
+            return
+        self.leaps, self.unsure = self.leaps + 1, self.unsure + leap.unsure
+        self.rate = leap.rate ** (1.0 / self.period)
+        self.repeated = [0] * self.rules.longest_period
 
     def _go_along(self) -> bool:
         """Leap by the slopes of a period, if few nodes move and none is open."""
-        here, p, before = self.motion.state, self.period, self.states
-        records, passed, jumps = list(self.records), len(self.passed), len(self.jumps)
+        p, contact = self.period, self.motion.state.contact
         places = self.layout.slips_of(np.flatnonzero(self._slip(1, p) > 0.0))
-        if (here.contact == OPEN).any() or not 0 < len(places) <= self.along.MOST_SLIPS:
+        if (contact == OPEN).any() or not 0 < len(places) <= self.along.MOST_SLIPS:
             return False
-        self.motion.may_jump = any(record.jumps for record in records[-p:])
+        before = self._begin_leap(p)
 
         def last() -> PeriodStep:
             return PeriodStep(self._change(p), sum(record.signature for record in list(self.records)[-p:]))
 
         def period(start: FloatArray) -> PeriodStep | None:
-            self.motion.state = State(start, here.contact)
-            self.states = deque([self.motion.state], maxlen=before.maxlen)
+            self._go_to(State(start, contact))
             if not all(self._cycle() for _ in range(p)):
                 return None
             return last()
 
         cycles, gathered = self.cycles, self.gathered
-        landing = self.along.leap(period, before[-1 - p].u, last(), places, self.measure)
+        landing = self.along.leap(period, before.states[-1 - p].u, last(), places, self.measure)
         self.gathered = gathered  # states that only show slopes are not passed through
-        self.motion.may_jump = True
-        del self.passed[passed:]
+        self._end_leap(before, landing)
         self.along.since, self.looked = self.cycles + self.along.wait, self.looked + self.cycles - cycles
-        if landing is None:
-            del self.jumps[jumps:]
-            self.motion.state, self.states = here, before
-            self.records = deque(records, maxlen=self.records.maxlen)
-            return True
-        self.leaps, self.unsure = self.leaps + 1, self.unsure + landing.unsure
-        self.rate = landing.rate ** (1.0 / p)
-        self.repeated = [0] * self.rules.longest_period
-        self.crawl.forget()
+        if landing is not None:
+            self.crawl.forget()
         return True
 
     def _to_come(self, period: int) -> tuple[float, float]:

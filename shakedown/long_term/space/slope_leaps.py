@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import EPS, NEGLIGIBLE, PER_CENT, THREE_DIGITS
-from shakedown.long_term.space.leap_methods import PRICE, WORTH, Measure
+from shakedown.ground.round_off import NEGLIGIBLE, PER_CENT, THREE_DIGITS
+from shakedown.long_term.space.leap_methods import PRICE, STATE_ROUND_OFF, WORTH, Measure, longer
 
-# Finite-difference step for slopes, relative to all slip (energy norm), at most PER_CENT of the last leap …
+# Finite-difference step for slopes, relative to all slip (energy norm): at most PER_CENT of the last leap, at
+# least round-off of the state.
 PROBE = 10.0 * NEGLIGIBLE
-ROUND_OFF = 64.0 * EPS  # … at least this much, relative to the state
 # Factors of the step, tried until both points have the same contact states (no kink between them).
 TRIED = 1.0, -1.0, 1e-2, -1e-2, 1e-4
 BEHIND = 4.0  # times as far as states are moved
@@ -141,7 +141,6 @@ class Along:
     SURE: ClassVar[float] = 0.03  # of the way, and of the change there: what bends may miss them by
     LEFT: ClassVar[float] = 1e-3  # of the change: less of it is not told from none
     FARTHER: ClassVar[int] = 2  # times as far after a leap that went as far as was tried
-    LONGEST_WAIT: ClassVar[int] = 64  # periods, doubled from leap to leap that leads nowhere
 
     care: float = 1.0
     periods: int = int(WORTH)
@@ -175,7 +174,7 @@ class Along:
                 self.way = measure.size(found.start - start)
                 return found
             periods //= 2
-        self.periods, self.way, self.wait = int(WORTH), 0.0, min(2 * self.wait + 5, self.LONGEST_WAIT)
+        self.periods, self.way, self.wait = int(WORTH), 0.0, longer(self.wait)
         return None
 
     def _seen(
@@ -183,7 +182,7 @@ class Along:
     ) -> LocalMap | None:
         """The map next to a state, from a period of each of the states next to it."""
         most = min(PROBE * measure.size(start), PER_CENT * self.way or np.inf)
-        least = ROUND_OFF * float(np.abs(start).max())
+        least = STATE_ROUND_OFF * float(np.abs(start).max())
         sizes = np.maximum(most / np.linalg.norm(measure.root[:, places], axis=0), least)
         change, slopes = first.change[places], np.zeros((len(places), len(places)))
         # A little behind the nodes that creep on: they slip in all the states next to it.
