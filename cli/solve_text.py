@@ -28,6 +28,7 @@ from shakedown.report.limit_words import (
     proved_by_following,
     sensitivities_in_words,
 )
+from shakedown.report.mesh_words import mesh_warning_in_words
 from shakedown.report.next_words import decides_in_words, margin_in_words, next_in_words
 from shakedown.report.node_words import bound_columns, node_in_words, open_in_words
 from shakedown.report.zone_words import zone_in_words
@@ -81,11 +82,10 @@ def solve_text(found: shakedown.Assessment, file: str, *, details: bool, follow:
     ]
     if follow:
         numbers.insert(2, proved_by_following(found.details))
-    mesh = found.details.mesh.warning
     sentences = [
         *doubts_in_words(found.problem),
         " ".join(filter(None, [said_as_given_in_words(found), margin_in_words(found)])),
-        f"Mesh warning: {mesh}" if mesh else "",
+        mesh_warning_in_words(found),
         decides_in_words(found),
         next_in_words(found, file),
         "" if details else MORE,

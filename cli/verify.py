@@ -17,7 +17,7 @@ from shakedown.report.friction_words import friction_in_words
 from shakedown.report.hint_words import doubts_in_words, hints_in_words
 from shakedown.report.json_documents import verification_document
 from shakedown.report.limit_words import transient_beside_in_words
-from shakedown.report.mesh_words import averaged_in_words
+from shakedown.report.mesh_words import averaged_in_words, mesh_warning_in_words
 from shakedown.report.node_words import slip_limit_in_words
 from shakedown.report.run_words import SEPARATION, as_given_in_words
 from shakedown.report.text_table import table
@@ -190,10 +190,10 @@ def _text(problem: Problem, result: shakedown.Verification, details: bool) -> st
         verdict_in_words,
     )
 
-    limits = result.limits
-    answer, mesh = [answer_in_words(result), margin_of_answer(result)], limits.mesh.warning
+    answer = [answer_in_words(result), margin_of_answer(result)]
+    mesh = mesh_warning_in_words(result.assessment)
     lines = [headline(problem), "", paragraph(" ".join(filter(None, answer)))]
-    lines += [paragraph(f"Mesh warning: {mesh}"), ""] if mesh else [""]
+    lines += [paragraph(mesh), ""] if mesh else [""]
     findings = [*result.disagreements, *result.open_questions]
     if findings:
         lines += [paragraph(verdict_in_words(result))]

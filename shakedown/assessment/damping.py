@@ -65,7 +65,7 @@ def damping(
 
     At every amplitude the exact long-term state is found, without fixed steps and without Masing's rule.
     Amplitudes increase, and each begins in the state before it, as in a test with rising amplitude. Below the
-    limit     there is no friction damping, which is said to be proved where it is (docs/damping.md).
+    limit there is no friction damping, which is said to be proved where it is (docs/damping.md).
 
     Parameters
     ----------

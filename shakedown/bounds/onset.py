@@ -91,7 +91,8 @@ def first_slip(
     (0.087348, 1, 20)
     """
     found, law = _reactions(problem, checked_initial_slip(problem, initial_slip)), problem.law
-    start, along = (law.of_nodes(law.cone(q, p)) for q, p in _both(found))
+    start = law.of_nodes(law.cone(found.q, found.p))
+    along = law.of_nodes(law.cone(found.along_q, found.along_p))
     left = leaves_cone(start, along) if law.d > 1 else _changes_sign(start, along).min(axis=-1)
     excess, terms = law.excess(found.q, found.p), law.size(found.terms_q) + law.limit(found.terms_p)
     free = law.smooth
@@ -121,10 +122,6 @@ def first_opening(
     found = _reactions(problem, checked_initial_slip(problem, initial_slip))
     left = _changes_sign(found.p, found.along_p)
     return _first(problem, left, -found.p > tolerances.feasibility * found.terms_p, "opens")
-
-
-def _both(found: _Reactions) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
-    return (found.q, found.p), (found.along_q, found.along_p)
 
 
 def _reactions(problem: Problem, slip: FloatArray) -> _Reactions:

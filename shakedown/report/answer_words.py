@@ -18,7 +18,7 @@ from shakedown.report.assessment_words import (
     start_in_words,
 )
 from shakedown.report.hint_words import LOAD_DOMAIN
-from shakedown.report.next_words import margin_in_words
+from shakedown.report.next_words import margin_in_words, starting_in_words
 from shakedown.report.node_words import node_in_words, open_in_words
 from shakedown.report.run_words import SEPARATED, sliding_in_words
 
@@ -136,8 +136,8 @@ def margin_of_answer(v: Verification) -> str:
     slip = v.limits.first_slip.load_factor
     if not margin or not 1 < slip < np.inf:
         return margin
-    start = start_in_words(np.nan_to_num(v.limits.energy.initial_slip))
-    return f"{margin} No node slips up to {at_load_factor(v.problem, slip, down)}, starting {start}."
+    start = starting_in_words(v.assessment)
+    return f"{margin} No node slips up to {at_load_factor(v.problem, slip, down)}, {start}."
 
 
 def banner_class(v: Verification) -> str:

@@ -35,6 +35,12 @@ TREND = (
 )
 
 
+def mesh_warning_in_words(found: Assessment) -> str:
+    """That the edge of the mesh determines the limits, where it does; else empty."""
+    warning = found.details.mesh.warning
+    return f"Mesh warning: {warning}" if warning else ""
+
+
 def refinement_in_words(found: Refinement) -> str:
     """Which numbers converge with the mesh, in one sentence.
 

@@ -50,7 +50,7 @@ def margin_in_words(found: Assessment, simulated: float = np.nan) -> str:
     return f"With the varying part of the load {', '.join(known)}." if known else ""
 
 
-def _start(found: Assessment) -> str:
+def starting_in_words(found: Assessment) -> str:
     """The state that is asked about, as it ends a sentence."""
     return f"starting {start_in_words(np.nan_to_num(found.details.energy.initial_slip))}"
 
@@ -59,7 +59,7 @@ def _smaller(found: Assessment, every: float, here: float) -> list[str]:
     """By how much the varying part of the load must shrink, and for which states it is proved then."""
     margins = {percent(every, up): "from every state"} if 0 < every < 1 else {}
     if 0 < here < 1:
-        margins.setdefault(percent(here, up), _start(found))
+        margins.setdefault(percent(here, up), starting_in_words(found))
     said = "smaller it is proved to shake down "  # once
     return [f"{margin} {said * (k == 0)}{state}" for k, (margin, state) in enumerate(margins.items())]
 
@@ -69,7 +69,7 @@ def _larger(found: Assessment, every: float, here: float, simulated: float) -> s
     margins = {percent(every, down): "from every state"} if every > 1 else {}
     if here > 1:
         shown = percent(here, down)
-        margins[shown] = _start(found) if shown not in margins else ""
+        margins[shown] = starting_in_words(found) if shown not in margins else ""
     mesh = " for this mesh" * bool(found.details.mesh.warning)
     known = " and ".join(f"{margin} larger {from_here}".rstrip() for margin, from_here in margins.items())
     if len(margins) == 1:
