@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.campaign.recorded_steps import StepProgress
 from shakedown.ground.argument_kinds import check_count
-from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
+from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words
 from shakedown.ground.size_limits import CYCLES, MANY
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_arguments, checked, checked_initial_slip
@@ -126,7 +126,7 @@ def _found(
     search.from_here(answers, progress)
     seen, at, length = search.compiled, search.search_state, evolution.scale.length
     verdict, known = int(answers.verdict[0]), answers.verdict[0] >= SHAKEDOWN
-    left, nan, count = verdict == LEFT, np.full(n, np.nan), max(at.done, 1)
+    left, nan, cycles = verdict == LEFT, np.full(n, np.nan), max(at.done, 1)
     always_open = seen.check.always_open == 1 if known else np.full(n, left)
     opened = seen.opened == 1 if known else np.full(n, left)
     reason, met = _reason(search, at, verdict)
@@ -140,9 +140,9 @@ def _found(
         final_slip=answers.final_slip[0],
         drift=at.done / at.period * seen.drift[slips] if known else nan,
         slip_per_cycle=answers.slip[0],
-        friction_dissipation_per_cycle=at.friction / count if known else np.nan,
-        jump_dissipation_per_cycle=at.damping / count if known else np.nan,
-        jumps_per_cycle=at.jumps / count if known else np.nan,
+        friction_dissipation_per_cycle=at.friction / cycles if known else np.nan,
+        jump_dissipation_per_cycle=at.damping / cycles if known else np.nan,
+        jumps_per_cycle=at.jumps / cycles if known else np.nan,
         open_nodes=tuple(np.flatnonzero(always_open).tolist()),
         cycles_simulated=at.cycles,
         slides_away=evolution.stop is not None and evolution.stop.slides_away,
@@ -165,7 +165,7 @@ def _reason(search: LimitSearch, at: SearchState, verdict: int) -> tuple[str, fl
     evolution = search.evolution
     if verdict in (UNDECIDED, LEFT):
         stop = evolution.stop
-        return stop.reason if stop else f"no periodic state within {at.cycles} cycles", np.nan
+        return stop.reason if stop else f"no periodic state within {count(at.cycles, 'cycle')}", np.nan
     text = f"the limit that the cycles tend to: contact states repeat every {cycles_in_words(at.period)}"
     if not at.from_limit:
         ago = f"{at.period} cycle{'s' * (at.period > 1)} before"

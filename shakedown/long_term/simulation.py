@@ -15,7 +15,7 @@ from shakedown.campaign.recorded_steps import RecordedSteps, recorded_steps, run
 from shakedown.files.atomic_write import atomic_write
 from shakedown.ground.errors import UsageError
 from shakedown.ground.round_off import DISTINCT
-from shakedown.ground.shown_values import short
+from shakedown.ground.shown_values import count, short
 from shakedown.ground.size_limits import CYCLES
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -325,7 +325,8 @@ def _at_fixed_steps(motion: FixedSteps, asked: _Request, steps: RecordedSteps) -
         if verdict is not None:
             break
     if verdict is None:
-        reason = motion.stop.reason if motion.stop else f"no steady state within {asked.cycles} cycles"
+        none = f"no steady state within {count(asked.cycles, 'cycle')}"
+        reason = motion.stop.reason if motion.stop else none
         verdict = Verdict(Outcome.UNDECIDED, 0, np.full(len(start), np.nan), reason)
     path = Walk(start, tuple(records), motion.history if asked.record else None)
     return _simulation(_stepped_state(motion, verdict, path), asked.method, path)
