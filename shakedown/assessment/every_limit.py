@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.assessment.mesh_check import MeshCheck, mesh_check
+from shakedown.assessment.mesh_check import UNCHECKED, MeshCheck, mesh_check
 from shakedown.assessment.sensitivities import Sensitivities, sensitivities
 from shakedown.assessment.shakedown_bounds import ShakedownBounds
 from shakedown.assessment.three_numbers import FromState, from_state
@@ -52,6 +52,9 @@ if TYPE_CHECKING:
 ONE_SIDED_UP_TO = 20  # nodes; one-sided derivatives at a degenerate optimum take tenths of a second
 
 LIMITS = ("universal", "core", "energy", "box", "accumulated", "transient", "lower", "upper")  # shown
+
+STILL = Missing("still to come")
+TO_COME = {"transient": STILL, "friction": STILL, "core": None, "mesh": UNCHECKED}  # left out meanwhile
 
 T = TypeVar("T")
 
@@ -121,16 +124,18 @@ class JointLimits(Result):
         """Store a limit that was computed as a piece of recorded work, now or earlier."""
         vars(self)[name] = found
 
-    def so_far(self, *names: str) -> "JointLimits":
-        """A copy in which limits that are not computed yet are missing, those of the given names."""
+    def so_far(self) -> "JointLimits":
+        """A copy without what takes long, where that is not computed yet."""
         known = copy(self)
-        vars(known).update(dict.fromkeys(set(names) - set(vars(self)), Missing("still to come")))
+        vars(known).update({name: value for name, value in TO_COME.items() if name not in vars(self)})
         return known
 
     def learn(self, known: "JointLimits") -> None:
         """Keep what has been computed with such a copy, so that it is not computed again."""
         new = {name: value for name, value in vars(known).items() if name not in vars(self)}
-        vars(self).update({name: value for name, value in new.items() if not isinstance(value, Missing)})
+        vars(self).update(
+            {name: value for name, value in new.items() if value is not TO_COME.get(name, self)}
+        )
 
     @cached_property
     def absent(self) -> dict[str, Missing]:

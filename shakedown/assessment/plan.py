@@ -1,6 +1,6 @@
 """What a verification simulates: load factors in every region, several initial states, predictions."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import NamedTuple
@@ -24,7 +24,6 @@ from shakedown.assessment.three_numbers import ENERGY
 from shakedown.bounds.energy.energy_ball import energy_ball
 from shakedown.bounds.plane_or_space import takes_long
 from shakedown.bounds.safe_slip import safe_slip
-from shakedown.campaign.recorded_steps import RecordedSteps
 from shakedown.ground.errors import Missing, present, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
@@ -107,24 +106,32 @@ def case_as_given(limits: JointLimits) -> Case:
     return _bounded(limits, _case_at(limits, AS_GIVEN, *_first_state(limits)))
 
 
-def planned_cases(
-    limits: JointLimits,
-    load_factors: Sequence[float] | None,
-    random_states: int,
-    seed: int,
-    steps: RecordedSteps,
-) -> list[Case]:
-    """All simulations of a verification except the nominal one, λ = 1 first; one step per load factor."""
+def plan_steps(
+    limits: JointLimits, load_factors: Sequence[float] | None, random_states: int, seed: int
+) -> list[Callable[[], list[Case]]]:
+    """Steps that plan all simulations of a verification, λ = 1 first; one step per load factor."""
     chosen = default_load_factors(limits) if load_factors is None else load_factors
     name, state = _first_state(limits)
-    cases = list[Case]()
-    for each in sorted(chosen, key=lambda load_factor: load_factor != AS_GIVEN):
-        cases += steps.done(partial(_cases_at, limits, each, random_states, seed))
+    steps: list[Callable[[], list[Case]]] = [
+        partial(_cases_at, limits, each, random_states, seed)
+        for each in sorted(chosen, key=lambda load_factor: load_factor != AS_GIVEN)
+    ]
     here = limits.from_state
     if load_factors is None and here.symbol != ENERGY and here.load_factor < np.inf:
         near = JUST_BELOW * here.load_factor
-        cases.append(steps.done(partial(_case_at, limits, near, name, state)))
-    return [_bounded(limits, case) for case in cases if (case.load_factor, case.initial) != (AS_GIVEN, name)]
+        steps.append(lambda: [_case_at(limits, near, name, state)])
+    return steps
+
+
+def planned_cases(limits: JointLimits, found: Iterable[list[Case]]) -> list[Case]:
+    """All simulations of a verification except the nominal one, from what these steps have found."""
+    name, _ = _first_state(limits)
+    return [
+        _bounded(limits, case)
+        for cases in found
+        for case in cases
+        if (case.load_factor, case.initial) != (AS_GIVEN, name)
+    ]
 
 
 def _first_state(limits: JointLimits) -> tuple[str, FloatArray]:

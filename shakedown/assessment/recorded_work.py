@@ -1,8 +1,11 @@
 """The pieces of work of a verification: recorded, counted, and shown while they are done."""
 
+import functools
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
+from dataclasses import dataclass
+from queue import PriorityQueue
 from threading import Thread
 from typing import Any, NamedTuple, TypeVar
 
@@ -18,6 +21,7 @@ from shakedown.ground.errors import Missing, present
 
 CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
 SHOWN_EVERY = 15.0  # seconds between intermediate pages, or more where writing one takes long
+END = -1, -1  # before all pieces of work
 
 T = TypeVar("T")
 
@@ -54,34 +58,74 @@ class RecordedWork:
         return result
 
 
-class ThreadedSteps:
-    """Steps done by threads one after the other, from the first requested one on; or in the calling thread.
+class SideBySide:
+    """Pieces of work done by threads, the most urgent ones first; with one thread by who asks for them.
 
-    Most of their time is spent in compiled code that releases the lock of the interpreter.
+    Most of their time is spent in compiled code that releases the lock of the interpreter. Nothing begins
+    before the first result is asked for, so that what is recorded is not done again.
+
+    Examples
+    --------
+    >>> with SideBySide(threads=2) as work:
+    ...     one, two = work.add(lambda: 1), work.add(lambda: 2)
+    ...     one(), two()
+    (1, 2)
     """
 
-    def __init__(self, steps: Sequence[Callable[[], Any]], threads: int) -> None:
-        self.steps, self.threads = steps, threads
-        self._ends: dict[int, Future[Any]] = {}
+    def __init__(self, threads: int) -> None:
+        self.threads, self._begun = threads, False
+        self._pieces: list[_Piece] = []
+        self._waiting: PriorityQueue[tuple[int, int]] = PriorityQueue()  # urgency and number
 
-    def result(self, number: int) -> Any:
-        """The result of a step; the following ones are started."""
+    def __enter__(self) -> "SideBySide":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for _each in range(self.threads if self._begun else 0):  # each thread ends with its present piece
+            self._waiting.put(END)
+
+    def add(self, step: Callable[[], T], urgency: int = 0) -> Callable[[], T]:
+        """A piece of work, the more urgent the smaller that number; what gives its result."""
+        number = len(self._pieces)
+        self._pieces.append(_Piece(step, urgency, Future()))
+        if self._begun:
+            self._begin(number)
+        return functools.partial(self._result, number)
+
+    def _result(self, number: int) -> Any:
         if self.threads == 1:
-            return self.steps[number]()
-        if not self._ends:
-            self._ends = {k: Future() for k in range(number, len(self.steps))}
-            left = iter(self._ends.items())
+            return self._pieces[number].step()
+        if not self._begun:
+            self._begun = True
+            for later in range(number, len(self._pieces)):
+                self._begin(later)
             for _ in range(self.threads):  # daemons, so that an interrupt does not wait for them
-                Thread(target=self._work, args=(left,), daemon=True).start()
-        return self._ends[number].result()
+                Thread(target=self._work, daemon=True).start()
+        elif not self._pieces[number].is_begun:  # what follows it was asked for before
+            self._begin(number)
+        return self._pieces[number].end.result()
 
-    def _work(self, left: Iterator[tuple[int, "Future[Any]"]]) -> None:
-        for number, end in left:
+    def _begin(self, number: int) -> None:
+        self._pieces[number].is_begun = True
+        self._waiting.put((self._pieces[number].urgency, number))
+
+    def _work(self) -> None:
+        while (taken := self._waiting.get()) is not END:
+            piece = self._pieces[taken[1]]
             try:
-                end.set_result(self.steps[number]())
+                piece.end.set_result(piece.step())
             except BaseException as error:
-                end.set_exception(error)
-                return
+                piece.end.set_exception(error)
+
+
+@dataclass
+class _Piece:
+    """A piece of work, and what becomes of it."""
+
+    step: Callable[[], Any]
+    urgency: int
+    end: "Future[Any]"
+    is_begun: bool = False
 
 
 class OtherEvidence(NamedTuple):
@@ -113,11 +157,14 @@ def evidence_steps(limits: JointLimits, budget: int, below: float | None) -> lis
         lambda: critical_load_factors(problem, values=False) if few else None,
         lambda: limits.friction,
         lambda: None if below is None else limits.slip(below),
+        lambda: limits.core,
+        lambda: limits.mesh,
     ]
 
 
 def other_evidence(limits: JointLimits, found: Sequence[Any]) -> OtherEvidence:
     """What these pieces of work have found."""
-    second, curve, critical, friction, slip = found
-    limits.keep("friction", friction)
+    second, curve, critical, friction, slip, core, mesh = found
+    for name, value in (("friction", friction), ("core", core), ("mesh", mesh)):
+        limits.keep(name, value)
     return OtherEvidence(second, curve, critical, present(limits.friction), limits.transient, slip)

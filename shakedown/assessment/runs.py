@@ -101,6 +101,7 @@ def run_of(limits: JointLimits, case: Case, cycles: int, method: str) -> Run:
         proof = None if ball is None else proof_in(ball, state.begun, state.approach)
         simulation = replace(simulation, settled=replace(state, proof=proof))
     seconds = time.perf_counter() - began
+    simulation.to_dict()  # what is said of it, proofs and margins, is found in this thread, and kept
     return Run(case, _agreement(case, simulation), simulation, seconds)
 
 

@@ -13,11 +13,11 @@ import numpy as np
 from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.independent_bounds import SecondBounds, independent_findings
-from shakedown.assessment.plan import case_as_given, planned_cases
+from shakedown.assessment.plan import case_as_given, plan_steps, planned_cases
 from shakedown.assessment.recorded_work import (
     OtherEvidence,
     RecordedWork,
-    ThreadedSteps,
+    SideBySide,
     evidence_steps,
     other_evidence,
 )
@@ -45,6 +45,7 @@ from shakedown.long_term.node_table import NodeResults
 from shakedown.long_term.slip_criterion import check_slip_below
 
 RANDOM_STATES = 3
+AT_LEISURE = 1  # how urgent is what nothing waits for
 
 
 @dataclass(frozen=True)
@@ -320,37 +321,10 @@ def _verified(
     """The verification itself, piece by piece."""
     start = None if problem.initial_slip is None else problem.initial_slip[0]
     found = assess(problem, start, open_nodes=asked.open_nodes, tolerances=tolerances)
-    limits, random = found.details, (settings.random_states, settings.seed)
-    compile_loops(limits, settings.method)
-    for name in ("upper", "lower", "through_transient", "universal", *FROM_HERE):
-        limits.keep(name, work.steps.done(functools.partial(getattr, limits, name)))
-    limits.note_what_is_known()
-    how = settings.cycles, settings.method
-    nominal = work.steps.done(functools.partial(case_as_given, limits))
-    runs: list[Run] = [work.steps.done(functools.partial(run_of, limits, nominal, *how))]
-    work.show(
-        limits, lambda: _so_far(found, runs, "all other runs", settings)
-    )  # before the other runs are planned
-    cases = planned_cases(limits, asked.load_factors, *random, work.steps)
-    work.count, work.pieces = len(runs), len(runs) + len(cases) + len(OtherEvidence._fields)
-    work.show(
-        limits, lambda: _so_far(found, runs, "all other runs", settings)
-    )  # in case it was too early before
-    steps: list[Callable[[], Any]] = [functools.partial(run_of, limits, case, *how) for case in cases]
-    first = sum(case.load_factor == AS_GIVEN for case in cases)  # λ = 1 comes first, then λ_T
-    steps.insert(first, lambda: limits.transient)
-    count, others = len(steps), evidence_steps(limits, asked.budget, asked.slip_below)
-    side_by_side = ThreadedSteps([*steps, *others], all_cores() if takes_long(problem) else 1)
-    for number in range(count):
-        ended = work.done(functools.partial(side_by_side.result, number))
-        if number == first:
-            limits.keep("transient", ended)
-        else:
-            runs.append(ended)
-        to_come = f"{len(cases) + 1 - len(runs)} of the runs"
-        work.show(limits, functools.partial(_so_far, found, runs, to_come, settings))
-    ends = [work.done(functools.partial(side_by_side.result, count + k)) for k in range(len(others))]
-    other = other_evidence(limits, ends)
+    limits = found.details
+    with SideBySide(all_cores() if takes_long(problem) else 1) as threads:
+        _find_bounds(limits, settings.method, work, threads)
+        runs, other = _simulated(found, asked, settings, work, threads)
     findings = list(independent_findings(limits.bounds, other.second, tolerances))
     return Verification(
         assessment=found,
@@ -372,14 +346,64 @@ def _verified(
     )
 
 
+def _find_bounds(limits: JointLimits, method: str, work: RecordedWork, threads: SideBySide) -> None:
+    """The bounds, in space λ_U, which takes longest, beside the others; compiled loops."""
+    first, every = threads.add(lambda: limits.upper), threads.add(lambda: limits.universal)
+    compiled = threads.add(lambda: compile_loops(limits, method), AT_LEISURE)
+    limits.keep("upper", work.steps.done(first))
+    for name in ("lower", "through_transient", *FROM_HERE):
+        limits.keep(name, work.steps.done(threads.add(functools.partial(getattr, limits, name))))
+    limits.keep("universal", work.steps.done(every))
+    compiled()
+    limits.note_what_is_known()
+
+
+def _simulated(
+    found: Assessment, asked: _Scope, settings: Settings, work: RecordedWork, threads: SideBySide
+) -> tuple[list[Run], OtherEvidence]:
+    """Every simulation, λ_T, and the other evidence; shown while they come."""
+    limits, how = found.details, (settings.cycles, settings.method)
+    nominal = threads.add(lambda: _nominal_run(limits, *how))
+    transient = threads.add(lambda: limits.transient)  # early, as its simulations follow from each other
+    plan = plan_steps(limits, asked.load_factors, settings.random_states, settings.seed)
+    planned = [threads.add(step) for step in plan]
+    evidence = evidence_steps(limits, asked.budget, asked.slip_below)
+    others = [threads.add(step, AT_LEISURE) for step in evidence]
+
+    runs: list[Run] = [work.steps.done(nominal)]
+    show = functools.partial(_so_far, found, runs, settings)
+    work.show(limits, functools.partial(show, "all other runs"))  # before the other runs are planned
+    cases = planned_cases(limits, [work.steps.done(step) for step in planned])
+    work.count, work.pieces = len(runs), len(runs) + len(cases) + 1 + len(others)
+    work.show(limits, functools.partial(show, "all other runs"))  # in case it was too early before
+
+    ends = [threads.add(functools.partial(run_of, limits, case, *how)) for case in cases]
+    first = sum(case.load_factor == AS_GIVEN for case in cases)  # λ = 1 comes first, then λ_T
+    for number in range(len(ends) + 1):
+        if number == first:
+            limits.keep("transient", work.done(transient))
+        else:
+            runs.append(work.done(ends[number - (number > first)]))
+        to_come = f"{len(cases) + 1 - len(runs)} of the runs"
+        work.show(limits, functools.partial(show, to_come))
+    return runs, other_evidence(limits, [work.done(end) for end in others])
+
+
+def _nominal_run(limits: JointLimits, cycles: int, method: str) -> Run:
+    """The nominal load, with the period of its long-term state, which every page shows."""
+    run = run_of(limits, case_as_given(limits), cycles, method)
+    assert run.simulation.settled.history is not None
+    return run
+
+
 def _is_as_given(run: Run, problem: Problem) -> bool:
     name = "zero" if problem.initial_slip is None else "given 0"
     return run.initial == name and run.simulation.load_factor == AS_GIVEN
 
 
-def _so_far(found: Assessment, runs: Sequence[Run], to_come: str, settings: Settings) -> Verification:
+def _so_far(found: Assessment, runs: Sequence[Run], settings: Settings, to_come: str) -> Verification:
     """What is known before the end; limits that are not computed yet are missing."""
-    limits = found.details.so_far("transient", "friction")
+    limits = found.details.so_far()
     none = ConicBound(Status.UNDECIDED, nan, -1, np.full(limits.problem.layout.slip_size, nan), "Clarabel")
     return Verification(
         assessment=replace(found, details=limits),
@@ -395,7 +419,7 @@ def _so_far(found: Assessment, runs: Sequence[Run], to_come: str, settings: Sett
         ),
         notes=(),
         settings=settings,
-        unfinished=f"Unfinished: {to_come} and the independent solver are still to come.",
+        unfinished=f"Unfinished: {to_come}, the check of the mesh and the independent solver are to come.",
     )
 
 

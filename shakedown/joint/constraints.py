@@ -128,7 +128,8 @@ class Constraints(Result):
 
     def relative_excess(self, slip: FloatArray, load_factor: float) -> FloatArray:
         """``excess`` relative to the largest term of each cone, or row."""
-        terms = np.maximum(np.abs(self.G) @ np.abs(slip), np.abs(load_factor * self.d))
+        of_slip = np.abs(self.G) @ np.abs(slip) if slip.any() else 0.0  # many entries of G
+        terms = np.maximum(of_slip, np.abs(load_factor * self.d))
         size = np.maximum(terms, np.abs(self.g))
         if len(self.heads) < len(size):
             size = np.maximum.reduceat(size, self.heads)

@@ -1,5 +1,6 @@
 """What cannot be written to: the arrays of a problem and of results, in copies of these, too."""
 
+from contextlib import nullcontext
 from dataclasses import is_dataclass
 from functools import cached_property, wraps
 from typing import Any
@@ -33,6 +34,8 @@ class ReadOnly:
         for attribute in vars(cls).values():
             if isinstance(attribute, cached_property):
                 attribute.func = _read_only_once_found(attribute.func)
+                if hasattr(attribute, "lock"):  # one for all objects, up to Python 3.11: threads would wait
+                    attribute.lock = nullcontext()
 
     def __post_init__(self) -> None:
         for name, value in list(self.__dict__.items()):

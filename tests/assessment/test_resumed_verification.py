@@ -8,7 +8,7 @@ from command import run
 
 import shakedown
 from shakedown import Problem
-from shakedown.assessment import mesh_check
+from shakedown.bounds import onset
 from shakedown.campaign import recorded_steps
 from shakedown.report import html
 
@@ -99,7 +99,9 @@ def test_what_is_known_can_be_read_while_the_work_goes_on(joint, asked, tmp_path
     code, _, err = run(*words, cwd=tmp_path)
     assert code == 0, err
     unfinished, factors, page = pages[0]
-    assert unfinished == "Unfinished: all other runs and the independent solver are still to come."
+    assert unfinished == (
+        "Unfinished: all other runs, the check of the mesh and the independent solver are to come."
+    )
     assert factors == [1.0]
     assert unfinished in page
     assert pages[-1][0] == ""
@@ -109,12 +111,13 @@ def test_what_is_known_can_be_read_while_the_work_goes_on(joint, asked, tmp_path
 def test_what_one_page_has_computed_the_next_does_not(monkeypatch):
     monkeypatch.setattr("shakedown.assessment.recorded_work.SHOWN_EVERY", 0.0)
     monkeypatch.setattr("shakedown.assessment.recorded_work.LEISURE", 0.0)
-    checked, asked, pages = mesh_check.mesh_check, [], []
+    slipping, asked, pages = onset.first_slip, [], []
     monkeypatch.setattr(
-        "shakedown.assessment.every_limit.mesh_check", lambda known: asked.append(known) or checked(known)
+        "shakedown.assessment.every_limit.first_slip",
+        lambda *about, **how: asked.append(about) or slipping(*about, **how),
     )
-    found = verified(PLANE, so_far=lambda page: pages.append(page.limits.mesh))
-    assert found.limits.mesh is pages[0]
+    found = verified(PLANE, so_far=lambda page: pages.append(page.limits.first_slip))
+    assert found.limits.first_slip is pages[0]
     assert len(pages) > 2
     assert len(asked) == 1
     assert found.transient is not None

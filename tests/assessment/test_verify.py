@@ -11,9 +11,8 @@ from shakedown import Problem
 from shakedown.assessment import independent_bounds
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.load_regions import ABOVE, UNSAFE, default_load_factors, region_of
-from shakedown.assessment.plan import case_as_given, planned_cases
+from shakedown.assessment.plan import case_as_given, plan_steps, planned_cases
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
-from shakedown.campaign.recorded_steps import RecordedSteps
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.report.bound_words import bounds_in_words
@@ -213,7 +212,7 @@ def flange() -> JointLimits:
 
 def test_states_are_no_larger_than_what_loads_leave_behind(flange: JointLimits) -> None:
     """A floating flange of 52 mm: in its ball are states that slip 300 mm, in no simulation."""
-    cases = planned_cases(flange, None, 2, 0, RecordedSteps(flange.problem))
+    cases = planned_cases(flange, [step() for step in plan_steps(flange, None, 2, 0)])
     nominal = case_as_given(flange)
     assert (nominal.load_factor, nominal.initial, nominal.in_ball) == (1.0, "zero", True)
     assert {"zero", "safe", "random 0", "random 1", "ball 0", "ball 1"} <= {case.initial for case in cases}
