@@ -1,15 +1,17 @@
 """The search for arcs of slip directions outside which no node ever reaches its limit at a load factor."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
 from shakedown.bounds.accumulated.lids import MARGIN, Lids, NoLids, lids_of
-from shakedown.bounds.accumulated.slip_arcs import Arcs, Cells, Flags, Numbers, all_cells
+from shakedown.bounds.accumulated.slip_arcs import Arcs, Cells, Flags, Numbers, all_cells, by_node
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import HALVINGS, NEGLIGIBLE
+from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.numbers import LARGEST
 from shakedown.joint.problem import Problem
@@ -56,34 +58,40 @@ class ArcLimits:
         self.problem = problem
         self._fB = problem.law.limit_rows(problem.B).reshape(n, n, d)
         self._A = problem.A.reshape(n, d, n, d)
-        self._start, self._error = start.reshape(n, d), start_error
-        self.reach = np.linalg.norm(self._fB, axis=2) + np.linalg.norm(self._A, axis=(1, 3))
+        self._start, self._error = start, start_error
+        self._off = np.flatnonzero(start_error)
+        self.reach = _reach(problem)
+        fB, A, size = self._fB.reshape(n, -1), problem.A, np.abs(start)
+        self._locked = fB @ start, (A @ start).reshape(n, d)
+        self._terms = np.abs(fB) @ size, (np.abs(A) @ size).reshape(n, d)
 
     def slacks(self, node: Numbers, e: FloatArray) -> Slacks:
         """Of nodes (c,) in directions (c, k, d), (c, k): at the initial slip, wherever within its error."""
-        found = Slacks(*(np.empty(e.shape[:2]) for _ in Slacks._fields))
-        for i in np.unique(node).tolist():
-            for part, values in zip(found, self._slacks_of(i, e[node == i]), strict=True):
-                part[node == i] = values
-        return found
+        return self._after_slip(node, e, load_slacks(self.problem, node, e))
 
-    def _slacks_of(self, i: int, e: FloatArray) -> Slacks:
-        fB, A, start = self._fB[i], self._A[i], self._start
-        locked = np.sum(fB * start) + e @ np.sum(A * start, axis=(1, 2))
-        terms = np.sum(np.abs(fB * start)) + np.abs(e) @ np.sum(np.abs(A * start), axis=(1, 2))
-        off = np.flatnonzero(self._error)
-        rows = fB[off] + np.einsum("cke,ejx->ckjx", e, A[:, off])
-        locked -= np.linalg.norm(rows, axis=3) @ self._error[off] + NEGLIGIBLE * terms
-        loop, before = loading(self.problem), self.problem.layout.split(transient_path(self.problem))
-        mean = self._least(i, e, loop.q0[None], loop.p0[None])
-        fall = np.maximum(-self._least(i, e, loop.q1, loop.p1), 0.0)
-        return Slacks(mean + locked, fall, self._least(i, e, *before) + locked)
+    def slacks_around(self, cells: Cells, parts: int) -> Slacks:
+        """Of all nodes in the directions of all undivided cells: what loads leave there is worked out once."""
+        known = _known_around(self.problem)
+        if parts not in known:
+            known[parts] = load_slacks(self.problem, cells.node, cells.corners)
+        return self._after_slip(cells.node, cells.corners, known[parts])
 
-    def _least(self, i: int, e: FloatArray, q: FloatArray, p: FloatArray) -> FloatArray:
-        """The smallest f p + e · q over load steps, less a margin; inf where there is none."""
-        q, p = self.problem.layout.by_node(q)[:, i].T, self.problem.f[i] * p[:, i]
-        values = p + e @ q - NEGLIGIBLE * (np.abs(p) + np.abs(e) @ np.abs(q))
-        return np.asarray(values.min(axis=-1, initial=np.inf))
+    def _after_slip(self, node: Numbers, e: FloatArray, loads: Slacks) -> Slacks:
+        """What the initial slip adds to slacks under the loads alone."""
+        (of_fB, of_A), (size_fB, size_A) = self._locked, self._terms
+        locked = of_fB[node, None] + np.einsum("ckx,cx->ck", e, of_A[node])
+        terms = size_fB[node, None] + np.einsum("ckx,cx->ck", np.abs(e), size_A[node])
+        locked -= NEGLIGIBLE * terms
+        for i, mine in by_node(node) if self._off.size else ():
+            locked[mine] -= self._uncertain(i, e[mine])
+        return Slacks(loads.base + locked, loads.fall, loads.before + locked)
+
+    def _uncertain(self, i: int, e: FloatArray) -> FloatArray:
+        """What the error of the initial slip may take from the limit of a node in directions (c, k, d)."""
+        off, square = self._off, 0.0
+        for x in range(e.shape[-1]):
+            square = square + (self._fB[i, off, x] + e @ self._A[i][:, off, x]) ** 2
+        return np.asarray(np.sqrt(square) @ self._error[off])
 
     def check_pressed(self, load_factor: float) -> None:
         """Raise ``NoLids`` unless the first load presses all nodes, at every load factor up to one.
@@ -93,7 +101,7 @@ class ArcLimits:
         problem, loop = self.problem, loading(self.problem)
         before = problem.layout.split(transient_path(problem))[1]
         first = before[:1] if len(before) else np.stack([loop.p0, loop.p0 + load_factor * loop.p1[0]])
-        p = first.min(axis=0) + problem.B @ self._start.ravel()
+        p = first.min(axis=0) + problem.B @ self._start
         p -= np.linalg.norm(problem.B.reshape(*self._fB.shape), axis=2) @ self._error
         if not p.min() > 0.0:
             raise NoLids(START, int(p.argmin()))
@@ -105,6 +113,39 @@ class ArcLimits:
         for x in range(e.shape[1]):
             rows += e[:, x, None, None] * self._A[i, x, arcs.node]
         return arcs.least(rows) - MARGIN * self.reach[i, arcs.node]
+
+
+@once_per_problem
+def _reach(problem: Problem) -> FloatArray:
+    """(n, n): what slip of a node changes at most in the limit of another [force/length]."""
+    n, d = problem.n, problem.directions
+    fB, A = problem.law.limit_rows(problem.B).reshape(n, n, d), problem.A.reshape(n, d, n, d)
+    return np.asarray(np.linalg.norm(fB, axis=2) + np.linalg.norm(A, axis=(1, 3)))
+
+
+@once_per_problem
+def _known_around(problem: Problem) -> dict[int, Slacks]:
+    """Slacks under the loads alone in all undivided cells, by the number of their parts."""
+    return {}
+
+
+def load_slacks(problem: Problem, node: Numbers, e: FloatArray) -> Slacks:
+    """Slacks of nodes (c,) in directions (c, k, d) under the loads alone, without slip, (c, k)."""
+    loop, before = loading(problem), problem.layout.split(transient_path(problem))
+    found = Slacks(*(np.empty(e.shape[:2]) for _ in Slacks._fields))
+    for i, mine in by_node(node):
+        least = partial(_least, problem, i, e[mine])
+        found.base[mine] = least(loop.q0[None], loop.p0[None])
+        found.fall[mine] = np.maximum(-least(loop.q1, loop.p1), 0.0)
+        found.before[mine] = least(*before)
+    return found
+
+
+def _least(problem: Problem, i: int, e: FloatArray, q: FloatArray, p: FloatArray) -> FloatArray:
+    """The smallest f p + e · q of a node over load steps, less a margin; inf where there is none."""
+    q, p = problem.layout.by_node(q)[:, i].T, problem.f[i] * p[:, i]
+    values = p + e @ q - NEGLIGIBLE * (np.abs(p) + np.abs(e) @ np.abs(q))
+    return np.asarray(values.min(axis=-1, initial=np.inf))
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +228,7 @@ class FoundArcs:
 def search_about(limits: ArcLimits, parts: int) -> ArcSearch:
     """A search with no cell chosen yet; cells may be divided into a number of parts."""
     cells = all_cells(limits.problem.n, limits.problem.directions, parts)
-    return ArcSearch(limits, cells, limits.slacks(cells.node, cells.corners))
+    return ArcSearch(limits, cells, limits.slacks_around(cells, parts))
 
 
 def farthest(low: FoundArcs, at: float, accuracy: float) -> tuple[FoundArcs, NoLids | None]:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shakedown.bounds.accumulated.lids import MARGIN, Lids
-from shakedown.bounds.accumulated.slip_arcs import Arcs, Flags, Numbers, crossed
+from shakedown.bounds.accumulated.slip_arcs import Arcs, Flags, Numbers, by_node, crossed
 from shakedown.bounds.exact_rows import exact_numbers
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
@@ -180,9 +180,10 @@ class _Claim:
         loads, load_terms = loads + _along(e, q), load_terms + _along(np.abs(e), np.abs(q))
         locked = fBv[node] + _along(e, Av[node])
         terms = load_terms.max(axis=1) + of_fB[node] + _along(np.abs(e), of_A[node])
-        if self._off.size:
-            fB, A = self._between(node, self._off)
-            locked = locked - _size(fB + _along(e, A)) @ self._error[self._off]
+        off = self._off
+        for i, mine in by_node(node) if off.size else ():
+            rows = self._fB[i, off] + np.tensordot(e[mine], self._A[i][:, off], axes=1)
+            locked[mine] = locked[mine] - _size(rows) @ self._error[off]
         return loads.min(axis=1) + locked - self._margin * terms
 
     def _slopes(self, node: Numbers, e: Any) -> tuple[Any, Any]:

@@ -1,7 +1,9 @@
 """The directions in which nodes may slip: both signs in the plane, sectors and arcs in space."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -172,6 +174,19 @@ def all_cells(n: int, d: int, parts: int) -> Cells:
         circle=2 if d == 1 else parts * SECTORS,
         d=d,
     )
+
+
+def by_node(node: Numbers) -> Iterator[tuple[int, slice]]:
+    """The nodes that stand in a row, and where.
+
+    Examples
+    --------
+    >>> list(by_node(np.array([4, 4, 7])))
+    [(4, slice(0, 2, None)), (7, slice(2, 3, None))]
+    """
+    begins = np.flatnonzero(np.diff(node, prepend=-1))
+    for first, end in pairwise([*begins.tolist(), len(node)]):
+        yield int(node[first]), slice(first, end)
 
 
 def crossed(x: FloatArray, y: FloatArray) -> FloatArray:
