@@ -70,7 +70,7 @@ class ArcLimits:
         return self._after_slip(node, e, load_slacks(self.problem, node, e))
 
     def slacks_around(self, cells: Cells, parts: int) -> Slacks:
-        """Of all nodes in the directions of all undivided cells: what loads leave there is worked out once."""
+        """Of all nodes in all undivided cells: what loads leave there is worked out once."""
         known = _known_around(self.problem)
         if parts not in known:
             known[parts] = load_slacks(self.problem, cells.node, cells.corners)
