@@ -63,7 +63,7 @@ def solve_discs(
     """The solution of a program, with the points on the way to it; one less accurate than ``usable`` is none.
 
     ``begun`` is the way to the end of a program that differs little, a head start where there are many nodes.
-    A point (y, w) on the way that is ``enough`` is an end, however inaccurate.
+    A point on the way, (y, w) and multipliers, that is ``enough`` is an end, however inaccurate.
 
     Raises
     ------
@@ -72,7 +72,8 @@ def solve_discs(
     """
     faster, end = in_reactions(program), None
     if faster is not None:
-        end = solve_self_dual(faster, usable, _with(faster.in_z, begun), lambda x: enough(faster.in_y(x)))
+        in_y, shared = faster.in_y, _with(faster.in_z, begun)
+        end = solve_self_dual(faster, usable, shared, lambda x, multipliers: enough(in_y(x), multipliers))
         end = replace(end, x=faster.in_y(end.x), path=_with(faster.in_y, end.path))
     if end is None or end.status == Status.UNDECIDED:
         end = solve_self_dual(program, usable, enough=enough)

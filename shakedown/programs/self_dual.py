@@ -74,10 +74,10 @@ class Point(NamedTuple):
 
 
 Points = tuple[Point, ...]
-Enough = Callable[[FloatArray], bool]
+Enough = Callable[[FloatArray, FloatArray], bool]  # of x and the multipliers
 
 
-def never(x: FloatArray) -> bool:
+def never(x: FloatArray, multipliers: FloatArray) -> bool:
     """A criterion that no point fulfils."""
     return False
 
@@ -116,7 +116,8 @@ def solve_self_dual(
     The homogeneous self-dual embedding of Xu, Hung and Ye, with the scaling of Nesterov and Todd and
     the predictor and corrector of Mehrotra. An optimum less accurate than ``usable`` is undecided.
     ``begun`` is the way to the optimum of a program that differs little: this one shares it as far as it may.
-    A point x on the way that is ``enough`` is an end: what is asked of the program is known there.
+    A point on the way, x and multipliers, that is ``enough`` is an end: what is asked of the program is
+    known there.
     """
     with np.errstate(all="ignore"):  # overflow is no solution, and is not taken for one
         shared = _shared(rows, begun)
@@ -159,7 +160,7 @@ def _followed(rows: ConeProgram, usable: float, shared: Points, enough: Enough) 
         seen = _seen(rows, point)
         found = _judged(rows, point, seen)
         x, s, y = (part / point.tau for part in point[:3])
-        if enough(x):
+        if enough(x, y):
             return SelfDualSolution(Status.OPTIMAL, x, s, y, found.accuracy, tuple(path))
         idle = 0 if found.accuracy < 0.9 * best.accuracy else idle + 1
         best = found if found.accuracy < best.accuracy else best

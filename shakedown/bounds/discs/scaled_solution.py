@@ -219,7 +219,7 @@ def proved_solution(
     begun
         The way to the optimum of a program that differs little.
     enough
-        Whether a y on the way is as good as the optimum.
+        Whether a y on the way, or the multipliers there, are as good as the optimum.
 
     Raises
     ------
@@ -228,8 +228,8 @@ def proved_solution(
     """
     r = program.rank
     # four digits are enough: what w is worth at y, and what the multipliers prove, is computed anew
-    end = solve_discs(program, FOUR_DIGITS, begun, lambda x: enough(x[:r]))
-    if not enough(end.x[:r]):
+    end = solve_discs(program, FOUR_DIGITS, begun, lambda x, multipliers: enough(x[:r], multipliers))
+    if not enough(end.x[:r], end.multipliers):
         end = polished(program, end)
     discs, rows, _ = program.parts(end.multipliers)
     best = ProvedSolution(end.status, end.x[:r], end.x[r:], discs, rows, path=end.path)

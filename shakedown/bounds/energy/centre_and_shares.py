@@ -196,7 +196,8 @@ def holding(
 ) -> Found:
     """The ball at a load factor in which a state has the largest margin R − ‖v − v*‖, of either sign.
 
-    Or, unless the best is asked for, the first one that is met in which that margin is positive.
+    Or, unless the best is asked for, the first one that is met in which that margin is positive; the search
+    ends, too, as soon as multipliers prove that none is, whatever the shares.
     """
 
     def inside(margin: float, radius: float) -> bool:
@@ -204,13 +205,16 @@ def holding(
 
     def one(each: DiscLimits, begun: Points = ()) -> Found:
         about = discs_about(each, state).at_load(load_factor)
-        unit = about.unit_of_radius
+        unit, program = about.unit_of_radius, about.margin_program()
 
-        def enough(y: FloatArray) -> bool:
+        def enough(y: FloatArray, multipliers: FloatArray) -> bool:
+            if best:
+                return False
             length, margin = _largest_margin(about, y)
-            return inside(margin / unit, length + margin / unit)
+            discs, rows, _ = program.parts(multipliers)
+            return inside(margin / unit, length + margin / unit) or _held_by_none(each, about, discs, rows)
 
-        end = proved_solution(about.margin_program(), lambda y: _largest_margin(about, y), begun, enough)
+        end = proved_solution(program, lambda y: _largest_margin(about, y), begun, enough)
         margin = end.value / unit
         end = replace(end, w=np.array([margin + end.w[0], margin]), proved=end.proved / unit)
         return _found(each, about, end, state)
@@ -218,10 +222,29 @@ def holding(
     def value(found: Found) -> float:
         return found.end.value * found.about.length
 
-    def held(found: Found) -> bool:
-        return inside(value(found), found.radius)
+    def known(found: Found) -> bool:
+        end = found.end
+        return inside(value(found), found.radius) or (
+            not best and _held_by_none(found.limits, found.about, end.discs, end.rows)
+        )
 
-    return _by_turns(limits, one, value, None, tolerances, split=split, load_factor=load_factor, enough=held)
+    return _by_turns(limits, one, value, None, tolerances, split=split, load_factor=load_factor, enough=known)
+
+
+def _held_by_none(limits: DiscLimits, about: DiscsAbout, discs: FloatArray, rows: FloatArray) -> bool:
+    """Whether multipliers in the discs for shares zero prove that no ball holds the slip, whatever the shares.
+
+    Any shares have a ≥ 1 and s at least f γ at its least, so what they allow the same discs with that s
+    allow. There Σ z · (g − H y − s R) ≥ 0, and R ≥ ‖y‖ where the slip is held: none is where z · g < 0 and
+    the length of Hᵀ z is at most s · z.
+    """
+    if limits.share.any():
+        return False
+    program, least = about.margin_program(), limits.f * limits.least * about.unit * about.length
+    right = float(np.einsum("ij,ij", discs, program.right) + rows @ program.rows_right)
+    weight = float(least[about.node] @ discs[:, 0] + about.row_s @ rows[: len(about.row_s)])
+    of_y = balance(program, discs, rows)[0]
+    return right < 0.0 and float(np.linalg.norm(of_y)) <= weight
 
 
 def widest(limits: DiscLimits, load_factor: float) -> tuple[FloatArray, float]:

@@ -6,7 +6,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from shakedown.bounds.energy.ball_watch import BallWatch
+from shakedown.bounds.energy.energy_ball import holding_ball
 from shakedown.bounds.every_state.universal_bound import universal_bound
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import Missing, allowed
@@ -110,8 +110,9 @@ def proof_of_bounds(begun: Passage, reached: State) -> str:
 def proof_by_ball(begun: Passage, reached: State) -> str:
     """What proves it by an energy ball about the state reached."""
     opened = tuple(np.flatnonzero(reached.contact == OPEN).tolist())
-    watch = BallWatch(begun.problem, begun.load_factor, opened, tolerances=begun.tolerances)
-    inside = allowed(watch.proves, reached.u[begun.problem.layout.slips])
+    slip = reached.u[begun.problem.layout.slips]
+    ball = allowed(holding_ball, begun.problem, begun.load_factor, slip, opened, begun.tolerances)
+    inside = not isinstance(ball, Missing) and bool(ball.contains(slip))
     return "an energy ball holds the state that it has come to" if inside else ""
 
 
