@@ -90,10 +90,44 @@ def compute_base(joint: CompiledJoint, rates: SpaceRates) -> None:
         base[i] = -base[i] if joint.free[i] == 1 else base[i] + rates.welded[i]
 
 
+@inner
+def is_welded(joint: CompiledJoint) -> bool:
+    """Whether nothing is free, and nothing has been since ``exchanged`` was made afresh."""
+    for place in range(3 * joint.n):
+        if joint.free[place] == 1:
+            return False
+    return joint.exchanges == 0
+
+
+@summing
+def press(joint: CompiledJoint, mo: SpaceMotion) -> None:
+    """κ u, worked out again only where a displacement has changed: from load step to load step few have."""
+    N, same = 3 * joint.n, joint.known
+    for j in range(N):
+        if joint.displaced[j] != mo.u[j]:
+            same = False
+            break
+    if same:
+        return
+    for i in range(N):
+        joint.displaced[i], joint.pressed[i] = mo.u[i], 0.0
+    for j in range(N):
+        x = mo.u[j]
+        if x != 0.0:
+            for i in range(N):
+                joint.pressed[i] += x * joint.kappa[j * N + i]
+    joint.known = True
+
+
 @summing
 def compute_out(joint: CompiledJoint, course: Course, mo: SpaceMotion, rates: SpaceRates) -> None:
     """Recompute the outputs from the displacements and the load at the present time."""
     N, S, out = 3 * joint.n, joint.exchanged, mo.out
+    if is_welded(joint):
+        press(joint, mo)
+        for i in range(N):
+            out[i] = joint.pressed[i] + (course.path[mo.step * N + i] + mo.time * rates.welded[i])
+        return
     for i in range(N):
         out[i] = 0.0
     for j in range(N):

@@ -28,6 +28,8 @@ class CompiledJoint(NamedState):
         1 where a place is free.
     exchanges
         Made since ``exchanged`` was made afresh.
+    pressed, displaced, known
+        κ u, (N,), and u it is of, (N,); whether it has been worked out.
     """
 
     kappa: Reals
@@ -36,6 +38,9 @@ class CompiledJoint(NamedState):
     free: Flags
     n: int
     exchanges: int
+    pressed: Reals
+    displaced: Reals
+    known: bool
 
 
 class SpaceMotion(NamedState):
@@ -133,7 +138,7 @@ class CurveRecord(NamedState):
 def compiled_joint(kappa: FloatArray, friction: FloatArray) -> CompiledJoint:
     """The joint of a stiffness (3n, 3n) and friction coefficients (n,), nothing free."""
     joint = CompiledJoint(
-        {"free": len(kappa)},
+        dict.fromkeys(("free", "pressed", "displaced"), len(kappa)),
         kappa=np.array(kappa, dtype=float, order="C"),
         exchanged=np.array(kappa, dtype=float, order="C"),
         friction=np.array(friction, dtype=float),
