@@ -130,7 +130,7 @@ def check_definiteness(arrays: Mapping[str, FloatArray], rounding: float) -> Non
 
 
 def _clearly_definite(matrix: FloatArray) -> bool:
-    """Whether no eigenvalue lies below half of what counts as zero: a factor, a tenth of their cost, exists."""
+    """Whether no eigenvalue lies below half of what counts as zero: there is a factor, found sooner."""
     shift = 0.5 * DEFAULT.definiteness * float(np.diagonal(matrix).max())
     try:
         np.linalg.cholesky(matrix + shift * np.eye(len(matrix)))

@@ -13,7 +13,8 @@ Interior points for dense programs, one product of matrices an iteration: ``symm
 orthant, with one second-order cone or without), ``small_cones`` (very many cones of three numbers beside it),
 ``self_dual`` (the optimum, or the proof that there is none, with the scaling of Nesterov and Todd and the
 steps of Mehrotra), ``disc_program`` (discs that share coefficients node by node), ``reaction_unknowns`` (the
-same in the reactions of many nodes), ``dense_programs`` (rows in any units: those that meet in a vertex, the
+same in the reactions of many nodes), ``shared_blocks`` (what is worked out once for programs that differ in
+multiples of rows), ``dense_programs`` (rows in any units: those that meet in a vertex, the
 optimum over a cone). Their results are only starting points: the subpackages above check them, as they
 check those of any solver.
 """

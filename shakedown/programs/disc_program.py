@@ -11,6 +11,7 @@ from scipy.linalg import blas, cho_factor, lapack, qr, solve_triangular
 from shakedown.ground.round_off import PER_CENT
 from shakedown.ground.size_limits import MANY_ROWS
 from shakedown.programs.self_dual import Solve
+from shakedown.programs.shared_blocks import SharedBlocks
 from shakedown.programs.small_cones import TRIPLE, SmallCones, SmallScaling
 from shakedown.programs.symmetric_cone import FloatArray, SymmetricCone
 
@@ -54,6 +55,8 @@ class DiscProgram:
         What bounds the length of y; None where nothing does.
     offset
         What is added to that length.
+    shared, scale : …, (n, 3), optional
+        Blocks of which these are multiples, row by row, where several programs share them.
     """
 
     blocks: FloatArray
@@ -66,6 +69,8 @@ class DiscProgram:
     cost: FloatArray
     norm: FloatArray | None = None
     offset: float = 0.0
+    shared: SharedBlocks | None = None
+    scale: FloatArray | None = None
 
     @property
     def left(self) -> float:

@@ -1,22 +1,19 @@
 """A ``DiscProgram`` of many nodes in other unknowns: their reactions, two of three numbers of a node."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.linalg import blas, lapack
+from scipy.linalg import blas
 
 from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.size_limits import MANY_ROWS
 from shakedown.programs.disc_program import DiscProgram, by_cholesky
 from shakedown.programs.self_dual import Solve
+from shakedown.programs.shared_blocks import Reactions, SharedBlocks
 from shakedown.programs.small_cones import TRIPLE, SmallCones, SmallScaling
 from shakedown.programs.symmetric_cone import FloatArray, Scaling
 
 DISTORTED = 1 / SIX_DIGITS  # condition number beyond which reactions are not used as unknowns
-
-Places = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,21 +26,14 @@ class ReactionProgram:
     ----------
     program
         In y.
-    to_y : (r, r)
-        S⁻¹.
-    kept : (r,)
-        Which of the last two numbers of all nodes are unknowns.
-    tied, columns : (t,), (t, 2)
-        The nodes of which the last two numbers are unknowns, and which.
+    reactions
+        S⁻¹, and what else is known of z.
     dense : (R, r)
         Coefficients of z: in the first number of tied nodes, in all of the others, in the rows.
     """
 
     program: DiscProgram
-    to_y: FloatArray
-    kept: Places
-    tied: Places
-    columns: Places
+    reactions: Reactions
     dense: FloatArray
 
     @property
@@ -68,44 +58,35 @@ class ReactionProgram:
 
     def in_y(self, x: FloatArray) -> FloatArray:
         """(y, w) of (z, w)."""
-        return np.append(self.to_y @ x[: self.program.rank], x[self.program.rank :])
+        return np.append(self.reactions.to_y @ x[: self.program.rank], x[self.program.rank :])
 
     def in_z(self, x: FloatArray) -> FloatArray:
         """(z, w) of (y, w)."""
         of = self.program
         reactions = (of.blocks.reshape(-1, of.rank) @ x[: of.rank]).reshape(-1, TRIPLE)[:, 1:]
-        return np.append(reactions.ravel()[self.kept], x[of.rank :])
-
-    @cached_property
-    def _others(self) -> Places:
-        return np.setdiff1d(np.arange(len(self.program.blocks)), self.tied)
-
-    @cached_property
-    def _gram(self) -> FloatArray:
-        """S⁻ᵀ S⁻¹, that of the length of y."""
-        return np.asarray(self.to_y.T @ self.to_y)
+        return np.append(reactions.ravel()[self.reactions.kept], x[of.rank :])
 
     def times(self, x: FloatArray) -> FloatArray:
         """Discs, rows and bound at x = (z, w)."""
         of = self.program
         z, w = x[: of.rank], x[of.rank :]
         numbers = np.empty((len(of.blocks), TRIPLE))
-        numbers[self.tied, 0], numbers[self._others], rows = self._parts(self.dense @ z)
-        numbers[self.tied, 1:] = z[self.columns]
-        tail = np.zeros(0) if of.norm is None else -np.append(of.norm @ w, self.to_y @ z)
+        numbers[self.reactions.tied, 0], numbers[self.reactions.others], rows = self._parts(self.dense @ z)
+        numbers[self.reactions.tied, 1:] = z[self.reactions.columns]
+        tail = np.zeros(0) if of.norm is None else -np.append(of.norm @ w, self.reactions.to_y @ z)
         discs = numbers[of.node].ravel() + of.loads @ w
         return np.concatenate([discs, rows + of.rows_extra @ w, tail])
 
     def transposed(self, u: FloatArray) -> FloatArray:
         """What multipliers of discs, rows and bound add up to."""
-        of = self.program
+        of, known = self.program, self.reactions
         discs, rows, tail = of.parts(u)
         sums = of.sums(discs)
-        z = np.concatenate([sums[self.tied, 0], sums[self._others].ravel(), rows]) @ self.dense
-        z[self.columns] += sums[self.tied, 1:]
+        z = np.concatenate([sums[known.tied, 0], sums[known.others].ravel(), rows]) @ self.dense
+        z[known.columns] += sums[known.tied, 1:]
         w = discs.ravel() @ of.loads + rows @ of.rows_extra
         if of.norm is not None:
-            z, w = z - tail[1:] @ self.to_y, w - tail[0] * of.norm
+            z, w = z - tail[1:] @ self.reactions.to_y, w - tail[0] * of.norm
         return np.append(z, w)
 
     def normal_equations(self, scaling: SmallScaling) -> Solve:
@@ -115,8 +96,8 @@ class ReactionProgram:
         size = of.rank + len(of.cost)
         normal = np.zeros((size, size), order="F")
         normal[: of.rank, : of.rank] = self._of_z(halves, scaling.rest)
-        own = halves[self.tied, 1:, 1:]
-        at = self.columns
+        own = halves[self.reactions.tied, 1:, 1:]
+        at = self.reactions.columns
         normal[at[:, :, None], at[:, None, :]] += np.swapaxes(own, 1, 2) @ own
         self._add_loads(normal, squares, scaling.rest)
         return by_cholesky(normal)
@@ -124,7 +105,7 @@ class ReactionProgram:
     def orthogonal_factor(self, scaling: SmallScaling) -> Solve:
         """The same through y, from a more accurate factor."""
         solve, r = self.program.orthogonal_factor(scaling), self.program.rank
-        S = self.program.blocks[:, 1:].reshape(-1, r)[self.kept]
+        S = self.program.blocks[:, 1:].reshape(-1, r)[self.reactions.kept]
 
         def solved(right: FloatArray) -> FloatArray:
             found = solve(np.append(right[:r] @ S, right[r:]))
@@ -137,17 +118,17 @@ class ReactionProgram:
 
         On the cone of that length W⁻² = (2 w wᵀ + I − 2 e₀ e₀ᵀ) / factor².
         """
-        of, t, bound = self.program, len(self.tied), self.program.norm is not None
+        of, t, bound = self.program, len(self.reactions.tied), self.program.norm is not None
         stacked = np.empty((len(self.dense) + bound, of.rank))
         rows, others = self._parts(stacked[: len(self.dense)]), self._parts(self.dense)[1]
-        np.multiply(self.dense[:t], halves[self.tied, :1, 0], out=stacked[:t])
-        stacked[np.arange(t)[:, None], self.columns] += halves[self.tied, 0, 1:]
-        rows[1][:] = halves[self._others] @ others
+        np.multiply(self.dense[:t], halves[self.reactions.tied, :1, 0], out=stacked[:t])
+        stacked[np.arange(t)[:, None], self.reactions.columns] += halves[self.reactions.tied, 0, 1:]
+        rows[1][:] = halves[self.reactions.others] @ others
         rows[2][:] = self._parts(self.dense)[2] / rest.diagonal[:, None]
         if not bound:
             return np.asarray(blas.dsyrk(1.0, stacked.T, lower=1))
-        stacked[-1] = (np.sqrt(2.0) / rest.factor * rest.axis[1:]) @ self.to_y
-        return np.asarray(blas.dsyrk(1.0, stacked.T, 1.0 / rest.factor**2, self._gram.T, lower=1))
+        stacked[-1] = (np.sqrt(2.0) / rest.factor * rest.axis[1:]) @ self.reactions.to_y
+        return np.asarray(blas.dsyrk(1.0, stacked.T, 1.0 / rest.factor**2, self.reactions.gram.T, lower=1))
 
     def _add_loads(self, normal: FloatArray, squares: FloatArray, rest: Scaling) -> None:
         """What w has in discs, rows and the bound of the length of y."""
@@ -155,48 +136,32 @@ class ReactionProgram:
         pulled = squares @ of.extra
         of_loads = of.sums(pulled.reshape(-1, TRIPLE * p)).reshape(-1, TRIPLE, p)
         rows = of.rows_extra / rest.diagonal[:, None] ** 2
-        parts = [of_loads[self.tied, 0], of_loads[self._others].reshape(-1, p), rows]
+        parts = [of_loads[self.reactions.tied, 0], of_loads[self.reactions.others].reshape(-1, p), rows]
         normal[r:, :r] = np.vstack(parts).T @ self.dense
-        normal[r:, self.columns] += np.moveaxis(of_loads[self.tied, 1:], 2, 0)
+        normal[r:, self.reactions.columns] += np.moveaxis(of_loads[self.reactions.tied, 1:], 2, 0)
         normal[r:, r:] = np.tensordot(of.extra, pulled, axes=((0, 1), (0, 1))) + rows.T @ of.rows_extra
         if of.norm is not None:
             w = rest.axis / rest.factor
-            normal[r:, :r] -= np.outer(2.0 * w[0] * of.norm, w[1:] @ self.to_y)
+            normal[r:, :r] -= np.outer(2.0 * w[0] * of.norm, w[1:] @ self.reactions.to_y)
             normal[r:, r:] += (2.0 * w[0] ** 2 - 1.0 / rest.factor**2) * np.outer(of.norm, of.norm)
 
     def _parts(self, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Of dense rows (R, …) those of tied nodes, of the others (o, 3, …) and of the rows, as views."""
-        t, end = len(self.tied), len(rows) - len(self.program.rows)
+        t, end = len(self.reactions.tied), len(rows) - len(self.program.rows)
         return rows[:t], rows[t:end].reshape(-1, TRIPLE, *rows.shape[1:]), rows[end:]
 
 
 def in_reactions(program: DiscProgram) -> ReactionProgram | None:
     """A program in the last two numbers of its nodes; None where that is slower, or ill-conditioned."""
-    n, r = len(program.blocks), program.rank
-    if r < MANY_ROWS or 2 * n < r:
+    if program.rank < MANY_ROWS:
         return None
-    reactions = program.blocks[:, 1:].reshape(2 * n, r)
-    kept = _independent(reactions)
-    try:
-        to_y = np.asarray(np.linalg.inv(reactions[kept]), dtype=float)
-    except np.linalg.LinAlgError:
+    shared = program.shared or SharedBlocks(program.blocks)
+    found = shared.reactions
+    if found is not None and program.scale is not None:
+        found = found.scaled(program.scale)
+    if found is None:
         return None
-    if not np.linalg.norm(to_y, 1) * np.linalg.norm(reactions[kept], 1) < DISTORTED:
+    unknowns = program.blocks[:, 1:].reshape(-1, program.rank)[found.kept]
+    if not np.linalg.norm(found.to_y, 1) * np.linalg.norm(unknowns, 1) < DISTORTED:
         return None
-    column = np.full(2 * n, -1)
-    column[kept] = np.arange(r)
-    of_nodes = column.reshape(n, 2)
-    tied = np.flatnonzero((of_nodes >= 0).all(axis=1))
-    others = np.setdiff1d(np.arange(n), tied)
-    parts = [program.blocks[tied, 0], program.blocks[others].reshape(-1, r), program.rows]
-    return ReactionProgram(program, to_y, kept, tied, of_nodes[tied], np.vstack(parts) @ to_y)
-
-
-def _independent(rows: FloatArray) -> Places:
-    """As many linearly independent rows as there are columns: the pivots of Gaussian elimination."""
-    if len(rows) == rows.shape[1]:
-        return np.arange(len(rows))
-    order = np.arange(len(rows))
-    for k, pivot in enumerate(lapack.dgetrf(rows)[1]):
-        order[[k, pivot]] = order[[pivot, k]]
-    return np.sort(order[: rows.shape[1]])
+    return ReactionProgram(program, found, np.vstack([found.dense, program.rows @ found.to_y]))

@@ -42,7 +42,7 @@ class DiscRows:
     names
         The number of each of the n nodes in the whole joint.
     solved
-        λ_max of these limits, once it is known, by how it was asked for.
+        What is known of these limits already: λ_max by how it was asked for, and the basis of their slips.
     """
 
     stiffness: FloatArray

@@ -1,6 +1,7 @@
 """The program of the largest or smallest last unknown over the discs of all nodes, in numbers near 1."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,12 @@ from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.self_dual import SelfDualSolution
+from shakedown.programs.shared_blocks import SharedBlocks
+from shakedown.programs.small_cones import TRIPLE
 
 Carrying = tuple[NDArray[np.intp], NDArray[np.intp]]  # discs and half-spaces by number
 
+BASIS = "basis"  # its name among what is known of rows
 RANK = 64 * np.finfo(float).eps  # relative size of a diagonal of the triangular factor that counts as zero
 
 
@@ -37,6 +41,20 @@ class Basis:
     Q: FloatArray
     to_slips: FloatArray
     sizes: FloatArray
+
+    @cached_property
+    def shared(self) -> SharedBlocks:
+        """Q of the discs' nodes, (n, 3, K)."""
+        n = (len(self.Q) - len(self.sizes)) // (TRIPLE - 1)
+        return SharedBlocks(self.Q[: TRIPLE * n].reshape(n, TRIPLE, self.Q.shape[1]))
+
+
+def basis_of(rows: DiscRows) -> Basis:
+    """Orthonormal columns for the slips that rows know, worked out once for rows."""
+    if BASIS not in rows.solved:
+        rows.solved[BASIS] = _basis(rows)
+    found: Basis = rows.solved[BASIS]
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +143,7 @@ class ScaledDiscs:
         return discs * factor[:n][self.program.node][:, None], weights[:gaps] * factor[n:]
 
 
-def basis_of(rows: DiscRows) -> Basis:
+def _basis(rows: DiscRows) -> Basis:
     """Orthonormal columns for the slips that rows know, every node in units of its own stiffness."""
     n, gaps = len(rows.stiffness), rows.half_spaces.coefficients
     sizes = np.append(np.linalg.norm(rows.stiffness, axis=(1, 2)), np.linalg.norm(gaps, axis=1))
@@ -152,8 +170,7 @@ def basis_of(rows: DiscRows) -> Basis:
 
 def scaled_discs(rows: DiscRows, basis: Basis, towards: float, cap: float = np.inf) -> ScaledDiscs:
     """The program of the largest (towards −1) or smallest (+1) last unknown ≥ 0, at most ``cap``."""
-    n, K = len(rows.stiffness), basis.Q.shape[1]
-    Q = basis.Q[: 3 * n].reshape(n, 3, K)
+    n, K, Q = len(rows.stiffness), basis.Q.shape[1], basis.shared.blocks
     lengths = np.append(np.linalg.norm(Q, axis=(1, 2)), np.linalg.norm(basis.Q[3 * n :], axis=1))
     loads = np.append(_largest(rows), np.maximum(np.abs(rows.half_spaces.g), np.abs(rows.half_spaces.d)))
     first = 1.0 / np.where(basis.sizes > 0, basis.sizes, 1.0)
@@ -180,6 +197,8 @@ def scaled_discs(rows: DiscRows, basis: Basis, towards: float, cap: float = np.i
         rows_extra=np.append(gap_e * load_unit / unit, bounds)[:, None],
         rows_right=np.concatenate([gap_c / unit, [0.0, cap / load_unit][: len(bounds)]]),
         cost=np.array([towards]),
+        shared=basis.shared,
+        scale=np.repeat(-second[:n, None], TRIPLE, axis=1),
     )
     return ScaledDiscs(program, rows, weights, unit, load_unit, basis)
 

@@ -10,6 +10,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.joint.constraints import CONE
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.scaling import power_of_two
+from shakedown.programs.shared_blocks import SharedBlocks
 
 ROUND_OFF = 4 * np.finfo(float).eps
 
@@ -42,6 +43,8 @@ class DiscsAbout:
         Unit of y, of R and of δ.
     unit, row_unit : (n,), (k,)
         What discs of every node, and rows, were multiplied by [1/force].
+    shared, scale : …, (n, 3)
+        The blocks of which H are multiples, row by row.
     """
 
     H: FloatArray
@@ -58,6 +61,8 @@ class DiscsAbout:
     length: float
     unit: FloatArray
     row_unit: FloatArray
+    shared: SharedBlocks
+    scale: FloatArray
 
     @cached_property
     def disc_s(self) -> FloatArray:
@@ -122,6 +127,8 @@ class DiscsAbout:
             rows_extra=rows_extra,
             rows_right=np.append(self.row_g, rows_right),
             cost=np.append(np.zeros(extra.shape[2] - 1), -1.0),
+            shared=self.shared,
+            scale=self.scale,
         )
 
     def load_factor_program(self, *, reverse: bool = False) -> DiscProgram:
@@ -209,7 +216,7 @@ def discs_about(limits: DiscLimits, slip: FloatArray, distance: float = 0.0) -> 
     """The discs about a slip, from which an energy distance is to be kept."""
     metric, node, n = limits.metric, limits.node, len(limits.f)
     scale = np.column_stack([np.ones(n), limits.stretch, limits.stretch])
-    H = (limits.G.reshape(-1, limits.n) @ metric.inverse).reshape(n, CONE, -1) * scale[:, :, None]
+    H = limits.shared_blocks.blocks * scale[:, :, None]
     rows = limits.gaps @ metric.inverse
     moved, terms = limits.G @ slip, np.abs(limits.G) @ np.abs(slip)
     g = _cleaned(limits.g - moved[node], np.abs(limits.g) + terms[node])
@@ -225,8 +232,9 @@ def discs_about(limits: DiscLimits, slip: FloatArray, distance: float = 0.0) -> 
         np.abs(H).max(axis=(1, 2), initial=0.0) * unit, np.abs(rows).max(axis=1, initial=0.0) * row_unit
     )
     length = 1.0 / power_of_two(float(slopes.max(initial=0.0)))
+    own_unit = (unit * length)[:, None]
     return DiscsAbout(
-        H=H * (unit * length)[:, None, None],
+        H=H * own_unit[:, :, None],
         node=node,
         d=limits.d * scale[node] * unit[node, None],
         g=g * scale[node] * unit[node, None],
@@ -240,6 +248,8 @@ def discs_about(limits: DiscLimits, slip: FloatArray, distance: float = 0.0) -> 
         length=length,
         unit=unit,
         row_unit=row_unit,
+        shared=limits.shared_blocks,
+        scale=scale * own_unit,
     )
 
 

@@ -16,6 +16,7 @@ from shakedown.joint.law import Law
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
+from shakedown.programs.shared_blocks import SharedBlocks
 
 Places = NDArray[np.intp]
 OWN = 32 * np.finfo(float).eps  # relative round-off of a pressure determined by its node's own reaction
@@ -57,6 +58,8 @@ class DiscLimits:
         The energy norm.
     rigid
         The slips that change no frictional limit, and where they are pinned.
+    shared_blocks
+        G by unit vectors of the energy norm, (n, 3, r): the same for all shares, load factors and slips.
     """
 
     G: FloatArray
@@ -78,6 +81,7 @@ class DiscLimits:
     closed: Places
     metric: EnergyMetric
     rigid: RigidSlips
+    shared_blocks: SharedBlocks
 
     @property
     def n(self) -> int:
@@ -150,6 +154,7 @@ def disc_limits(zone: Zone, *, transient: bool = True, tolerances: Tolerances = 
     >>> limits.d.shape, limits.spread.round(3), limits.own
     ((8, 3), array([0.2]), array([[0.5, 0. ]]))
     """
+    transient = transient and len(transient_path(zone.problem)) > 0
     known, which = _known_limits(zone.joint), (transient, tolerances)
     if which not in known:
         known[which] = _of_closed(zone.joint, transient, tolerances)
@@ -181,9 +186,9 @@ def _of_closed(problem: Problem, transient: bool, tolerances: Tolerances) -> Dis
         node, step = np.append(node, early), np.append(step, when - len(before))
     order = np.argsort(node, kind="stable")
     own, least, stiffness = _own_parts(problem, metric, tolerances)
-    none = np.zeros(0)
+    none, G = np.zeros(0), np.moveaxis(law.of_nodes(law.stiffness(problem.A, problem.B).T), 0, -1)
     return DiscLimits(
-        G=np.moveaxis(law.of_nodes(law.stiffness(problem.A, problem.B).T), 0, -1),
+        G=G,
         node=node[order],
         step=step[order],
         d=d[order],
@@ -202,6 +207,7 @@ def _of_closed(problem: Problem, transient: bool, tolerances: Tolerances) -> Dis
         closed=np.arange(n),
         metric=metric,
         rigid=rigid,
+        shared_blocks=SharedBlocks((G.reshape(-1, 2 * n) @ metric.inverse).reshape(n, CONE, -1)),
     )
 
 

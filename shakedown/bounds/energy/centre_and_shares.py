@@ -232,7 +232,7 @@ def holding(
 
 
 def _held_by_none(limits: DiscLimits, about: DiscsAbout, discs: FloatArray, rows: FloatArray) -> bool:
-    """Whether multipliers in the discs for shares zero prove that no ball holds the slip, whatever the shares.
+    """Whether multipliers for shares zero prove that no ball holds the slip, whatever the shares.
 
     Any shares have a ≥ 1 and s at least f γ at its least, so what they allow the same discs with that s
     allow. There Σ z · (g − H y − s R) ≥ 0, and R ≥ ‖y‖ where the slip is held: none is where z · g < 0 and
