@@ -181,11 +181,17 @@ class SpaceEvents:
     ) -> CurvedHistory:
         """The path of steps at times in cycles: welded reactions, and their change in the load step."""
         split = self.problem.layout.split
-        (v, w), (q, p), (q_w, p_w) = split(steps.u), split(welded + steps.u @ self.kappa), split(welded)
-        bend, what = steps.curve @ self.kappa, (cycle, steps.kind, steps.node)
+        pressed = steps.u[:1] @ self.kappa + self._of_moved(steps.u - steps.u[:1])
+        (v, w), (q, p), (q_w, p_w) = split(steps.u), split(welded + pressed), split(welded)
+        bend, what = self._of_moved(steps.curve), (cycle, steps.kind, steps.node)
         bend[:, 0] += steps.duration[:, None] * change
         curves = steps.duration / self.problem.m, steps.curve, bend
         return CurvedHistory(*what, v, w, q, p, q_w, p_w, steps.contact, *curves)
+
+    def _of_moved(self, changes: FloatArray) -> FloatArray:
+        """Reactions to changes of displacements (…, N): of those alone that change in any, mostly few."""
+        moved = np.flatnonzero(changes.any(axis=tuple(range(changes.ndim - 1))))
+        return np.asarray(changes[..., moved] @ self.kappa[moved])
 
     def totals(self) -> Totals:
         """The sums of the present cycle, without jumps."""
