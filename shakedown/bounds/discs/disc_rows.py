@@ -42,7 +42,9 @@ class DiscRows:
     names
         The number of each of the n nodes in the whole joint.
     solved
-        What is known of these limits already: λ_max by how it was asked for, and the basis of their slips.
+        λ_max of these limits, once it is known, by how it was asked for.
+    shared
+        What is known of their slips whatever the loads are: the basis.
     """
 
     stiffness: FloatArray
@@ -53,6 +55,7 @@ class DiscRows:
     half_spaces: Constraints
     names: Indices
     solved: dict[object, Any] = field(default_factory=dict, init=False, repr=False)
+    shared: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def sums(self) -> sparse.csr_matrix:
@@ -67,6 +70,15 @@ class DiscRows:
         limited: Mask = np.logical_or.reduce(self.stiffness[:, 0] != 0, axis=1)
         limited[self.node[(self.c[:, 0] != 0) | (self.e[:, 0] != 0)]] = True
         return np.asarray(~limited[self.node])
+
+    def under(
+        self, c: FloatArray, e: FloatArray, node: Indices | None = None, step: Indices | None = None
+    ) -> "DiscRows":
+        """The same limits under other loads, or some of them: the basis of their slips is the same."""
+        node, step = self.node if node is None else node, self.step if step is None else step
+        found = replace(self, node=node, step=step, c=c, e=e)
+        object.__setattr__(found, "shared", self.shared)
+        return found
 
     @property
     def flat(self) -> FloatArray:

@@ -18,7 +18,7 @@ from shakedown.programs.small_cones import TRIPLE
 
 Carrying = tuple[NDArray[np.intp], NDArray[np.intp]]  # discs and half-spaces by number
 
-BASIS = "basis"  # its name among what is known of rows
+BASIS = "basis"  # its name among what rows share
 RANK = 64 * np.finfo(float).eps  # relative size of a diagonal of the triangular factor that counts as zero
 
 
@@ -50,10 +50,10 @@ class Basis:
 
 
 def basis_of(rows: DiscRows) -> Basis:
-    """Orthonormal columns for the slips that rows know, worked out once for rows."""
-    if BASIS not in rows.solved:
-        rows.solved[BASIS] = _basis(rows)
-    found: Basis = rows.solved[BASIS]
+    """Orthonormal columns for the slips that rows know, worked out once."""
+    if BASIS not in rows.shared:
+        rows.shared[BASIS] = _basis(rows)
+    found: Basis = rows.shared[BASIS]
     return found
 
 

@@ -243,7 +243,7 @@ def _under_mean_load(rows: DiscRows) -> DiscRows:
     """The rows of one load step of every node; what varies is the share of their friction that is left."""
     one = np.unique(rows.node, return_index=True)[1]
     less = rows.c[one] * [-1.0, 0.0, 0.0]
-    return replace(rows, node=rows.node[one], step=rows.step[one], c=rows.c[one], e=less)
+    return rows.under(node=rows.node[one], step=rows.step[one], c=rows.c[one], e=less)
 
 
 def _no_half_spaces(columns: int) -> Constraints:

@@ -69,11 +69,16 @@ class LeastPressures:
 
 @dataclass(frozen=True)
 class _Equations:
-    """A y + (f B)ᵀ h = ± B_iᵀ for all sectors, in the slips that are not pinned; Y is y and a shift."""
+    """A y + (f B)ᵀ h = ± B_iᵀ for all sectors, in the slips that are not pinned; Y is y and a shift.
+
+    ``others`` is f B A⁻¹, ``inverse_error`` that of A⁻¹.
+    """
 
     A: FloatArray
     inverse: NDArray[np.floating]
+    inverse_error: float
     fB: FloatArray
+    others: FloatArray
     right: FloatArray
     kept: NDArray[np.intp]
     shift: FloatArray
@@ -109,13 +114,12 @@ def least_pressures(
     to rigid slips: it is zero at the pinned slips, to which ``shift`` (c, 2n), rigid slips, is added.
     """
     given, own = _equations(joint, sectors, shift, sign)
-    others = given.fB @ given.inverse
     size = np.abs(own).max(axis=1, initial=0.0)
     # the weights of the friction limits exceed the multipliers
     shifted = np.abs(given.shift).max(axis=1, initial=0.0)
     excess, y = ROUND_OFF * max(1.0, joint.n / 4) * (size + shifted), own
     for _ in range(TRIES):
-        y, settled = _iterated(given, own, others, excess, y)
+        y, settled = _iterated(given, own, excess, y)
         for c in np.flatnonzero(~settled):
             y[c] = _by_newton(given.part(np.array([c])), excess[c], y[c])
         found = _solved(given, np.asarray(given.sizes(y) + excess[:, None]), sign)
@@ -128,18 +132,26 @@ def least_pressures(
 def nearly_least(joint: ScaledJoint, sectors: Sectors, shift: FloatArray, sign: float) -> FloatArray:
     """Multipliers Y (c, 2n) as in :func:`least_pressures`, from sweeps only, without proof."""
     given, own = _equations(joint, sectors, shift, sign)
-    return given.multipliers(_iterated(given, own, given.fB @ given.inverse, np.zeros(len(own)), own)[0])
+    return given.multipliers(_iterated(given, own, np.zeros(len(own)), own)[0])
 
 
 def _equations(
     joint: ScaledJoint, sectors: Sectors, shift: FloatArray | None, sign: float
 ) -> tuple[_Equations, FloatArray]:
     """The equations, and their solution y without friction."""
-    kept, inverse = joint.kept, joint.inverse
-    A, B, fB = joint.A[np.ix_(kept, kept)], sign * joint.B.take(kept, axis=1), joint.fB.take(kept, axis=1)
-    shift = np.zeros((len(sectors), 2 * joint.n)) if shift is None else shift
-    given = _Equations(A, inverse, fB, B[sectors.node], kept, shift, sectors)
-    return given, np.asarray((B @ inverse)[sectors.node])
+    kept, node = joint.kept, sectors.node
+    given = _Equations(
+        A=joint.kept_stiffness,
+        inverse=joint.inverse,
+        inverse_error=joint.inverse_error,
+        fB=joint.fB.take(kept, axis=1),
+        others=joint.limits_by_forces,
+        right=sign * joint.B.take(kept, axis=1)[node],
+        kept=kept,
+        shift=np.zeros((len(sectors), 2 * joint.n)) if shift is None else shift,
+        sectors=sectors,
+    )
+    return given, np.asarray(sign * joint.pressures_by_forces[node])
 
 
 def _solved(given: _Equations, h: FloatArray, sign: float) -> LeastPressures:
@@ -154,10 +166,10 @@ def _solved(given: _Equations, h: FloatArray, sign: float) -> LeastPressures:
 
 
 def _iterated(
-    given: _Equations, own: FloatArray, others: FloatArray, excess: FloatArray, start: FloatArray
+    given: _Equations, own: FloatArray, excess: FloatArray, start: FloatArray
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """The multipliers as far as sweeps bring them, and which of them have settled."""
-    y, going = start.copy(), np.arange(len(own))
+    y, going, others = start.copy(), np.arange(len(own)), given.others
     size = np.abs(own).max(axis=1, initial=0.0)
     for _ in range(SWEEPS):
         new = own[going] - (given.part(going).sizes(y[going]) + excess[going, None]) @ others
@@ -207,9 +219,7 @@ def _error(given: _Equations, h: FloatArray, y: FloatArray) -> FloatArray:
     n, A, fB, right = len(given.fB), given.A, given.fB, given.right
     terms = np.abs(right) + np.abs(h) @ np.abs(fB) + np.abs(y) @ np.abs(A)
     rest = np.abs(right - h @ fB - y @ A) + (3 * n + 4) * EPS * terms
-    size = np.abs(given.inverse)
-    off = np.abs(np.eye(len(A)) - A @ given.inverse) + (2 * n + 4) * EPS * (np.abs(A) @ size)
-    alpha = float(off.sum(axis=0).max(initial=0.0))
+    size, alpha = np.abs(given.inverse), given.inverse_error
     if not alpha < 0.5:
         return np.full(len(y), np.inf)
     bound = (rest @ size).max(axis=1, initial=0.0) * (1.0 + (2 * n + 4) * EPS) / (1.0 - alpha)

@@ -91,9 +91,31 @@ class ScaledJoint:
         return np.setdiff1d(every, self.pinned)
 
     @cached_property
+    def kept_stiffness(self) -> FloatArray:
+        """A in the slips that are kept, (k, k)."""
+        return self.A[np.ix_(self.kept, self.kept)]
+
+    @cached_property
     def inverse(self) -> NDArray[np.floating]:
         """That of A in the slips that are kept, (k, k)."""
-        return np.linalg.inv(self.A[np.ix_(self.kept, self.kept)])
+        return np.linalg.inv(self.kept_stiffness)
+
+    @cached_property
+    def inverse_error(self) -> float:
+        """α ≥ ‖I − A X‖ of this inverse X, round-off of the product included."""
+        n, A, size = self.n, self.kept_stiffness, np.abs(self.inverse)
+        off = np.abs(np.eye(len(A)) - A @ self.inverse) + (2 * n + 4) * EPS * (np.abs(A) @ size)
+        return float(off.sum(axis=0).max(initial=0.0))
+
+    @cached_property
+    def limits_by_forces(self) -> FloatArray:
+        """f B A⁻¹ in the slips that are kept, (n, k)."""
+        return np.asarray(self.fB[:, self.kept] @ self.inverse)
+
+    @cached_property
+    def pressures_by_forces(self) -> FloatArray:
+        """B A⁻¹ in the slips that are kept, (n, k)."""
+        return np.asarray(self.B[:, self.kept] @ self.inverse)
 
     def of_joint(self, reactions: FloatArray) -> FloatArray:
         """Reactions (2n,) in the units and directions of the joint itself, (dn,) [force]."""
