@@ -5,6 +5,7 @@ In matrices of the size of a contact the threads of linear algebra mostly wait f
 
 import os
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from functools import cache, wraps
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
@@ -30,9 +31,15 @@ def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
 
     @wraps(function)
     def limited(*args: P.args, **kwargs: P.kwargs) -> T:
-        with _libraries().limit(limits=1, user_api="blas"):
+        with threads_of_blas(1):
             return function(*args, **kwargs)
 
+    return limited
+
+
+def threads_of_blas(count: int) -> AbstractContextManager[object]:
+    """Limit the threads of BLAS to a number while a block runs."""
+    limited: AbstractContextManager[object] = _libraries().limit(limits=count, user_api="blas")
     return limited
 
 

@@ -1,7 +1,8 @@
 """The interior of an elastic model: one sparse factorization, many right-hand sides."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from hashlib import sha256
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy import sparse
 from scipy.linalg import LinAlgError
 from scipy.sparse.linalg import ArpackError, SuperLU, splu
 
+from shakedown.ground.blas_threads import all_cores, threads_of_blas
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
@@ -20,6 +22,10 @@ from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.condensation.loose_motion import Places, loose_motion
 
 _COLUMNS = 64  # right-hand sides solved at a time, which limits the dense workspace to 64 vectors
+_WORTH_THREADS = (
+    1e12  # multiplications, a minute of one core; in fewer the threads mostly wait for each other
+)
+_KEPT = 32  # load cases whose displacements are kept, so that many do not fill the memory
 # Rows of a solid interior from which on it is cut up by where its nodes are: SuperLU, which does not know
 # that, has larger factors there, and a right side for every contact displacement.
 _LARGE = 4000
@@ -62,6 +68,7 @@ class Interior:
     free: NDArray[np.intp]
     held: NDArray[np.intp]
     lu: SuperLU | FrontFactors | None
+    _known: dict[bytes, WeldedLoad] = field(default_factory=dict, repr=False)
 
     def schur(self) -> tuple[FloatArray, float]:
         """κ, not yet made symmetric, and the largest relative force that is left on the interior.
@@ -116,6 +123,15 @@ class Interior:
             raise ProblemError(
                 f"{case.name}: displacement: expected it only at held rows, found free row {moved[0]}"
             )
+        acting = sha256(force.tobytes() + displacement.tobytes()).digest()
+        known = self._known.pop(acting, None) or self._loaded(force, displacement)
+        self._known[acting] = known  # the last one; each piece of evidence asks for it again
+        if len(self._known) > _KEPT:
+            del self._known[next(iter(self._known))]
+        return known
+
+    def _loaded(self, force: FloatArray, displacement: FloatArray) -> "WeldedLoad":
+        """The same for nodal forces and displacements of held rows."""
         u = self.T_h @ displacement[self.held]
         if self.lu is not None:
             u = u + self.T_i @ self.lu.solve(self.T_i.T @ (force - self.K @ u))
@@ -171,7 +187,8 @@ def _by_fronts(
     plan = elimination(K, pieces, unknowns)
     announced(plan, announce)
     try:
-        factors = factorised(K, plan)
+        with threads_of_blas(all_cores() if plan.operations > _WORTH_THREADS else 1):
+            factors = factorised(K, plan)
     except LinAlgError:
         return None
     pivots = factors.pivots

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.argument_kinds import checked
+from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
@@ -210,6 +211,7 @@ def import_problem(config_path: str | os.PathLike[str]) -> Problem:
 
 
 @checked
+@on_one_thread
 def import_model(
     config_path: str | os.PathLike[str],
     *,

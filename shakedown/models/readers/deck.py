@@ -29,6 +29,7 @@ _SHAPES = {
 }
 _TYPE = re.compile(r"(C3D|CPEG|CPE|CPS|CGAX|CAX)(\d+)")
 _REVOLVED = re.compile(r"(CG?|S|MG?|R|SFMG?)AX\d")  # element types of bodies of revolution
+_OPENING = re.compile(r"\s*\*(NODE\s*(,|$)|INCLUDE\s*,|HEADING)", re.IGNORECASE)
 _DEEPEST = 8  # files included in one another
 _TAKEN = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "EQUATION")
 _MAKERS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY")  # of nodes and elements
@@ -38,7 +39,7 @@ _Card = tuple[str, dict[str, str], list[tuple[str, str]]]  # keyword, parameters
 
 def is_deck(lines: list[str]) -> bool:
     """Whether a text is an input deck: it has a keyword line ``*NODE`` or ``*INCLUDE``."""
-    return any(re.match(r"\s*\*(NODE\s*(,|$)|INCLUDE\s*,|HEADING)", line, re.IGNORECASE) for line in lines)
+    return any(_OPENING.match(line) for line in lines if "*" in line)
 
 
 def read_deck(path: str | os.PathLike[str]) -> Mesh:
