@@ -72,6 +72,10 @@ class Measure:
         """An upper bound of ‖|R| |d|‖, without the product."""
         return 2.0 * self.largest * float(np.linalg.norm(change))
 
+    def is_rigid(self, change: FloatArray) -> bool:
+        """Whether what a change of one slip does to the reactions is undone by what others do."""
+        return self.size(change) <= THREE_DIGITS * float(np.linalg.norm(np.abs(self.root) @ np.abs(change)))
+
     def misses(self, change: FloatArray, foreseen: FloatArray, size: float) -> float:
         """The deviation of a change from another one of this size, relative to it; rigid slips included."""
         off = self.size(change - foreseen) / size

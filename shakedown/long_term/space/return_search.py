@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from shakedown.campaign.recorded_steps import StepProgress
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS
+from shakedown.ground.round_off import MISJUDGED, NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import OPEN, Outcome
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import FirstCycles
+from shakedown.long_term.space.fading import Fading, Mark
 from shakedown.long_term.space.leap_methods import STATE_ROUND_OFF, Ahead, Crawl, Leap, measure_of
 from shakedown.long_term.space.slope_leaps import Along, Landing, PeriodStep
 from shakedown.motion.cycle_record import Checkpoint, CycleRecord, State, Stop
@@ -29,6 +30,8 @@ WINDOW = 7  # largest number of states one period apart that a leap starts from
 FOR_EVER = 10 * NEGLIGIBLE
 ALTERNATES = 0.1  # ratio to the change between consecutive periods below which a later one recurs
 APART = 4.0  # times the fading part; twice that separates states on both sides of their limit
+# What may be left of the way to a cycle, and to rest, relative to all slip so far, along a line.
+NEAR, CLOSE = 1e-5, 1e-7
 VARIES_LITTLE = "the varying part of the loads is next to round-off beside the constant part"
 
 
@@ -184,6 +187,7 @@ class ReturnSearch:
         self.gathered = 0.0  # errors of integration, which what no cycle changes keeps
         self.rate, self.unsure = np.nan, 0.0  # per cycle; uncertainty left by leaps
         self.period, self.crawl, self.ahead, self.along = 1, Crawl(care), Ahead(care), Along(care)
+        self.fadings = [Fading() for _ in range(longest)]  # by period
         self.passed: list[tuple[CycleRecord, State]] = []  # before the first leap
         self.jumps: list[Jump] = []
 
@@ -231,6 +235,17 @@ class ReturnSearch:
         """The slip of the nodes in cycles, counted back from the last."""
         return np.sum([self.records[-k].slip for k in range(first, last + 1)], axis=0)
 
+    @property
+    def fading(self) -> Fading:
+        """What has faded on the way, by changes of the present period."""
+        return self.fadings[self.period - 1]
+
+    def _mark(self, period: int) -> Mark:
+        """What the last period has done."""
+        change, state = self._change(period), self.states[-1].u
+        size = self.measure.size(change)
+        return Mark(state, size, self._slip(1, period), self.measure.rigid.T @ change)
+
     def _verdict_at_rest(self) -> Settled | None:
         """Whether nothing slips any more: exactly for one cycle, or for two within the accuracy."""
         last = list(self.records)[-2:]
@@ -269,7 +284,7 @@ class ReturnSearch:
             round_off = STATE_ROUND_OFF * float(np.linalg.norm(np.abs(u[0]) @ np.abs(self.measure.root.T)))
         if least > small + round_off:
             self.repeated = [0] * self.rules.longest_period
-            return None
+            return self._verdict_of_approach()
         for p in range(1, most + 1):
             slip = self._slip(1, p)
             size = float(np.linalg.norm(slip * self.measure.slips))
@@ -282,7 +297,20 @@ class ReturnSearch:
                 found = self._verdict_of_period(p, slip)
                 if found is not None:
                     return found
-        return None
+        return self._verdict_of_approach()
+
+    def _verdict_of_approach(self) -> Settled | None:
+        """The outcome where the change falls along a line to a cycle that is next to the state."""
+        p = self.period
+        if not self.leaps or len(self.states) <= p:
+            return None
+        now = self._mark(p)
+        left = self.fading.to_come(now, self.measure) / self.measure.size(now.state)
+        if left <= CLOSE and self.fading.slip_ends(now) and not self.records[-1].opened.any():
+            return self._found(Outcome.SHAKEDOWN, f"slip fades away with the changes{self._way()}", 1)
+        if left > NEAR or now.size > SIX_DIGITS * np.linalg.norm(now.slip * self.measure.slips):
+            return None
+        return self._verdict_of_period(p, now.slip) if self.fading.slip_lasts(now) else None
 
     def _left(self, p: int) -> float:
         """How far the states of a period may still move together, as changes fade [energy norm]."""
@@ -296,18 +324,31 @@ class ReturnSearch:
         error = max(record.error for record in list(self.records)[-p:])
         if error > clear or np.abs(self._slip(p + 1, 2 * p) - slip).max() > THREE_DIGITS * most:
             return None
+        now = self._mark(p)
+        lasts = f"the same slip every {every}{self._way()}"
         if np.abs(self._change(p)).max() <= SIX_DIGITS * most:
-            return self._found(Outcome.CYCLIC_SLIP, f"the same slip every {every}{self._way()}", p)
-        if not can_drift(self.motion.problem) or not self._drifts_on(p, error):
-            return None
-        return self._found(Outcome.RATCHETTING, f"the same drift every {every}{self._way()}", p)
+            return self._found(Outcome.CYCLIC_SLIP, lasts, p)
+        floats = can_drift(self.motion.problem)
+        if self.fading.slip_lasts(now) and (not floats or self._is_held(p)):
+            return self._found(Outcome.CYCLIC_SLIP, lasts, p)
+        if floats and (self._drifts_on(p, error) or self.fading.drift_lasts(now)):
+            return self._found(Outcome.RATCHETTING, f"the same drift every {every}{self._way()}", p)
+        return None
+
+    def _is_held(self, p: int) -> bool:
+        """Whether nodes that do not slip leave room for no rigid slip, while none opens."""
+        if opened_and_closed(tuple(self.records)[-p:])[0].any():
+            return False
+        stuck = self.measure.rigid[self.layout.slips_of(np.flatnonzero(self._slip(1, p) == 0.0))]
+        return bool(np.linalg.matrix_rank(stuck) == stuck.shape[1])
 
     def _drifts_on(self, p: int, error: float) -> bool:
-        """Whether a state moves on, by more than the error, no less than before: else drift may fade."""
+        """Whether a rigid slip goes on, by more than the error, no less than before: else drift may fade."""
         drift, before = self._change(p), self.states[-1 - p].u - self.states[-1 - 2 * p].u
         known = p * error + STATE_ROUND_OFF * float(np.abs(self.states[-1].u).max())
         size = float(np.abs(drift).max())
-        return bool(size > known and np.abs(drift - before).max() <= SIX_DIGITS * size + known)
+        lasts = np.abs(drift - before).max() <= SIX_DIGITS * size + known
+        return bool(size > known and lasts and self.measure.is_rigid(drift))
 
     def _find_rhythm(self, u: FloatArray) -> None:
         """The period after which changes recur, where those of consecutive cycles differ."""
@@ -381,6 +422,7 @@ class ReturnSearch:
         A jump may take minutes to follow, and is not foreseen where cycles had none.
         """
         records = list(self.records)
+        self.fading.note(self._mark(self.period))
         self.motion.may_jump = any(record.jumps for record in records[-last:])
         return _Before(self.motion.state, self.states, records, len(self.passed), len(self.jumps))
 
@@ -397,9 +439,18 @@ class ReturnSearch:
             self.motion.state, self.states = before.state, before.states
             self.records = deque(before.records, maxlen=self.records.maxlen)
             return
-        self.leaps, self.unsure = self.leaps + 1, self.unsure + leap.unsure
+        self.leaps += 1
+        self.unsure += max(leap.unsure, self._passed_kinks(before))
         self.rate = leap.rate ** (1.0 / self.period)
         self.repeated = [0] * self.rules.longest_period
+
+    def _passed_kinks(self, before: _Before) -> float:
+        """What is open of nodes that began or ceased to slip on a leap, nobody saw where [length]."""
+        p = self.period
+        slipped = np.sum([record.slip for record in before.records[-p:]], axis=0) > 0.0
+        changed = self.layout.slips_of(np.flatnonzero(slipped != (self._slip(1, p) > 0.0)))
+        moved = self.states[0].u - before.state.u
+        return MISJUDGED * float(np.abs(moved[changed]).max(initial=0.0))
 
     def _go_along(self) -> bool:
         """Leap by the slopes of a period, if few nodes move and none is open."""
@@ -419,7 +470,14 @@ class ReturnSearch:
             return last()
 
         cycles, gathered = self.cycles, self.gathered
-        landing = self.along.leap(period, before.states[-1 - p].u, last(), places, self.measure)
+        landing = self.along.leap(
+            period,
+            lambda: self.fading.note(self._mark(p)),
+            before.states[-1 - p].u,
+            last(),
+            places,
+            self.measure,
+        )
         self.gathered = gathered  # states that only show slopes are not passed through
         self._end_leap(before, landing)
         self.along.since, self.looked = self.cycles + self.along.wait, self.looked + self.cycles - cycles

@@ -4,25 +4,28 @@ A leap goes the way that the motion goes, as far as the map is seen to bend on i
 that a motion that lingers where it might have come to rest is followed through.
 """
 
+from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, PER_CENT, THREE_DIGITS
+from shakedown.ground.round_off import NEGLIGIBLE, PER_CENT, RESOLVED, THREE_DIGITS
 from shakedown.long_term.space.leap_methods import PRICE, STATE_ROUND_OFF, WORTH, Measure, longer
 
-# Finite-difference step for slopes, relative to all slip (energy norm): at most PER_CENT of the last leap, at
-# least round-off of the state.
+# Finite-difference step for slopes, relative to all slip (energy norm); at least round-off of the state.
 PROBE = 10.0 * NEGLIGIBLE
 # Factors of the step, tried until both points have the same contact states (no kink between them).
 TRIED = 1.0, -1.0, 1e-2, -1e-2, 1e-4
 BEHIND = 4.0  # times as far as states are moved
 FARTHEST = 2**40  # periods: most that a leap goes ahead
 DRIFTS = 2.0**20  # periods: most that a drift is followed at once
+TRAIL = 16  # states at which leaps began that are remembered
+# Shares of a way at which its bends are seen, at first and later, and at which they are put to the test.
+ROUGHLY, FINELY, TESTED = (0.5, 1.0), (0.25, 0.5, 1.0), (0.75, 1.0)
 
 
 class PeriodStep(NamedTuple):
@@ -79,9 +82,26 @@ class LocalMap:
         return np.asarray(self.change + self.slopes @ y)
 
     def rest(self, y: FloatArray) -> FloatArray:
-        """r(y), by a period from there; NaN where none can be followed."""
+        """r(y), by a period from there; NaN where none can be followed, or where other nodes slip."""
         there = self.period(self.at(y)) if self.size(y) < np.inf else None
-        return np.full_like(y, np.nan) if there is None else there.change[self.places] - self.linear(y)
+        if there is None or self._is_elsewhere(there.change):
+            return np.full_like(y, np.nan)
+        return there.change[self.places] - self.linear(y)
+
+    def _is_elsewhere(self, change: FloatArray) -> bool:
+        """Whether a clear share of a change is not at these places."""
+        other = change.copy()
+        other[self.places] = 0.0
+        return bool(other.any()) and self.measure.size(other) > THREE_DIGITS * self.measure.size(change)
+
+    def seen(self, y: FloatArray, bent: FloatArray) -> "_Seen | None":
+        """What a period from u + y changes beside F + D y + bent; None where none can be followed."""
+        there = self.period(self.at(y))
+        if there is None:
+            return None
+        foreseen = np.zeros_like(self.start)
+        foreseen[self.places] = self.linear(y) + bent
+        return _Seen(there.change, foreseen)
 
     def ahead(self, periods: int, bends: FloatArray, share: float = 1.0) -> FloatArray:
         """y after a share of so many periods, if r = Σ bends[i] sⁱ⁺¹ after the share s of them."""
@@ -102,6 +122,13 @@ class LocalMap:
         return np.linalg.solve(powers, seen)
 
 
+class _Seen(NamedTuple):
+    """A change, (N,) [length], and the one that was foreseen."""
+
+    change: FloatArray
+    foreseen: FloatArray
+
+
 class Landing(NamedTuple):
     """Where to go on from.
 
@@ -113,11 +140,14 @@ class Landing(NamedTuple):
         How far it may be off [length].
     rate
         Factor per period by which changes shrink.
+    change : (k,)
+        Of the slips that the map is of, in that period [length].
     """
 
     start: FloatArray
     unsure: float
     rate: float
+    change: FloatArray
 
 
 @dataclass
@@ -130,33 +160,44 @@ class Along:
         Share of what leaps may be unsure by otherwise.
     periods
         How far the next one is tried to go.
-    way
-        How far the last one went [energy norm]; 0: none.
+    trail
+        States at which leaps began, with their first period.
     since, wait
         From which cycle on the next one is tried, and how many after the last that led nowhere.
     """
 
     MOST_SLIPS: ClassVar[int] = 64  # of moving nodes: each takes a period to see its slope
-    BENT: ClassVar[float] = 0.5  # of the way: what slopes alone may miss it by
+    SWEEPS: ClassVar[int] = 8  # in which bends are seen, each time on the way that the last ones lead …
+    SHRINKS: ClassVar[float] = 0.5  # … while they change it so much less than two sweeps before, and never …
+    BENT: ClassVar[float] = 0.5  # … by more than this, relative
     SURE: ClassVar[float] = 0.03  # of the way, and of the change there: what bends may miss them by
     LEFT: ClassVar[float] = 1e-3  # of the change: less of it is not told from none
+    GROWN: ClassVar[float] = 4.0  # and most: nodes may begin and cease to slip between what is looked at
     FARTHER: ClassVar[int] = 2  # times as far after a leap that went as far as was tried
 
     care: float = 1.0
     periods: int = int(WORTH)
-    way: float = 0.0
+    trail: deque[tuple[FloatArray, PeriodStep]] = field(default_factory=lambda: deque(maxlen=TRAIL))
     since: int = 0
     wait: int = 0
 
     def leap(
-        self, period: Period, start: FloatArray, first: PeriodStep, places: NDArray[np.intp], measure: Measure
+        self,
+        period: Period,
+        landed: Callable[[], None],
+        start: FloatArray,
+        first: PeriodStep,
+        places: NDArray[np.intp],
+        measure: Measure,
     ) -> Landing | None:
-        """As far as what it foresees comes; None where that is not far.
+        """As far as what it foresees comes, again and again by the same slopes; None where that is not far.
 
         Parameters
         ----------
         period
             Follows one.
+        landed
+            Called at every state that was foreseen, after the period from there.
         start, first
             A state, (N,) [length], and the period from there.
         places : (k,)
@@ -165,23 +206,32 @@ class Along:
             What counts of a change.
         """
         local = self._seen(period, start, first, places, measure)
-        periods = self.periods if local is not None else 0
-        while local is not None and periods >= WORTH:
-            found = self._landing(local, periods)
+        landing, unsure, tried = None, 0.0, self.periods
+        while local is not None and tried >= WORTH:
+            found = self._landing(local, tried)
             if found is not None:
-                more = self.FARTHER if periods == self.periods else 1
-                self.periods, self.wait = min(more * periods, FARTHEST), 0
-                self.way = measure.size(found.start - start)
-                return found
-            periods //= 2
-        self.periods, self.way, self.wait = int(WORTH), 0.0, longer(self.wait)
-        return None
+                landed()
+                unsure += found.unsure
+                landing, self.wait = found._replace(unsure=unsure), 0
+                if tried < self.periods:
+                    self.periods = tried
+                    break
+                self.periods = tried = min(self.FARTHER * tried, FARTHEST)
+                local = replace(local, start=found.start, change=found.change)
+            elif landing is not None:
+                period(landing.start)  # so that it is the last
+                break
+            else:
+                tried //= 2
+        if landing is None:
+            self.periods, self.wait = int(WORTH), longer(self.wait)
+        return landing
 
     def _seen(
         self, period: Period, start: FloatArray, first: PeriodStep, places: NDArray[np.intp], measure: Measure
     ) -> LocalMap | None:
         """The map next to a state, from a period of each of the states next to it."""
-        most = min(PROBE * measure.size(start), PER_CENT * self.way or np.inf)
+        most = PROBE * measure.size(start)
         least = STATE_ROUND_OFF * float(np.abs(start).max())
         sizes = np.maximum(most / np.linalg.norm(measure.root[:, places], axis=0), least)
         change, slopes = first.change[places], np.zeros((len(places), len(places)))
@@ -208,29 +258,66 @@ class Along:
         rigid = measure.rigid[places]
         if np.linalg.norm(rigid) ** 2 > rigid.shape[1] * (1.0 - THREE_DIGITS):  # all nodes move
             slopes -= (slopes @ rigid) @ rigid.T
+        slopes += self._by_trail(slopes, start, first, places, measure)
+        self.trail.append((start, first))
         return LocalMap(period, measure, start, places, change, slopes)
+
+    def _by_trail(
+        self,
+        slopes: FloatArray,
+        start: FloatArray,
+        first: PeriodStep,
+        places: NDArray[np.intp],
+        measure: Measure,
+    ) -> FloatArray:
+        """What slopes (k, k) lack along the way from an earlier state, if that tells more than probes."""
+        root, far = measure.root[:, places], RESOLVED * PROBE * measure.size(start)
+        for state, there in reversed(self.trail):
+            way = (start - state)[places]
+            seen = root @ way
+            if there.signature == first.signature and seen @ seen > far**2:
+                missed = (first.change - there.change)[places] - slopes @ way
+                return np.outer(missed, root.T @ seen) / (seen @ seen)
+        return np.zeros_like(slopes)
 
     def _landing(self, local: LocalMap, periods: int) -> Landing | None:
         """So many periods ahead; None where what comes there is not what was foreseen."""
-        size, none = local.size, np.zeros((1, len(local.change)))
-        straight = local.ahead(periods, none)
-        bends = local.bends(periods, none, (0.5, 1.0))
-        bent = local.ahead(periods, bends)
-        if not size(bent - straight) <= self.BENT * size(bent) < np.inf:
+        bends = self._bends(local, periods)
+        if bends is None:
             return None
-        bends = local.bends(periods, bends, (0.25, 0.5, 1.0))
-        y = local.ahead(periods, bends)
-        way, now = size(y), size(local.change)
-        if not size(y - bent) <= self.SURE * way < np.inf:
-            return None
-        there = local.period(local.at(y))
-        if there is None:
-            return None
-        foreseen = np.zeros_like(local.start)
-        foreseen[local.places] = local.linear(y) + bends.sum(axis=0)
-        left = max(local.measure.size(there.change), self.LEFT * now)
-        sure = self.care * max(THREE_DIGITS, PRICE * local.measure.size(local.start) / way)
-        if not local.measure.misses(there.change, foreseen, left) <= min(self.SURE, sure * now / left):
-            return None
-        unsure = float(np.abs(there.change - foreseen).max()) * way / now
-        return Landing(local.at(y), unsure, min((left / now) ** (1.0 / periods), 1.0))
+        y, now = local.ahead(periods, bends), local.size(local.change)
+        way, change, left, missed = local.size(y), local.change, now, 0.0
+        sure = self._sure(local, way)
+        for share in TESTED:
+            y = local.ahead(periods, bends, share)
+            seen = local.seen(y, share ** np.arange(1, len(bends) + 1) @ bends)
+            if seen is None:
+                return None
+            left = max(local.measure.size(seen.change), self.LEFT * now)
+            allowed = min(self.SURE, sure * now / left)
+            if left > self.GROWN * now or not local.measure.misses(*seen, left) <= allowed:
+                return None
+            missed = max(missed, float(np.abs(seen.change - seen.foreseen).max()))
+            change = seen.change[local.places]
+        return Landing(local.at(y), missed * way / now, min((left / now) ** (1.0 / periods), 1.0), change)
+
+    def _bends(self, local: LocalMap, periods: int) -> FloatArray | None:
+        """Those of the way so many periods ahead, by sweep after sweep; None where they do not settle."""
+        bends = np.zeros((1, len(local.change)))
+        y, off = local.ahead(periods, bends), [np.inf, np.inf]
+        for sweep in range(self.SWEEPS):
+            bends = local.bends(periods, bends, FINELY if sweep else ROUGHLY)
+            before, y = y, local.ahead(periods, bends)
+            way = local.size(y)
+            if not 0.0 < way < np.inf:
+                return None
+            off.append(local.size(y - before) / way)
+            if not off[-1] <= self.BENT:
+                return None
+            if off[-1] <= PER_CENT * self._sure(local, way) or off[-1] > self.SHRINKS * off[-3]:
+                break
+        return bends if off[-1] <= self.SURE else None
+
+    def _sure(self, local: LocalMap, way: float) -> float:
+        """What the change at the end of a leap may miss, relative to the change at its beginning."""
+        return self.care * max(THREE_DIGITS, PRICE * local.measure.size(local.start) / way)

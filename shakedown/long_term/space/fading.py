@@ -1,0 +1,98 @@
+"""How the change per period falls along the way of a search, and what slip and drift come to where it ends.
+
+Where the change falls by the same share of the way from mark to mark, along a line, the way ends at a fixed
+point of the map, a known distance ahead. A motion that lingers next to a state and goes on past it shows
+itself before: as at a double root its change falls by ever smaller shares.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import MUCH, PER_CENT, RESOLVED, THREE_DIGITS
+from shakedown.long_term.space.leap_methods import Measure
+
+CLEARLY = 4.0  # ratio of two changes from which on they tell a slope
+LINEAR = 0.9  # of the slope before it, which is ½ of that along a square: less is no line
+
+
+class Mark(NamedTuple):
+    """A state on the way.
+
+    Attributes
+    ----------
+    state : (N,)
+        At the end of a period [length].
+    size
+        Of its change [energy norm].
+    slip : (n,)
+        In it [length].
+    drift : (r,)
+        Rigid slip in it, along each of the orthonormal ones [length].
+    """
+
+    state: FloatArray
+    size: float
+    slip: FloatArray
+    drift: FloatArray
+
+
+class Fading:
+    """Marks on the way of a search, each with half the change of the one before it, or less."""
+
+    def __init__(self) -> None:
+        self.marks: list[Mark] = []
+
+    def note(self, mark: Mark) -> None:
+        """Set a mark, if the change has fallen; where it has grown, forget those of smaller changes."""
+        while self.marks and self.marks[-1].size <= mark.size:
+            self.marks.pop()
+        if not self.marks or mark.size <= 0.5 * self.marks[-1].size:
+            self.marks.append(mark)
+
+    def to_come(self, now: Mark, measure: Measure) -> float:
+        """How far it is to where there is no change [energy norm]; inf where it falls along no line."""
+        before = self._before(now, CLEARLY)
+        first = None if before is None else self._before(before, CLEARLY)
+        if before is None or first is None:
+            return np.inf
+        way, earlier = measure.size(now.state - before.state), measure.size(before.state - first.state)
+        if not (before.size - now.size) * earlier >= LINEAR * (first.size - before.size) * way:
+            return np.inf
+        return way * now.size / (before.size - now.size)
+
+    def slip_lasts(self, now: Mark) -> bool:
+        """Whether the slip stays where the change falls to nothing."""
+        end = self._end(now)
+        return end is not None and bool(np.abs(end.slip - now.slip).max() <= THREE_DIGITS * now.slip.max())
+
+    def slip_ends(self, now: Mark) -> bool:
+        """Whether the slip falls to nothing with the change, and has done so on the way."""
+        end, before = self._end(now), self._before(now, RESOLVED)
+        if end is None or before is None:
+            return False
+        most = now.slip.max()
+        return bool(np.abs(end.slip).max() <= MUCH * most <= MUCH**2 * before.slip.max())
+
+    def drift_lasts(self, now: Mark) -> bool:
+        """Whether the drift stays where the change falls to nothing."""
+        end = self._end(now)
+        if end is None:
+            return False
+        return bool(np.linalg.norm(end.drift - now.drift) <= PER_CENT * np.linalg.norm(now.drift))
+
+    def _before(self, mark: Mark, times: float) -> Mark | None:
+        """The last mark of so many times the change."""
+        return next((each for each in reversed(self.marks) if each.size >= times * mark.size), None)
+
+    def _end(self, now: Mark) -> Mark | None:
+        """Slip and drift where the change has fallen to nothing, if they fall in proportion to it."""
+        before = self._before(now, CLEARLY)
+        if before is None:
+            return None
+        share = now.size / (before.size - now.size)
+        slip, drift = (
+            after + share * (after - start) for after, start in zip(now[2:], before[2:], strict=True)
+        )
+        return Mark(now.state, 0.0, slip, drift)
