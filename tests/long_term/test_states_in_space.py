@@ -9,6 +9,7 @@ import shakedown
 from benchmarks.space_verdicts import random_joint
 from shakedown import Outcome, Problem, Tolerances
 from shakedown.joint.loading import slip_reach
+from shakedown.long_term.space.fading import Fading, Mark
 from shakedown.long_term.space.leap_methods import Measure
 from shakedown.long_term.space.slope_leaps import Along, PeriodStep
 from shakedown.motion.checked_law import scales
@@ -283,6 +284,45 @@ def test_a_motion_that_lingers_is_followed_through():
     assert found.outcome == Outcome.CYCLIC_SLIP
     assert found.cycles_simulated < 4000
     assert found.slip_per_cycle.max() == pytest.approx(2.5463e-3, rel=1e-3)  # after 400,000 plain cycles
+
+
+@pytest.mark.parametrize(
+    ("seed", "load_factor", "outcome", "slip"),
+    [
+        # without an end after 200,000 plain cycles, which come nearer to it all the while …
+        ([1, 1, 3], 0.6613095623, Outcome.SHAKEDOWN, 0.0),
+        ([12, 3, 1], 1.0117698617, Outcome.CYCLIC_SLIP, 8.488e-5),  # held by a node that does not slip
+        # … and settled by then
+        ([17, 3, 3], 1.7824500331, Outcome.RATCHETTING, 1.04402e-2),
+        ([11, 3, 4], 1.4967854052, Outcome.RATCHETTING, 48.3239),  # with an open node, which cannot slip
+    ],
+)
+def test_a_slow_motion_comes_to_its_end(seed, load_factor, outcome, slip):
+    kind = ("held", "stiff and soft", "floating", "floating, stiff and soft")[seed[1]]
+    found = shakedown.long_term_state(random_joint(np.random.default_rng(seed), kind, 4), load_factor)
+    assert found.outcome == outcome
+    assert found.slip_per_cycle.max() == pytest.approx(slip, rel=1e-3, abs=1e-6)
+
+
+def test_the_error_covers_nodes_that_cease_to_slip_on_a_leap():
+    problem = random_joint(np.random.default_rng([41, 0, 4]), "held", 4)
+    found, plain = shakedown.long_term_state(problem, 0.9913461737), Evolution(problem, 0.9913461737)
+    plain.advance(8000)
+    off = np.abs(plain.state.u[problem.layout.slips] - found.final_slip).max()
+    assert 1e-5 < off < found.error < 10.0 * off
+
+
+@pytest.mark.parametrize("power", [1, 2])
+def test_the_end_of_a_way_is_known_where_the_change_falls_along_a_line(power):
+    measure = Measure(np.eye(1, 2), np.zeros((2, 0)), np.ones(1), 1.0)
+    fading = Fading()
+    for k in range(12):
+        left = 0.7**k
+        now = Mark(np.array([1.0 - left, 0.0]), left**power, np.array([0.5 + left]), np.zeros(0))
+        fading.note(now)
+    assert fading.to_come(now, measure) == pytest.approx(left if power == 1 else np.inf)
+    assert not fading.slip_ends(now)
+    assert not fading.slip_lasts(now)
 
 
 @pytest.mark.parametrize("drifts", [False, True])

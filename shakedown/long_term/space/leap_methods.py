@@ -12,7 +12,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import EPS, NEGLIGIBLE, THREE_DIGITS
+from shakedown.ground.round_off import EPS, MISJUDGED, NEGLIGIBLE, THREE_DIGITS
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
@@ -244,9 +244,8 @@ class Crawl:
     fresh: bool = False  # whether the tangent at the end of the last leap has not been seen
     planned: Site | None = None
     foreseen: float = 1.0
-    seen: FloatArray | None = (
-        None  # the direction of the change after the last leap, where its size was right
-    )
+    seen: FloatArray | None = None  # direction of the change after the last leap, if its size was right
+    bending: FloatArray | None = None  # by how much the direction turns before a leap, per unit of way
     turned: FloatArray | None = (
         None  # per unit of way: by how much the direction turned on a leap refused for it
     )
@@ -281,6 +280,8 @@ class Crawl:
             return None
         self.foreseen = (1.0 - gone / (bend * left)) ** bend if forward else 1.0 + gone / left
         self.planned = Site(left, gone, toward, turning, np.nan)
+        passed = measure.size(window[-1] - window[1])
+        self.bending = (toward - changes[0] / measure.size(changes[0])) / passed
         turn = self.care * min(MOST_TURN, max(THREE_DIGITS, PRICE * measure.size(window[-1]) / gone))
         return Leap(
             start=window[-1] + gone * (toward + 0.5 * gone * turning),
@@ -337,6 +338,7 @@ class Crawl:
             least = max(self.OVERSHOT * self.foreseen, self.foreseen - self.SLACK)
             right = least <= share <= self.foreseen + self.SLACK
             if right and off <= turn:
+                self.seen = change / measure.size(change)
                 return True
             if fading:
                 return False
@@ -344,6 +346,20 @@ class Crawl:
             return None
 
         return fits
+
+    def adrift(self, measure: Measure) -> float:
+        """Rigid slip by which a leap that is taken may miss the curve of the motion [length].
+
+        A leap is a parabola through the directions at its ends; the curve may turn otherwise, as before it.
+        """
+        assert self.planned is not None
+        assert self.seen is not None
+        assert self.bending is not None
+        _, gone, toward, turning, _ = self.planned
+        turned = (self.seen - toward) / gone
+        otherwise = np.minimum(np.abs(turned - self.bending), np.abs(turned))
+        off = gone**2 * (0.5 * np.abs(turned - turning) + MISJUDGED / 6.0 * otherwise)
+        return float(np.abs(measure.rigid).T.max(axis=1, initial=0.0) @ (np.abs(measure.rigid).T @ off))
 
     def heed(self, taken: bool, cycles: int) -> None:
         """Increase or reduce the trust in leaps."""

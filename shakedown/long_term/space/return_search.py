@@ -80,8 +80,9 @@ class Settled:
         Factor per cycle by which the distance to the long-term state shrinks; NaN where undecided.
     return_error
         How far the last period has missed its start, drift apart [length].
-    error
-        Estimated distance of the state from the long-term state [length].
+    error, adrift
+        Estimated distance of the state from the long-term state, and rigid slip in it that changes no cycle
+        [length].
     first_cycles
         What it has passed through before it first leapt.
     jumps
@@ -105,6 +106,7 @@ class Settled:
     contraction: float
     return_error: float
     error: float
+    adrift: float
     start: State
     first_cycles: FirstCycles
     jumps: tuple[Jump, ...]
@@ -117,7 +119,7 @@ class Settled:
         nothing = np.full_like(self.drift, np.nan)
         return replace(
             self, outcome=Outcome.UNDECIDED, reason=reason, period=0, drift=nothing, records=(),
-            contraction=np.nan, return_error=np.nan, error=np.nan,
+            contraction=np.nan, return_error=np.nan, error=np.nan, adrift=np.nan,
         )  # fmt: skip
 
     def held_against_law(self, violation: float, most: float) -> "Settled":
@@ -135,7 +137,10 @@ class Settled:
     @property
     def doubtful(self) -> bool:
         """Whether leaps leave more open than the slip of a period: the motion may reach another cycle."""
-        return self.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING) and self.error > self.slip
+        return (
+            self.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
+            and self.error - self.adrift > self.slip
+        )
 
     def is_like(self, other: "Settled") -> bool:
         """Whether outcome and slip of a period equal those of another search, within their certainty."""
@@ -185,7 +190,8 @@ class ReturnSearch:
         self.repeated = [0] * longest  # by period: cycles in a row that end where the one a period before did
         self.cycles = self.events = self.leaps = self.looked = 0
         self.gathered = 0.0  # errors of integration, which what no cycle changes keeps
-        self.rate, self.unsure = np.nan, 0.0  # per cycle; uncertainty left by leaps
+        self.rate, self.unsure = np.nan, 0.0  # per cycle; uncertainty left by leaps …
+        self.adrift = 0.0  # … and in rigid slip, as cycles are the same wherever the joint stands
         self.period, self.crawl, self.ahead, self.along = 1, Crawl(care), Ahead(care), Along(care)
         self.fadings = [Fading() for _ in range(longest)]  # by period
         self.passed: list[tuple[CycleRecord, State]] = []  # before the first leap
@@ -411,6 +417,8 @@ class ReturnSearch:
             taken = leap.fits(self._change(p)) if all(self._cycle() for _ in range(p)) else None
             if taken is not False:
                 break
+        if taken and way is self.crawl:
+            self.adrift += self.crawl.adrift(self.measure)
         self._end_leap(before, leap if taken else None)
         if taken and way is self.ahead:
             self.crawl.forget()
@@ -485,12 +493,14 @@ class ReturnSearch:
             self.crawl.forget()
         return True
 
-    def _to_come(self, period: int) -> tuple[float, float]:
+    def _to_come(self, period: int, drifts: bool = False) -> tuple[float, float]:
         """What later periods may add to a state, as changes fade, and by which factor per cycle they do.
 
-        Twice the sum of a geometric series: changes like 1/k² sum to as much.
+        Twice the sum of a geometric series: changes like 1/k² sum to as much. Rigid drift does not count.
         """
         states = [self.states[k].u for k in range(-1, -len(self.states) - 1, -period)][:3]
+        if drifts:
+            states = [u - self.measure.rigid @ (self.measure.rigid.T @ u) for u in states]
         changes = [float(np.abs(later - before).max()) for later, before in pairwise(states)]
         last, before = changes[0], changes[-1]
         rate = self.rate**period if self.leaps else min(last / before, 1.0) if last else 0.0
@@ -499,7 +509,7 @@ class ReturnSearch:
 
     def _found(self, outcome: Outcome, reason: str, period: int) -> Settled:
         """The answer; for a cycle the period is followed again from the end of the search."""
-        (left, rate), start = self._to_come(period), self.motion.state
+        (left, rate), start = self._to_come(period, outcome == Outcome.RATCHETTING), self.motion.state
         goes_on = outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
         if goes_on and not all(self._cycle() for _ in range(period)):
             stop = self.motion.stop
@@ -517,7 +527,8 @@ class ReturnSearch:
             events=self.events,
             contraction=rate,
             return_error=float(np.abs(moved - drift).max()),
-            error=max(0.0 if drift.any() else left, self.rules.noise) + self.gathered + self.unsure,
+            error=max(left, self.rules.noise) + self.gathered + self.unsure + self.adrift,
+            adrift=self.adrift,
             start=start,
             first_cycles=self._passed_through,
             jumps=tuple(self.jumps),
@@ -545,6 +556,7 @@ class ReturnSearch:
             contraction=np.nan,
             return_error=np.nan,
             error=np.nan,
+            adrift=np.nan,
             start=state,
             first_cycles=self._passed_through,
             jumps=tuple(self.jumps),
