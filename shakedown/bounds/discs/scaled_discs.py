@@ -18,7 +18,6 @@ from shakedown.programs.small_cones import TRIPLE
 
 Carrying = tuple[NDArray[np.intp], NDArray[np.intp]]  # discs and half-spaces by number
 
-BASIS = "basis"  # its name among what rows share
 RANK = 64 * np.finfo(float).eps  # relative size of a diagonal of the triangular factor that counts as zero
 
 
@@ -51,9 +50,9 @@ class Basis:
 
 def basis_of(rows: DiscRows) -> Basis:
     """Orthonormal columns for the slips that rows know, worked out once."""
-    if BASIS not in rows.shared:
-        rows.shared[BASIS] = _basis(rows)
-    found: Basis = rows.shared[BASIS]
+    if "basis" not in rows.shared:
+        rows.shared["basis"] = _basis(rows)
+    found: Basis = rows.shared["basis"]
     return found
 
 

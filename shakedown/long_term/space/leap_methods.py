@@ -13,6 +13,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS, MISJUDGED, NEGLIGIBLE, THREE_DIGITS
+from shakedown.ground.size_limits import BLOCK
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
@@ -61,12 +62,20 @@ class Measure:
         change = np.ascontiguousarray(change)
         found = self.known.get(key := change.tobytes())
         if found is None:
-            seen = self.root @ change
+            seen = self.seen(change)
             found = sqrt(seen.dot(seen))  # as np.linalg.norm
             if len(self.known) >= REMEMBERED:
                 self.known.clear()
             self.known[key] = found
         return found
+
+    def seen(self, changes: FloatArray) -> FloatArray:
+        """R d of changes (…, N), (…, k): of large joints from the places that change, mostly few."""
+        if self.root.size > BLOCK:
+            moved = np.flatnonzero(changes.reshape(-1, changes.shape[-1]).any(axis=0))
+            if 4 * len(moved) < changes.shape[-1]:
+                return np.asarray(changes[..., moved] @ self.root[:, moved].T)
+        return np.asarray(self.root @ changes if changes.ndim == 1 else changes @ self.root.T)
 
     def at_most(self, change: FloatArray) -> float:
         """An upper bound of ‖|R| |d|‖, without the product."""
@@ -323,13 +332,13 @@ class Crawl:
         self, foreseen: FloatArray, turn: float, measure: Measure
     ) -> Callable[[FloatArray], bool | None]:
         """Whether a change has the predicted direction, and a share of the predicted size."""
-        whole, direction, self.seen = measure.size(foreseen), measure.root @ foreseen, None
+        whole, direction, self.seen = measure.size(foreseen), measure.seen(foreseen), None
         before = np.inf
 
         def fits(change: FloatArray) -> bool | None:
             nonlocal before
             assert self.planned is not None
-            share = float((measure.root @ change) @ direction) / whole**2
+            share = float(measure.seen(change) @ direction) / whole**2
             if share == 0.0:
                 return None
             off = measure.misses(change, share * foreseen, whole) / abs(share)

@@ -282,7 +282,7 @@ class ReturnSearch:
         """Cyclic slip or ratchetting with the shortest period over which states repeat, up to rigid slips."""
         most = min(self.rules.longest_period, len(self.states) - 1)
         u = np.array([self.states[-1 - q].u for q in range(most + 1)])
-        changes = np.linalg.norm((u[0] - u[1:]) @ self.measure.root.T, axis=1)
+        changes = np.linalg.norm(self.measure.seen(u[0] - u[1:]), axis=1)
         self._find_rhythm(u)
         small = FOR_EVER * np.linalg.norm(self._slip(1, most) * self.measure.slips)
         round_off, least = STATE_ROUND_OFF * self.measure.at_most(u[0]), changes.min()
@@ -358,7 +358,7 @@ class ReturnSearch:
 
     def _find_rhythm(self, u: FloatArray) -> None:
         """The period after which changes recur, where those of consecutive cycles differ."""
-        changes = (u[:-1] - u[1:]) @ self.measure.root.T
+        changes = self.measure.seen(u[:-1] - u[1:])
         apart = np.linalg.norm(changes[0] - changes[1:], axis=1)
         if len(apart) < self.rules.longest_period - 1:
             return
@@ -397,7 +397,7 @@ class ReturnSearch:
 
     def _comes_back(self, window: FloatArray) -> bool:
         """Whether the last change undoes the previous one along other contact states: no smooth map."""
-        p, changes = self.period, np.diff(window[-3:], axis=0) @ self.measure.root.T
+        p, changes = self.period, self.measure.seen(np.diff(window[-3:], axis=0))
         if len(changes) < 2 or changes[0] @ changes[1] >= 0.0:
             return False
         records = list(self.records)

@@ -101,22 +101,32 @@ def is_welded(joint: CompiledJoint) -> bool:
 
 @summing
 def press(joint: CompiledJoint, mo: SpaceMotion) -> None:
-    """κ u, worked out again only where a displacement has changed: from load step to load step few have."""
-    N, same = 3 * joint.n, joint.known
-    for j in range(N):
-        if joint.displaced[j] != mo.u[j]:
-            same = False
-            break
-    if same:
+    """κ u, part by part, of which only those are worked out again in which a displacement has changed."""
+    N, S, parts, size, u, known = 3 * joint.n, joint.kappa, joint.parts, joint.part, mo.u, joint.known
+    count, new = (N + size - 1) // size, not known
+    for part in range(count):
+        first, end, same = part * size, min((part + 1) * size, N), known
+        for j in range(first, end):
+            same = same and joint.displaced[j] == u[j]
+        if same:
+            continue
+        new, start = True, part * N
+        for i in range(N):
+            parts[start + i] = 0.0
+        for j in range(first, end):
+            x = u[j]
+            joint.displaced[j] = x
+            if x != 0.0:
+                for i in range(N):
+                    parts[start + i] += x * S[j * N + i]
+    joint.known = True
+    if not new:
         return
     for i in range(N):
-        joint.displaced[i], joint.pressed[i] = mo.u[i], 0.0
-    for j in range(N):
-        x = mo.u[j]
-        if x != 0.0:
-            for i in range(N):
-                joint.pressed[i] += x * joint.kappa[j * N + i]
-    joint.known = True
+        joint.pressed[i] = parts[i]
+    for part in range(1, count):
+        for i in range(N):
+            joint.pressed[i] += parts[part * N + i]
 
 
 @summing

@@ -4,6 +4,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Flags, Hash, Integers, NamedState, Reals
+from shakedown.ground.size_limits import BLOCK, DENSE_FROM
 
 REACHES_LIMIT, STOPS, CURVES = range(6, 9)  # kinds of event, after those of motion.course
 DEGREE = 4  # of the polynomial between the ends of a step
@@ -30,6 +31,8 @@ class CompiledJoint(NamedState):
         Made since ``exchanged`` was made afresh.
     pressed, displaced, known
         κ u, (N,), and u it is of, (N,); whether it has been worked out.
+    part, parts : …, (N / part, N)
+        A number of places, and what every so many have in it.
     """
 
     kappa: Reals
@@ -40,6 +43,8 @@ class CompiledJoint(NamedState):
     exchanges: int
     pressed: Reals
     displaced: Reals
+    part: int
+    parts: Reals
     known: bool
 
 
@@ -137,13 +142,15 @@ class CurveRecord(NamedState):
 
 def compiled_joint(kappa: FloatArray, friction: FloatArray) -> CompiledJoint:
     """The joint of a stiffness (3n, 3n) and friction coefficients (n,), nothing free."""
+    N = len(kappa)
+    part = DENSE_FROM if kappa.size > BLOCK else N
     joint = CompiledJoint(
-        dict.fromkeys(("free", "pressed", "displaced"), len(kappa)),
+        dict.fromkeys(("free", "pressed", "displaced"), N) | {"parts": (-(-N // part), N)},
         kappa=np.array(kappa, dtype=float, order="C"),
         exchanged=np.array(kappa, dtype=float, order="C"),
         friction=np.array(friction, dtype=float),
     )
-    joint.set(n=len(friction))
+    joint.set(n=len(friction), part=part)
     return joint
 
 
