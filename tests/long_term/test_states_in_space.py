@@ -216,6 +216,25 @@ def test_a_soft_node_does_not_hide_the_slip_of_a_stiff_one(stiffer):
     np.testing.assert_allclose(at_rest, alone.final_slip, atol=1e-6)
 
 
+def test_a_soft_node_that_comes_to_rest_does_not_hide_the_slip_of_a_stiff_one():
+    """λ_max of the one beside it is passed, next to no slip is left of its own."""
+    soft, load_factor, stiffer = shakedown.example("one-node-3d"), 1.2496, 2.0**20
+    beside, size = np.diag([1.0, stiffer]), [1.0, 1.24975 / load_factor]
+
+    def both(load):
+        mean = load.mean(axis=0)
+        return np.hstack([mean + share * (load - mean) for share in size])
+
+    A, B, C = (np.kron(beside, block) for block in (soft.A, soft.B, soft.C))
+    joint = Problem(A=A, B=B, C=C, f=soft.f.repeat(2), q_w=both(soft.q_w), p_w=both(soft.p_w))
+    found, plain = shakedown.long_term_state(joint, load_factor), Evolution(joint, load_factor)
+    plain.advance(1000)
+    last = plain.cycle()
+    assert found.outcome == Outcome.CYCLIC_SLIP, found.reason
+    assert last.slip[0] < 1e-12
+    assert found.slip_per_cycle[1] == pytest.approx(last.slip[1], rel=1e-5)
+
+
 def test_the_error_of_a_state_at_rest_has_what_is_still_to_come():
     """Exactly at λ_max the way left falls like one over the number of cycles: the slip across goes to 1/7.5."""
     problem = Problem(
@@ -321,7 +340,7 @@ def test_the_end_of_a_way_is_known_where_the_change_falls_along_a_line(power):
         now = Mark(np.array([1.0 - left, 0.0]), left**power, np.array([0.5 + left]), np.zeros(0))
         fading.note(now)
     assert fading.to_come(now, measure) == pytest.approx(left if power == 1 else np.inf)
-    assert not fading.slip_ends(now)
+    assert not fading.slip_ends(now, np.zeros(1))
     assert not fading.slip_lasts(now)
 
 

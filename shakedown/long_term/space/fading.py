@@ -67,13 +67,18 @@ class Fading:
         end = self._end(now)
         return end is not None and bool(np.abs(end.slip - now.slip).max() <= THREE_DIGITS * now.slip.max())
 
-    def slip_ends(self, now: Mark) -> bool:
-        """Whether the slip falls to nothing with the change, and has done so on the way."""
+    def slip_ends(self, now: Mark, none: FloatArray) -> bool:
+        """Whether the slip falls to nothing with the change, and has done so on the way.
+
+        At every node, as a soft one may hide a stiff one, but for slips (n,) that count as none [length].
+        """
         end, before = self._end(now), self._before(now, RESOLVED)
         if end is None or before is None:
             return False
-        most = now.slip.max()
-        return bool(np.abs(end.slip).max() <= MUCH * most <= MUCH**2 * before.slip.max())
+        counts, most = now.slip > none, now.slip.max()
+        if not np.abs(end.slip).max() <= MUCH * most <= MUCH**2 * before.slip.max():
+            return False
+        return bool((np.abs(end.slip) <= MUCH * now.slip)[counts].all())
 
     def drift_lasts(self, now: Mark) -> bool:
         """Whether the drift stays where the change falls to nothing."""

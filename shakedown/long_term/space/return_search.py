@@ -312,7 +312,8 @@ class ReturnSearch:
             return None
         now = self._mark(p)
         left = self.fading.to_come(now, self.measure) / self.measure.size(now.state)
-        if left <= CLOSE and self.fading.slip_ends(now) and not self.records[-1].opened.any():
+        none = self.rules.noise / self.rules.stiffness
+        if left <= CLOSE and self.fading.slip_ends(now, none) and not self.records[-1].opened.any():
             return self._found(Outcome.SHAKEDOWN, f"slip fades away with the changes{self._way()}", 1)
         if left > NEAR or now.size > SIX_DIGITS * np.linalg.norm(now.slip * self.measure.slips):
             return None
