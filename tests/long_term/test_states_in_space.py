@@ -235,6 +235,20 @@ def test_a_soft_node_that_comes_to_rest_does_not_hide_the_slip_of_a_stiff_one():
     assert found.slip_per_cycle[1] == pytest.approx(last.slip[1], rel=1e-5)
 
 
+def test_a_fast_approach_does_not_hide_a_slow_one():
+    """A node slides to the middle, 0.05 away, in tens of thousands of cycles; one beside it slips far more."""
+    fast, load_factor = shakedown.example("one-node-3d"), 1.3
+    turn = 2 * np.pi * np.arange(fast.m) / fast.m
+    pull = 1.0001 / load_factor * np.stack([np.cos(turn), 0.0 * turn], axis=1)
+    A, B = np.diag([0.0, 0.0, 40.0, 0.05]), np.zeros((2, 4))
+    A[:2, :2], B[:1, :2] = fast.A, fast.B
+    q_w, p_w = np.hstack([fast.q_w, pull]), np.hstack([fast.p_w, np.ones((fast.m, 1))])
+    joint = Problem(A=A, B=B, f=np.append(fast.f, 1.0), q_w=q_w, p_w=p_w)
+    found = shakedown.long_term_state(joint, load_factor, [0.0, 0.0, 0.0, 0.05])
+    assert found.outcome == Outcome.CYCLIC_SLIP
+    assert abs(found.final_slip[3]) < found.error
+
+
 def test_the_error_of_a_state_at_rest_has_what_is_still_to_come():
     """Exactly at λ_max the way left falls like one over the number of cycles: the slip across goes to 1/7.5."""
     problem = Problem(
@@ -337,9 +351,17 @@ def test_the_end_of_a_way_is_known_where_the_change_falls_along_a_line(power):
     fading = Fading()
     for k in range(12):
         left = 0.7**k
-        now = Mark(np.array([1.0 - left, 0.0]), left**power, np.array([0.5 + left]), np.zeros(0))
+        now = Mark(
+            np.array([1.0 - left, 0.0]),
+            np.array([left**power, 0.0]),
+            left**power,
+            np.array([0.5 + left]),
+            np.zeros(0),
+        )
         fading.note(now)
     assert fading.to_come(now, measure) == pytest.approx(left if power == 1 else np.inf)
+    slower = now._replace(change=1.1 * now.change)  # and so much stays
+    assert fading.to_come(slower, measure) == np.inf
     assert not fading.slip_ends(now, np.zeros(1))
     assert not fading.slip_lasts(now)
 

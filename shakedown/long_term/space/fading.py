@@ -2,7 +2,8 @@
 
 Where the change falls by the same share of the way from mark to mark, along a line, the way ends at a fixed
 point of the map, a known distance ahead. A motion that lingers next to a state and goes on past it shows
-itself before: as at a double root its change falls by ever smaller shares.
+itself before: as at a double root its change falls by ever smaller shares. So does one that is slower by far:
+its change stays, while that of the fast one falls.
 """
 
 from typing import NamedTuple
@@ -11,7 +12,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import MUCH, PER_CENT, RESOLVED, THREE_DIGITS
-from shakedown.long_term.space.leap_methods import Measure
+from shakedown.long_term.space.leap_methods import STATE_ROUND_OFF, Measure
 
 CLEARLY = 4.0  # ratio of two changes from which on they tell a slope
 LINEAR = 0.9  # of the slope before it, which is ½ of that along a square: less is no line
@@ -24,8 +25,10 @@ class Mark(NamedTuple):
     ----------
     state : (N,)
         At the end of a period [length].
+    change : (N,)
+        In the period that ends there [length].
     size
-        Of its change [energy norm].
+        Of that [energy norm].
     slip : (n,)
         In it [length].
     drift : (r,)
@@ -33,6 +36,7 @@ class Mark(NamedTuple):
     """
 
     state: FloatArray
+    change: FloatArray
     size: float
     slip: FloatArray
     drift: FloatArray
@@ -55,7 +59,7 @@ class Fading:
         """How far it is to where there is no change [energy norm]; inf where it falls along no line."""
         before = self._before(now, CLEARLY)
         first = None if before is None else self._before(before, CLEARLY)
-        if before is None or first is None:
+        if before is None or first is None or self._something_stays(now, before, measure):
             return np.inf
         way, earlier = measure.size(now.state - before.state), measure.size(before.state - first.state)
         if not (before.size - now.size) * earlier >= LINEAR * (first.size - before.size) * way:
@@ -87,6 +91,13 @@ class Fading:
             return False
         return bool(np.linalg.norm(end.drift - now.drift) <= PER_CENT * np.linalg.norm(now.drift))
 
+    def _something_stays(self, now: Mark, before: Mark, measure: Measure) -> bool:
+        """Whether the change falls to another one, far slower: nothing tells where that ends."""
+        share = now.size / (before.size - now.size)
+        end = now.change + share * (now.change - before.change)
+        round_off = STATE_ROUND_OFF * measure.size(now.state)
+        return measure.size(end) > PER_CENT * now.size + round_off
+
     def _before(self, mark: Mark, times: float) -> Mark | None:
         """The last mark of so many times the change."""
         return next((each for each in reversed(self.marks) if each.size >= times * mark.size), None)
@@ -98,6 +109,6 @@ class Fading:
             return None
         share = now.size / (before.size - now.size)
         slip, drift = (
-            after + share * (after - start) for after, start in zip(now[2:], before[2:], strict=True)
+            after + share * (after - start) for after, start in zip(now[3:], before[3:], strict=True)
         )
-        return Mark(now.state, 0.0, slip, drift)
+        return Mark(now.state, np.zeros_like(now.change), 0.0, slip, drift)

@@ -250,7 +250,7 @@ class ReturnSearch:
         """What the last period has done."""
         change, state = self._change(period), self.states[-1].u
         size = self.measure.size(change)
-        return Mark(state, size, self._slip(1, period), self.measure.rigid.T @ change)
+        return Mark(state, change, size, self._slip(1, period), self.measure.rigid.T @ change)
 
     def _verdict_at_rest(self) -> Settled | None:
         """Whether nothing slips any more: exactly for one cycle, or for two within the accuracy."""
