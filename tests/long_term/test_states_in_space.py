@@ -85,6 +85,16 @@ def test_no_unit_decides_where_nodes_open(force, length):
     assert same.dissipation_per_cycle == force * length * one.dissipation_per_cycle
 
 
+@pytest.mark.parametrize(("force", "length"), [(2.0**3, 2.0**90), (2.0**-70, 2.0**21)])
+def test_leaps_are_the_same_in_units_whose_stiffness_has_no_root(force, length):
+    problem = random_joint(np.random.default_rng([41, 0, 4]), "held", 4)
+    one = shakedown.long_term_state(problem, 0.9913461737)
+    same = shakedown.long_term_state(in_units(problem, force, length), 0.9913461737)
+    assert (same.outcome, same.reason, same.events) == (one.outcome, one.reason, one.events)
+    assert same.error == length * one.error
+    np.testing.assert_array_equal(same.final_slip, length * one.final_slip)
+
+
 def test_many_states_are_those_one_by_one():
     problem, rng = shakedown.example("four-node-3d"), np.random.default_rng(4)
     load_factor = 1.1 * shakedown.upper_bound(problem).load_factor

@@ -35,7 +35,7 @@ class Measure:
     Attributes
     ----------
     root : (M, N)
-        RᵀR = κ: a change d has the size ‖R d‖ [√(force × length)].
+        RᵀR = κ in units of a power of two: a change d has the size ‖R d‖ [√(force × length)].
     rigid : (N, r)
         Slips that change no reaction, orthonormal: cycles are the same wherever these stand.
     slips : (n,)
@@ -96,7 +96,9 @@ class Measure:
 @once_per_problem
 def measure_of(problem: Problem) -> Measure:
     """The measure for changes of the states of a joint."""
-    stiffness, layout = closed_stiffness(problem).copy(), problem.layout
+    stiffness, layout = closed_stiffness(problem), problem.layout
+    # In a unit of its own, as roots of odd powers of two are rounded.
+    stiffness = np.ldexp(stiffness, -np.frexp(np.diag(stiffness).max())[1])
     if problem.C is None:  # gaps stay zero
         stiffness[layout.gaps] = stiffness[:, layout.gaps] = 0.0
     diagonal = np.diag(stiffness)
@@ -106,7 +108,7 @@ def measure_of(problem: Problem) -> Measure:
     motions = rigid_slips(problem).motions
     rigid = np.zeros((layout.size, motions.shape[1]))
     rigid[layout.slips] = np.linalg.qr(motions)[0] if motions.shape[1] else motions
-    stiffest = np.diag(problem.A).reshape(problem.n, -1).max(axis=1)
+    stiffest = diagonal[layout.slips].reshape(problem.n, -1).max(axis=1)
     root = np.sqrt(values[kept])[:, None] * vectors[:, kept].T * own
     return Measure(root, rigid, np.sqrt(stiffest), float(np.linalg.norm(root)))
 

@@ -322,7 +322,8 @@ class ReturnSearch:
     def _left(self, p: int) -> float:
         """How far the states of a period may still move together, as changes fade [energy norm]."""
         last, before = (self.measure.size(self.states[-1 - k].u - self.states[-1 - k - p].u) for k in (0, p))
-        return APART * last * min(before / max(before - last, np.finfo(float).tiny), self.rules.most_cycles)
+        periods = before / (before - last) if before > last else np.inf
+        return APART * last * min(periods, self.rules.most_cycles)
 
     def _verdict_of_period(self, p: int, slip: FloatArray) -> Settled | None:
         """The outcome where the same slip occurs in every period of p cycles, if that is clear."""
