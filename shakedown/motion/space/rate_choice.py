@@ -86,22 +86,23 @@ def face_reaction(course: Course, mo: SpaceMotion, i: int) -> None:
 def choose_rates(run: SpaceRun) -> bool:
     """Contact states and rates from this instant on, after the event that has led to it.
 
-    False, and the states before it, where none are found.
+    False, and the states before it, where none are found; and where a load rises from nothing at many nodes:
+    the end of that is known at once, while choosing one state after the other takes minutes.
     """
     joint, course, mo, rates, sp = run.joint, run.course, run.motion, run.rates, run.slipping
     n = joint.n
     apexes = locate(run)
     for k in range(3 * n):
         rates.held[k] = mo.u[k]
-    found = False
-    for _ in range(1 + ATTEMPTS * apexes):
+    found, in_turn = False, not rises_from_nothing(run, apexes)
+    for _ in range(1 + ATTEMPTS * apexes if in_turn else 0):
         if not find_all_rates(run):
             break
         if apexes == 0 or not change_apex(run):
             found = True
             break
     for i in range(n):
-        if not found and rates.apex[i] == 1 and joint.friction[i] > 0.0:
+        if not found and in_turn and rates.apex[i] == 1 and joint.friction[i] > 0.0:
             found = search_apex(run, i)
     if found:
         leave_apex(joint, mo, rates, sp)
@@ -110,6 +111,19 @@ def choose_rates(run: SpaceRun) -> bool:
             mo.contact[i] = rates.before[i]
         take_contact(joint, course, mo, rates)
     return found
+
+
+@inner
+def rises_from_nothing(run: SpaceRun, apexes: int) -> bool:
+    """Whether no contact transmits anything or is open, a load begins to, and there are many nodes."""
+    joint, mo, rates, rising = run.joint, run.motion, run.rates, 0.0
+    if apexes < joint.n or joint.n <= ENUMERABLE or mo.time > 0.0:
+        return False
+    for k in range(3 * joint.n):
+        if mo.u[k] != 0.0 and k >= 2 * joint.n:
+            return False
+        rising = max(rising, abs(rates.welded[k]))
+    return rising > 0.0
 
 
 @inner
