@@ -75,7 +75,7 @@ def test_undecided_states_are_said_and_counted():
     found = document(*words, code=1)
     assert found["outcomes"]["undecided"] > 0
     text = " ".join(run(*words)[1].split())
-    assert "states are undecided: no periodic state within 1 cycles" in text
+    assert "states are undecided: no periodic state within 1 cycle" in text
     assert "More --cycles may decide them." in text
 
 
