@@ -94,14 +94,14 @@ class LocalMap:
         other[self.places] = 0.0
         return bool(other.any()) and self.measure.size(other) > THREE_DIGITS * self.measure.size(change)
 
-    def seen(self, y: FloatArray, bent: FloatArray) -> "_Seen | None":
+    def seen(self, y: FloatArray, bent: FloatArray) -> "Foresight | None":
         """What a period from u + y changes beside F + D y + bent; None where none can be followed."""
         there = self.period(self.at(y))
         if there is None:
             return None
         foreseen = np.zeros_like(self.start)
         foreseen[self.places] = self.linear(y) + bent
-        return _Seen(there.change, foreseen)
+        return Foresight(there.change, foreseen)
 
     def ahead(self, periods: int, bends: FloatArray, share: float = 1.0) -> FloatArray:
         """y after a share of so many periods, if r = Σ bends[i] sⁱ⁺¹ after the share s of them."""
@@ -122,7 +122,7 @@ class LocalMap:
         return np.linalg.solve(powers, seen)
 
 
-class _Seen(NamedTuple):
+class Foresight(NamedTuple):
     """A change, (N,) [length], and the one that was foreseen."""
 
     change: FloatArray
