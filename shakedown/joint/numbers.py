@@ -121,10 +121,13 @@ def check_definiteness(arrays: Mapping[str, FloatArray], rounding: float) -> Non
     else:
         matrix, expected = arrays["A"], "key 'A': expected a positive semi-definite matrix"
     scale = np.abs(matrix).max()
-    if scale == 0.0 or _clearly_definite(matrix / scale):
+    if scale == 0.0:
         return
-    eigenvalues = np.linalg.eigvalsh(matrix / scale)
-    printed = rounding * float(np.abs(matrix / scale).sum(axis=0).max())
+    scaled = matrix / scale
+    if _clearly_definite(scaled):
+        return
+    eigenvalues = np.linalg.eigvalsh(scaled)
+    printed = rounding * float(np.abs(scaled).sum(axis=0).max())
     if eigenvalues[0] < -max(DEFAULT.definiteness * max(eigenvalues[-1], -eigenvalues[0]), printed):
         raise ProblemError(f"{expected}, found the eigenvalue {eigenvalues[0] * scale:.6g}")
 

@@ -16,6 +16,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ALTERNATIONS, FOUR_DIGITS, ITERATIONS, NEGLIGIBLE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
+from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.disc_solver import DiscSolution, solved
 from shakedown.programs.scaling import typical_size
 from shakedown.programs.self_dual import Points
@@ -212,7 +213,9 @@ def holding(
                 return False
             length, margin = _largest_margin(about, y)
             discs, rows, _ = program.parts(multipliers)
-            return inside(margin / unit, length + margin / unit) or _held_by_none(each, about, discs, rows)
+            return inside(margin / unit, length + margin / unit) or _held_by_none(
+                each, about, program, discs, rows
+            )
 
         end = proved_solution(program, lambda y: _largest_margin(about, y), begun, enough)
         margin = end.value / unit
@@ -223,15 +226,18 @@ def holding(
         return found.end.value * found.about.length
 
     def known(found: Found) -> bool:
-        end = found.end
-        return inside(value(found), found.radius) or (
-            not best and _held_by_none(found.limits, found.about, end.discs, end.rows)
-        )
+        held = inside(value(found), found.radius)
+        if held or best:
+            return held
+        about, end = found.about, found.end
+        return _held_by_none(found.limits, about, about.margin_program(), end.discs, end.rows)
 
     return _by_turns(limits, one, value, None, tolerances, split=split, load_factor=load_factor, enough=known)
 
 
-def _held_by_none(limits: DiscLimits, about: DiscsAbout, discs: FloatArray, rows: FloatArray) -> bool:
+def _held_by_none(
+    limits: DiscLimits, about: DiscsAbout, program: DiscProgram, discs: FloatArray, rows: FloatArray
+) -> bool:
     """Whether multipliers for shares zero prove that no ball holds the slip, whatever the shares.
 
     Any shares have a ≥ 1 and s at least f γ at its least, so what they allow the same discs with that s
@@ -240,7 +246,7 @@ def _held_by_none(limits: DiscLimits, about: DiscsAbout, discs: FloatArray, rows
     """
     if limits.share.any():
         return False
-    program, least = about.margin_program(), limits.f * limits.least * about.unit * about.length
+    least = limits.f * limits.least * about.unit * about.length
     right = float(np.einsum("ij,ij", discs, program.right) + rows @ program.rows_right)
     weight = float(least[about.node] @ discs[:, 0] + about.row_s @ rows[: len(about.row_s)])
     of_y = balance(program, discs, rows)[0]

@@ -42,6 +42,14 @@ class Mark(NamedTuple):
     drift: FloatArray
 
 
+class End(NamedTuple):
+    """Change (N,), slip (n,) and drift (r,) of a mark [length], where its change has fallen to nothing."""
+
+    change: FloatArray
+    slip: FloatArray
+    drift: FloatArray
+
+
 class Fading:
     """Marks on the way of a search, each with half the change of the one before it, or less."""
 
@@ -59,16 +67,19 @@ class Fading:
         """How far it is to where there is no change [energy norm]; inf where it falls along no line."""
         before = self._before(now, CLEARLY)
         first = None if before is None else self._before(before, CLEARLY)
-        if before is None or first is None or self._something_stays(now, before, measure):
+        if before is None or first is None:
             return np.inf
         way, earlier = measure.size(now.state - before.state), measure.size(before.state - first.state)
         if not (before.size - now.size) * earlier >= LINEAR * (first.size - before.size) * way:
             return np.inf
+        end, round_off = _end(now, before), STATE_ROUND_OFF * measure.size(now.state)
+        if measure.size(end.change) > PER_CENT * now.size + round_off:
+            return np.inf  # it falls to another one, far slower: nothing tells where that ends
         return way * now.size / (before.size - now.size)
 
     def slip_lasts(self, now: Mark) -> bool:
         """Whether the slip stays where the change falls to nothing."""
-        end = self._end(now)
+        end = self._foreseen(now)
         return end is not None and bool(np.abs(end.slip - now.slip).max() <= THREE_DIGITS * now.slip.max())
 
     def slip_ends(self, now: Mark, none: FloatArray) -> bool:
@@ -76,7 +87,7 @@ class Fading:
 
         At every node, as a soft one may hide a stiff one, but for slips (n,) that count as none [length].
         """
-        end, before = self._end(now), self._before(now, RESOLVED)
+        end, before = self._foreseen(now), self._before(now, RESOLVED)
         if end is None or before is None:
             return False
         counts, most = now.slip > none, now.slip.max()
@@ -86,29 +97,23 @@ class Fading:
 
     def drift_lasts(self, now: Mark) -> bool:
         """Whether the drift stays where the change falls to nothing."""
-        end = self._end(now)
+        end = self._foreseen(now)
         if end is None:
             return False
         return bool(np.linalg.norm(end.drift - now.drift) <= PER_CENT * np.linalg.norm(now.drift))
-
-    def _something_stays(self, now: Mark, before: Mark, measure: Measure) -> bool:
-        """Whether the change falls to another one, far slower: nothing tells where that ends."""
-        share = now.size / (before.size - now.size)
-        end = now.change + share * (now.change - before.change)
-        round_off = STATE_ROUND_OFF * measure.size(now.state)
-        return measure.size(end) > PER_CENT * now.size + round_off
 
     def _before(self, mark: Mark, times: float) -> Mark | None:
         """The last mark of so many times the change."""
         return next((each for each in reversed(self.marks) if each.size >= times * mark.size), None)
 
-    def _end(self, now: Mark) -> Mark | None:
-        """Slip and drift where the change has fallen to nothing, if they fall in proportion to it."""
+    def _foreseen(self, now: Mark) -> End | None:
+        """The end of the way, told by the last mark that tells a slope; None where there is none."""
         before = self._before(now, CLEARLY)
-        if before is None:
-            return None
-        share = now.size / (before.size - now.size)
-        slip, drift = (
-            after + share * (after - start) for after, start in zip(now[3:], before[3:], strict=True)
-        )
-        return Mark(now.state, np.zeros_like(now.change), 0.0, slip, drift)
+        return None if before is None else _end(now, before)
+
+
+def _end(now: Mark, before: Mark) -> End:
+    """The end of the way, if change, slip and drift fall in proportion to the size of the change."""
+    share = now.size / (before.size - now.size)
+    pairs = (now.change, before.change), (now.slip, before.slip), (now.drift, before.drift)
+    return End(*(after + share * (after - start) for after, start in pairs))

@@ -78,12 +78,16 @@ class Measure:
         return np.asarray(self.root @ changes if changes.ndim == 1 else changes @ self.root.T)
 
     def at_most(self, change: FloatArray) -> float:
-        """An upper bound of ‖|R| |d|‖, without the product."""
+        """An upper bound of ``terms``, without the product."""
         return 2.0 * self.largest * float(np.linalg.norm(change))
+
+    def terms(self, change: FloatArray) -> float:
+        """‖|R| |d|‖, to which the round-off of a size is relative."""
+        return float(np.linalg.norm(np.abs(self.root) @ np.abs(change)))
 
     def is_rigid(self, change: FloatArray) -> bool:
         """Whether what a change of one slip does to the reactions is undone by what others do."""
-        return self.size(change) <= THREE_DIGITS * float(np.linalg.norm(np.abs(self.root) @ np.abs(change)))
+        return self.size(change) <= THREE_DIGITS * self.terms(change)
 
     def misses(self, change: FloatArray, foreseen: FloatArray, size: float) -> float:
         """The deviation of a change from another one of this size, relative to it; rigid slips included."""

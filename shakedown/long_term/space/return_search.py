@@ -287,7 +287,7 @@ class ReturnSearch:
         small = FOR_EVER * np.linalg.norm(self._slip(1, most) * self.measure.slips)
         round_off, least = STATE_ROUND_OFF * self.measure.at_most(u[0]), changes.min()
         if least <= small + round_off:  # a product with the whole stiffness, mostly not needed
-            round_off = STATE_ROUND_OFF * float(np.linalg.norm(np.abs(u[0]) @ np.abs(self.measure.root.T)))
+            round_off = STATE_ROUND_OFF * self.measure.terms(u[0])
         if least > small + round_off:
             self.repeated = [0] * self.rules.longest_period
             return self._verdict_of_approach()

@@ -22,9 +22,7 @@ from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.condensation.loose_motion import Places, loose_motion
 
 _COLUMNS = 64  # right-hand sides solved at a time, which limits the dense workspace to 64 vectors
-_WORTH_THREADS = (
-    1e12  # multiplications, a minute of one core; in fewer the threads mostly wait for each other
-)
+_WORTH_THREADS = 1e12  # multiplications, a minute of one core; in fewer, threads wait for each other
 _KEPT = 32  # load cases whose displacements are kept, so that many do not fill the memory
 # Rows of a solid interior from which on it is cut up by where its nodes are: SuperLU, which does not know
 # that, has larger factors there, and a right side for every contact displacement.

@@ -116,14 +116,14 @@ def choose_rates(run: SpaceRun) -> bool:
 @inner
 def rises_from_nothing(run: SpaceRun, apexes: int) -> bool:
     """Whether no contact transmits anything or is open, a load begins to, and there are many nodes."""
-    joint, mo, rates, rising = run.joint, run.motion, run.rates, 0.0
-    if apexes < joint.n or joint.n <= ENUMERABLE or mo.time > 0.0:
+    n, mo, rates, is_open, rises = run.joint.n, run.motion, run.rates, False, False
+    if apexes < n or n <= ENUMERABLE or mo.time > 0.0:
         return False
-    for k in range(3 * joint.n):
-        if mo.u[k] != 0.0 and k >= 2 * joint.n:
-            return False
-        rising = max(rising, abs(rates.welded[k]))
-    return rising > 0.0
+    for i in range(n):
+        is_open = is_open or mo.u[2 * n + i] != 0.0
+    for k in range(3 * n):
+        rises = rises or rates.welded[k] != 0.0
+    return rises and not is_open
 
 
 @inner

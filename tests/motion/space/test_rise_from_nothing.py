@@ -13,9 +13,7 @@ from tests.joints_in_space import random_joint
 def rising(rng, n):
     """A joint whose load rises from nothing; pressure pulls some of its nodes apart."""
     problem = random_joint(rng, n)
-    transient = np.stack(
-        [np.zeros(n), problem.p_w[0] - 1.2 * problem.p_w.min() * rng.integers(0, 2, n) * 3.0]
-    )
+    transient = np.stack([np.zeros(n), problem.p_w[0] - 3.6 * problem.p_w.min() * rng.integers(0, 2, n)])
     return replace(problem, q_transient=np.stack([np.zeros(2 * n), problem.q_w[0]]), p_transient=transient)
 
 
