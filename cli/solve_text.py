@@ -20,7 +20,7 @@ from shakedown.report.assessment_words import (
 )
 from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.friction_words import friction_in_words
-from shakedown.report.hint_words import doubts_in_words, hints_in_words
+from shakedown.report.hint_words import doubts_in_words, relative_in_words
 from shakedown.report.limit_words import (
     coupling_in_words,
     curve_in_words,
@@ -97,7 +97,7 @@ def solve_text(found: shakedown.Assessment, file: str, *, details: bool, follow:
 def details_text(found: shakedown.Assessment, curve: shakedown.GuaranteeCurve | Missing | None) -> str:
     """What is certain, every limit with its evidence, what they mean, and a table of the nodes."""
     limits, problem = found.details, found.problem
-    certain = [*certain_in_words(limits), *hints_in_words(problem, limits.open_nodes)]
+    certain = [*certain_in_words(limits), *filter(None, [relative_in_words(problem, limits.open_nodes)])]
     if problem.initial_slip is not None and not limits.energy.initial_slip.any():
         certain.append("The file has initial slips: --initial given proves from the first of them.")
     said = bounds_in_words(limits)

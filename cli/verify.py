@@ -14,7 +14,7 @@ from shakedown.joint.units import units_of
 from shakedown.report.assessment_words import certain_in_words
 from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.friction_words import friction_in_words
-from shakedown.report.hint_words import doubts_in_words, hints_in_words
+from shakedown.report.hint_words import doubts_in_words, relative_in_words
 from shakedown.report.json_documents import verification_document
 from shakedown.report.limit_words import transient_beside_in_words
 from shakedown.report.mesh_words import averaged_in_words, mesh_warning_in_words
@@ -216,7 +216,8 @@ def _details(problem: Problem, result: shakedown.Verification) -> list[str]:
     limits, length = result.limits, units_of(problem).length
     lines = ["", paragraph(as_given_in_words(result.as_given, length, problem, limits.universal))]
     lines += [paragraph(sentence) for sentence in certain_in_words(limits)]
-    lines += [paragraph(hint) for hint in hints_in_words(problem, limits.open_nodes)]
+    if relative := relative_in_words(problem, limits.open_nodes):
+        lines += [paragraph(relative)]
     lines += [paragraph(f"Note: {note}.") for note in result.notes]
     lines += [paragraph(sentence) for sentence in bounds_in_words(limits)]
     lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits.friction)]

@@ -10,6 +10,12 @@ LARGEST_USUAL_FRICTION = 2.0
 UNALIKE = 100.0  # ratio of stiffnesses of one body beyond which they are probably in different units
 
 
+def is_pulled_everywhere(problem: Problem) -> bool:
+    """Whether the mean load pulls the bodies apart at every node, as with a wrong sign of p_w."""
+    mean = problem.p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean
+    return bool((mean < 0).all())
+
+
 def doubtful_data(problem: Problem) -> list[str]:
     """What is unusual in the data of a joint, each in one sentence.
 
@@ -20,8 +26,7 @@ def doubtful_data(problem: Problem) -> list[str]:
     []
     """
     hints = list[str]()
-    p_mean = problem.p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean
-    if np.all(p_mean < 0):
+    if is_pulled_everywhere(problem):
         hints.append(
             "The mean pressure is negative at every node: compression is positive in p_w. Is its sign right?"
         )

@@ -20,7 +20,7 @@ from shakedown.report.assessment_words import (
 from shakedown.report.hint_words import LOAD_DOMAIN
 from shakedown.report.next_words import margin_in_words, starting_in_words
 from shakedown.report.node_words import node_in_words, open_in_words
-from shakedown.report.run_words import SEPARATED, sliding_in_words
+from shakedown.report.run_words import separated_in_words, sliding_in_words
 
 if TYPE_CHECKING:
     from shakedown.assessment.verify import Verification
@@ -49,7 +49,7 @@ def answer_in_words(v: Verification) -> str:
     (λ = 0.7315934); bolt preload 12 kN, unchanged.
     """
     if v.as_given.simulation.separated:
-        return SEPARATED
+        return separated_in_words(v.problem)
     loads = varying_loads_in_words(v.problem)
     if not loads:  # then the margin says the same number
         proved = "" if margin_of_answer(v) else _proved(v)

@@ -40,15 +40,3 @@ def doubts_in_words(problem: Problem) -> list[str]:
 def relative_in_words(problem: Problem, open_nodes: tuple[int, ...] = ()) -> str:
     """What slips are relative to; empty where the joint is held, or where the sentences on a zone say it."""
     return "" if open_nodes else pinned_in_words(rigid_slips(problem).pinned, problem)
-
-
-def hints_in_words(problem: Problem, open_nodes: tuple[int, ...] = ()) -> list[str]:
-    """What a user should know about the data: what slips are relative to, likely mistakes.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> hints_in_words(shakedown.example("two-node"))
-    []
-    """
-    return [*filter(None, [relative_in_words(problem, open_nodes)]), *doubtful_data(problem)]

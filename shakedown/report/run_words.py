@@ -10,6 +10,7 @@ import numpy as np
 from shakedown.assessment.three_numbers import BOX, SLIP
 from shakedown.ground.shown_values import FEW_DIGITS, count, down, up
 from shakedown.ground.status import Outcome
+from shakedown.joint.doubtful_data import is_pulled_everywhere
 from shakedown.joint.units import units_of
 from shakedown.report.assessment_words import admissible_in_words, proved_up_to, start_in_words
 from shakedown.report.node_words import open_in_words, slipping_nodes
@@ -21,11 +22,17 @@ if TYPE_CHECKING:
     from shakedown.long_term.energy_proof import EnergyProof
     from shakedown.long_term.simulation import Simulation
 
-SEPARATED = "All nodes are open: the bodies separate. Is the sign of p_w right?"
+APART = "All nodes are open: the bodies separate."
+SEPARATED = f"{APART} Is the sign of p_w right?"
 SEPARATION = (
     "Separation: within the period nodes open and close, and none slips while it is closed, except "
     "perhaps in a jump."
 )
+
+
+def separated_in_words(problem: Problem | None) -> str:
+    """That the bodies separate; asks for the sign of the load unless :func:`doubtful_data` does."""
+    return APART if problem is not None and is_pulled_everywhere(problem) else SEPARATED
 
 
 def as_given_in_words(
@@ -51,7 +58,7 @@ def as_given_in_words(
     start = start_in_words(run.initial != "zero")
     here = f"At the nominal load (λ = 1){order}, starting {start}, the joint"
     if state.separated:
-        return SEPARATED
+        return separated_in_words(problem)
     slipping = open_in_words(slipping_nodes(state.slip_per_cycle), problem)
     if state.outcome == Outcome.SHAKEDOWN:
         kept = f" with {open_in_words(state.open_nodes, problem)} open" if len(state.open_nodes) else ""
