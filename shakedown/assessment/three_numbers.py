@@ -74,6 +74,9 @@ def from_state(
 def admitted_up_to(problem: Problem, slip: FloatArray, tolerances: Tolerances = DEFAULT) -> float:
     """The load factor up to which the first load step admits a slip with all nodes closed; 0 where none.
 
+    The slip stays as it is, also at nodes without friction: λ_U is about states that are admissible so.
+    :func:`~shakedown.bounds.onset.first_slip` is about a motion, in which those nodes follow the load.
+
     Examples
     --------
     >>> import shakedown
