@@ -154,12 +154,12 @@ def test_what_is_proved_holds_in_rational_arithmetic(seed):
     """The slip next to the low end is safe exactly; above the high end the program of Clarabel has none."""
     from shakedown.bounds.discs import enclosure, safe_proof
     from shakedown.bounds.discs.disc_rows import disc_rows
-    from shakedown.bounds.discs.scaled_discs import basis_of, scaled_discs
+    from shakedown.bounds.discs.scaled_discs import scaled_discs
     from shakedown.bounds.discs.scaled_solution import solve_scaled
 
     problem = random_joint(np.random.default_rng(seed), 3)
     rows = disc_rows(problem)
-    best = solve_scaled(scaled_discs(rows, basis_of(rows), -1.0))
+    best = solve_scaled(scaled_discs(rows, -1.0))
     proof, (slips, _) = safe_proof.proof_of(problem, rows), enclosure.inner_points(best)
     low, slip = safe_proof.proved_low(proof, best.x, best.load_factor, slips)
     assert low == pytest.approx(best.load_factor, rel=1e-10)
@@ -174,7 +174,7 @@ def test_the_high_end_is_that_of_multipliers_that_balance_exactly(seed):
 
     from shakedown.bounds.discs import enclosure, safe_proof
     from shakedown.bounds.discs.disc_rows import disc_rows
-    from shakedown.bounds.discs.scaled_discs import basis_of, scaled_discs
+    from shakedown.bounds.discs.scaled_discs import scaled_discs
     from shakedown.bounds.discs.scaled_solution import solve_scaled
 
     def exact(values):
@@ -182,7 +182,7 @@ def test_the_high_end_is_that_of_multipliers_that_balance_exactly(seed):
 
     problem = random_joint(np.random.default_rng(40 + seed), 2)
     rows, k = disc_rows(problem), 2 * problem.n
-    best = solve_scaled(scaled_discs(rows, basis_of(rows), -1.0))
+    best = solve_scaled(scaled_discs(rows, -1.0))
     repair = enclosure.Repair(safe_proof.proof_of(problem, rows))
     balance = enclosure.fitting(repair, best.y, enclosure.inner_points(best)[1])
     totals = [[sum(exact(balance.y[rows.node == i, c]), fmpq(0)) for c in range(3)] for i in range(problem.n)]

@@ -1,6 +1,7 @@
 """λ_max and safe slips with two tangential directions: a cone program over the discs of all nodes.
 
-Reading order: ``disc_rows`` (the limits, node by node), ``scaled_discs`` (the program in numbers near 1),
+Reading order: ``slip_basis`` (orthonormal columns for slips), ``disc_rows`` (the limits, node by node),
+``scaled_discs`` (the program in numbers near 1),
 ``scaled_solution`` (it solved: interior points, Newton's method on the active discs; what is proved of it),
 ``frictionless`` (nodes without a limit), ``safest_slip`` (the slip with most slack, the mean load),
 ``safe_proof`` (what proofs are computed with; safe slips, proved), ``enclosure`` (two load factors with

@@ -21,7 +21,7 @@ from shakedown.bounds.discs.enclosure import (
 from shakedown.bounds.discs.frictionless import Frictionless, without_frictionless
 from shakedown.bounds.discs.safe_proof import proved_unbounded
 from shakedown.bounds.discs.safest_slip import safest
-from shakedown.bounds.discs.scaled_discs import Basis, Carrying, UnscaledSolution, basis_of, scaled_discs
+from shakedown.bounds.discs.scaled_discs import Carrying, UnscaledSolution, scaled_discs
 from shakedown.bounds.discs.scaled_solution import solve_scaled
 from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.ground.float_array import FloatArray
@@ -141,17 +141,17 @@ def relieving(rows: DiscRows) -> bool:
 
 
 def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> DiscLimit:
-    basis, direction = basis_of(rows), np.zeros(rows.stiffness.shape[-1])
+    direction = np.zeros(rows.stiffness.shape[-1])
     if not relieving(rows):
         # re-computed later
-        best = solve_scaled(scaled_discs(rows, basis, -1.0), tolerances.stored_digits)
+        best = solve_scaled(scaled_discs(rows, -1.0), tolerances.stored_digits)
         if best.status == Status.INFEASIBLE:
             return _infeasible(rows, best)
         if best.optimal:
-            least, missing = _least(rows, basis, balanced, tolerances)
+            least, missing = _least(rows, balanced, tolerances)
             return replace(_optimal(rows, best), least_load_factor=least, missing=missing)
         direction = best.x
-    start = solve_scaled(scaled_discs(rows, basis, +1.0))
+    start = solve_scaled(scaled_discs(rows, +1.0))
     if not start.optimal:
         return _infeasible(rows, start)
     return _unbounded(rows, direction, start, tolerances)
@@ -167,14 +167,12 @@ def _optimal(rows: DiscRows, best: UnscaledSolution) -> DiscLimit:
     )  # fmt: skip
 
 
-def _least(
-    rows: DiscRows, basis: Basis, balanced: bool, tolerances: Tolerances
-) -> tuple[float, tuple[str, ...]]:
+def _least(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> tuple[float, tuple[str, ...]]:
     """λ_lo; NaN where its program fails, and that it did."""
     still = np.hypot(rows.c[:, 1], rows.c[:, 2]) <= rows.c[:, 0]
     if balanced or (np.all(still) and np.all(rows.half_spaces.g >= 0)):
         return 0.0, ()
-    found = sought(solve_scaled, scaled_discs(rows, basis, +1.0))
+    found = sought(solve_scaled, scaled_discs(rows, +1.0))
     if isinstance(found, Missing):
         return nan, (f"λ_lo: {found.reason}",)
     return _least_of(rows, found, tolerances), ()
@@ -240,7 +238,7 @@ def _without(taken: Frictionless, balanced: bool, tolerances: Tolerances) -> Dis
     fixed = replace(rest, c=rest.c + at * rest.e, e=none, half_spaces=gaps)
     safe = safest(fixed, 0.0)
     if not fixed.relative_excess(safe.x, 0.0) <= tolerances.feasibility:  # nor is NaN, no slip at all, safe
-        return _infeasible(fixed, solve_scaled(scaled_discs(fixed, basis_of(fixed), +1.0)))
+        return _infeasible(fixed, solve_scaled(scaled_discs(fixed, +1.0)))
     return DiscLimit(
         Status.OPTIMAL,
         at,

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from shakedown.bounds.discs.slip_basis import Basis, slip_basis
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.constraints import Constraints, Side, pressure_stiffness, stacked
 from shakedown.joint.contact_zone import Zone
@@ -43,8 +44,6 @@ class DiscRows:
         The number of each of the n nodes in the whole joint.
     solved
         λ_max of these limits, once it is known, by how it was asked for.
-    shared
-        What is known of their slips whatever the loads are: the basis.
     """
 
     stiffness: FloatArray
@@ -55,7 +54,11 @@ class DiscRows:
     half_spaces: Constraints
     names: Indices
     solved: dict[object, Any] = field(default_factory=dict, init=False, repr=False)
-    shared: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
+
+    @cached_property
+    def basis(self) -> Basis:
+        """Orthonormal columns for the slips in these limits."""
+        return slip_basis(self.stiffness, self.half_spaces.coefficients)
 
     @cached_property
     def sums(self) -> sparse.csr_matrix:
@@ -71,13 +74,13 @@ class DiscRows:
         limited[self.node[(self.c[:, 0] != 0) | (self.e[:, 0] != 0)]] = True
         return np.asarray(~limited[self.node])
 
-    def under(
-        self, c: FloatArray, e: FloatArray, node: Indices | None = None, step: Indices | None = None
-    ) -> "DiscRows":
-        """The same limits under other loads, or some of them: the basis of their slips is the same."""
-        node, step = self.node if node is None else node, self.step if step is None else step
-        found = replace(self, node=node, step=step, c=c, e=e)
-        object.__setattr__(found, "shared", self.shared)
+    def under(self, **loads: Any) -> "DiscRows":
+        """The same limits with other loads; the basis is worked out once for both.
+
+        ``loads`` are c, e, node, step, and half-spaces with the same coefficients.
+        """
+        found = replace(self, **loads)
+        vars(found)["basis"] = self.basis  # where a cached property keeps its value
         return found
 
     @property

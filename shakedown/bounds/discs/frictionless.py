@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.discs.disc_rows import DiscRows
-from shakedown.bounds.discs.scaled_discs import basis_of
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -105,7 +104,7 @@ def without_frictionless(rows: DiscRows, tolerances: Tolerances = DEFAULT) -> Fr
     smooth = rows.smooth
     if not smooth.any():
         return None
-    basis = basis_of(rows)
+    basis = rows.basis
     E = _equations(rows, smooth)
     right = -rows.c[smooth, 1:].ravel()
     sizes = np.repeat(basis.sizes[: len(rows.stiffness)][rows.node[smooth]], 2)

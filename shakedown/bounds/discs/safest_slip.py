@@ -6,7 +6,7 @@ import numpy as np
 
 from shakedown.bounds.discs.disc_rows import DiscRows, disc_rows
 from shakedown.bounds.discs.frictionless import without_frictionless
-from shakedown.bounds.discs.scaled_discs import Carrying, basis_of, scaled_discs
+from shakedown.bounds.discs.scaled_discs import Carrying, scaled_discs
 from shakedown.bounds.discs.scaled_solution import solve_scaled
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
@@ -60,8 +60,8 @@ def safest(rows: DiscRows, load_factor: float) -> Safest:
     down = np.zeros_like(c)
     down[:, 0] = -slopes[rows.node]
     held = replace(H, g=g + cap * other_slopes, d=other_slopes)
-    moved = replace(rows, c=c - cap * down, e=down, half_spaces=held)
-    end = solve_scaled(scaled_discs(moved, basis_of(rows), -1.0, 2.0 * cap))
+    moved = rows.under(c=c - cap * down, e=down, half_spaces=held)
+    end = solve_scaled(scaled_discs(moved, -1.0, 2.0 * cap))
     margin = end.load_factor - cap if end.optimal else -np.inf
     return Safest(end.x, margin, cap, end.carrying, end.accuracy > NEGLIGIBLE)
 

@@ -1,11 +1,9 @@
 """The program of the largest or smallest last unknown over the discs of all nodes, in numbers near 1."""
 
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import qr, solve_triangular
 
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.ground.float_array import FloatArray
@@ -13,47 +11,9 @@ from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.self_dual import SelfDualSolution
-from shakedown.programs.shared_blocks import SharedBlocks
 from shakedown.programs.small_cones import TRIPLE
 
 Carrying = tuple[NDArray[np.intp], NDArray[np.intp]]  # discs and half-spaces by number
-
-RANK = 64 * np.finfo(float).eps  # relative size of a diagonal of the triangular factor that counts as zero
-
-
-@dataclass(frozen=True, eq=False)
-class Basis:
-    """Orthonormal columns for the slips of some rows: N v = D Q R v, D a size of every node or half-space.
-
-    Attributes
-    ----------
-    columns
-        The unknowns that the rows know.
-    Q : (3n + o, K)
-        Of the discs' nodes, then of the half-spaces.
-    to_slips : (k, K)
-        R⁻¹, in the columns that are known; the others stay zero.
-    sizes : (n + o,)
-        D [force/length].
-    """
-
-    Q: FloatArray
-    to_slips: FloatArray
-    sizes: FloatArray
-
-    @cached_property
-    def shared(self) -> SharedBlocks:
-        """Q of the discs' nodes, (n, 3, K)."""
-        n = (len(self.Q) - len(self.sizes)) // (TRIPLE - 1)
-        return SharedBlocks(self.Q[: TRIPLE * n].reshape(n, TRIPLE, self.Q.shape[1]))
-
-
-def basis_of(rows: DiscRows) -> Basis:
-    """Orthonormal columns for the slips that rows know, worked out once."""
-    if "basis" not in rows.shared:
-        rows.shared["basis"] = _basis(rows)
-    found: Basis = rows.shared["basis"]
-    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,8 +76,6 @@ class ScaledDiscs:
         Scale of the slacks, in the units of these rows.
     load_unit
         Scale of the last unknown.
-    basis
-        Of the slips.
     """
 
     program: DiscProgram
@@ -125,13 +83,12 @@ class ScaledDiscs:
     weights: FloatArray
     unit: float
     load_unit: float
-    basis: Basis
 
     def slips(self, x: FloatArray) -> FloatArray:
         """Unknowns (k,) [length] from a point (K + 1,) of the program; none where all of it is round-off."""
         if np.abs(x[:-1]).max(initial=0.0) <= ROUND_OFF:
-            return np.zeros(len(self.basis.to_slips))
-        return np.asarray(self.unit * (self.basis.to_slips @ x[:-1]))
+            return np.zeros(len(self.rows.basis.to_slips))
+        return np.asarray(self.unit * (self.rows.basis.to_slips @ x[:-1]))
 
     def multipliers(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Multipliers of the discs and of the half-spaces, from those of the program."""
@@ -142,33 +99,9 @@ class ScaledDiscs:
         return discs * factor[:n][self.program.node][:, None], weights[:gaps] * factor[n:]
 
 
-def _basis(rows: DiscRows) -> Basis:
-    """Orthonormal columns for the slips that rows know, every node in units of its own stiffness."""
-    n, gaps = len(rows.stiffness), rows.half_spaces.coefficients
-    sizes = np.append(np.linalg.norm(rows.stiffness, axis=(1, 2)), np.linalg.norm(gaps, axis=1))
-    inverse = 1.0 / np.where(sizes > 0, sizes, 1.0)
-    each = np.append(np.repeat(inverse[:n], 3), inverse[n:])
-    M = np.vstack([rows.flat, gaps]) * each[:, None]
-    known = np.flatnonzero(M.any(axis=0))
-    to_slips = np.zeros((M.shape[1], 0))
-    if not known.size:
-        return Basis(np.zeros((len(M), 0)), to_slips, sizes)
-    lengths = np.linalg.norm(M[:, known], axis=0)
-    Q, R = qr(M[:, known] / lengths, mode="economic", check_finite=False)
-    diagonal = np.abs(np.diag(R))
-    to_slips = np.zeros((M.shape[1], Q.shape[1]))
-    if len(R) == R.shape[1] and diagonal.min() > RANK * len(M) * diagonal.max():
-        to_slips[known] = solve_triangular(R, np.eye(len(R)), check_finite=False) / lengths[:, None]
-        return Basis(Q, to_slips, sizes)
-    U, values, V = np.linalg.svd(M[:, known] / lengths, full_matrices=False)
-    kept = values > RANK * len(M) * values[0]
-    to_slips = np.zeros((M.shape[1], int(kept.sum())))
-    to_slips[known] = V[kept].T / values[kept] / lengths[:, None]
-    return Basis(np.ascontiguousarray(U[:, kept]), to_slips, sizes)
-
-
-def scaled_discs(rows: DiscRows, basis: Basis, towards: float, cap: float = np.inf) -> ScaledDiscs:
+def scaled_discs(rows: DiscRows, towards: float, cap: float = np.inf) -> ScaledDiscs:
     """The program of the largest (towards −1) or smallest (+1) last unknown ≥ 0, at most ``cap``."""
+    basis = rows.basis
     n, K, Q = len(rows.stiffness), basis.Q.shape[1], basis.shared.blocks
     lengths = np.append(np.linalg.norm(Q, axis=(1, 2)), np.linalg.norm(basis.Q[3 * n :], axis=1))
     loads = np.append(_largest(rows), np.maximum(np.abs(rows.half_spaces.g), np.abs(rows.half_spaces.d)))
@@ -199,7 +132,7 @@ def scaled_discs(rows: DiscRows, basis: Basis, towards: float, cap: float = np.i
         shared=basis.shared,
         scale=np.repeat(-second[:n, None], TRIPLE, axis=1),
     )
-    return ScaledDiscs(program, rows, weights, unit, load_unit, basis)
+    return ScaledDiscs(program, rows, weights, unit, load_unit)
 
 
 def in_units(scaled: ScaledDiscs, end: SelfDualSolution) -> UnscaledSolution:

@@ -1,0 +1,66 @@
+"""Well-conditioned unknowns for slips: orthonormal columns, whatever the loads are."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import qr, solve_triangular
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.programs.shared_blocks import SharedBlocks
+from shakedown.programs.small_cones import TRIPLE
+
+RANK = 64 * np.finfo(float).eps  # relative size of a diagonal of the triangular factor that counts as zero
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """N = D Q R with orthonormal Q: changes of limits with slips, D a size of every node or half-space.
+
+    Attributes
+    ----------
+    Q : (3n + o, K)
+        Of the discs' nodes, then of the half-spaces.
+    to_slips : (k, K)
+        R⁻¹, in the slips that some limit depends on; those of the others are zero.
+    sizes : (n + o,)
+        D [force/length].
+    """
+
+    Q: FloatArray
+    to_slips: FloatArray
+    sizes: FloatArray
+
+    @cached_property
+    def shared(self) -> SharedBlocks:
+        """Q of the discs' nodes, (n, 3, K)."""
+        n = (len(self.Q) - len(self.sizes)) // (TRIPLE - 1)
+        return SharedBlocks(self.Q[: TRIPLE * n].reshape(n, TRIPLE, self.Q.shape[1]))
+
+
+def slip_basis(stiffness: FloatArray, gaps: FloatArray) -> Basis:
+    """The basis of the slips in limits of nodes (n, 3, k) and in half-spaces (o, k) [force/length].
+
+    Every node is in units of its own stiffness.
+    """
+    n = len(stiffness)
+    sizes = np.append(np.linalg.norm(stiffness, axis=(1, 2)), np.linalg.norm(gaps, axis=1))
+    inverse = 1.0 / np.where(sizes > 0, sizes, 1.0)
+    each = np.append(np.repeat(inverse[:n], TRIPLE), inverse[n:])
+    M = np.vstack([stiffness.reshape(TRIPLE * n, stiffness.shape[-1]), gaps]) * each[:, None]
+    known = np.flatnonzero(M.any(axis=0))
+    to_slips = np.zeros((M.shape[1], 0))
+    if not known.size:
+        return Basis(np.zeros((len(M), 0)), to_slips, sizes)
+    lengths = np.linalg.norm(M[:, known], axis=0)
+    Q, R = qr(M[:, known] / lengths, mode="economic", check_finite=False)
+    diagonal = np.abs(np.diag(R))
+    to_slips = np.zeros((M.shape[1], Q.shape[1]))
+    if len(R) == R.shape[1] and diagonal.min() > RANK * len(M) * diagonal.max():
+        to_slips[known] = solve_triangular(R, np.eye(len(R)), check_finite=False) / lengths[:, None]
+        return Basis(Q, to_slips, sizes)
+    U, values, V = np.linalg.svd(M[:, known] / lengths, full_matrices=False)
+    kept = values > RANK * len(M) * values[0]
+    to_slips = np.zeros((M.shape[1], int(kept.sum())))
+    to_slips[known] = V[kept].T / values[kept] / lengths[:, None]
+    return Basis(np.ascontiguousarray(U[:, kept]), to_slips, sizes)
