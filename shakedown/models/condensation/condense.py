@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +36,20 @@ from shakedown.models.condensation.stiffness_checks import (
     check_condensed,
     checked_matrix,
 )
+
+
+class WeldedCase(NamedTuple):
+    """A load case at factor 1 with all nodes welded: reactions (q_w, p_w), ((d + 1) n,) [force].
+
+    And the load on the model, None where that is not known, as it was run elsewhere.
+    """
+
+    reactions: FloatArray
+    load: WeldedLoad | None
+
+    def conjugate(self, other: "WeldedCase") -> float:
+        """The displacement conjugate to this load under another one; NaN where a load was run elsewhere."""
+        return float("nan") if self.load is None or other.load is None else self.load.conjugate(other.load)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -108,10 +122,10 @@ class Condensation(Result):
             If an array of the case does not fit the model, or a displacement is
             prescribed at a row that is not held.
         """
-        return self._welded(case)[0]
+        return self.welded(case).reactions
 
-    def _welded(self, case: LoadCase) -> tuple[FloatArray, WeldedLoad | None]:
-        """The same, and the load on the model; None where that is not known, as it was run elsewhere."""
+    def welded(self, case: LoadCase) -> WeldedCase:
+        """The same with the load on the model: worth keeping, as the interior is solved for it."""
         total, expected = self.layout.zeros(), (self.n, self.layout.d + 1)
         for key in ("reactions", "opened"):
             given = getattr(case, key)
@@ -122,33 +136,17 @@ class Condensation(Result):
         if case.opened is not None:  # reactions that close the contact again: 0 = κ u + r_w
             total -= self.stiffness @ self._opened(case.opened)
         if case.force is None and case.displacement is None:
-            return total, None
+            return WeldedCase(total, None)
         welded = self._model.welded(case)
         elsewhere = case.reactions is not None or case.opened is not None
-        return total + welded.reactions, None if elsewhere else welded
+        return WeldedCase(total + welded.reactions, None if elsewhere else welded)
 
     def conjugate(self, one: LoadCase, other: LoadCase) -> float:
         """The displacement conjugate to a load under another one, the contact welded: way of its forces.
 
         Of a prescribed displacement it is minus the force that holds it; NaN where a load was run elsewhere.
         """
-        first, second = self._welded(one)[1], self._welded(other)[1]
-        return float("nan") if first is None or second is None else first.conjugate(second)
-
-    def _unit_loads(self, loads: Sequence[LoadCase]) -> tuple[FloatArray, dict[str, Any]]:
-        """Welded reactions of a unit of each load, (L, (d + 1) n); compliance and frequency as fields.
-
-        There is no compliance where a load was run elsewhere.
-        """
-        reactions, welded = zip(*map(self._welded, loads), strict=True)
-        known = [load for load in welded if load is not None]
-        fields: dict[str, Any] = {}
-        if len(known) == len(loads):
-            S = np.array([[one.conjugate(other) for other in known] for one in known])
-            fields["load_compliance"] = 0.5 * (S + S.T)
-        if any(case.frequency is not None for case in loads):
-            fields["load_frequency"] = [np.nan if c.frequency is None else c.frequency for c in loads]
-        return np.array(reactions), fields
+        return self.welded(one).conjugate(self.welded(other))
 
     def motions(self, open_nodes: Sequence[int] = (), *, released: bool = False) -> sparse.csr_array:
         """The displacements (N, k) that are left to the model with its contact stuck and some nodes open.
@@ -208,15 +206,18 @@ class Condensation(Result):
         gap: ArrayLike | Callable[[FloatArray], ArrayLike] = 0.0,
         name: str = "",
         units: str = "",
+        welded: Sequence[WeldedCase] | None = None,
     ) -> Problem:
         """The problem with these loads and friction coefficients, () or (n,), and an initial gap.
 
         The gap [length] is a number, one per node or pair, or a function of the
         positions ``x``; negative is interference. Where a load has a range, the load steps
-        are the corners of a load domain (``load_path``).
+        are the corners of a load domain (``load_path``). Whoever has the ``welded`` loads already hands them
+        over.
         """
         factors = histories(loads)
-        unit, found = self._unit_loads(loads)
+        welded = [self.welded(case) for case in loads] if welded is None else welded
+        unit = np.array([each.reactions for each in welded])
         q_w, p_w = self.layout.split(factors.period @ unit)
         (q_mean, p_mean), (q_transient, p_transient) = (
             (None, None) if factor is None else self.layout.split(factor @ unit)
@@ -239,7 +240,8 @@ class Condensation(Result):
             units=units,
             load_reactions=unit,
             load_history=factors.period,
-            **found,
+            load_compliance=_compliance(welded),
+            load_frequency=_frequencies(loads),
             load_path=DOMAIN if any(case.range is not None for case in loads) else LOOP,
             **self._directions(),
             **stated_loads(loads, factors),
@@ -262,6 +264,21 @@ class Condensation(Result):
         if self.layout.d == 1:
             return {}
         return {"normal": self.frame.normals, "tangents": self.frame.tangents}
+
+
+def _compliance(welded: Sequence[WeldedCase]) -> FloatArray | None:
+    """The displacement conjugate to each load under a unit of each, (L, L); None unless all are known."""
+    if any(each.load is None for each in welded):
+        return None
+    S = np.array([[one.conjugate(other) for other in welded] for one in welded])
+    return np.asarray(0.5 * (S + S.T))
+
+
+def _frequencies(loads: Sequence[LoadCase]) -> list[float] | None:
+    """The circular frequencies of inertia forces, NaN of other loads; None where there are none."""
+    if all(case.frequency is None for case in loads):
+        return None
+    return [np.nan if case.frequency is None else case.frequency for case in loads]
 
 
 @checked

@@ -1,8 +1,7 @@
 """The interior of an elastic model: one sparse factorization, many right-hand sides."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from hashlib import sha256
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +22,6 @@ from shakedown.models.condensation.loose_motion import Places, loose_motion
 
 _COLUMNS = 64  # right-hand sides solved at a time, which limits the dense workspace to 64 vectors
 _WORTH_THREADS = 1e12  # multiplications, a minute of one core; in fewer, threads wait for each other
-_KEPT = 32  # load cases whose displacements are kept, so that many do not fill the memory
 # Rows of a solid interior from which on it is cut up by where its nodes are: SuperLU, which does not know
 # that, has larger factors there, and a right side for every contact displacement.
 _LARGE = 4000
@@ -66,7 +64,6 @@ class Interior:
     free: NDArray[np.intp]
     held: NDArray[np.intp]
     lu: SuperLU | FrontFactors | None
-    _known: dict[bytes, WeldedLoad] = field(default_factory=dict, repr=False)
 
     def schur(self) -> tuple[FloatArray, float]:
         """κ, not yet made symmetric, and the largest relative force that is left on the interior.
@@ -121,15 +118,6 @@ class Interior:
             raise ProblemError(
                 f"{case.name}: displacement: expected it only at held rows, found free row {moved[0]}"
             )
-        acting = sha256(force.tobytes() + displacement.tobytes()).digest()
-        known = self._known.pop(acting, None) or self._loaded(force, displacement)
-        self._known[acting] = known  # the last one; each piece of evidence asks for it again
-        if len(self._known) > _KEPT:
-            del self._known[next(iter(self._known))]
-        return known
-
-    def _loaded(self, force: FloatArray, displacement: FloatArray) -> "WeldedLoad":
-        """The same for nodal forces and displacements of held rows."""
         u = self.T_h @ displacement[self.held]
         if self.lu is not None:
             u = u + self.T_i @ self.lu.solve(self.T_i.T @ (force - self.K @ u))

@@ -11,7 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.shown_values import few
 from shakedown.ground.size_limits import LARGEST_LABEL
-from shakedown.models.condensation.condense import Condensation
+from shakedown.models.condensation.condense import WeldedCase
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.importing.bodies import ModelBody
 from shakedown.models.importing.load_section import LoadSection
@@ -52,14 +52,17 @@ class BoltSection:
     along: FloatArray | None
     guessed: bool
 
-    def pull(self, reduced: Condensation, case: LoadCase) -> float:
-        """By how much a load at factor 1 raises the force in the bolt while the contact is welded [force]."""
-        way = reduced.conjugate(self.unit, case)
+    def pull(self, own: WeldedCase, other: WeldedCase) -> float:
+        """By how much a load at factor 1 raises the force in the bolt while the contact is welded [force].
+
+        ``own`` is what ``unit`` does.
+        """
+        way = own.conjugate(other)
         return -way if self.rows.size else -self.stiffness * way
 
-    def load(self, reduced: Condensation, force_unit: str) -> LoadSection:
+    def load(self, own: WeldedCase, force_unit: str) -> LoadSection:
         """The preload as a load: as much as leaves it in the bolt once the contact has given way."""
-        left = self.pull(reduced, self.unit) + (0.0 if self.rows.size else 1.0)
+        left = self.pull(own, own) + (0.0 if self.rows.size else 1.0)
         factor, unit = self.preload / left, self.unit
         force = None if unit.force is None else factor * unit.force
         displacement = None if unit.displacement is None else factor * unit.displacement
@@ -114,26 +117,30 @@ def check_bolts(tables: Sequence[TomlTable], others: Sequence[TomlTable], model:
         )
 
 
-def with_pulls(
-    force: FloatArray, case: LoadCase, bolts: Sequence[BoltSection], reduced: Condensation
-) -> FloatArray:
-    """Nodal forces of a load, and what the shanks of bolts add to them while the contact is welded, (N,)."""
-    for bolt in bolts:
+def with_pulls(force: FloatArray, pulls: FloatArray, bolts: Sequence[BoltSection]) -> FloatArray:
+    """Nodal forces of a load, and what the shanks of bolts add to them while the contact is welded, (N,).
+
+    ``pulls`` is what it adds to the force in each bolt.
+    """
+    for pull, bolt in zip(pulls, bolts, strict=True):
         if bolt.stiffness and bolt.unit.force is not None:
-            force = force + bolt.pull(reduced, case) * bolt.unit.force
+            force = force + pull * bolt.unit.force
     return force
 
 
 def bolt_notes(
-    bolts: Sequence[BoltSection], cases: Sequence[LoadCase], names: Sequence[str], reduced: Condensation
+    bolts: Sequence[BoltSection], names: Sequence[str], welded: Sequence[WeldedCase], pulls: FloatArray
 ) -> tuple[str, ...]:
-    """What every load adds to the force in every bolt, whose own loads are the last ones."""
+    """What every load adds to the force in every bolt, whose own loads are the last ones.
+
+    ``pulls`` has a row for every bolt, a column for every load.
+    """
     found = []
-    for own, bolt in enumerate(bolts, len(cases) - len(bolts)):
+    for own, (bolt, added_by) in enumerate(zip(bolts, pulls, strict=True), len(names) - len(bolts)):
         added = [
-            f"{quoted(name)} adds {few(_without_round_off(bolt.pull(reduced, case), reduced, case), 3)}"
-            for k, (case, name) in enumerate(zip(cases, names, strict=True))
-            if k != own and case.reactions is None and case.opened is None
+            f"{quoted(name)} adds {few(_without_round_off(pull, load), 3)}"
+            for k, (name, load, pull) in enumerate(zip(names, welded, added_by.tolist(), strict=True))
+            if k != own and load.load is not None
         ]
         found.append(
             f"bolt {quoted(names[own])} carries {few(bolt.preload, 4)}{_way(bolt)} once tightened; while "
@@ -185,9 +192,9 @@ def _way(bolt: BoltSection) -> str:
     return f" along ({', '.join(few(part, 3) for part in np.round(bolt.along, 3) + 0.0)})"
 
 
-def _without_round_off(pull: float, reduced: Condensation, case: LoadCase) -> float:
+def _without_round_off(pull: float, load: WeldedCase) -> float:
     """A force; 0 where it is round-off beside what the contact carries."""
-    return pull if abs(pull) > NEGLIGIBLE * np.abs(reduced.welded_reactions(case)).sum() else 0.0
+    return pull if abs(pull) > NEGLIGIBLE * np.abs(load.reactions).sum() else 0.0
 
 
 def _row(section: int, where: str, context: ImportContext) -> NDArray[np.intp]:

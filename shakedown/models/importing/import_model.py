@@ -40,7 +40,13 @@ from shakedown.models.importing.contact_faces import faces_between
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.joined_contact import friction_of
 from shakedown.models.importing.load_doubts import load_doubts, pulled_open, sampling_doubts
-from shakedown.models.importing.load_evidence import LoadEvidence, Resultants, few_digits
+from shakedown.models.importing.load_evidence import (
+    ActingLoads,
+    LoadEvidence,
+    Resultants,
+    acting_loads,
+    few_digits,
+)
 from shakedown.models.importing.load_section import (
     LoadSection,
     absent_before,
@@ -361,10 +367,10 @@ def import_model(
     loads = [load_section(table, context) for table in asked.loads]
     bolts = [bolt_section(table, context) for table in asked.bolts]
     reduced = _reduced(asked, context, loads, bolts, doubts, announce) if kept is None else _Reduced.of(kept)
-    loads += [bolt.load(reduced.condensation, units_in(asked.units).force) for bolt in bolts]
-    cases = [load.case for load in loads]
+    acting = acting_loads(loads, bolts, reduced.condensation, units_in(asked.units).force)
+    cases = acting.cases
     bare = reduced.condensation.problem(
-        cases, f, x=contact.x, gap=contact.gap, name=asked.name, units=asked.units
+        cases, f, x=contact.x, gap=contact.gap, name=asked.name, units=asked.units, welded=acting.welded
     )
     sources = {**({} if kept is None else kept.sources), **files.sources}
     sources = {Path(config_path).name: sha256(config_path), **sources}
@@ -373,8 +379,8 @@ def import_model(
     warnings = (
         *reduced.evidence.warnings,
         *without,
-        *sampling_doubts(names, [load.doubts for load in loads]),
-        *load_doubts(cases, names, reduced.condensation, reduced.evidence.held),
+        *sampling_doubts(names, [load.doubts for load in acting.loads]),
+        *load_doubts(cases, names, acting.reactions, reduced.condensation.stiffness, reduced.evidence.held),
         *bolt_doubts(
             bolts,
             names[len(asked.loads) :],
@@ -393,7 +399,7 @@ def import_model(
         source=source_text(config_path, sources, _with_changes(command, changes), warnings),
     )
     resultants = Resultants(
-        context.stiffness.dofs, contact, reduced.condensation, reduced.evidence, mesh, bolts
+        context.stiffness.dofs, contact, reduced.condensation.frame, reduced.evidence, mesh, bolts
     )
     return Import(
         problem=problem,
@@ -401,12 +407,12 @@ def import_model(
         contact=contact,
         mesh=mesh,
         **reduced._asdict(),
-        loads=tuple(map(resultants.of, cases, names)),
+        loads=tuple(map(resultants.of, cases, names, acting.reactions, acting.pulls.T)),
         sources=sources,
         warnings=warnings,
         notes=(
-            *_notes(reduced, context, loads, names),
-            *bolt_notes(bolts, cases, names, reduced.condensation),
+            *_notes(reduced, context, acting, names),
+            *bolt_notes(bolts, names, acting.welded, acting.pulls),
         ),
         path=os.fspath(config_path),
     )
@@ -456,11 +462,11 @@ def _placed(bare: Problem, reduced: Condensation, contact: ContactSection) -> Pr
 
 
 def _notes(
-    reduced: _Reduced, context: ImportContext, loads: list[LoadSection], names: Sequence[str]
+    reduced: _Reduced, context: ImportContext, acting: ActingLoads, names: Sequence[str]
 ) -> tuple[str, ...]:
     """What else a user should know."""
     stiffness, contact, mesh = context.stiffness, context.contact, context.model.mesh
-    cases = [load.case for load in loads]
+    each = zip(acting.loads, acting.reactions, strict=True)
     return (
         *reduced.condensation.notes,
         *reduced.evidence.notes,
@@ -468,9 +474,9 @@ def _notes(
         *_relative(contact, mesh),
         *circumference_notes(stiffness, mesh),
         *_solid(stiffness, contact, mesh),
-        *absent_before(cases, names),
-        *uneven(cases),
-        *(note for load in loads for note in few_digits(load.case, load.rounding, reduced.condensation)),
+        *absent_before(acting.cases, names),
+        *uneven(acting.cases),
+        *(note for load, reactions in each for note in few_digits(load, reactions, reduced.condensation)),
     )
 
 

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.joint.problem import Problem
-from shakedown.models.condensation.condense import Condensation
 from shakedown.models.condensation.load_case import MEAN_ROUND_OFF, LoadCase, histories
 from shakedown.models.readers.text import quoted
 
@@ -20,12 +20,20 @@ def sampling_doubts(names: Sequence[str], doubts: Sequence[Sequence[str]]) -> tu
 
 
 def load_doubts(
-    cases: Sequence[LoadCase], names: Sequence[str], reduced: Condensation, held: NDArray[np.bool_]
+    cases: Sequence[LoadCase],
+    names: Sequence[str],
+    unit: FloatArray,
+    stiffness: FloatArray,
+    held: NDArray[np.bool_],
 ) -> tuple[str, ...]:
     """Warnings about single loads, and about all of them together.
 
     Parameters
     ----------
+    unit : (L, (d + 1) n)
+        The welded reactions of each load at factor 1 [force].
+    stiffness
+        κ [force/length].
     held : (N,)
         Rows of the stiffness that are held.
     """
@@ -34,15 +42,17 @@ def load_doubts(
     steps = len(factors.period)
     swing = np.abs(factors.period - mean).max(axis=0)
     still = swing <= MEAN_ROUND_OFF * np.maximum(np.abs(factors.period).max(axis=0), np.abs(mean))
-    warnings = []
-    for case, name, is_still, factor in zip(cases, names, still, factors.period.T, strict=True):
+    warnings, stiff = [], float(np.abs(stiffness).max())
+    for case, name, reactions, is_still, factor in zip(
+        cases, names, unit, still, factors.period.T, strict=True
+    ):
         if is_still and (case.history is None or case.history.ndim):
             found = "0" if not factor.any() else f"{factor[0]:.4g}"
             warnings.append(
                 f"load {quoted(name)} does not vary: its factor is {found} at every one of {steps} load "
                 "step(s)"
             )
-        warnings += [f"load {quoted(name)} {how}" for how in _unfelt(case, reduced, held)]
+        warnings += [f"load {quoted(name)} {how}" for how in _unfelt(case, reactions, stiff, held)]
     if still.all():
         warnings.append(
             f"no load varies over the {steps} load step(s): the periodic part is zero, and every load factor "
@@ -57,18 +67,17 @@ def load_doubts(
     return tuple(warnings)
 
 
-def _unfelt(case: LoadCase, reduced: Condensation, held: NDArray[np.bool_]) -> list[str]:
+def _unfelt(case: LoadCase, reactions: FloatArray, stiff: float, held: NDArray[np.bool_]) -> list[str]:
     """How a load fails to reach the contact; nothing where it does."""
     acting = [
         part for part in (case.force, case.displacement, case.reactions, case.opened) if part is not None
     ]
     if not any(part.any() for part in acting):
         return ["is zero: it has no effect"]
-    stiff = float(np.abs(reduced.stiffness).max())
     sizes = [np.abs(part).max(initial=0.0) for part in (case.force, case.reactions) if part is not None]
     sizes += [stiff * np.abs(part).max() for part in (case.displacement, case.opened) if part is not None]
     # welded reactions that are round-off of the condensation
-    if np.abs(reduced.welded_reactions(case)).max() > NEGLIGIBLE * max(sizes):
+    if np.abs(reactions).max() > NEGLIGIBLE * max(sizes):
         return []
     if case.force is not None and len(acting) == 1 and not case.force[~held].any():
         return ["acts on held rows only, and reaches no contact node"]

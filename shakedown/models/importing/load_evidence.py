@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,11 +10,13 @@ from numpy.typing import NDArray
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.joint.result import Result
-from shakedown.models.condensation.condense import Condensation
+from shakedown.models.condensation.condense import Condensation, WeldedCase
+from shakedown.models.condensation.contact_frame import ContactFrame
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.importing.bodies import ModelBody, known_places
 from shakedown.models.importing.bolt_section import BoltSection, with_pulls
 from shakedown.models.importing.contact_section import ContactSection
+from shakedown.models.importing.load_section import LoadSection
 from shakedown.models.importing.model_evidence import ModelEvidence
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import quoted
@@ -65,6 +68,38 @@ class LoadEvidence(Result):
     parts: tuple[LoadPart, ...]
 
 
+class ActingLoads(NamedTuple):
+    """The loads, those of the bolts last, and what each does at factor 1 while the contact is welded.
+
+    ``pulls`` (bolts, loads) is what every load adds to the force in every bolt [force].
+    """
+
+    loads: list[LoadSection]
+    welded: list[WeldedCase]
+    pulls: FloatArray
+
+    @property
+    def cases(self) -> list[LoadCase]:
+        """The load cases alone."""
+        return [load.case for load in self.loads]
+
+    @property
+    def reactions(self) -> FloatArray:
+        """The welded reactions of every load, (L, (d + 1) n) [force]."""
+        return np.array([each.reactions for each in self.welded])
+
+
+def acting_loads(
+    loads: Sequence[LoadSection], bolts: Sequence[BoltSection], reduced: Condensation, force_unit: str
+) -> ActingLoads:
+    """Loads and the preloads of bolts on a welded model, whose interior is solved once for each."""
+    units = [reduced.welded(bolt.unit) for bolt in bolts]
+    every = [*loads, *(bolt.load(unit, force_unit) for bolt, unit in zip(bolts, units, strict=True))]
+    welded = [reduced.welded(load.case) for load in every]
+    pulls = [[bolt.pull(unit, each) for each in welded] for bolt, unit in zip(bolts, units, strict=True)]
+    return ActingLoads(every, welded, np.reshape(pulls, (len(bolts), len(every))))
+
+
 class Resultants:
     """The resultants of load cases of one model."""
 
@@ -72,12 +107,12 @@ class Resultants:
         self,
         dofs: NDArray[np.intp],
         contact: ContactSection,
-        reduced: Condensation,
+        frame: ContactFrame,
         evidence: ModelEvidence,
         mesh: Mesh | None,
         bolts: Sequence[BoltSection] = (),
     ) -> None:
-        self.dofs, self.contact, self.reduced, self.bolts = dofs, contact, reduced, bolts
+        self.dofs, self.contact, self.frame, self.bolts = dofs, contact, frame, bolts
         self.bodies, self.patches = evidence.bodies, evidence.patches
         self.axisymmetric = mesh is not None and mesh.axisymmetric
         self.places = None if self.axisymmetric else known_places(mesh, self.dofs[self.dofs[:, 0] > 0, 0])
@@ -88,14 +123,14 @@ class Resultants:
         )
         self.middle = np.asarray(at)
 
-    def of(self, case: LoadCase, name: str) -> LoadEvidence:
-        """Those of one load case, by its name."""
-        frame, layout = self.reduced.frame, self.reduced.layout
-        q, p = layout.split(self.reduced.welded_reactions(case))
+    def of(self, case: LoadCase, name: str, reactions: FloatArray, pulls: FloatArray) -> LoadEvidence:
+        """Those of one load case, by its name, its welded reactions and what it adds to every bolt."""
+        frame, layout = self.frame, self.frame.layout
+        q, p = layout.split(reactions)
         welded = (layout.by_node(q)[..., None] * frame.slip_axes).sum(axis=1) + p[:, None] * frame.normals
         force = np.zeros(len(self.dofs)) if case.force is None else case.force
         applied = np.array([force[self.dofs[:, 1] == axis].sum() for axis in self.contact.axes])
-        parts = tuple(self._parts(case, with_pulls(force, case, self.bolts, self.reduced), welded))
+        parts = tuple(self._parts(case, with_pulls(force, pulls, self.bolts), welded))
         return LoadEvidence(name, applied, welded.sum(axis=0), parts)
 
     def _parts(self, case: LoadCase, force: FloatArray, welded: FloatArray) -> Iterator[LoadPart]:
@@ -166,16 +201,16 @@ class Resultants:
         return LoadPart(what, wrench[[axis - 1 for axis in axes]], wrench[[2 + axis for axis in about]])
 
 
-def few_digits(case: LoadCase, rounding: FloatArray | None, reduced: Condensation) -> tuple[str, ...]:
-    """A note: how accurate welded reactions are that come from displacements off by so much, (n, d + 1)."""
+def few_digits(load: LoadSection, reactions: FloatArray, reduced: Condensation) -> tuple[str, ...]:
+    """A note: how accurate welded reactions are that come from displacements of few digits."""
+    frame, rounding = reduced.frame, load.rounding
     if rounding is None:
         return ()
-    frame = reduced.frame
     slips = (rounding[:, None, :] * np.abs(frame.slip_axes)).sum(axis=2).ravel()
     local = reduced.layout.joined(slips, (rounding * np.abs(frame.normals)).sum(axis=1))
     error = np.abs(reduced.stiffness) @ local
-    largest = np.abs(reduced.welded_reactions(case)).max()
+    largest = np.abs(reactions).max()
     if not (error.any() and largest):
         return ()
-    accurate = f"{quoted(case.name)} are accurate to {error.max() / largest:.0e} of the largest"
+    accurate = f"{quoted(load.case.name)} are accurate to {error.max() / largest:.0e} of the largest"
     return (f"the welded reactions of {accurate}, by the digits of the displacements with the contact open",)

@@ -179,16 +179,3 @@ def test_one_thing_wrong_is_named(change, message):
     given = {"dofs": DOFS, "contact": CONTACT, "normals": [0, 0, 1]} | change
     with pytest.raises(ProblemError, match=message):
         condensed_stiffness(lattice(), **given)
-
-
-def test_what_a_load_moves_is_computed_once_also_of_equal_loads():
-    """Evidence asks for it many times; a load that differs has its own."""
-    rng, K = np.random.default_rng(4), sparse.csr_array(lattice())
-    reduced = condensed_stiffness(K, DOFS, CONTACT, [0, 0, 2.0])
-    force, other = rng.normal(size=(2, 15))
-    same = [LoadCase(history=h, force=f) for h, f in (([1.0, 0.0], force), ([0.0, 2.0], force.copy()))]
-    found = [reduced._model.welded(case) for case in (*same, LoadCase(history=1.0, force=other))]
-    assert found[0] is found[1]
-    np.testing.assert_allclose(
-        found[2].u, np.r_[np.zeros(9), np.linalg.solve(K.toarray()[9:, 9:], other[9:])]
-    )
