@@ -9,7 +9,7 @@ import numpy as np
 from shakedown.bounds.accumulated.accumulated_bound import total_slip_bound
 from shakedown.bounds.collapse.box_bound import box_proves
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball, holding_ball
-from shakedown.bounds.plane_or_space import methods_of
+from shakedown.bounds.plane_or_space import methods_of, takes_long
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.float_array import FloatArray
@@ -168,10 +168,17 @@ def _box_proof(passage: Passage, approach: Approach) -> EnergyProof:
     return NO_PROOF
 
 
+@on_one_thread
 def with_margins(passage: Passage, approach: Approach) -> EnergyProof:
-    """The proof by an energy ball, with the margins of the ball best suited to the state at rest."""
-    ball = on_one_thread(_ball)(passage, approach, best=True)
-    return _proof_of(ball, approach, best=True) if isinstance(ball, EnergyBall) else EnergyProof(True)
+    """The proof by an energy ball, with the margins of the ball best suited to the state at rest.
+
+    Where that takes long, without shares where such a ball holds it: one program instead of three.
+    """
+    for split in (False, True) if takes_long(passage.problem) else (True,):
+        ball = _ball(passage, approach, best=True, split=split)
+        if isinstance(ball, EnergyBall):
+            return _proof_of(ball, approach, best=True)
+    return EnergyProof(True)
 
 
 def proof_in(ball: EnergyBall, passage: Passage, approach: Approach) -> EnergyProof | None:
@@ -230,14 +237,22 @@ def _cycles_left(away: float, margin: float, contraction: float) -> float:
     return log(margin / away) / log(contraction) if contraction < 1.0 else inf
 
 
-def _ball(passage: Passage, approach: Approach, *, best: bool) -> EnergyBall | Missing | None:
+def _ball(
+    passage: Passage, approach: Approach, *, best: bool, split: bool = True
+) -> EnergyBall | Missing | None:
     """A ball that holds the state at rest, or the best one; None where there is none, or no such zone."""
     about, state = (passage.problem, passage.load_factor), approach.final_slip
     opened, tolerances = approach.open_nodes, passage.tolerances
     try:
         if best:
             found = sought(
-                energy_ball, *about, around=state, transient=False, open_nodes=opened, tolerances=tolerances
+                energy_ball,
+                *about,
+                around=state,
+                transient=False,
+                open_nodes=opened,
+                split=split,
+                tolerances=tolerances,
             )
         else:
             found = sought(holding_ball, *about, state, opened, tolerances)
