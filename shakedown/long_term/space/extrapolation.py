@@ -6,6 +6,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.size_limits import BLOCK
 
 INDEPENDENT = 10 * ROUND_OFF  # relative to the largest: smaller singular values of the changes are round-off
 
@@ -45,6 +46,15 @@ class Recurrence:
         return self.last + many[r] @ self.changes, (self.weights @ many[:r]) @ self.changes
 
 
+def seen_by(root: FloatArray, changes: FloatArray) -> FloatArray:
+    """R d of changes (…, N), (…, k): with a large R from the places that change, mostly few."""
+    if root.size > BLOCK:
+        moved = np.flatnonzero(changes.reshape(-1, changes.shape[-1]).any(axis=0))
+        if 4 * len(moved) < changes.shape[-1]:
+            return np.asarray(changes[..., moved] @ root.T[moved])
+    return np.asarray(root @ changes if changes.ndim == 1 else changes @ root.T)
+
+
 def recurrence_of(states: FloatArray, root: FloatArray) -> Recurrence:
     """The recurrence of states x_0, …, x_k, (k + 1, N), that fits the last change best to those before it.
 
@@ -66,7 +76,7 @@ def recurrence_of(states: FloatArray, root: FloatArray) -> Recurrence:
     (array([0.0625, 1.875 ]), array([-0.03125,  0.0625 ]))
     """
     changes = np.diff(states, axis=0)
-    seen = changes @ root.T
+    seen = seen_by(root, changes)
     seen = seen / (float(np.abs(seen).max()) or 1.0)
     weights = np.linalg.lstsq(seen[:-1].T, seen[-1], rcond=INDEPENDENT)[0]
     return Recurrence(states[-1], changes[1:], weights)

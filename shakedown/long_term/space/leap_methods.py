@@ -13,11 +13,10 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS, MISJUDGED, NEGLIGIBLE, THREE_DIGITS
-from shakedown.ground.size_limits import BLOCK
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.long_term.space.extrapolation import recurrence_of
+from shakedown.long_term.space.extrapolation import recurrence_of, seen_by
 from shakedown.motion.evolution import closed_stiffness
 
 WORTH = 8.0  # periods that a leap must gain at least, as it costs some, and so does its preparation
@@ -35,7 +34,7 @@ class Measure:
     Attributes
     ----------
     root : (M, N)
-        RᵀR = κ in units of a power of two: a change d has the size ‖R d‖ [√(force × length)].
+        By columns: RᵀR = κ in units of a power of two: a change d has the size ‖R d‖ [√(force × length)].
     rigid : (N, r)
         Slips that change no reaction, orthonormal: cycles are the same wherever these stand.
     slips : (n,)
@@ -70,12 +69,8 @@ class Measure:
         return found
 
     def seen(self, changes: FloatArray) -> FloatArray:
-        """R d of changes (…, N), (…, k): of large joints from the places that change, mostly few."""
-        if self.root.size > BLOCK:
-            moved = np.flatnonzero(changes.reshape(-1, changes.shape[-1]).any(axis=0))
-            if 4 * len(moved) < changes.shape[-1]:
-                return np.asarray(changes[..., moved] @ self.root[:, moved].T)
-        return np.asarray(self.root @ changes if changes.ndim == 1 else changes @ self.root.T)
+        """R d of changes (…, N), (…, k)."""
+        return seen_by(self.root, changes)
 
     def at_most(self, change: FloatArray) -> float:
         """An upper bound of ``terms``, without the product."""
@@ -113,7 +108,7 @@ def measure_of(problem: Problem) -> Measure:
     rigid = np.zeros((layout.size, motions.shape[1]))
     rigid[layout.slips] = np.linalg.qr(motions)[0] if motions.shape[1] else motions
     stiffest = diagonal[layout.slips].reshape(problem.n, -1).max(axis=1)
-    root = np.sqrt(values[kept])[:, None] * vectors[:, kept].T * own
+    root = np.asfortranarray(np.sqrt(values[kept])[:, None] * vectors[:, kept].T * own)
     return Measure(root, rigid, np.sqrt(stiffest), float(np.linalg.norm(root)))
 
 
