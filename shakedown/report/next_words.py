@@ -55,24 +55,30 @@ def starting_in_words(found: Assessment) -> str:
     return f"starting {start_in_words(np.nan_to_num(found.details.energy.initial_slip))}"
 
 
+def _margins(found: Assessment, every: float, here: float, *, larger: bool) -> dict[str, str]:
+    """By how much the load may grow, or must shrink, each with the states for which that is proved.
+
+    Where both margins are the same in the digits shown, it is that of every state.
+    """
+    margins = dict[str, str]()
+    for load_factor, states in ((every, "from every state"), (here, starting_in_words(found))):
+        if load_factor > 1 if larger else 0 < load_factor < 1:
+            margins.setdefault(percent(load_factor, down if larger else up), states)
+    return margins
+
+
 def _smaller(found: Assessment, every: float, here: float) -> list[str]:
     """By how much the varying part of the load must shrink, and for which states it is proved then."""
-    margins = {percent(every, up): "from every state"} if 0 < every < 1 else {}
-    if 0 < here < 1:
-        margins.setdefault(percent(here, up), starting_in_words(found))
-    said = "smaller it is proved to shake down "  # once
+    margins, said = _margins(found, every, here, larger=False), "smaller it is proved to shake down "  # once
     return [f"{margin} {said * (k == 0)}{state}" for k, (margin, state) in enumerate(margins.items())]
 
 
 def _larger(found: Assessment, every: float, here: float, simulated: float) -> str:
     """By how much the varying part of the load may grow."""
-    margins = {percent(every, down): "from every state"} if every > 1 else {}
-    if here > 1:
-        shown = percent(here, down)
-        margins[shown] = starting_in_words(found) if shown not in margins else ""
+    margins = _margins(found, every, here, larger=True)
     mesh = " for this mesh" * bool(found.details.mesh.warning)
-    known = " and ".join(f"{margin} larger {from_here}".rstrip() for margin, from_here in margins.items())
-    if len(margins) == 1:
+    known = " and ".join(f"{margin} larger {states}" for margin, states in margins.items())
+    if len(margins) == 1:  # the sentence before says for which states
         known = f"{next(iter(margins))} larger"
     more = ""
     if simulated > 1 and percent(simulated, down) not in margins:
