@@ -41,7 +41,7 @@ OF_ALGORITHMS = (
     "ground.round_off",
     "joint.rigid_slips",
 )
-CODES = {"AS_GIVEN", "CONE", "TRIPLE", "WORN", "FAILED", "NEVER", "STAGES", "DEGREE", "BYTES"}
+CODES = {"AS_GIVEN", "WORN", "FAILED", "NEVER", "STAGES", "DEGREE", "BYTES"}
 FACTORS = (0.5, 2.0)
 WITHIN = 1e-9
 NEAR_ONE = (0.9, 1.1)

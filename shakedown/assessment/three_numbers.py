@@ -10,9 +10,10 @@ import numpy as np
 
 from shakedown.ground.errors import Missing
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import CONE
 from shakedown.ground.status import SYMBOLS, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.constraints import CONE, Side, constraints, step_loads
+from shakedown.joint.constraints import Side, constraints, step_loads
 from shakedown.joint.problem import Problem
 from shakedown.programs.cone_rays import leaves_cone
 

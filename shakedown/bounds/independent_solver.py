@@ -16,10 +16,11 @@ from scipy.linalg import qr
 from shakedown.bounds.row_programs import load_factor_program, reversed_rows
 from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import CONE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, node_numbers, require_plane
-from shakedown.joint.constraints import CONE, Constraints, Side, constraints, step_loads
+from shakedown.joint.constraints import Constraints, Side, constraints, step_loads
 from shakedown.joint.contact_zone import MOTION_ROUND_OFF, contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result

@@ -24,11 +24,11 @@ from shakedown.bounds.results import (
 )
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
-from shakedown.ground.size_limits import ALL_PAIRS_UP_TO
+from shakedown.ground.size_limits import ALL_PAIRS_UP_TO, CONE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.arguments import NO_SIDES, NO_SIGNS, in_the_plane_only
-from shakedown.joint.constraints import CONE, Constraints
+from shakedown.joint.constraints import Constraints
 from shakedown.joint.contact_zone import Zone
 
 ABSENT: Mapping[str, str] = {

@@ -12,6 +12,7 @@ EPS: Final = float(np.finfo(float).eps)
 HALVINGS: Final = int(np.finfo(float).nmant) + 2  # halvings after which no float is left in a bracket
 ROUND_OFF = 1e-13  # round-off of a few hundred operations
 NEGLIGIBLE = 1e-9  # a negligible share: far above round-off, below the seven digits shown
+SEVEN_DIGITS = 1e-7  # accuracy of limits as they are shown, and of what finite-element codes print
 SIX_DIGITS = 1e-6  # accuracy of numbers that were printed, or known to half their digits
 FOUR_DIGITS = 1e-4  # accuracy of rough searches that are refined later, or where more takes seconds
 THREE_DIGITS = 1e-3  # clearly distinguishable from zero; a coarse search ends there

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.size_limits import CONE
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
@@ -29,7 +30,6 @@ class Side(IntEnum):
 
 SIDES = (Side.BACKWARD, Side.FORWARD)  # of a node in the plane, in the order of its rows
 SIDE_NAMES = {int(side): side.name.lower() for side in Side}
-CONE = 3  # rows of a disc: f p, q_x, q_y
 
 
 @dataclass(frozen=True, eq=False, repr=False)

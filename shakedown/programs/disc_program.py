@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from scipy.linalg import blas, cho_factor, lapack, qr, solve_triangular
 
 from shakedown.ground.round_off import PER_CENT
-from shakedown.ground.size_limits import MANY_ROWS
+from shakedown.ground.size_limits import CONE, MANY_ROWS
 from shakedown.programs.self_dual import Solve
 from shakedown.programs.shared_blocks import SharedBlocks
-from shakedown.programs.small_cones import TRIPLE, SmallCones, SmallScaling
+from shakedown.programs.small_cones import SmallCones, SmallScaling
 from shakedown.programs.symmetric_cone import FloatArray, SymmetricCone
 
 RANK = np.finfo(float).eps  # relative size, per row, of a diagonal of the factor that counts as zero
@@ -85,7 +85,7 @@ class DiscProgram:
     def sums(self, values: FloatArray) -> FloatArray:
         """Values (K, c) of the discs, added up for every node, (n, c)."""
         count = values.shape[1]
-        places = self._triples if count == TRIPLE else self._places(count)
+        places = self._triples if count == CONE else self._places(count)
         found = np.bincount(places, values.ravel(), len(self.blocks) * count)
         return np.asarray(found, dtype=float).reshape(-1, count)
 
@@ -95,17 +95,17 @@ class DiscProgram:
 
     @cached_property
     def _triples(self) -> Places:
-        return self._places(TRIPLE)
+        return self._places(CONE)
 
     @cached_property
     def _flat(self) -> FloatArray:
         """The blocks below each other, (3n, r)."""
-        return self.blocks.reshape(TRIPLE * len(self.blocks), self.rank)
+        return self.blocks.reshape(CONE * len(self.blocks), self.rank)
 
     @cached_property
     def loads(self) -> FloatArray:
         """The coefficients of w in the discs below each other, (3K, p)."""
-        return self.extra.reshape(TRIPLE * len(self.node), len(self.cost))
+        return self.extra.reshape(CONE * len(self.node), len(self.cost))
 
     @cached_property
     def cones(self) -> SmallCones:
@@ -128,7 +128,7 @@ class DiscProgram:
     def times(self, x: FloatArray) -> FloatArray:
         """Discs, rows and bound at x = (y, w)."""
         y, w = x[: self.rank], x[self.rank :]
-        discs = (self._flat @ y).reshape(-1, TRIPLE)[self.node] + (self.loads @ w).reshape(-1, TRIPLE)
+        discs = (self._flat @ y).reshape(-1, CONE)[self.node] + (self.loads @ w).reshape(-1, CONE)
         parts = [discs.ravel(), self.rows @ y + self.rows_extra @ w]
         if self.norm is not None:
             parts += [-(self.norm @ w)[None], -y]
@@ -165,7 +165,7 @@ class DiscProgram:
 
     def halves(self, squares: FloatArray) -> FloatArray:
         """A root of the sum of the squares (K, 3, 3) of the discs of every node, (n, 3, 3)."""
-        of_nodes = self.sums(squares.reshape(-1, TRIPLE**2)).reshape(-1, TRIPLE, TRIPLE)
+        of_nodes = self.sums(squares.reshape(-1, CONE**2)).reshape(-1, CONE, CONE)
         values, vectors = np.linalg.eigh(of_nodes)  # round-off may make one negative
         return np.asarray(np.sqrt(np.maximum(values, 0.0))[:, :, None] * np.swapaxes(vectors, 1, 2))
 
@@ -186,7 +186,7 @@ class DiscProgram:
         parts = [np.hstack([self.rows, self.rows_extra]) / scaling.rest.diagonal[:, None]]
         for own, block in zip(of_nodes, self.blocks, strict=True):
             triangle = np.asarray(np.linalg.qr(_largest_first(own.reshape(-1, own.shape[2])), mode="r"))
-            parts.append(np.hstack([triangle[:, :TRIPLE] @ block, triangle[:, TRIPLE:]]))
+            parts.append(np.hstack([triangle[:, :CONE] @ block, triangle[:, CONE:]]))
         if self.norm is not None:
             bound = np.zeros((self.rank + 1, self.rank + len(self.cost)))
             bound[0, self.rank :], bound[1:, : self.rank] = self.norm, np.eye(self.rank)
@@ -199,12 +199,12 @@ class DiscProgram:
         halves = self.halves(squares)
         weights = 1.0 / scaling.rest.diagonal[:, None]
         rows, loads = self.rows * weights, self.rows_extra * weights
-        stacked = np.vstack([(halves @ self.blocks).reshape(TRIPLE * n, rank), rows])
+        stacked = np.vstack([(halves @ self.blocks).reshape(CONE * n, rank), rows])
         normal = np.zeros((rank + p, rank + p), order="F")
         if rank:
             normal[:rank, :rank] = blas.dsyrk(1.0, stacked.T, lower=1)
         pulled = squares @ self.extra
-        of_loads = self.sums(pulled.reshape(-1, TRIPLE * p)).reshape(TRIPLE * n, p)
+        of_loads = self.sums(pulled.reshape(-1, CONE * p)).reshape(CONE * n, p)
         normal[rank:, :rank] = of_loads.T @ self._flat + loads.T @ rows
         normal[rank:, rank:] = np.tensordot(self.extra, pulled, axes=((0, 1), (0, 1))) + loads.T @ loads
         if self.norm is not None:

@@ -6,11 +6,11 @@ import numpy as np
 from scipy.linalg import blas
 
 from shakedown.ground.round_off import SIX_DIGITS
-from shakedown.ground.size_limits import MANY_ROWS
+from shakedown.ground.size_limits import CONE, MANY_ROWS
 from shakedown.programs.disc_program import DiscProgram, by_cholesky
 from shakedown.programs.self_dual import Solve
 from shakedown.programs.shared_blocks import Reactions, SharedBlocks
-from shakedown.programs.small_cones import TRIPLE, SmallCones, SmallScaling
+from shakedown.programs.small_cones import SmallCones, SmallScaling
 from shakedown.programs.symmetric_cone import FloatArray, Scaling
 
 DISTORTED = 1 / SIX_DIGITS  # condition number beyond which reactions are not used as unknowns
@@ -63,14 +63,14 @@ class ReactionProgram:
     def in_z(self, x: FloatArray) -> FloatArray:
         """(z, w) of (y, w)."""
         of = self.program
-        reactions = (of.blocks.reshape(-1, of.rank) @ x[: of.rank]).reshape(-1, TRIPLE)[:, 1:]
+        reactions = (of.blocks.reshape(-1, of.rank) @ x[: of.rank]).reshape(-1, CONE)[:, 1:]
         return np.append(reactions.ravel()[self.reactions.kept], x[of.rank :])
 
     def times(self, x: FloatArray) -> FloatArray:
         """Discs, rows and bound at x = (z, w)."""
         of = self.program
         z, w = x[: of.rank], x[of.rank :]
-        numbers = np.empty((len(of.blocks), TRIPLE))
+        numbers = np.empty((len(of.blocks), CONE))
         numbers[self.reactions.tied, 0], numbers[self.reactions.others], rows = self._parts(self.dense @ z)
         numbers[self.reactions.tied, 1:] = z[self.reactions.columns]
         tail = np.zeros(0) if of.norm is None else -np.append(of.norm @ w, self.reactions.to_y @ z)
@@ -134,7 +134,7 @@ class ReactionProgram:
         """What w has in discs, rows and the bound of the length of y."""
         of, r, p = self.program, self.program.rank, len(self.program.cost)
         pulled = squares @ of.extra
-        of_loads = of.sums(pulled.reshape(-1, TRIPLE * p)).reshape(-1, TRIPLE, p)
+        of_loads = of.sums(pulled.reshape(-1, CONE * p)).reshape(-1, CONE, p)
         rows = of.rows_extra / rest.diagonal[:, None] ** 2
         parts = [of_loads[self.reactions.tied, 0], of_loads[self.reactions.others].reshape(-1, p), rows]
         normal[r:, :r] = np.vstack(parts).T @ self.dense
@@ -148,7 +148,7 @@ class ReactionProgram:
     def _parts(self, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Of dense rows (R, …) those of tied nodes, of the others (o, 3, …) and of the rows, as views."""
         t, end = len(self.reactions.tied), len(rows) - len(self.program.rows)
-        return rows[:t], rows[t:end].reshape(-1, TRIPLE, *rows.shape[1:]), rows[end:]
+        return rows[:t], rows[t:end].reshape(-1, CONE, *rows.shape[1:]), rows[end:]
 
 
 def in_reactions(program: DiscProgram) -> ReactionProgram | None:

@@ -6,9 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
+from shakedown.ground.size_limits import CONE
 from shakedown.programs.symmetric_cone import FloatArray, Scaling, SymmetricCone
 
-TRIPLE = 3  # numbers of a small cone: its radius, then a vector in the plane
 MIRROR = np.array([1.0, -1.0, -1.0])
 
 
@@ -57,14 +57,14 @@ class SmallScaling:
     def inverses(self) -> FloatArray:
         """W⁻¹ on every triple, (j, 3, 3)."""
         w = self._back
-        found = np.eye(TRIPLE) + w[:, :, None] * w[:, None, :] / (1.0 + w[:, :1, None])
+        found = np.eye(CONE) + w[:, :, None] * w[:, None, :] / (1.0 + w[:, :1, None])
         found[:, 0], found[:, :, 0] = w, w
         return np.asarray(found / self.factor[:, :, None])
 
     def inverse_squares(self) -> FloatArray:
         """W⁻² on every triple, (j, 3, 3)."""
         w = self._back
-        squares = 2.0 * w[:, :, None] * w[:, None, :] + np.eye(TRIPLE)
+        squares = 2.0 * w[:, :, None] * w[:, None, :] + np.eye(CONE)
         squares[:, 0, 0] -= 2.0
         return squares / self.factor[:, :, None] ** 2
 
@@ -149,7 +149,7 @@ class SmallCones:
 
 
 def _split(u: FloatArray, triples: int) -> tuple[FloatArray, FloatArray]:
-    return u[: TRIPLE * triples].reshape(-1, TRIPLE), u[TRIPLE * triples :]
+    return u[: CONE * triples].reshape(-1, CONE), u[CONE * triples :]
 
 
 def _joined(triples: FloatArray, rest: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.round_off import SEVEN_DIGITS, SIX_DIGITS
 from shakedown.ground.size_limits import DENSE_FROM, MANY_ROWS
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -18,7 +18,7 @@ from shakedown.programs.dense_programs import cone_optimum
 from shakedown.programs.program import INF, Program, Solution, solution_of
 from shakedown.programs.simplex import Simplex
 
-CUT, MOST_CUTS = 1e-7, 300  # how near to a cone cutting planes must come, relatively; as many as may be
+MOST_CUTS = 300  # rounds of cutting planes
 SETTINGS = tuple(
     ClarabelSettings(accuracy, step, rescaled, reduced=SIX_DIGITS, stalled=True)
     for accuracy, step, rescaled in (
@@ -110,7 +110,7 @@ def cut_cones(program: Program) -> Solution:
         for k, rows in enumerate(blocks):
             u, terms = program.right[rows] - program.matrix[rows] @ end.x, np.abs(program.matrix[rows][0])
             length = float(np.linalg.norm(u[1:]))
-            if length > u[0] + CUT * float(terms @ np.abs(end.x)):
+            if length > u[0] + SEVEN_DIGITS * float(terms @ np.abs(end.x)):
                 planes[k], inside = np.vstack([planes[k], u[1:] / length]), False
         if inside:
             scaled, scales = program.scaled()

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import THREE_DIGITS
+from shakedown.ground.size_limits import CONE
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
-from shakedown.joint.constraints import CONE, constraints, step_loads
+from shakedown.joint.constraints import constraints, step_loads
 from shakedown.joint.loading import first_load
 from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import admissible

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import CONE
 from shakedown.ground.tolerances import Tolerances
-from shakedown.joint.constraints import CONE, Side, constraints
+from shakedown.joint.constraints import Side, constraints
 from shakedown.joint.loading import first_load
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result

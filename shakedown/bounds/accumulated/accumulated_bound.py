@@ -23,13 +23,14 @@ from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.ground.argument_kinds import written
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import FOUR_DIGITS, SEVEN_DIGITS
 from shakedown.ground.status import Status
 from shakedown.joint.arguments import check_load_factor, checked, checked_initial_slip, real_array
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import rigid_slips, with_free_rigid_slips
 
-ACCURACY = {1: 1e-7, 2: 1e-4}  # relative accuracy of the load factor, by the number of directions
+ACCURACY = {1: SEVEN_DIGITS, 2: FOUR_DIGITS}  # relative, of the load factor, by the number of directions
 PARTS = {1: (1,), 2: (1, 15)}  # numbers of parts of a 96th of the circle, undivided at first
 FIRST_STEP = 64.0  # times the accuracy: first step above what is proved already
 BACK = (0.0, 1e-9, 1e-7, 1e-5)  # relative steps back from a load factor until its conditions are confirmed

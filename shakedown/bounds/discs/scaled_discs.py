@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
+from shakedown.ground.size_limits import CONE
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.self_dual import SelfDualSolution
-from shakedown.programs.small_cones import TRIPLE
 
 Carrying = tuple[NDArray[np.intp], NDArray[np.intp]]  # discs and half-spaces by number
 
@@ -130,7 +130,7 @@ def scaled_discs(rows: DiscRows, towards: float, cap: float = np.inf) -> ScaledD
         rows_right=np.concatenate([gap_c / unit, [0.0, cap / load_unit][: len(bounds)]]),
         cost=np.array([towards]),
         shared=basis.shared,
-        scale=np.repeat(-second[:n, None], TRIPLE, axis=1),
+        scale=np.repeat(-second[:n, None], CONE, axis=1),
     )
     return ScaledDiscs(program, rows, weights, unit, load_unit)
 

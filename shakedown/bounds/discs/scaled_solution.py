@@ -10,6 +10,7 @@ from scipy.linalg import lu_factor, lu_solve
 from shakedown.bounds.discs.scaled_discs import ScaledDiscs, UnscaledSolution, in_units
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import FOUR_DIGITS, NEWTON_ROUNDS, ROUND_OFF
+from shakedown.ground.size_limits import CONE
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.disc_solver import solve_discs
@@ -22,7 +23,6 @@ from shakedown.programs.self_dual import (
     balanced_multipliers,
     never,
 )
-from shakedown.programs.small_cones import TRIPLE
 
 NEGATIVE = 10 * ROUND_OFF  # largest slack or multiplier below zero likewise
 ALIKE = (1.0, 1e2)  # ratios of slack to multiplier up to which a limit counts as active
@@ -162,11 +162,11 @@ def _ended(
     slack, y = program.limits - program.times(x), np.zeros(len(program.limits))
     (s, *_), (triples, weights, tail) = program.parts(slack), program.parts(y)
     a, b = len(active.linear), len(active.linear) + len(active.edge)
-    c = b + TRIPLE * len(active.apex)
+    c = b + CONE * len(active.apex)
     weights[active.linear] = m[:a]
     normal = s[active.edge, 1:] / np.hypot(s[active.edge, 1], s[active.edge, 2])[:, None]
     triples[active.edge] = m[a:b, None] * np.column_stack([np.ones(len(normal)), -normal])
-    triples[active.apex] = m[b:c].reshape(-1, TRIPLE)
+    triples[active.apex] = m[b:c].reshape(-1, CONE)
     if active.norm:
         towards = x[: program.rank] / np.linalg.norm(x[: program.rank])
         tail[:] = m[c] * np.append(1.0, -towards)

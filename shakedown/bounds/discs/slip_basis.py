@@ -7,8 +7,8 @@ import numpy as np
 from scipy.linalg import qr, solve_triangular
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import CONE
 from shakedown.programs.shared_blocks import SharedBlocks
-from shakedown.programs.small_cones import TRIPLE
 
 RANK = 64 * np.finfo(float).eps  # relative size of a diagonal of the triangular factor that counts as zero
 
@@ -34,8 +34,8 @@ class Basis:
     @cached_property
     def shared(self) -> SharedBlocks:
         """Q of the discs' nodes, (n, 3, K)."""
-        n = (len(self.Q) - len(self.sizes)) // (TRIPLE - 1)
-        return SharedBlocks(self.Q[: TRIPLE * n].reshape(n, TRIPLE, self.Q.shape[1]))
+        n = (len(self.Q) - len(self.sizes)) // (CONE - 1)
+        return SharedBlocks(self.Q[: CONE * n].reshape(n, CONE, self.Q.shape[1]))
 
 
 def slip_basis(stiffness: FloatArray, gaps: FloatArray) -> Basis:
@@ -46,8 +46,8 @@ def slip_basis(stiffness: FloatArray, gaps: FloatArray) -> Basis:
     n = len(stiffness)
     sizes = np.append(np.linalg.norm(stiffness, axis=(1, 2)), np.linalg.norm(gaps, axis=1))
     inverse = 1.0 / np.where(sizes > 0, sizes, 1.0)
-    each = np.append(np.repeat(inverse[:n], TRIPLE), inverse[n:])
-    M = np.vstack([stiffness.reshape(TRIPLE * n, stiffness.shape[-1]), gaps]) * each[:, None]
+    each = np.append(np.repeat(inverse[:n], CONE), inverse[n:])
+    M = np.vstack([stiffness.reshape(CONE * n, stiffness.shape[-1]), gaps]) * each[:, None]
     known = np.flatnonzero(M.any(axis=0))
     to_slips = np.zeros((M.shape[1], 0))
     if not known.size:

@@ -7,7 +7,7 @@ import numpy as np
 
 from shakedown.bounds.energy.ball_limits import DiscLimits, Places
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.constraints import CONE
+from shakedown.ground.size_limits import CONE
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.scaling import power_of_two
 from shakedown.programs.shared_blocks import SharedBlocks

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from shakedown.bounds.energy.energy_metric import EnergyMetric, energy_metric
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import CONE
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.constraints import CONE, Side
+from shakedown.joint.constraints import Side
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.law import Law

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import nan
+from math import ceil, log, nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import rigid_slips
 
 WIDTH = 10.0  # largest distance of the best log c from the middle: e²⁰ in c²; any c is valid
-STEPS = 24  # steps of a golden section, which locate the minimum to 1e-5 of the range
+GOLDEN = 0.5 * (sqrt(5) - 1)  # factor by which a step of a golden section shortens the range
 
 
 class RowCoupling(NamedTuple):
@@ -216,10 +216,10 @@ def least_point(convex: Callable[[float], float], low: float, high: float) -> tu
     >>> [round(number, 3) for number in least_point(lambda x: (x - 1.0) ** 2 + 3.0, -5.0, 5.0)]
     [1.0, 3.0]
     """
-    ratio = 0.5 * (5**0.5 - 1)
+    ratio = GOLDEN
     a, b = high - ratio * (high - low), low + ratio * (high - low)
     at_a, at_b = convex(a), convex(b)
-    for _ in range(STEPS):
+    for _ in range(ceil(log(1e-5) / log(GOLDEN))):  # to 1e-5 of the range
         if at_a < at_b:
             high, b, at_b = b, a, at_a
             a = high - ratio * (high - low)

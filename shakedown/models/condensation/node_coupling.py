@@ -13,7 +13,6 @@ from shakedown.joint.result import Result
 from shakedown.models.condensation.facet_shapes import ALPHA
 
 IntArray = NDArray[np.intp]
-_ROUNDS = 2  # the second round removes the round-off of the first
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -163,7 +162,7 @@ def exact_rotations(
     np.add.at(gram, row, np.einsum("k,kar,kas->krs", near, R, R, optimize=True))
     # nodes of a row that lie on a line do not feel a turn about it
     inverse = np.linalg.pinv(gram, rcond=NEGLIGIBLE, hermitian=True)
-    for _ in range(_ROUNDS):
+    for _ in range(2):  # the second round removes the round-off of the first
         left = own.copy()
         np.subtract.at(left, row, np.einsum("kab,kbr->kar", blocks, R))
         left[np.abs(left).max(axis=(1, 2)) <= ROUND_OFF] = 0.0

@@ -21,7 +21,7 @@ from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, shown
 
 HALF = 0.5  # cosine of 60°: a shank that leans more does not stand across its head
-LEANS = 0.9998  # cosine of 1°: a larger tilt gets a remark
+LEANS = np.cos(np.radians(1.0))  # a larger tilt gets a remark
 ELASTIC = ("area", "length", "young")  # together they give a stiffness
 
 

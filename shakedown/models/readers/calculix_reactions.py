@@ -11,13 +11,13 @@ from scipy import sparse
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SEVEN_DIGITS
 from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT
 from shakedown.models.condensation.stiffness_checks import asymmetry
 from shakedown.models.readers.nodal_vectors import NodalVectors, What
 from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.text import integers, number, quoted, read_lines
 
-SEVEN_DIGITS = 1e-7  # of printed reactions
 _HEADING = r"^\s*{} for set (\S+) and time\s+(\S+)"
 HEADINGS: dict[What, re.Pattern[str]] = {
     "reactions": re.compile(_HEADING.format(r"forces \(fx,fy,fz\)"), re.IGNORECASE),

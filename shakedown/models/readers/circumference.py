@@ -14,7 +14,6 @@ from shakedown.models.readers.calculix_storage import NUMBERED
 from shakedown.models.readers.mesh import ABAQUS, CALCULIX, Mesh
 from shakedown.models.readers.stiffness import Stiffness
 
-WEDGE, WHOLE = 2.0, 360.0  # degrees
 HOOP = (
     "CalculiX prints the forces of a wedge of 2 degrees, and of the radial ones not what the stress around "
     "the circumference carries"
@@ -51,7 +50,7 @@ def circumference_factor(
         If neither the deck nor the configuration says it, or they say it where
         nothing is axisymmetric, or the factor is in ``scale`` too.
     """
-    if angle is not None and not 0 < angle <= WHOLE:
+    if angle is not None and not 0 < angle <= 360:
         raise ProblemError(f"{where}: key 'angle': expected degrees above 0 up to 360, found {angle:g}")
     if mesh is None or not mesh.axisymmetric:
         if angle is not None and mesh is not None and mesh.elements:
@@ -59,7 +58,7 @@ def circumference_factor(
                 f"{where}: expected no key 'angle', because {mesh.name} has no axisymmetric elements, "
                 f"found {angle:g}"
             )
-        return 1.0 if angle is None else WHOLE / angle
+        return 1.0 if angle is None else 360.0 / angle
     found = _angle(mesh, format) if angle is None else angle
     if found is None:
         raise ProblemError(
@@ -67,7 +66,7 @@ def circumference_factor(
             f"for: 2 from CalculiX, 360 from Abaqus and Ansys), because {mesh.name} is axisymmetric, found "
             "none"
         )
-    factor = WHOLE / found
+    factor = 360.0 / found
     if factor != 1 and abs(scale / factor - 1) < PER_CENT:  # so near to the factor it is that factor
         raise ProblemError(
             f"{where}: key 'scale': expected no factor for the circumference, which is taken from the deck "
@@ -79,8 +78,8 @@ def circumference_factor(
 def _angle(mesh: Mesh, format: str) -> float | None:
     """Degrees that a matrix stands for, as far as deck and format say it."""
     if format == ABAQUS_MATRIX:
-        return WHOLE
-    return {CALCULIX: WEDGE, ABAQUS: WHOLE}.get(mesh.matrix_by) if format == NUMBERED else None
+        return 360.0
+    return {CALCULIX: 2.0, ABAQUS: 360.0}.get(mesh.matrix_by) if format == NUMBERED else None
 
 
 def circumference_notes(stiffness: Stiffness, mesh: Mesh | None) -> tuple[str, ...]:
@@ -90,7 +89,7 @@ def circumference_notes(stiffness: Stiffness, mesh: Mesh | None) -> tuple[str, .
     taken = "stands for the whole circumference"
     if stiffness.circumference != 1:
         taken = (
-            f"is that of {WHOLE / stiffness.circumference:g} degrees, taken {stiffness.circumference:g} times"
+            f"is that of {360 / stiffness.circumference:g} degrees, taken {stiffness.circumference:g} times"
         )
     return (
         f"axisymmetric: the matrix {taken}; forces and reactions are those on the whole circumference, areas "

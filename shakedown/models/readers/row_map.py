@@ -12,7 +12,6 @@ from shakedown.models.readers.text import integers, quoted, read_lines
 
 Rows = str | os.PathLike[str] | NDArray[np.intp] | None  # a map file, its content, or none
 DIRECTIONS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
-_MOST_DIRECTIONS = 6
 _COMMENT = "#%$!*"
 HEADINGS = {  # of the columns of such lists
     "matrix", "eqn", "eq", "equation", "row", "no", "number", "node", "label", "dof", "direction", "dir",
@@ -149,7 +148,7 @@ def _implied(nodes: NDArray[np.intp], size: int | None, name: str) -> NDArray[np
         raise ProblemError(f"{name}: expected rows 'node direction', found nodes without directions")
     if counts.max() > 1:  # one entry per row
         each = int(counts[0])
-        if (counts != each).any() or len(nodes) != size or each > _MOST_DIRECTIONS:
+        if (counts != each).any() or len(nodes) != size or each > len(DIRECTIONS):
             raise ProblemError(
                 f"{name}: expected every node equally often, {size} entries in all, found {counts.min()} to "
                 f"{counts.max()} times, {len(nodes)} entries; give a map with directions"
@@ -161,7 +160,7 @@ def _implied(nodes: NDArray[np.intp], size: int | None, name: str) -> NDArray[np
             directions[k] = seen[own]
         return np.column_stack([nodes, directions])
     each, left = divmod(size, len(nodes))
-    if left or not 1 <= each <= _MOST_DIRECTIONS:
+    if left or not 1 <= each <= len(DIRECTIONS):
         raise ProblemError(
             f"{name}: expected nodes for {size} rows with equally many directions each, found {len(nodes)} "
             "nodes (rows of constrained directions are missing from the matrix?); give a map with directions"
