@@ -16,7 +16,7 @@ from .output import remark
 CLAIMS = "shakedown.claims"  # key of the command's context
 PICTURES = (".png", ".svg", ".pdf")
 NODE_FILES = (".csv", ".vtu", ".vtp")
-SERIES_FILES = NODE_FILES[1:]  # one of each instant
+SERIES_FILES = NODE_FILES[1:]  # of these a file is written for every instant
 
 
 class Claim(NamedTuple):
@@ -38,7 +38,7 @@ def writes(context: click.Context | None, name: str, path: str | os.PathLike[str
 
 
 def writes_whole(context: click.Context | None, name: str, path: Path) -> None:
-    """The same, once the file is found to be writable."""
+    """As :func:`writes`, after a check that the file can be written."""
     from shakedown.files.atomic_write import check_target  # only where a file is asked for
 
     check_target(path)
@@ -46,7 +46,7 @@ def writes_whole(context: click.Context | None, name: str, path: Path) -> None:
 
 
 def record_of(context: click.Context, output: Path | None, resume: bool) -> str | None:
-    """Where a run records itself, beside its output and a file of this call; says that it goes on from it."""
+    """The file beside the output in which a run records itself; a remark says where it resumes from one."""
     if output is None:
         if resume:
             raise click.UsageError("--resume: expected -o FILE, beside which the unfinished run is recorded")
@@ -73,11 +73,11 @@ def _claim(context: click.Context | None, new: Claim) -> None:
 
 
 def _is_same(one: str, other: str) -> bool:
-    """Whether two paths lead to one file, be it there already or not."""
+    """Whether two paths lead to the same file, which need not exist yet."""
     try:
         if os.path.samefile(one, other):
             return True
-    except (OSError, ValueError):  # one of them is not there, or no name that a file can have
+    except (OSError, ValueError):  # one of them does not exist, or no file can have that name
         pass
     try:
         return os.path.normcase(os.path.realpath(one)) == os.path.normcase(os.path.realpath(other))
@@ -86,14 +86,14 @@ def _is_same(one: str, other: str) -> bool:
 
 
 def name_of(param: click.Parameter | None) -> str:
-    """How the user calls a parameter: ``-o``, ``--picture``, ``FILE``."""
+    """A parameter as the user types it: ``-o``, ``--picture``, ``FILE``."""
     if param is None:
         return "-o"
     return param.metavar or param.opts[0] if isinstance(param, click.Argument) else param.opts[0]
 
 
 class OutputFile(click.Path):
-    """A file to write, found to be writable, and no other file of the call, before the work starts."""
+    """A file to write: before the work starts it is checked to be writable and no other file of the call."""
 
     def __init__(self, endings: tuple[str, ...] = ()) -> None:
         super().__init__(path_type=Path)
@@ -111,7 +111,7 @@ class OutputFile(click.Path):
 
 
 class TableFile(OutputFile):
-    """A table to write, found to be writable before the work starts."""
+    """A table to write: before the work starts it is checked to be writable."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         from shakedown.files.table_file import check_table  # only where a table is asked for

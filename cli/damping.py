@@ -59,7 +59,7 @@ class Amplitudes(click.ParamType):
 
 
 def _evenly_spaced(numbers: list[float]) -> list[float]:
-    """LOW:HIGH:COUNT; none where that is not what these numbers are."""
+    """The amplitudes of LOW:HIGH:COUNT; an empty list where the numbers make no such range."""
     if len(numbers) != 3 or not (isfinite(numbers[1] - numbers[0]) and 2 <= numbers[2] <= MANY):
         return []
     low, high, count = numbers
@@ -151,7 +151,7 @@ def damping(
 
 
 def _start(problem: Problem, initial: str | None) -> FloatArray:
-    """The state that the first amplitude begins in: none that belongs to a load factor."""
+    """The initial slip of the first amplitude; words for states at some load factor are refused."""
     if initial in ("safe", "witness"):
         raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")
     return start_of(problem, 0.0, initial, ())[2]
@@ -181,7 +181,7 @@ def _text(problem: Problem, curve: DampingCurve) -> str:
 
 
 def _limits_in_words(curve: DampingCurve) -> list[str]:
-    """Up to where nothing damps."""
+    """Up to which amplitude there is no damping: proved, and simulated."""
     found = []
     if np.isinf(curve.proved_limit):
         found.append("At no amplitude is there friction damping: proved (λ_E).")

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from shakedown.models.condensation.surface_coupling import SurfaceCoupling
     from shakedown.models.importing.load_evidence import LoadEvidence, LoadPart
 
-ROUND_OFF = 1e-9  # of the largest resultant of a load
-LONGEST_LOAD = 28  # characters of its name
+ROUND_OFF = 1e-9  # of the largest resultant of a load: less is shown as 0
+LONGEST_LOAD = 28  # characters of the name of a load
 SAME_SIZE = 0.05  # relative difference up to which facets of two surfaces count as equal in size
 
 
@@ -129,7 +129,7 @@ def _echo_loads(made: shakedown.Import) -> None:
 
 
 def _narrow(rows: list[list[str]], forces: int) -> list[list[list[str]]]:
-    """Rows as one table, or as two, forces and moments, where they are wider than the terminal."""
+    """The rows as one table; where that is wider than the terminal as two: forces, and moments."""
     width = sum(max(map(len, column)) + 2 for column in zip(*rows, strict=True))
     if width <= shown_columns() or len(rows[0]) == 1 + forces:
         return [rows]
@@ -137,7 +137,10 @@ def _narrow(rows: list[list[str]], forces: int) -> list[list[list[str]]]:
 
 
 def _cells(load: LoadEvidence, extent: float | None) -> Iterator[tuple[LoadPart, list[str]]]:
-    """The numbers of a load's parts, round-off as 0, what is not known as a dash; moments by an extent."""
+    """The parts of a load with their numbers as texts: round-off is 0, what is not known a dash.
+
+    Moments are left out without the ``extent`` of the model, by which they are compared with forces.
+    """
     force = max(float(np.nanmax(np.abs(part.force))) for part in load.parts)
     for part in load.parts:
         sizes = [*((x, force) for x in part.force.tolist())]
@@ -152,7 +155,7 @@ def _rounded(value: float, largest: float) -> str:
 
 
 def _echo_nodes(made: shakedown.Import, length: str) -> None:
-    """Nodes with places, normals, tangents, areas and gaps; a direction of all of them is said once."""
+    """The table of nodes: places, normals, tangents, areas, gaps; what is the same for all is said once."""
     reduced, contact, problem = made.condensation, made.contact, made.problem
     columns = {"label": list(contact.names)}
     if made.evidence.patches.any() and not made.contact.patches:

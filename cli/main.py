@@ -1,4 +1,4 @@
-"""Entry point: an interruption or a termination ends in one line at any moment: seen to before any import."""
+"""Entry point. Signals are handled before any import, so that they end in one line at any moment."""
 
 from __future__ import annotations
 

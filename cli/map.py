@@ -54,7 +54,7 @@ class LoadFactors(click.ParamType):
 
 
 class GridSlip(click.ParamType):
-    """A slip that a grid runs over: of a node, with two tangential directions NODE:x or NODE:y."""
+    """A slip that a grid varies: NODE, with two tangential directions NODE:x or NODE:y."""
 
     name = "slip"
 

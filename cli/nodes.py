@@ -103,7 +103,7 @@ def nodes(
 
 
 def _claim_series(context: click.Context, output: Path | None, instants: int) -> None:
-    """Find the files of the instants to be writable, and no others of the call, before the work starts."""
+    """Check before the work starts that the files of the instants can be written and are no others here."""
     if output is None or output.suffix.lower() not in SERIES_FILES:
         found = "none" if output is None else str(output)
         expected = f"-o with a name that ends in {' or '.join(SERIES_FILES)}"
@@ -142,7 +142,7 @@ def _worst(problem: Problem, found: NodeResults) -> str:
     for name, values in columns.items():
         shown[name.replace("_", " ")] = ["-" if value != value else few(value, DIGITS) for value in values]
     text = table(list(shown), [[column[node] for column in shown.values()] for node in worst])
-    while max(map(len, text.splitlines())) > WIDTH:  # the last columns stand in the files
+    while max(map(len, text.splitlines())) > WIDTH:  # what does not fit stands in the files
         shown.popitem()
         text = table(list(shown), [[column[node] for column in shown.values()] for node in worst])
     slips = bool((columns["slip_range"] > 0).any())

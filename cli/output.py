@@ -120,7 +120,7 @@ def node_table(problem: Problem, more: Mapping[str, Sequence[str]]) -> str:
 
 
 def headline(problem: Problem) -> str:
-    """Name, size and friction of a problem, in one or two lines; in more its loads, and what is doubtful."""
+    """Name, size and friction of a problem; on lines of their own its loads and its warnings."""
     f = problem.f
     friction = f"f = {f[0]:g}" if (f == f[0]).all() else f"f = {f.min():g} … {f.max():g}"
     nodes = f"{problem.n} node{'s' * (problem.n != 1)}"
@@ -140,7 +140,7 @@ def headline(problem: Problem) -> str:
 def progress(label: str, rest: int = 0) -> Iterator[Callable[[int, int], None] | None]:
     """A callback (done, total) that draws a bar on stderr, or None where nobody watches.
 
-    ``rest`` pieces of work more are done when the block ends.
+    The bar leaves room for ``rest`` more pieces of work, which count as done when the block ends.
     """
     if is_quiet() or sys.stderr is None or not sys.stderr.isatty():
         yield None

@@ -192,7 +192,7 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
 
 
 def _node_lines(problem: Problem, run: shakedown.Simulation, per_period: list[float]) -> list[str]:
-    """The table of the nodes; with two directions narrower, its unit below it."""
+    """The table of the nodes; with two directions it is narrower, and its unit stands below it."""
     plane, length = problem.directions == 1, units_of(problem).length
     columns = {
         **by_direction(problem, "initial slip" if plane else "initial", run.initial_slip),

@@ -47,7 +47,7 @@ class Requirement(click.ParamType):
 
 
 def load_factor_of(text: str) -> float | None:
-    """A load factor > 0, None where a text is none."""
+    """The load factor > 0 that a text stands for; None where it is not one."""
     try:
         number = float(text)
     except ValueError:
@@ -162,7 +162,7 @@ def solve(
 
 
 def _asked(found: shakedown.Assessment, claim: str, least: float) -> dict[str, Any]:
-    """A requirement as JSON knows it: what was to be proved, up to where it is, and whether that does."""
+    """A requirement for JSON: what was to be proved, up to where it is proved, and whether that suffices."""
     proved = getattr(found, CLAIMS[claim])
     return {"claim": claim, "load_factor": least, "proved": plain(proved), "met": bool(proved >= least)}
 

@@ -232,7 +232,7 @@ def _text(problem: Problem, found: shakedown.Sweep, load_factor: float) -> str:
 
 
 def _slips(problem: Problem, found: shakedown.Sweep) -> list[str]:
-    """Up to where slips stay below a length, where that was asked about."""
+    """Up to which load factor slips stay below a length, where the user asked for it."""
     known = [slips for slips in found.slip_criteria if slips is not None]
     if not known:
         return []
@@ -274,7 +274,7 @@ def _outcomes(found: shakedown.Sweep, chosen: range) -> str:
 
 
 def _limits(found: shakedown.Sweep, load_factor: float) -> str:
-    """The limits, those below which something holds rounded down, the others up."""
+    """The limits; those below which something holds are rounded down, the others up."""
     limits = {COLUMNS[name]: found.load_factors(name).ravel() for name in COLUMNS if name in found.bounds}
     digits = range(7 - len(found.parameters), FEWEST_DIGITS - 1, -1)
     text = ""

@@ -42,7 +42,7 @@ from .output import (
 )
 
 MORE = "--details: every limit, and a table of the runs."
-HEAD = ["λ", "initial", "predicted", "simulated", "agree", "Σ|Δv|", "residual"]  # narrower than on the page
+HEAD = ["λ", "initial", "predicted", "simulated", "agree", "Σ|Δv|", "residual"]  # shorter than on the page
 SUMMED = "slip per period of the node that slips most, to and fro added up."
 
 
@@ -151,7 +151,7 @@ def verify(
 def _beside(
     context: click.Context, problem: Problem, average: float | None, path: str | None
 ) -> dict[str, Any]:
-    """What else is reported, refused before the work where it is about another joint."""
+    """What else is reported; it is refused before the work if it belongs to another joint."""
     if average is not None:
         shakedown.averaged(problem, average)
     found = None

@@ -43,13 +43,14 @@ ELEMENTS = {
     MeshHex: (ElementHex1, ElementHex2),
     MeshTet: (ElementTetP1, ElementTetP2),
 }
-# Degree that is integrated exactly in solids: two and three points along each side of a hexahedron (those of
-# C3D8), and what the constant Jacobian of a tetrahedron needs. scikit-fem would take 64 points for 8.
+# The degree of polynomials that is integrated exactly in solids, for elements of first and second order: it
+# takes two or three Gauss points along each side of a hexahedron (two are those of C3D8), and as many as the
+# constant Jacobian of a tetrahedron needs. By default scikit-fem takes 64 points where 8 are enough.
 DEGREES = {MeshHex: (3, 5), MeshTet: (2, 3)}
 
 
 def kind_of(mesh: Mesh) -> type[Mesh]:
-    """Which kind of mesh it is, of those with :data:`ELEMENTS`."""
+    """The kind of a mesh: the key of :data:`ELEMENTS` that it is an instance of."""
     return next(kind for kind in ELEMENTS if isinstance(mesh, kind))
 
 
@@ -85,7 +86,7 @@ class Material:
             raise ProblemError(f"material: expected a density > 0, found {self.density}")
 
     def lame(self, plane: str) -> tuple[float, float]:
-        """Lamé parameters (λ, μ), of a plane problem or (as of plane strain) of a solid [force/length²]."""
+        """Lamé parameters (λ, μ) [force/length²]; a solid has those of plane strain."""
         lam, mu = lame_parameters(self.young, self.poisson)
         return (lam, mu) if plane == "strain" else (2 * mu * lam / (lam + 2 * mu), mu)
 
@@ -103,7 +104,7 @@ class Support:
         check_fields(self, ProblemError)
 
     def holds(self, dimension: int) -> list[int]:
-        """The directions 1, 2, 3 that it holds of a body in two or three dimensions."""
+        """The directions (1, 2, 3) in which it holds a body of two or three dimensions."""
         return [k for k, held in enumerate((self.x, self.y, self.z)[:dimension], start=1) if held]
 
 
@@ -130,9 +131,9 @@ class ElasticBody:
     supports, loads
         What holds the body and what acts on it, on named boundaries.
     plane
-        ``"strain"`` or ``"stress"``, of a plane body.
+        ``"strain"`` or ``"stress"``, for a plane body.
     thickness
-        Of a plane body [length].
+        Thickness of a plane body [length].
     order
         1 (bilinear, linear) or 2 (biquadratic, quadratic) elements. Slips and forces at nodes between the
         corners of quadratic tetrahedra in contact are weighted ones (docs/mortar.md).
@@ -143,8 +144,8 @@ class ElasticBody:
     Raises
     ------
     ProblemError
-        If a boundary or subdomain is not in the mesh, its elements are of another kind, some have no
-        material, or a solid has a thickness.
+        If a boundary or subdomain is not in the mesh, the mesh has elements of another kind, some of them
+        have no material, or a solid is given a thickness.
 
     Examples
     --------
@@ -211,8 +212,8 @@ class ElasticBody:
     def dofs(self) -> IntArray:
         """Node label and direction (1, 2 or 1, 2, 3) of every row, (N, 2).
 
-        Vertices carry their own number; with second-order elements mid-side
-        nodes follow in the order of the edges, then of the facets, centres in the order of the elements.
+        Vertices keep their numbers. With second-order elements the nodes on edges come next, then those on
+        facets, then the centres of the elements, each in the order of the mesh.
         """
         table = np.zeros((self.basis.N, 2), dtype=np.intp)
         first, basis = 0, self.basis
@@ -243,7 +244,7 @@ class ElasticBody:
 
     @cached_property
     def _facet_bases(self) -> dict[str, FacetBasis]:
-        """Those that have been asked for: loads, normals and areas of a boundary share one."""
+        """The bases asked for so far: the loads, normals and areas of a boundary share one."""
         return {}
 
     def rows_on(self, boundary: str, direction: int) -> IntArray:
@@ -260,10 +261,10 @@ class ElasticBody:
         return np.unique(np.concatenate(rows))
 
     def normals_on(self, boundary: str) -> tuple[IntArray, FloatArray]:
-        """Nodes of a named boundary in order along it, and unit normals into the body, (n,), (n, 2).
+        """Nodes of a named boundary, (n,), and unit normals into the body there, (n, 2) or (n, 3).
 
-        Where two facets meet the normal is the mean of theirs, weighted by length. Of a solid the nodes
-        have the order of their numbers, the normals are (n, 3) and weighted by area.
+        The nodes of a plane body are in order along the boundary, those of a solid in the order of their
+        numbers. Where facets meet, the normal is the mean of theirs, weighted by length (of a solid by area).
         """
         basis = self.facet_basis(boundary)
         outward, weight = np.asarray(basis.normals), np.zeros((self.basis.N, self.dimension))
@@ -280,7 +281,7 @@ class ElasticBody:
         return self.dofs[rows[order], 0], normals[order]
 
     def areas_on(self, boundary: str, nodes: IntArray) -> FloatArray:
-        """Area of a named boundary that each of its nodes stands for, ∫ N_j ds times thickness, (n,)."""
+        """The area of a named boundary that each node stands for: ∫ N_j ds times the thickness, (n,)."""
         form = LinearForm(lambda v, w: v[0]).assemble(self.facet_basis(boundary))
         of_node = np.zeros(self.dofs[:, 0].max() + 1)
         rows = self.dofs[:, 1] == 1
@@ -288,7 +289,7 @@ class ElasticBody:
         return np.asarray(self.thickness * of_node[nodes])
 
     def extent_of(self, boundary: str) -> float:
-        """Length of a named boundary [length], of a solid body its area [length²]."""
+        """The length of a named boundary of a plane body [length], the area of one of a solid [length²]."""
         return float(np.asarray(self.facet_basis(boundary).dx).sum())
 
     def positions(self, nodes: IntArray) -> FloatArray:
@@ -298,7 +299,7 @@ class ElasticBody:
         return place[nodes]
 
     def parts(self) -> list[tuple[Material, IntArray | None]]:
-        """Materials with their elements; None where there is one of all."""
+        """Every material with its elements; with None where one material is that of all elements."""
         if isinstance(self.material, Material):
             return [(self.material, None)]
         named = self.mesh.subdomains or {}
@@ -332,7 +333,7 @@ def rigid_motion(places: FloatArray) -> FloatArray:
 
 
 def tied(body: ElasticBody, contact: IntArray) -> tuple[sparse.csr_array, IntArray]:
-    """u = T u': the displacements of a body in terms of those that its rigid boundaries leave.
+    """T of u = T u': unknowns u' of a body whose rigid boundaries only move as rigid bodies.
 
     Parameters
     ----------
@@ -344,7 +345,8 @@ def tied(body: ElasticBody, contact: IntArray) -> tuple[sparse.csr_array, IntArr
     T : (N, N')
         The unit matrix where no boundary is rigid.
     dofs : (N', 2)
-        Node and direction of what is left; every rigid boundary is a node with directions 1 to 6.
+        Node and direction of every unknown u'. A rigid boundary counts as one node, with directions 1 to 6
+        (in the plane 1 to 3).
 
     Raises
     ------

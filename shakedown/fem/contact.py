@@ -73,8 +73,8 @@ def contact_problem(
         ``"nodes"``: node to node. ``"mortar"``: meshes that need not match (docs/mortar.md); results are at
         the nodes of the first body, which better be the coarser.
     reach
-        Of a mortar coupling the largest distance of facets that meet, by default a quarter of a facet
-        [length].
+        With a mortar coupling: the largest distance at which facets count as meeting, by default a quarter of
+        the size of a facet [length].
     bolts
         What pulls the bodies together.
     modal
@@ -82,7 +82,7 @@ def contact_problem(
         are in equilibrium, a statically determinate support holds them while they are condensed, and
         ``source`` says so.
     tangent : (3,) or (n, 3), optional
-        Of solid bodies the direction towards which the first tangent leads
+        For solid bodies: the direction towards which the first tangent points
         (:func:`~shakedown.models.condensation.tangent_pairs.tangent_pairs`).
     gap : (), (n,) or a function of the nodes' coordinates (2, n) or (3, n), optional
         Initial gap between the bodies [length]; negative is interference.
@@ -223,11 +223,14 @@ class _Bodies(NamedTuple):
 
     @property
     def shift(self) -> int:
-        """What the second body's nodes are counted from where both have one numbering."""
+        """Where the nodes of the second body begin in the common numbering of both bodies."""
         return int(self.body.dofs[:, 0].max()) + 1 + len(self.body.rigid)
 
     def coupled(self, shift: int) -> SurfaceCoupling | None:
-        """The coupling of meshes that need not match; the second body's nodes are counted from ``shift``."""
+        """The coupling of meshes that need not match; None where nodes face nodes, or an obstacle.
+
+        The nodes of the second body are counted from ``shift``.
+        """
         if self.coupling not in COUPLINGS:
             raise ProblemError(f"coupling: expected one of {', '.join(COUPLINGS)}, found '{self.coupling}'")
         if self.coupling == "nodes":
@@ -266,7 +269,10 @@ class _Joint:
         return () if self.coupling is None else self.coupling.warnings
 
     def areas(self, area: FloatArray, own: IntArray, thickness: float) -> FloatArray:
-        """Areas of the nodes: of their facets, as far as these are covered, in the basis of the contact."""
+        """The area that each node stands for, in the basis of the contact.
+
+        With a mortar coupling only what the second body covers counts.
+        """
         if self.coupling is None:
             return without_cancelled(hat_areas(area, own, self.middle_nodes))
         covered = dict(zip(self.coupling.labels.tolist(), self.coupling.area.tolist(), strict=True))
@@ -307,7 +313,7 @@ class _Joint:
 
 
 def _reduced(case: LoadCase, ties: sparse.csr_array) -> LoadCase:
-    """A load case on the displacements that rigid boundaries leave."""
+    """A load case in the unknowns of bodies with rigid boundaries (:func:`~shakedown.fem.body.tied`)."""
     parts = {key: getattr(case, key) for key in ("force", "displacement")}
     return replace(case, **{key: ties.T @ part for key, part in parts.items() if part is not None})
 
@@ -357,7 +363,7 @@ def _assembled(given: _Bodies, tangent: ArrayLike | None, announce: Callable[[st
 def _facing(
     given: _Bodies, nodes: IntArray, place: FloatArray
 ) -> tuple[list[ElasticBody], IntArray, list[IntArray], SurfaceCoupling | None]:
-    """The bodies, contact nodes or pairs, nodes of every body in contact, the coupling if there is one."""
+    """The bodies, the contact nodes or pairs, the contact nodes of each body, the coupling if any."""
     if given.against is not None and given.against[0].dimension != given.body.dimension:
         raise ProblemError("contact: expected two plane bodies or two solid ones, found one of each")
     coupling = given.coupled(given.shift)
@@ -371,7 +377,7 @@ def _facing(
 
 
 def _middle_nodes(body: ElasticBody, boundary: str) -> IntArray:
-    """Nodes between corners of facets that give their corners no share of a pressure, with these, (t, 3)."""
+    """(node between two corners, these corners), (t, 3), of facets whose corners carry no pressure."""
     if body.order == 1 or body.dimension == 2:
         return np.zeros((0, 3), dtype=np.intp)
     return meshed_surface(body, boundary).middle_nodes
@@ -394,10 +400,10 @@ def _in_space(vectors: FloatArray) -> FloatArray:
 
 
 def _in_symmetry_planes(body: ElasticBody, nodes: IntArray, normals: FloatArray) -> FloatArray:
-    """Normals with what a support holds taken out, where that is little: the mean with the mirrored facet.
+    """Normals without their components along directions that a support holds, where these are small.
 
-    At the end of a curved boundary on a plane of symmetry the only facet there is tilted
-    by half the angle of an element.
+    At the end of a curved boundary on a plane of symmetry there is only one facet, tilted by half the angle
+    of an element. The mean of its normal and that of its mirror image lies in the plane.
     """
     held = body.dofs[body.held_rows()]
     inside = normals.copy()
@@ -410,7 +416,7 @@ def _in_symmetry_planes(body: ElasticBody, nodes: IntArray, normals: FloatArray)
 
 
 def _matching(place: FloatArray, other: ElasticBody, boundary: str) -> IntArray:
-    """Nodes of the second body at the places of the first body's contact nodes."""
+    """The nodes of the second body that lie where the first body's contact nodes are."""
     nodes, _ = other.normals_on(boundary)
     distance, nearest = KDTree(other.positions(nodes)).query(place)
     reach = 1e-6 * max(np.ptp(place, axis=0).max(), np.finfo(float).tiny)
@@ -423,7 +429,7 @@ def _matching(place: FloatArray, other: ElasticBody, boundary: str) -> IntArray:
 
 
 def _not_held(body: ElasticBody, nodes: IntArray) -> IntArray:
-    """Contact nodes that can move at all."""
+    """Which contact nodes can move: positions of those that no support holds in every direction."""
     held = body.dofs[body.held_rows(), 0]
     labels, count = np.unique(held, return_counts=True)
     kept = np.flatnonzero(~np.isin(nodes, labels[count == body.dimension]))

@@ -9,9 +9,9 @@ from shakedown.models.condensation.surface_mesh import ContactSurface
 
 
 def contact_faces(body: ElasticBody, boundary: str, nodes: IntArray) -> NDArray[np.intp] | None:
-    """Faces of a boundary that have all their corners among some nodes, (k, 4): −1 as the last of a triangle.
+    """The faces of a boundary whose corners are all among ``nodes``, (k, 4); a triangle ends with −1.
 
-    None of a plane body. Faces with nodes on their sides are split.
+    A plane body has none (None). Faces with nodes on their sides are split at these.
     """
     if body.dimension == 2:
         return None
@@ -41,7 +41,7 @@ def meshed_surface(body: ElasticBody, boundary: str, shift: int = 0) -> ContactS
 
 
 def _between(body: ElasticBody, facet: int, corners: IntArray) -> list[int]:
-    """Nodes on the sides of a facet of second order, in order around it, then one in its middle."""
+    """Nodes on the sides of a second-order facet, in order around it, then the one in its middle, if any."""
     every = np.unique(body.dofs[body.basis.get_dofs(np.array([facet])).flatten(), 0])
     others = every[~np.isin(every, corners)]
     if body.dimension == 2:

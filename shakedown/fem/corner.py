@@ -1,4 +1,4 @@
-"""The end of a contact: can a corner that is pressed on a plane, or on another body, stick?"""
+"""A corner at the end of a contact: can it stick, and if not, how does λ_max fall with the element size?"""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -13,8 +13,8 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
 
-EXPONENTS = np.linspace(0.02, 0.999, 400)  # of singular tractions: where roots are bracketed
-SLIP_EXPONENTS = np.linspace(EXPONENTS[0], 3.0, 1201)  # where the least one is bracketed
+EXPONENTS = np.linspace(0.02, 0.999, 400)  # exponents e between which roots are sought
+SLIP_EXPONENTS = np.linspace(EXPONENTS[0], 3.0, 1201)  # exponents s between which the least is sought
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class CornerField:
     Attributes
     ----------
     exponent
-        e: with all stuck, tractions go with distance^(e − 1); below 1 they are singular.
+        e: while all nodes stick, tractions go as distance^(e − 1); they are singular for e < 1.
     shear_ratio
         ρ₀ = |q|/p of these tractions: the critical friction coefficient [–]. With more friction the
         corner sticks, and does not limit λ_max.
@@ -52,12 +52,13 @@ def corner_field(
     against_angle: float = np.pi,
     plane: Literal["strain", "stress"] = "strain",
 ) -> CornerField:
-    """The critical friction of a corner, and with less how fast λ_max falls as the mesh is refined.
+    """The critical friction of a corner; with less friction also how fast λ_max falls with refinement.
 
-    Fields φ = r^(s+1) F(θ) in wedges (Williams 1952) whose outer faces are free. Welded along the contact
-    they have the exponent e. With slip along it, and gap none, there is one for every s, and the ratio |q|/p
-    of its tractions tells whether friction can lock it in (docs/mesh.md). Of the exponents the least real one
-    is taken: tractions that oscillate towards the corner are not looked for.
+    Williams's (1952) stress functions φ = r^(s+1) F(θ) describe the fields in wedges whose outer faces are
+    free. If the contact is welded, s has to be the exponent e. If it slips without opening, there is a field
+    for every s, and the ratio |q|/p of its tractions tells whether friction can lock that slip in
+    (docs/mesh.md). Of several exponents the least real one is taken: tractions that oscillate towards the
+    corner are not looked for.
 
     Parameters
     ----------
@@ -104,7 +105,10 @@ def corner_field(
 
 
 class _Pair(NamedTuple):
-    """A wedge on θ > 0 and one on θ < 0, by angles and Poisson's ratios of plane strain; G₁/G₂, 0: rigid."""
+    """The wedge above the contact, θ > 0, and the one below: angles, Poisson's ratios of plane strain.
+
+    ``softer`` is the ratio G₁/G₂ of their shear moduli, 0 where the one below is rigid.
+    """
 
     angle: float
     poisson: float
@@ -114,7 +118,7 @@ class _Pair(NamedTuple):
 
 
 def _effective(poisson: float, plane: str) -> float:
-    """Poisson's ratio of the body in plane strain that behaves so."""
+    """Poisson's ratio that a body in plane strain needs to behave as this one does."""
     return poisson if plane == "strain" else poisson / (1 + poisson)
 
 
@@ -144,7 +148,7 @@ def _least_slip(pair: _Pair, f: float) -> float:
     side = np.sign(np.prod(_contact_tractions(SLIP_EXPONENTS[0], pair, welded=False)))
 
     def excess(s: float) -> float:
-        """Of ± q over f p, jumping where p changes its sign."""
+        """By how much ±q exceeds f p, relative to their size; it jumps where p changes its sign."""
         shear, normal = _contact_tractions(s, pair, welded=False)
         return float((side * shear * np.sign(normal) - f * abs(normal)) / np.hypot(shear, normal))
 
@@ -167,10 +171,11 @@ def _contact_tractions(s: float, pair: _Pair, *, welded: bool) -> tuple[float, f
 
 
 def _conditions(s: float, pair: _Pair, *, welded: bool) -> FloatArray:
-    """Outer faces free, tractions and u_θ, welded u_r too, continuous on θ = 0: zero, in coefficients of F.
+    """The matrix of all conditions: its product with the coefficients of a field has to vanish.
 
-    F = (cos(s+1)θ, sin(s+1)θ, cos(s−1)θ, sin(s−1)θ) of the wedge above, then of the one below; (4, 4) of
-    a wedge on a rigid plane, (8, 8) of two, one row less with slip.
+    The outer faces are free; on θ = 0 the tractions and u_θ, if welded also u_r, are continuous. The
+    coefficients are those of F = (cos(s+1)θ, sin(s+1)θ, cos(s−1)θ, sin(s−1)θ) in the wedge above, then in the
+    one below: (4, 4) for a wedge on a rigid plane, (8, 8) for two; with slip there is one row less.
     """
     own = _displacements(s, pair.poisson)[0 if welded else 1 :]
     if not pair.softer:

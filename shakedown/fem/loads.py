@@ -1,4 +1,4 @@
-"""Loads on an elastic body, each with its own time function, and bolts between two."""
+"""Loads on an elastic body, each with its own time function, and bolts between two bodies."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -96,7 +96,7 @@ class Traction(Load):
 
 @dataclass(frozen=True, eq=False)
 class Force(Load):
-    """Force (x, y[, z]) in all, spread evenly over a boundary [force]."""
+    """A total force (x, y[, z]), spread evenly over a boundary [force]."""
 
     boundary: str
     value: tuple[float, ...] = (0.0, 0.0)
@@ -188,7 +188,7 @@ class Bolt:
     head
         Boundary of the first body, under the bolt's head.
     nut
-        Boundary of the second body; none where the bolt is screwed into something rigid.
+        Boundary of the second body; None where the bolt is screwed into something rigid.
     preload
         The force before anything else acts [force].
     stiffness

@@ -19,7 +19,10 @@ from shakedown.joint.arguments import checked
 
 
 class ElementKind(NamedTuple):
-    """A cell of meshio as scikit-fem has it: mesh, order of the corners, what its facets are called."""
+    """What a cell type of meshio is in scikit-fem: the class of its mesh and the order of its corners.
+
+    And what meshio calls its facets, and whether it is a solid.
+    """
 
     mesh: type[Mesh]
     order: list[int]
@@ -28,7 +31,7 @@ class ElementKind(NamedTuple):
 
 
 CORNERS = {"line": 2, "triangle": 3, "quad": 4}
-KINDS = {  # solids first: of these the others are boundaries
+KINDS = {  # solids first, as the other cells are boundaries beside them
     "hexahedron": ElementKind(MeshHex, [0, 4, 3, 1, 7, 5, 2, 6], "quad", True),
     "tetra": ElementKind(MeshTet, [0, 1, 2, 3], "triangle", True),
     "triangle": ElementKind(MeshTri, [0, 1, 2], "line", False),
@@ -145,7 +148,7 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     Gmsh physical groups and cell sets become boundaries and subdomains; a node
     set (Abaqus, CalculiX) becomes the boundary of all facets whose nodes it holds.
     A problem made with the mesh tells the file's name and SHA-256, unless the mesh is
-    changed in between: scikit-fem then makes another one.
+    changed in between, as scikit-fem then makes a new one.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Modes of a joint with its contact stuck, and the load that has the shape of one: what drives a mode."""
+"""Vibration modes of a joint whose contact sticks, and the inertia forces of a mode as a load."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -78,9 +78,9 @@ def mass_of(body: ElasticBody) -> sparse.csr_array:
 def stuck_mode(
     K: sparse.csr_array, M: sparse.csr_array, motions: sparse.csr_array, number: int, rigid: int
 ) -> tuple[float, FloatArray]:
-    """Circular frequency and shape (N,) of mass 1 of the mode ``number`` beyond the rigid ones.
+    """Circular frequency and shape φ (N,), φᵀ M φ = 1, of a mode; the first ``rigid`` ones do not count.
 
-    The displacements are ``motions`` (N, k) times any numbers.
+    The shape is a combination of the columns of ``motions``, (N, k).
 
     Raises
     ------
@@ -93,7 +93,7 @@ def stuck_mode(
     count = number + rigid + 1
     if number < 0 or count >= K.shape[0]:
         raise ProblemError(f"mode: expected a number from 0 to {K.shape[0] - rigid - 2}, found {number}")
-    shift = -NEGLIGIBLE * K.trace() / M.trace() if rigid else 0.0  # with it K of a free structure has factors
+    shift = -NEGLIGIBLE * K.trace() / M.trace() if rigid else 0.0  # makes K of a free structure regular
     start = np.random.default_rng(0).random(K.shape[0])  # of no symmetry, and the same every time
     try:
         values, vectors = eigsh(K, count, M, sigma=shift, v0=start)
@@ -106,9 +106,9 @@ def stuck_mode(
 
 
 def determinate_rows(dofs: IntArray, places: Mapping[int, Sequence[float]], candidates: IntArray) -> IntArray:
-    """As few rows as hold a free structure, statically determinate, far apart: three in a plane, else six.
+    """Rows far apart that hold a free structure, statically determinate: three in a plane, six in space.
 
-    Loads in equilibrium cause no force there, so that it is of no consequence which rows they are.
+    Loads in equilibrium cause no force there, so that the choice does not change any result.
     """
     where = np.array([places[node] for node in dofs[candidates, 0].tolist()])
     motion = rigid_motion(where)[np.arange(len(candidates)), dofs[candidates, 1] - 1]
@@ -128,7 +128,7 @@ def check_balanced(cases: Sequence[LoadCase], places: FloatArray, direction: Int
     known = [part for part in (factors.period, factors.mean, factors.transient) if part is not None]
     steps = np.vstack(known)
     left = np.abs(steps @ (forces @ motion)).max(axis=1)
-    # of the forces of a load: what may be left of its resultants on a free structure
+    # what may be left of a resultant, relative to the forces
     if (left > SIX_DIGITS * (np.abs(steps) @ np.abs(forces).sum(axis=1))).any():
         raise ProblemError(
             "loads: expected loads in equilibrium, as nothing supports the bodies, found a resultant of "

@@ -18,7 +18,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.size_limits import EACH_SHOWN
 
 MADE_BY = "shakedown.fem.contact_problem"
-FILE = "read_from"  # of a mesh: name and SHA-256 of the file that it was read from
+FILE = "read_from"  # attribute of a mesh: name and SHA-256 of the file that it was read from
 KINDS = {
     MeshQuad: ("bilinear", "biquadratic", "quadrilaterals"),
     MeshTri: ("linear", "quadratic", "triangles"),
@@ -42,7 +42,7 @@ class Contact(NamedTuple):
 
 
 def remember_file(mesh: Mesh, path: str | os.PathLike[str]) -> Mesh:
-    """The mesh, which knows from now on which file it was read from."""
+    """Note on a mesh from which file it was read, and return it."""
     digest = hashlib.sha256(Path(path).read_bytes()).hexdigest()
     setattr(mesh, FILE, {"name": Path(path).name, "sha256": digest})
     return mesh
@@ -152,7 +152,7 @@ def _fields(thing: object) -> Entry:
 
 
 def _told(value: Any) -> Any:
-    """A value as JSON tells it: numbers, texts, short lists; of what is longer its size and range."""
+    """A value for JSON: numbers, texts and short lists as they are, a longer list as its size and range."""
     if value is None or isinstance(value, str):
         return value
     if callable(value):

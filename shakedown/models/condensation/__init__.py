@@ -1,12 +1,14 @@
 """From an elastic model with many degrees of freedom to the contact stiffness κ.
 
-Reading order: ``tangent_pairs``, ``contact_frame`` (contact nodes, normals, tangents), ``shanks``,
-``coupled_frame`` (what they follow where that is no node), ``load_case``, ``stiffness_checks``,
-``loose_motion``, ``dissection``, ``fronts`` (large solids, and what they take), ``factorised_interior``,
-``condense`` (the public functions).
+Reading order: ``tangent_pairs`` (two tangents at a node), ``contact_frame`` (the contact nodes with normals
+and tangents), ``coupled_frame`` (contact nodes that face a surface, not a node), ``shanks`` (springs of
+bolts), ``load_case``, ``stiffness_checks`` (of matrices from other programs), ``loose_motion`` (motions that
+nothing resists), ``factorised_interior`` (the interior is eliminated; of large solids by ``dissection`` and
+``fronts``), ``condense`` (the public functions).
 
-Two surfaces whose meshes do not match, by the dual mortar method, a linear map in front of the condensation:
-``surface_mesh`` (nodes and facets), ``facet_shapes``, ``overlaps`` (which may meet, exact segments, Gauss
-points), ``dual_basis`` (D, P), ``node_coupling`` (what nodes follow, also of pairs, the least correction of
-P), ``surface_coupling`` (the public function).
+Two surfaces whose meshes do not match are coupled by the dual mortar method, a linear map in front of the
+condensation: ``surface_mesh`` (nodes and facets), ``facet_shapes`` (shape functions), ``overlaps`` (which
+facets meet, cut exactly, with Gauss points), ``dual_basis`` (the matrices D and P), ``node_coupling`` (P for
+nodes, pairs and surfaces, corrected so that rigid motions are exact), ``surface_coupling`` (the public
+function).
 """

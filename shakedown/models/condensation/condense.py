@@ -39,9 +39,10 @@ from shakedown.models.condensation.stiffness_checks import (
 
 
 class WeldedCase(NamedTuple):
-    """A load case at factor 1 with all nodes welded: reactions (q_w, p_w), ((d + 1) n,) [force].
+    """What a load case at factor 1 does while all contact nodes are welded.
 
-    And the load on the model, None where that is not known, as it was run elsewhere.
+    The reactions (q_w, p_w) at the contact, ((d + 1) n,) [force], and the load on the whole model; None where
+    that is not known because the load was run elsewhere.
     """
 
     reactions: FloatArray
@@ -125,7 +126,7 @@ class Condensation(Result):
         return self.welded(case).reactions
 
     def welded(self, case: LoadCase) -> WeldedCase:
-        """The same with the load on the model: worth keeping, as the interior is solved for it."""
+        """These reactions, and the load on the model, for which its interior is solved: worth keeping."""
         total, expected = self.layout.zeros(), (self.n, self.layout.d + 1)
         for key in ("reactions", "opened"):
             given = getattr(case, key)
@@ -142,16 +143,17 @@ class Condensation(Result):
         return WeldedCase(total + welded.reactions, None if elsewhere else welded)
 
     def conjugate(self, one: LoadCase, other: LoadCase) -> float:
-        """The displacement conjugate to a load under another one, the contact welded: way of its forces.
+        """The displacement conjugate to load ``one`` under load ``other`` while the contact is welded.
 
-        Of a prescribed displacement it is minus the force that holds it; NaN where a load was run elsewhere.
+        For forces F it is F · u with the displacements u under ``other``, for a prescribed displacement minus
+        the force that holds it there. NaN where a load was run elsewhere.
         """
         return self.welded(one).conjugate(self.welded(other))
 
     def motions(self, open_nodes: Sequence[int] = (), *, released: bool = False) -> sparse.csr_array:
-        """The displacements (N, k) that are left to the model with its contact stuck and some nodes open.
+        """The motions, (N, k), that the model has while its contact sticks but for some open nodes.
 
-        ``released`` lets go of what is held, too.
+        With ``released`` the held rows can move too.
         """
         model, opened = self._model, self.layout.of_nodes(list(open_nodes))
         columns = [model.T_i, model.T_c[:, opened], *([model.T_h] if released else [])]
@@ -159,7 +161,7 @@ class Condensation(Result):
         return sparse.csr_array(found[:, np.diff(found.indptr) > 0])
 
     def _opened(self, apart: FloatArray) -> FloatArray:
-        """Displacements of the nodes (n, d + 1), of a coupling û₁ − P u₂, as slips and gaps."""
+        """Displacements of the contact nodes (n, d + 1), with a coupling û₁ − P u₂, as slips and gaps."""
         frame = self.frame
         return frame.to_local(apart if frame.followed is not None else frame.weighted(apart))
 
@@ -212,8 +214,8 @@ class Condensation(Result):
 
         The gap [length] is a number, one per node or pair, or a function of the
         positions ``x``; negative is interference. Where a load has a range, the load steps
-        are the corners of a load domain (``load_path``). Whoever has the ``welded`` loads already hands them
-        over.
+        are the corners of a load domain (``load_path``). ``welded`` is what :meth:`welded` has found of the
+        loads, where that is known already.
         """
         factors = histories(loads)
         welded = [self.welded(case) for case in loads] if welded is None else welded
@@ -260,7 +262,7 @@ class Condensation(Result):
         return with_initial_gap(touching, initial) if initial.any() else touching
 
     def _directions(self) -> dict[str, Any]:
-        """Normals and tangents as fields of a problem in space; of a plane one nobody has said the axes."""
+        """Normals and tangents as fields of a problem in space; a plane one has none here."""
         if self.layout.d == 1:
             return {}
         return {"normal": self.frame.normals, "tangents": self.frame.tangents}
@@ -275,7 +277,7 @@ def _compliance(welded: Sequence[WeldedCase]) -> FloatArray | None:
 
 
 def _frequencies(loads: Sequence[LoadCase]) -> list[float] | None:
-    """The circular frequencies of inertia forces, NaN of other loads; None where there are none."""
+    """The circular frequencies of inertia forces, NaN for other loads; None where no load has one."""
     if all(case.frequency is None for case in loads):
         return None
     return [np.nan if case.frequency is None else case.frequency for case in loads]
@@ -418,13 +420,13 @@ def condensed_stiffness(
     allow_sparse
         Accept a matrix that holds contact nodes only and yet couples few of them.
     coupling
-        Of two bodies whose meshes do not match
+        The coupling of two bodies whose meshes do not match
         (:func:`~shakedown.models.condensation.surface_coupling.surface_coupling`): ``contact`` are
         then nodes of its first surface, slip and gap are u₁ − P u₂.
     middle_nodes : (t, 3), optional
-        Of quadratic faces with six or eight nodes: each node between two corners, and these corners, which
-        then get a share of a pressure (they carry none or pull otherwise); slips, gaps and forces at the
-        nodes between them are weighted ones (docs/mortar.md).
+        For quadratic faces with six or eight nodes: (node between two corners, these corners). With the
+        change of basis the corners carry a share of a pressure, of which they otherwise carry nothing or the
+        opposite; slips, gaps and forces at the nodes between them are then weighted ones (docs/mortar.md).
     places
         Node → (x, y, z) [length]: for the message about an interior that can move, and the pieces into
         which a large solid is cut (without them distances in the graph of its matrix say where nodes are).

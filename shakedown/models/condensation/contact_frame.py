@@ -35,10 +35,10 @@ class ContactFrame:
         In the plane unit tangents (n_y, −n_x): normal (0, 1) gives the slip direction (1, 0). In space
         a perpendicular pair for every node, t₁ × t₂ = n.
     followed : (n (d + 1), N) or None
-        Of surfaces that do not match: how the nodes move with the second body where slip and gap are zero.
+        For surfaces that do not match: how the nodes move with the second body while slip and gap are zero.
     between : (t, 3, d + 1)
-        Rows of nodes between two corners and of these, of quadratic faces: u = T û with
-        u_middle = α (u_corner + u_corner) + (1 − 2 α) û_middle gives every node a share of a pressure
+        For quadratic faces: the rows of each node between two corners and of these corners. In the basis û of
+        u = T û, u_middle = α (u_corner + u_corner) + (1 − 2 α) û_middle, every node has a share of a pressure
         (docs/mortar.md); slips and forces there are those of û. A row that is missing is −1.
     """
 
@@ -241,10 +241,9 @@ def contact_frame(
 def with_guides(
     frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_]
 ) -> tuple[ContactFrame, NDArray[np.bool_]]:
-    """Which slips are held while the normal is free, (dn,), and the frame whose tangents lead along them.
+    """The frame with tangents along held directions; which slips are held while the normal is free, (dn,).
 
-    In space a node that is held in one direction takes that direction as a tangent, unless one of
-    its pair is that already.
+    In space a node that is held in one direction takes that direction as a tangent, unless it has it already.
 
     Raises
     ------
@@ -277,12 +276,12 @@ def out_of_plane_notes(
     axes: tuple[int, int],
     may_move: bool,
 ) -> tuple[str, ...]:
-    """What becomes of the friction of contact nodes that have a direction across the plane.
+    """Notes on contact nodes of a plane problem that have a third direction, across the plane.
 
     Raises
     ------
     ProblemError
-        If one may not move there, and does.
+        If such a node can move there, and that is not allowed (``may_move``).
     """
     if frame.directions > 1:
         return ()
@@ -335,7 +334,7 @@ def check_unique(labels: IntArray) -> None:
 
 
 def _check_plane(unit: FloatArray, axes: tuple[int, int], tangent: ArrayLike | None) -> None:
-    """That the axes of a plane stand beside plane normals, and a tangent beside those in space."""
+    """Refuse axes of a plane beside normals in space, and a tangent beside normals in a plane."""
     if unit.shape[1] == 2 and tangent is not None:
         raise ProblemError("tangent: expected only beside normals of three components, found two")
     if unit.shape[1] == 3 and axes != PLANE:

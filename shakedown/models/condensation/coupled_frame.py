@@ -1,4 +1,4 @@
-"""Contact nodes whose other side is not a node: a surface that does not match, or facets of another basis."""
+"""Contact nodes that face a surface with another mesh, not a node, and facets whose basis is changed."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -23,7 +23,7 @@ def coupled_frame(
     coupling: NodeCoupling | None,
     middle_nodes: ArrayLike | None,
 ) -> ContactFrame:
-    """The frame with what its nodes follow, and with the nodes between corners whose basis is changed.
+    """The frame with what its nodes follow on the second body, and nodes between corners with another basis.
 
     Parameters
     ----------
@@ -32,10 +32,10 @@ def coupled_frame(
     axes
         The directions of a plane contact.
     coupling
-        What the contact nodes follow, on the first body; None where that is nodes of the second, or nothing.
+        The coupling, whose contact nodes are on the first body; None where nodes face nodes, or an obstacle.
     middle_nodes : (t, 3), optional
-        Nodes between two corners, and these, of faces that carry no pressure at their corners otherwise; of a
-        coupling its own.
+        (node between two corners, these corners) of faces whose corners would carry no pressure otherwise; a
+        coupling brings its own.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def _followed(
 
 
 def hat_areas(area: FloatArray, labels: IntArray, middle_nodes: IntArray) -> FloatArray:
-    """∫N̂ of nodes (n,) from ∫N: those between corners give of theirs to the corners."""
+    """∫N̂ of nodes (n,) from their ∫N: nodes between corners pass on a part of theirs to the corners."""
     found, place = area.copy(), {label: k for k, label in enumerate(labels.tolist())}
     for node, *corners in middle_nodes.tolist():
         if node in place and all(corner in place for corner in corners):

@@ -16,14 +16,14 @@ LANDMARKS = 8  # nodes whose distances from all others replace unknown positions
 
 @dataclass(frozen=True, eq=False)
 class DissectionPiece:
-    """Nodes that are eliminated together, after the pieces that they keep apart.
+    """Nodes that are eliminated together, after the pieces on both sides that they separate.
 
     Attributes
     ----------
     nodes : (k,)
         Nodes, by number.
     children
-        Places of the pieces on both sides in the order of elimination.
+        Positions of these pieces in the order of elimination.
     """
 
     nodes: IntArray
@@ -41,7 +41,7 @@ def dissection(graph: sparse.csr_array, places: FloatArray | None = None) -> lis
     graph : (k, k)
         Which nodes are coupled; symmetric pattern.
     places : (k, 3), optional
-        Where they are [length]; by default distances in the graph stand for it.
+        Positions of the nodes [length]; by default distances in the graph replace them.
 
     Examples
     --------
@@ -85,7 +85,7 @@ def dissection(graph: sparse.csr_array, places: FloatArray | None = None) -> lis
 
 
 def _by_distances(graph: sparse.csr_array) -> FloatArray:
-    """Places that distances in the graph leave: their main components, (k, 3)."""
+    """Positions made of distances in the graph: their three main components, (k, 3)."""
     farthest, rows = 0, []
     nearest = np.full(graph.shape[0], np.inf)
     for _ in range(min(LANDMARKS, graph.shape[0])):

@@ -17,9 +17,6 @@ from shakedown.ground.round_off import ROUND_OFF, THREE_DIGITS
 from shakedown.models.condensation.overlaps import Overlaps, overlaps
 from shakedown.models.condensation.surface_mesh import ContactSurface, FacetBlock, IntArray
 
-# Share of a facet, and of what a node has there without the edge of the master, below which it counts as
-# uncovered: ψ is then no longer determined by what is covered (the mass matrix is singular but for round-off)
-
 
 @dataclass(frozen=True, eq=False)
 class DualBasis:
@@ -157,7 +154,11 @@ def _whole(slave: ContactSurface, block: FacetBlock, revolved: bool) -> FloatArr
 def _kept(
     slave: ContactSurface, weights: list[FloatArray], whole: list[FloatArray], share: list[FloatArray]
 ) -> list[NDArray[np.bool_]]:
-    """Facets that are covered by enough for every node of them to bear a pressure."""
+    """Facets that are covered so far that each of their nodes can bear a pressure.
+
+    Where less than a thousandth of a facet is covered, or of what a node has without the edge of the master,
+    ψ is not determined by what is covered: the mass matrix is singular but for round-off.
+    """
     kept = [own >= THREE_DIGITS for own in share]
     full = _by_node(slave, whole)
     while True:
@@ -173,7 +174,7 @@ def _kept(
 
 
 def _dual(weight: FloatArray, mass: FloatArray, kept: NDArray[np.bool_]) -> FloatArray:
-    """A with ψ = A N̂ on every facet, (F, k, k): diag(∫N̂) (∫N̂ N̂ᵀ)⁻¹; 0 where it is left out."""
+    """A with ψ = A N̂ on every facet, (F, k, k): diag(∫N̂) (∫N̂ N̂ᵀ)⁻¹; 0 for facets that are left out."""
     found = np.zeros_like(mass)
     size = mass[kept].trace(axis1=1, axis2=2)[:, None, None]
     found[kept] = weight[kept][:, :, None] * np.linalg.inv(mass[kept] / size) / size

@@ -1,6 +1,6 @@
 """Shape functions of facets, and the change of basis that gives corners of quadratic facets a share.
 
-A facet of a kind has its corners in order, then the nodes between them, then one in the middle.
+The nodes of a facet are its corners in order, then the nodes between them, then one in the middle.
 """
 
 import numpy as np
@@ -36,7 +36,7 @@ def shapes(kind: tuple[int, int], place: FloatArray) -> FloatArray:
 
 
 def changed_shapes(kind: tuple[int, int], place: FloatArray) -> FloatArray:
-    """Those whose integrals are all positive: N̂ = N T, (…, k)."""
+    """Shape functions in the changed basis, N̂ = N T, (…, k): their integrals are all positive."""
     found = shapes(kind, place)
     return found @ basis_change(kind) if kind in CHANGED else found
 

@@ -22,13 +22,18 @@ from shakedown.models.condensation.loose_motion import Places, loose_motion
 
 _COLUMNS = 64  # right-hand sides solved at a time, which limits the dense workspace to 64 vectors
 _WORTH_THREADS = 1e12  # multiplications, a minute of one core; in fewer, threads wait for each other
-# Rows of a solid interior from which on it is cut up by where its nodes are: SuperLU, which does not know
-# that, has larger factors there, and a right side for every contact displacement.
+# From so many rows on a solid interior is dissected by the positions of its nodes (``dissection``,
+# ``fronts``). SuperLU, which does not know these, needs larger factors, and a right-hand side for every
+# contact displacement.
 _LARGE = 4000
 
 
 class WeldedLoad(NamedTuple):
-    """A load on the welded model: contact reactions T_cᵀ (K u − F), F and what is prescribed, u, K u − F."""
+    """What a load does to the welded model.
+
+    The contact reactions T_cᵀ (K u − F), the nodal forces F and prescribed displacements of the load, the
+    displacements u, and the forces K u − F that hold the model.
+    """
 
     reactions: FloatArray
     force: FloatArray
@@ -37,13 +42,16 @@ class WeldedLoad(NamedTuple):
     left: FloatArray
 
     def conjugate(self, other: "WeldedLoad") -> float:
-        """The displacement conjugate to this load under the other: way of its forces less holding forces."""
+        """The displacement conjugate to this load under the other: forces times the other's displacements.
+
+        Less prescribed displacements times the forces that hold the model under the other.
+        """
         return float(self.force @ other.u - self.prescribed @ other.left)
 
 
 @dataclass(frozen=True, eq=False)
 class Interior:
-    """The model in the variables (v, w), interior, held, with its factorised interior.
+    """The model in slips and gaps (v, w), its interior and its held rows, with the interior factorised.
 
     Attributes
     ----------
@@ -54,7 +62,7 @@ class Interior:
     free, held : (i,), (h,)
         Rows of the interior, and rows that are held.
     lu
-        Factors of K_ii = T_iᵀ K T_i, of a large solid with κ; None where nothing is condensed.
+        Factors of K_ii = T_iᵀ K T_i, for a large solid together with κ; None where nothing is condensed.
     """
 
     K: sparse.csr_array
@@ -66,10 +74,10 @@ class Interior:
     lu: SuperLU | FrontFactors | None
 
     def schur(self) -> tuple[FloatArray, float]:
-        """κ, not yet made symmetric, and the largest relative force that is left on the interior.
+        """κ, not yet made symmetric, and the largest force left on the interior, relative to max |κ|.
 
-        Of a large solid as many unit displacements are looked at as right sides are solved for at a time;
-        by as much as κ differs from their reactions counts too.
+        For a large solid only a sample of unit displacements is checked, as many as are solved for at a time;
+        the difference of κ from their reactions counts as well.
         """
         if isinstance(self.lu, FrontFactors):
             return self.lu.schur, self._left_over(self.lu)
@@ -136,7 +144,7 @@ def interior_of(
 ) -> Interior:
     """Split a model into contact, interior and held rows and factorise its interior.
 
-    What a large one takes is said to ``announce`` beforehand.
+    ``announce`` is told beforehand what a large one will take.
 
     Raises
     ------
@@ -182,7 +190,7 @@ def _by_fronts(
 
 
 def _known(nodes: NDArray[np.intp], places: Places | None) -> FloatArray | None:
-    """Where nodes are, (k, 3); a few that nobody placed (rigid boundaries) are taken to be in the middle."""
+    """Positions of nodes, (k, 3), a few unknown ones (rigid boundaries) in the middle; None without most."""
     found = [] if places is None else [places.get(node) for node in nodes.tolist()]
     there = [place for place in found if place is not None]
     if 2 * len(there) < len(nodes):
@@ -224,5 +232,5 @@ def _loose(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places | None
     expected = "K: expected an interior that the supports and the welded contact hold, found that it can move"
     try:
         return f"{expected}: {loose_motion(K_ii, dofs, places)}"
-    except (ArpackError, RuntimeError, np.linalg.LinAlgError):  # goes without a description
+    except (ArpackError, RuntimeError, np.linalg.LinAlgError):  # the message then goes without a description
         return expected

@@ -1,9 +1,9 @@
 """Cholesky factors of a large sparse matrix, front by front, with some unknowns kept to the end.
 
-The unknowns of each piece of a dissection are eliminated in a dense matrix, the front, of their own and
-of those that they are coupled to; what is left of it is added to the front of the piece above. The kept
-unknowns are never eliminated: what is left at the end is their Schur complement, without one right side
-being solved for.
+The unknowns of each piece of a dissection are eliminated in a dense matrix, the front. It holds them and the
+later unknowns that they are coupled to; what remains of it is added to the front of the piece above. The kept
+unknowns are never eliminated: what remains at the end is their Schur complement, and no right-hand side had
+to be solved for.
 """
 
 import time
@@ -27,7 +27,7 @@ BYTES = np.dtype(float).itemsize
 
 @dataclass(frozen=True, eq=False)
 class Front:
-    """One step of the elimination, unknowns by their place in its order.
+    """One step of the elimination; unknowns are numbered in its order.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Front:
     beyond : (u,)
         Later unknowns that they are coupled to by then, in increasing order.
     children
-        The fronts whose rest is added to this one.
+        The fronts whose remainder is added to this one.
     """
 
     start: int
@@ -193,7 +193,10 @@ def factorised(K: sparse.csr_array, plan: FrontElimination) -> FrontFactors:
 def _assembled(
     K: sparse.csc_array, front: Front, children: Sequence[tuple[Front, FloatArray]]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The front before its elimination: own, below and rest, of which the lower triangles count."""
+    """A front before its elimination, in parts: own unknowns, their coupling to later ones, the later ones.
+
+    Of the square parts only the lower triangles count.
+    """
     own, size = front.own, len(front.beyond)
     corner, below = np.zeros((own, own), order="F"), np.zeros((size, own), order="F")
     rest = np.zeros((size, size), order="F")

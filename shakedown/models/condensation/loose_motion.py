@@ -88,7 +88,7 @@ def motions_in_words(modes: FloatArray, dofs: NDArray[np.intp], places: Places |
 
 
 def _inside(motion: FloatArray, free: FloatArray) -> bool:
-    """Whether a motion is made of free ones."""
+    """Whether a motion is a combination of free ones."""
     outside = motion - free @ (free.T @ motion)
     return bool(np.linalg.norm(outside) <= _SAME * np.linalg.norm(motion))
 

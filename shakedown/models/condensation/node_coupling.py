@@ -62,9 +62,9 @@ class NodeCoupling(Result):
 
 
 def coupling_of_nodes(labels: IntArray, normals: FloatArray, middle_nodes: IntArray) -> NodeCoupling:
-    """That of nodes (n,) on a rigid obstacle, P without columns, or of pairs (n, 2), P = 1.
+    """The coupling of nodes (n,) to a rigid obstacle (P has no columns), or of pairs (n, 2), where P = 1.
 
-    In the basis of quadratic faces û = T⁻¹ u the second body's nodes are changed as the first one's are.
+    On quadratic faces, in the basis û = T⁻¹ u, the second body's nodes are changed as the first one's are.
 
     Examples
     --------
@@ -92,7 +92,7 @@ def coupling_of_nodes(labels: IntArray, normals: FloatArray, middle_nodes: IntAr
 
 
 def joined_couplings(parts: Sequence[NodeCoupling]) -> NodeCoupling:
-    """Those of several patches as one; nodes of the second body may occur twice."""
+    """The couplings of several patches as one; nodes of the second body may occur twice."""
     labels, master, normals, between, partner = (
         np.concatenate([getattr(part, key) for part in parts])
         for key in ("labels", "master", "normals", "middle_nodes", "partner")
@@ -102,7 +102,7 @@ def joined_couplings(parts: Sequence[NodeCoupling]) -> NodeCoupling:
 
 
 def weighted_nodes(count: int) -> tuple[str, ...]:
-    """A note on nodes between corners of quadratic facets, of which there are so many with either corner."""
+    """A note on quadratic facets: at ``count`` nodes between corners slips and forces are weighted ones."""
     if not count:
         return ()
     return (
@@ -125,7 +125,7 @@ def rigid_rows(arms: FloatArray) -> FloatArray:
 def exact_rotations(
     P: sparse.csr_array, near: FloatArray, slave: FloatArray, master: FloatArray
 ) -> FloatArray:
-    """Blocks (nnz, d, d) in the places of the entries of P that move rigid bodies as they are.
+    """Blocks (nnz, d, d) in the places of the entries of P, corrected so that rigid motions open no gap.
 
     Row j of P, as blocks P_jk I, becomes P_jk I + E_j (Σ_k n_jk R_kᵀ R_k)⁺ R_kᵀ n_jk with E_j = R(x_j) −
     Σ_k P_jk R(x_k) and R the rigid motions about x_j: of all changes with P̃ R = R the one that is least in
@@ -160,7 +160,7 @@ def exact_rotations(
     own = rigid_rows(np.zeros((n, d)))
     gram = np.zeros((n, R.shape[2], R.shape[2]))
     np.add.at(gram, row, np.einsum("k,kar,kas->krs", near, R, R, optimize=True))
-    # nodes of a row that lie on a line do not feel a turn about it
+    # a turn about a line through all nodes of a row moves none of them
     inverse = np.linalg.pinv(gram, rcond=NEGLIGIBLE, hermitian=True)
     for _ in range(2):  # the second round removes the round-off of the first
         left = own.copy()

@@ -14,7 +14,7 @@ OPPOSED = -0.5  # cosine between the normals of facets that face each other
 
 
 def facet_pairs(slave: ContactSurface, master: ContactSurface, reach: float) -> tuple[IntArray, IntArray]:
-    """(facet of the slave, facet of the master) whose circles come nearer than the reach."""
+    """Pairs (facet of the slave, facet of the master) whose bounding circles come nearer than ``reach``."""
     tree = KDTree(master.middles)
     near = tree.query_ball_point(
         slave.middles, (1.0 + NEGLIGIBLE) * (slave.radii + master.radii.max() + reach)
@@ -29,11 +29,11 @@ def facet_pairs(slave: ContactSurface, master: ContactSurface, reach: float) -> 
 
 
 SLIVER = 1e-11  # relative to a facet: smaller segments are round-off
-# Gauss points along each side of a triangle. Three are exact to degree 4: all that there is on triangles and
-# parallelograms. Where quadrilaterals depart from one by a share of their size, local places are no
-# polynomials: so many leave 2e-15 of them.
+# Gauss points along each side of a triangle. Three are exact to degree 4, which is all that occurs on
+# triangles and parallelograms. On other quadrilaterals local places are no polynomials: with (departure from
+# a parallelogram, relative to the size, up to which; number of points) the error is 2e-15.
 _POINTS = ((1e-12, 3), (0.1, 6), (0.2, 8), (np.inf, 12))
-_QUADRATIC = 6  # and of bi-quadratic ones, at least
+_QUADRATIC = 6  # least number on bi-quadratic quadrilaterals
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ def overlaps(
     *,
     revolved: bool = False,
 ) -> Overlaps:
-    """Cut pairs of facets (rows of the blocks), projected along the normals of the slave's."""
+    """Cut pairs of facets (rows of the blocks) after a projection along the normals of the slave's facets."""
     seen = [_seen(sides, blocks, pairs, k) for k in (0, 1)]
     cut = _on_lines if sides[0].dimension == 2 else _on_planes
     owner, points, weight = cut(seen[0][0], seen[1][0], _points_along(seen, blocks))
@@ -109,7 +109,10 @@ def _seen(
     pairs: tuple[IntArray, IntArray],
     side: int,
 ) -> tuple[FloatArray, FloatArray]:
-    """Corners along the slave's facet, (p, c, d - 1), and above it, (p, c), towards its body."""
+    """Corners of one side's facets as places on the slave's, (p, c, d - 1), and heights above it, (p, c).
+
+    Heights are positive towards the slave's body.
+    """
     numbers = blocks[0].numbers[pairs[0]]
     kind, nodes, _ = blocks[side]
     middle, normal = sides[0].middles[numbers], sides[0].normals[numbers]
@@ -156,7 +159,7 @@ def _on_lines(slave: FloatArray, master: FloatArray, count: int) -> tuple[IntArr
 
 
 def _on_planes(slave: FloatArray, master: FloatArray, count: int) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Triangles of what is common to convex polygons: their pairs, points (s, g, 2), weights (s, g)."""
+    """What pairs of convex polygons have in common, in triangles: pairs, points (s, g, 2), weights (s, g)."""
     slave, master = _counter_clockwise(slave), _counter_clockwise(master)
     polygon = master
     for k in range(slave.shape[1]):
@@ -184,7 +187,7 @@ def _counter_clockwise(polygon: FloatArray) -> FloatArray:
 
 
 def _clipped(polygon: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """What lies left of a line, with one corner more; a corner may occur several times."""
+    """The part of each polygon left of a line, with one corner more than before; corners may coincide."""
     after = np.roll(polygon, -1, axis=1)
     own, next_ = (_cross((end - start)[:, None], corner - start[:, None]) for corner in (polygon, after))
     crossing = (own < 0) != (next_ < 0)

@@ -20,7 +20,7 @@ from shakedown.models.condensation.surface_mesh import ContactSurface, IntArray
 REACH = 0.25  # in sizes of slave facets, or spacings of pairs: farther away another partner may be meant
 UNCOVERED = 0.02  # share of the slave's area without a partner that is not worth a warning
 FAR = 0.5  # of the reach: beyond, the surfaces may be drawn too far apart
-FINER = 0.67  # size of the slave's facets in the master's: below, λ_E and λ_U of the same joint are lower
+FINER = 0.67  # size of the slave's facets relative to the master's: below it λ_E and λ_U are lower
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -36,7 +36,8 @@ class SurfaceCoupling(NodeCoupling):
         Area D_j = ∫N_j over what is covered: nodal forces over it are tractions [length²]; in a plane
         lengths, of a body of revolution 2π r times these.
     places : (n, d)
-        Where the nodes are; between corners of quadratic facets where their share of the basis is [length].
+        Positions of the nodes; of those between corners of quadratic facets the position that belongs to
+        their unknown [length].
     gap : (n,)
         How far apart the surfaces are drawn, by the nodes of both, negative where they overlap [length]. Of
         curved faces, whose facets are chords, it says nothing (``flat``).
@@ -45,22 +46,22 @@ class SurfaceCoupling(NodeCoupling):
     overlap : float
         Area that is covered [length²].
     share : (2,)
-        Of the area of either surface.
+        The same as a share of the area of either surface.
     distance : (3,)
         Least, mean and largest distance of the facets [length].
     uncovered : (u,)
         Nodes of the slave without a partner.
     chord : float
-        Largest departure of P x₂ from x₁, of flat faces along them, which the correction makes up for:
-        what turning by one radian would slip [length].
+        Largest distance of P x₂ from x₁ (on flat faces along them), which the correction makes up for:
+        without it a rigid turn by one radian would slip by so much [length].
     largest_weight : float
         max |P|.
     finer : float
-        Size of the slave's facets in the master's.
+        Size of the slave's facets relative to the master's.
     size : float
-        Of a facet of the slave, the median [length].
+        Median size of the slave's facets [length].
     reach : float
-        Largest distance of facets that were taken to meet [length].
+        Largest distance at which facets were taken to meet [length].
     warnings : tuple of str
         What is doubtful.
     """
@@ -151,7 +152,7 @@ def surface_coupling(
     found = dual_basis(slave, master, facet_pairs(slave, master, longest), longest, revolved=revolved)
     if found is None or not len(found.nodes):
         raise ProblemError(_nothing(slave, master, longest))
-    if found.found.max() > 1.0 + SIX_DIGITS:  # more is covered twice
+    if found.found.max() > 1.0 + SIX_DIGITS:  # something is covered twice
         worst = slave.facets[int(np.argmax(found.found))]
         raise ProblemError(
             f"surfaces: expected facets of the master side by side, found {found.found.max():.3g} times the "
@@ -196,7 +197,7 @@ def _coupling(
         notes=(),
         warnings=(),
     )
-    weak = made.labels[found.area < PER_CENT * found.whole]  # a node that only a corner of the master covers
+    weak = made.labels[found.area < PER_CENT * found.whole]  # nodes that only a corner of the master covers
     doubts = tuple(_warnings(made, accepted, weak))
     return replace(made, warnings=doubts, notes=weighted_nodes(len(made.middle_nodes)))
 
@@ -213,7 +214,7 @@ def _by_direction(P: sparse.csr_array, blocks: FloatArray) -> sparse.csr_array:
 
 
 def hat_places(surface: ContactSurface) -> FloatArray:
-    """Where the nodes' unknowns are once the basis is changed, û = T⁻¹ u of the places themselves."""
+    """Positions that belong to the unknowns û of the changed basis: T⁻¹ times the positions of the nodes."""
     places = surface.places.copy()
     position = dict(zip(surface.labels.tolist(), range(len(places)), strict=True))
     for node, *corners in surface.middle_nodes.tolist():
@@ -233,7 +234,7 @@ def _nodal_normals(surface: ContactSurface) -> FloatArray:
 
 
 def _corners_and_more(surface: ContactSurface) -> IntArray:
-    """Labels of all nodes that facets have."""
+    """Labels of all nodes of facets."""
     return np.unique([node for facet in surface.facets for node in facet])
 
 

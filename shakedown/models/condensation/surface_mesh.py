@@ -1,4 +1,4 @@
-"""A surface of a body: its nodes, its facets, which side the body is on."""
+"""A surface of a body: its nodes, its facets, and on which side the body is."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ IntArray = NDArray[np.intp]
 
 
 class FacetBlock(NamedTuple):
-    """Facets of a kind: dimension and nodes of each, places of the nodes in the surface, (F, k); numbers."""
+    """Facets of one kind (dimension, count of nodes): positions of their nodes, (F, k), and their numbers."""
 
     kind: tuple[int, int]
     nodes: IntArray
@@ -111,7 +111,7 @@ class ContactSurface(Result):
 
     @cached_property
     def frames(self) -> FloatArray:
-        """Of every facet its middle, its unit normal into the body and its radius, (F, 2 d + 1)."""
+        """Middle, unit normal into the body and radius of every facet, (F, 2 d + 1)."""
         d, found = self.dimension, np.zeros((len(self.facets), 2 * self.dimension + 2))
         for kind, nodes, numbers in self.blocks:
             corners = self.places[nodes[:, : CORNERS[kind]]]
@@ -131,7 +131,7 @@ class ContactSurface(Result):
 
     @property
     def middles(self) -> FloatArray:
-        """(F, d) [length]."""
+        """Middle of every facet, (F, d) [length]."""
         return self.frames[:, : self.dimension]
 
     @property
@@ -141,22 +141,22 @@ class ContactSurface(Result):
 
     @property
     def radii(self) -> FloatArray:
-        """From the middle to the farthest corner, (F,) [length]."""
+        """Distance of every facet's middle from its farthest corner, (F,) [length]."""
         return self.frames[:, -2]
 
     @property
     def areas(self) -> FloatArray:
-        """Areas, in the plane lengths, of the facets with straight sides, (F,)."""
+        """Areas (in the plane lengths) of the facets, their sides taken as straight, (F,)."""
         return self.frames[:, -1]
 
     @property
     def size(self) -> float:
-        """Size of a facet, the median [length]."""
+        """Median size of the facets [length]."""
         return float(np.median(self.areas ** (1.0 / (self.dimension - 1))))
 
     @cached_property
     def middle_nodes(self) -> IntArray:
-        """(node between two corners, these two) of facets whose basis is changed, (t, 3) labels."""
+        """(node between two corners, these corners) of facets whose basis is changed, (t, 3) labels."""
         return np.unique(np.array(list(self._between()), dtype=np.intp).reshape(-1, 3), axis=0)
 
     def _between(self) -> Iterator[tuple[int, int, int]]:

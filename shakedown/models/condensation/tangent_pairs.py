@@ -14,16 +14,16 @@ STEEP = 0.2  # sine of the angle between an axis and a normal below which the ax
 def tangent_pairs(normals: FloatArray, tangent: ArrayLike | None = None) -> FloatArray:
     """A pair of unit tangents for every unit normal, t₁ × t₂ = n.
 
-    t₁ is the direction nearest to a given one that lies across the normal, t₂ = n × t₁. Where
-    nothing is given that direction is one of the axes x, y, z for all nodes: the one least along their
-    normals (the first of those that are so equally); at nodes whose normal leads along it, their own.
+    t₁ is a given direction less its part along the normal, t₂ = n × t₁. Where no direction is given, one of
+    the axes x, y, z is taken for all nodes: the one that lies least along their normals (the first of several
+    alike). Nodes whose normal points along that axis take the axis that lies least along their own.
 
     Parameters
     ----------
     normals : (n, 3)
         Unit normals [–].
     tangent : (3,) or (n, 3) or (n, 2, 3), optional
-        Towards which t₁ leads, one for all or one per node; or the pairs themselves, of which
+        The direction towards which t₁ points, one for all or one per node; or the pairs themselves, of which
         the second says on which side t₂ is.
 
     Returns
@@ -63,7 +63,7 @@ def tangent_pairs(normals: FloatArray, tangent: ArrayLike | None = None) -> Floa
 
 
 def patch_positions(places: FloatArray, normals: FloatArray, tangent: ArrayLike | None = None) -> FloatArray:
-    """Where nodes are on the plane of a flat patch, (n, 2), along its tangents; (n, 3) on a curved one.
+    """Positions of nodes on the plane of a flat patch along its tangents, (n, 2); on a curved one (n, 3).
 
     Examples
     --------
@@ -72,7 +72,7 @@ def patch_positions(places: FloatArray, normals: FloatArray, tangent: ArrayLike 
     [[1.0, 2.0], [4.0, 5.0]]
     """
     mean = normals.mean(axis=0)
-    # by which unit normals of a flat patch may differ from their mean
+    # unit normals of a flat patch may differ from their mean by as much
     if (np.abs(normals - mean) > THREE_DIGITS).any():
         return places
     towards = None if tangent is None else np.asarray(tangent, dtype=np.float64).reshape(-1, 3)[0]
@@ -80,7 +80,7 @@ def patch_positions(places: FloatArray, normals: FloatArray, tangent: ArrayLike 
 
 
 def guided_pairs(normals: FloatArray, pairs: FloatArray, held: NDArray[np.bool_]) -> FloatArray:
-    """Pairs that lead along the direction in which a node is held, (n, 3), where none does yet."""
+    """The pairs, with a tangent along the direction in which a node is held, (n, 3), if it had none there."""
     found = pairs.copy()
     for j in np.flatnonzero(held.any(axis=1)):
         axis = np.eye(3)[int(np.argmax(held[j]))]
@@ -90,7 +90,7 @@ def guided_pairs(normals: FloatArray, pairs: FloatArray, held: NDArray[np.bool_]
 
 
 def _by_axes(normals: FloatArray) -> FloatArray:
-    """The axis towards which t₁ leads at every node, (n, 3)."""
+    """The axis towards which t₁ points at every node, (n, 3)."""
     along = normals**2
     everywhere = _least(along.mean(axis=0, keepdims=True))[0]
     steep = along[:, everywhere] > 1.0 - STEEP**2
@@ -99,14 +99,13 @@ def _by_axes(normals: FloatArray) -> FloatArray:
 
 def _least(along: FloatArray) -> NDArray[np.intp]:
     """The column with the least number of every row, the first of those that are equal to round-off."""
-    # axes that lie along the normals by as much, to round-off: the first of them is taken
     return np.argmax(along <= along.min(axis=1, keepdims=True) + NEGLIGIBLE, axis=1)
 
 
 def _completed(normals: FloatArray, towards: FloatArray) -> FloatArray:
     first = towards - (towards * normals).sum(axis=1)[:, None] * normals
     first /= np.linalg.norm(first, axis=1)[:, None]
-    first -= (first * normals).sum(axis=1)[:, None] * normals  # of what round-off left
+    first -= (first * normals).sum(axis=1)[:, None] * normals  # what round-off has left
     first /= np.linalg.norm(first, axis=1)[:, None]
     return np.stack([first, np.cross(normals, first)], axis=1) + 0.0  # no -0.0
 

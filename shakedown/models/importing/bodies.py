@@ -31,9 +31,9 @@ class ModelBody(Result):
     nodes : (k,)
         Labels of its nodes that have rows in the matrix.
     free : tuple of str
-        Rigid motions that meet no resistance but the contact's, in words: "along x", "turning about z".
+        Rigid motions that nothing but the contact resists, in words: "along x", "turning about z".
     contact_nodes : int
-        How many of them are contact nodes.
+        How many of its nodes are contact nodes.
     """
 
     name: str
@@ -78,9 +78,9 @@ def bodies_of(
 def contact_patches(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | None) -> NDArray[np.intp]:
     """Which patch every contact node belongs to, (n,), from 0.
 
-    Those that the configuration names, where there are several. Else nodes of the first body that share a
-    face, or where no faces are known an entry of the matrix, lie on one patch if their normals look the same
-    way and the nodes opposite belong to one body.
+    Where the configuration names several patches, they are these. Else two nodes of the first body lie on one
+    patch if they share a face (or an entry of the matrix, where no faces are known), their normals point the
+    same way, and the nodes opposite belong to one body.
     """
     if contact.patches:
         return contact.numbers
@@ -108,12 +108,10 @@ def contact_patches(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | 
 
 
 def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: Sequence[int]) -> float:
-    """Largest force that a rigid motion (in the plane, of a plane problem) meets, by max |K| and the motion.
+    """Largest force that a rigid motion of the whole model meets, relative to max |K| times the motion.
 
-    A body of revolution moves along its axis only.
-
-    NaN where the mesh does not know the coordinates of every node with rows, or
-    the rows are not displacements (multipliers, modes).
+    A plane problem moves in its plane, a body of revolution along its axis only. NaN where the mesh does not
+    know the coordinates of every node with rows, or the rows are not displacements (multipliers, modes).
     """
     moving = np.isin(stiffness.dofs[:, 1], axes)
     if mesh is not None:  # sections of bolts stay as long as they are
@@ -139,7 +137,7 @@ def known_places(mesh: Mesh | None, labels: NDArray[np.intp]) -> Mapping[int, Se
 
 
 def coupled_nodes(stiffness: Stiffness) -> tuple[NDArray[np.intp], NDArray[np.intp], sparse.csr_array]:
-    """Labels of the nodes (k,), which of them every row is of (N,), and which the matrix couples (k, k)."""
+    """Labels of the nodes, (k,), the node of every row, (N,), and which nodes the matrix couples, (k, k)."""
     labels, node = np.unique(stiffness.dofs[:, 0], return_inverse=True)
     K, diagonal = stiffness.K.tocoo(), np.abs(stiffness.K.diagonal())
     marked = diagonal >= DEFAULT.constrained_diagonal
@@ -152,7 +150,7 @@ def coupled_nodes(stiffness: Stiffness) -> tuple[NDArray[np.intp], NDArray[np.in
 
 
 def _parts(stiffness: Stiffness) -> NDArray[np.intp]:
-    """The number of the connected part of every row; the rows of a node belong together."""
+    """The number of the connected part that every row belongs to; the rows of a node belong together."""
     _, node, coupled = coupled_nodes(stiffness)
     return np.asarray(connected_components(coupled, directed=False)[1])[node]
 
@@ -208,6 +206,6 @@ def free_motions(
     K = stiffness.K[rows[loose]][:, rows[loose]]
     met = np.vstack([K @ everywhere[loose] / (abs(K).max() if K.nnz else 1.0), everywhere[~loose]])
     _, size, modes = np.linalg.svd(np.linalg.qr(met, mode="r"))
-    # a rigid motion meets no more than round-off
+    # a motion is free if it meets no more than round-off
     null = modes[size <= max(NEGLIGIBLE, 10.0 * (stiffness.accuracy or 0.0)) * np.sqrt(len(rows))].T
     return tuple(motions_in_words(motions @ null, dofs[own], places)) if null.size else ()

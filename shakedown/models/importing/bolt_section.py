@@ -34,15 +34,15 @@ class BoltSection:
     preload : float
         What it carries once it is tightened and nothing else acts [force].
     stiffness : float
-        Of the shank [force/length]; of a section 0, as the bolt is in the matrix.
+        Stiffness of the shank [force/length]; 0 for a section of the deck, as the matrix has the bolt itself.
     unit : LoadCase
         A force of 1 in the shank on what it pulls together, or a shortening of the section by 1.
     rows : (r,)
         The row of the section, which is held.
     along : (3,) or None
-        Of a shank, from the head to the nut, of length 1.
+        Unit vector along a shank, from the head to the nut.
     guessed : bool
-        Whether that is from the middle of the head to that of the nut, for want of anything better.
+        Whether ``along`` is only the line from the middle of the head to the middle of the nut.
     """
 
     preload: float
@@ -61,7 +61,7 @@ class BoltSection:
         return -way if self.rows.size else -self.stiffness * way
 
     def load(self, own: WeldedCase, force_unit: str) -> LoadSection:
-        """The preload as a load: as much as leaves it in the bolt once the contact has given way."""
+        """The preload as a load: large enough to leave ``preload`` once the contact has given way."""
         left = self.pull(own, own) + (0.0 if self.rows.size else 1.0)
         factor, unit = self.preload / left, self.unit
         force = None if unit.force is None else factor * unit.force
@@ -99,7 +99,7 @@ def bolt_section(table: TomlTable, context: ImportContext) -> BoltSection:
 
 
 def check_bolts(tables: Sequence[TomlTable], others: Sequence[TomlTable], model: Model, where: str) -> None:
-    """That every section of the deck has its bolt, and that no static run is used that lacks a shank."""
+    """Refuse a section of the deck without its bolt, and a static run in which a shank was missing."""
     sections = () if model.mesh is None else model.mesh.sections
     named = [table.content.get("section") for table in tables]
     lacking = [node for node in sections if node not in named]
@@ -231,7 +231,7 @@ def _stiffness(table: TomlTable) -> float:
 
 
 def _shortening(table: TomlTable, context: ImportContext) -> tuple[FloatArray, FloatArray, bool]:
-    """e of the shortening e · u of the shank, (N,), how its ends approach on average; axis; if guessed."""
+    """e of the shank's shortening e · u (how far its ends approach), (N,); its axis; if that is guessed."""
     ends = [_end(table, key, context) for key in ("head", "nut")[: 1 + table.has("nut")]]
     axis = table.array("axis", float, (3,), required=False)
     assert context.model.mesh is not None  # there are ends
@@ -250,7 +250,7 @@ def _shortening(table: TomlTable, context: ImportContext) -> tuple[FloatArray, F
             f"{shown(axis)}"
         )
     found = np.zeros(len(context.stiffness.dofs))
-    if len(ends) == 2 and not context.model.axisymmetric:  # a ring makes no couple
+    if len(ends) == 2 and not context.model.axisymmetric:  # rings make no couple
         shares[1] = _about(middle, along, places[1], shares[1], table)
     for (labels, _), share, sign in zip(ends, shares, (1.0, -1.0), strict=False):
         for direction in np.flatnonzero(along).tolist():
@@ -262,7 +262,9 @@ def _shortening(table: TomlTable, context: ImportContext) -> tuple[FloatArray, F
 def _across_head(
     places: Sequence[FloatArray], shares: Sequence[FloatArray], context: ImportContext
 ) -> tuple[FloatArray, bool]:
-    """From the head towards the nut: across a flat head, else, guessed, to its middle; 0 without one.
+    """The direction from head to nut, and whether it is guessed; zero without a nut.
+
+    It leads across a flat head, and else, guessed, to the middle of the nut.
 
     Head and nut of two meshes hardly ever have their middles opposite each other, and slip would tighten a
     shank that leans.
@@ -287,9 +289,9 @@ def _across_head(
 def _about(
     middle: FloatArray, along: FloatArray, places: FloatArray, share: FloatArray, table: TomlTable
 ) -> FloatArray:
-    """Shares of the nut's nodes whose resultant lies on the axis of the head: both ends make no couple.
+    """Shares of the nut's nodes with a resultant on the axis of the head, so that the ends make no couple.
 
-    As even as that allows, linear over the nut.
+    They are as even as that allows: the even shares times a function that is linear over the nut.
     """
     off = places - middle
     off = off - np.outer(off @ along, along)
@@ -307,7 +309,7 @@ def _about(
 
 
 def _end(table: TomlTable, key: str, context: ImportContext) -> tuple[NDArray[np.intp], FloatArray]:
-    """Nodes of a node set, or one node, and which share of an even pressure each carries."""
+    """The nodes of a node set (or one node), and the share of an even pressure that each carries."""
     value = table.take(key, "a node set, or a node", required=True)
     where = f"{table.where}: key '{key}'"
     mesh = context.model.mesh

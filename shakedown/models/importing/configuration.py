@@ -1,4 +1,4 @@
-"""A configuration taken apart, and the model that it names, with its contact and its stiffness."""
+"""The sections of a configuration, and the model that it names with its contact and its stiffness."""
 
 from typing import NamedTuple
 
@@ -83,9 +83,10 @@ def keeps_stiffness(key: str) -> bool:
 
 
 def _check_directions(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | None, where: str) -> None:
-    """That the rows of contact nodes are x, y, z: CalculiX stores them so, in a ``*TRANSFORM`` or not.
+    """Refuse contact nodes whose rows are not along x, y, z.
 
-    But a ``*BOUNDARY`` there takes a row away that is none of these.
+    CalculiX stores them along x, y, z even in a ``*TRANSFORM``; but a ``*BOUNDARY`` there removes a row that
+    is along none of them.
     """
     turned = [label for label in contact.moved.tolist() if mesh is not None and label in mesh.rotated]
     if not turned or mesh is None:
@@ -106,7 +107,7 @@ def _check_directions(contact: ContactSection, stiffness: Stiffness, mesh: Mesh 
 
 
 def _moves_across(contact: ContactSection, stiffness: Stiffness, held: set[tuple[int, int]]) -> bool:
-    """Whether a contact node moves across the plane of x and y that nobody has asked for."""
+    """Whether a contact node can move along z, so that the plane of x and y, only assumed, does not hold."""
     rows = np.isin(stiffness.dofs[:, 0], contact.labels) & (stiffness.dofs[:, 1] == 3)
     rows &= stiffness.K.diagonal() < DEFAULT.constrained_diagonal
     return not set(map(tuple, stiffness.dofs[rows].tolist())) <= held

@@ -12,24 +12,24 @@ from shakedown.models.condensation.contact_frame import PLANE, SPACE
 from shakedown.models.importing.model_section import Model
 from shakedown.models.readers.toml_table import TomlTable
 
-_STEEP = np.sqrt(0.5)  # cosine between an axis and the normal from which on the axis is the normal's
+_STEEP = np.sqrt(0.5)  # cosine from which on an axis counts as the normal, not as a tangent
 Axes = tuple[int, ...]  # two directions that span a plane, or all three
 
 
 @dataclass(frozen=True, eq=False)
 class ContactDirections:
-    """Which ways the gap opens and the nodes slip.
+    """In which directions the gap opens and the nodes slip.
 
     Attributes
     ----------
     axes
         The two directions that span the plane, or all three where the nodes slip in two directions.
     normals : (n, d + 1)
-        Into the first body.
+        They point into the first body.
     tangent : (3,) or (n, 3) or None
-        Towards which the first of two tangents leads, where that is given.
+        The direction towards which the first of two tangents points, where it is given.
     assumed : bool
-        Whether nothing but normals in the plane of x and y says that there is one direction of slip.
+        Whether one direction of slip is only assumed, as the normals lie in the plane of x and y.
     surface : str or None
         The surface of the deck whose faces gave the normals.
     given : bool
@@ -54,9 +54,9 @@ def contact_directions(
 ) -> ContactDirections:
     """Take the keys ``directions``, ``axes``, ``normal(s)``, ``surface`` and ``tangent(s)``.
 
-    Two directions of slip are said (``directions = 2``, ``tangent``, ``tangents``), or follow from normals
-    that do not lie in the plane of x and y; one is said (``directions = 1``, ``axes``,
-    ``free_out_of_plane``), or assumed.
+    There are two directions of slip where the configuration says so (``directions = 2``, ``tangent``,
+    ``tangents``) or the normals do not lie in the plane of x and y; there is one where it says so
+    (``directions = 1``, ``axes``, ``free_out_of_plane``), or where one is assumed.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def contact_directions(
     Raises
     ------
     ProblemError
-        If keys contradict each other, or normals are neither given nor to be had from the model.
+        If keys contradict each other, or normals are neither given nor known from the model.
     """
     said, given = _axes(table, model), _given(table, len(first))
     if said is None and given is not None and given.shape[-1] == 2:
@@ -105,14 +105,14 @@ def in_space(vectors: FloatArray, axes: Axes) -> FloatArray:
 
 
 def _in_plane(normals: FloatArray, *, exactly: bool) -> bool:
-    """Whether normals (3,) or (n, 3) lie in the plane of x and y: as given, or to what meshes leave."""
+    """Whether normals (3,) or (n, 3) lie in the plane of x and y, exactly or as well as meshes have them."""
     if exactly:
         return not normals[..., 2].any()
     return bool((np.abs(np.hypot(normals[:, 0], normals[:, 1]) - 1) <= THREE_DIGITS).all())
 
 
 def _axes(table: TomlTable, model: Model) -> Axes | None:
-    """What the configuration or an axisymmetric model says of the plane; None where that is nothing."""
+    """The axes that the configuration or an axisymmetric model says; None where neither says any."""
     number = table.integer("directions")
     if number not in (None, 1, 2):
         raise ProblemError(f"{table.where}: key 'directions': expected 1 or 2, found {number}")
@@ -139,7 +139,7 @@ def _axes(table: TomlTable, model: Model) -> Axes | None:
 
 
 def _check_axisymmetric(axes: list[int], number: int | None, model: Model, where: str) -> None:
-    """That an axisymmetric model lies where its elements expect it: radius x >= 0, axis y."""
+    """Refuse an axisymmetric model that does not lie where its elements expect it: radius x >= 0, axis y."""
     if number == 2:
         raise ProblemError(
             f"{where}: key 'directions': expected 1 of an axisymmetric model, found 2; friction around the "
@@ -198,7 +198,7 @@ def _vectors(table: TomlTable, key: str) -> FloatArray | None:
 
 
 def _along(table: TomlTable, vectors: FloatArray, axes: Axes) -> FloatArray:
-    """Normals along the axes, of vectors along them or along x, y, z."""
+    """Normals in components along the axes, from components along these or along x, y, z."""
     key = "normal" if vectors.ndim == 1 else "normals"
     if len(axes) == 3:
         if vectors.shape[-1] != 3:
@@ -225,7 +225,7 @@ def _along(table: TomlTable, vectors: FloatArray, axes: Axes) -> FloatArray:
 def _of_faces(
     table: TomlTable, model: Model, first: NDArray[np.intp], axes: Axes, faces: FloatArray | None
 ) -> FloatArray:
-    """Normals from the faces of the model, or of its surface of a name."""
+    """Normals from the faces of the model, or of the surface that ``surface`` names."""
     if model.mesh is None or not model.mesh.elements:
         raise ProblemError(
             f"{table.where}: expected one of 'normal' and 'normals', or [model] with a deck that has "
@@ -241,7 +241,7 @@ def _of_faces(
 def _tangent(
     table: TomlTable, model: Model, first: NDArray[np.intp], normals: FloatArray
 ) -> FloatArray | None:
-    """Towards which the first tangents lead: as given, (3,) or (n, 3), or by a system of the deck."""
+    """Where first tangents point to: as given, (3,) or (n, 3), or by a local system of the deck."""
     if isinstance(table.content.get("tangent"), str) and not table.has("tangents"):
         return _by_system(str(table.text("tangent")), table.where, model, first, normals)
     one = table.array("tangent", float, (3,), required=False)
@@ -259,7 +259,7 @@ def _tangent(
 def _by_system(
     name: str, where: str, model: Model, first: NDArray[np.intp], normals: FloatArray
 ) -> FloatArray:
-    """The first axis of a local system at every node, (n, 3); the second where that is the normal."""
+    """The first axis of a local system at every node, (n, 3); the second where the first is the normal."""
     if model.mesh is None:
         raise ProblemError(
             f"{where}: key 'tangent': expected [x, y, z], or [model] with a deck that has the *ORIENTATION "

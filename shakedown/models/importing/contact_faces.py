@@ -1,4 +1,4 @@
-"""The contact and the faces of the model: normals the wrong way, nodes left out, sharp edges."""
+"""Checks of a contact against the faces of the model: normals the wrong way, nodes left out, sharp edges."""
 
 from collections.abc import Iterable, Sequence
 
@@ -13,8 +13,8 @@ from shakedown.models.condensation.contact_frame import SPACE
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.readers.mesh import CORNERS, Mesh
 
-LEVEL = np.cos(np.radians(84.0))  # a normal that does not lead into the body
-TURNED = np.cos(np.radians(15.0))  # a facet at the end of an arc of 12 to the circle is off by as much
+LEVEL = np.cos(np.radians(84.0))  # from the faces' normal: beyond it a normal does not point inwards
+TURNED = np.cos(np.radians(15.0))  # as far off is the last facet of an arc of 12 to the circle
 SHARP = np.cos(np.radians(37.0))  # from the mean: faces that meet at more than 74° belong to two sides
 
 
@@ -24,7 +24,7 @@ def contact_doubts(contact: ContactSection, mesh: Mesh | None, where: str) -> tu
     Raises
     ------
     ProblemError
-        If a normal points out of the first body, or faces of the second body look the same way.
+        If a normal points out of the first body, or the faces of the second body do not face the first.
     """
     names, normals = contact.names, contact.unit_normals
     if mesh is None or contact.coordinates is None:
@@ -48,7 +48,7 @@ def contact_doubts(contact: ContactSection, mesh: Mesh | None, where: str) -> tu
 
 
 def faces_between(contact: ContactSection, mesh: Mesh | None) -> NDArray[np.intp] | None:
-    """Corners of the faces of a contact in space by the numbers of its nodes, (k, 4); None of a plane one."""
+    """The corners of a contact's faces in space as numbers of its nodes, (k, 4); None for a plane one."""
     if mesh is None or contact.axes != SPACE:
         return None
     found: list[tuple[int, ...]] = []
@@ -64,7 +64,7 @@ def faces_between(contact: ContactSection, mesh: Mesh | None) -> NDArray[np.intp
 
 
 def _check_opposite(names: Sequence[str], normals: FloatArray, opposite: FloatArray, where: str) -> None:
-    """That the faces of the second body look at those of the first: both normals lead away from the gap."""
+    """Refuse faces of the second body that do not face the first: both normals point away from the gap."""
     cosine = (normals * opposite).sum(axis=1)
     if (cosine > 0).all():
         raise ProblemError(
@@ -74,7 +74,7 @@ def _check_opposite(names: Sequence[str], normals: FloatArray, opposite: FloatAr
 
 
 def check_normals(names: Sequence[str], given: FloatArray, faces: FloatArray, where: str) -> tuple[str, ...]:
-    """Warnings about given unit normals (n, 3) beside those of the faces, (n, 3), NaN where there are none.
+    """Warnings about given unit normals (n, 3) unlike those of the faces, (n, 3), NaN where there are none.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def check_normals(names: Sequence[str], given: FloatArray, faces: FloatArray, wh
 
 
 def opposed_neighbours(names: Sequence[str], normals: FloatArray, places: FloatArray) -> tuple[str, ...]:
-    """A warning about unit normals (n, 3) against those of the nearest node, where no faces are known."""
+    """A warning about unit normals (n, 3) opposed to that of the nearest node, where no faces are known."""
     if len(places) < 2:
         return ()
     nearest = cKDTree(places).query(places, k=2)[1][:, 1]
@@ -121,7 +121,10 @@ def opposed_neighbours(names: Sequence[str], normals: FloatArray, places: FloatA
 
 
 def sharp_edges(names: Sequence[str], least: FloatArray) -> tuple[str, ...]:
-    """A warning about normals that are the mean of faces of two sides of the body; cosines to it, (n,)."""
+    """A warning about normals that are the mean of two sides of the body.
+
+    ``least`` (n,) is the least cosine between the mean and one of the faces.
+    """
     sharp = np.flatnonzero(least < SHARP)
     if not sharp.size:
         return ()
@@ -134,7 +137,7 @@ def sharp_edges(names: Sequence[str], least: FloatArray) -> tuple[str, ...]:
 
 
 def left_out(mesh: Mesh, labels: NDArray[np.intp]) -> tuple[str, ...]:
-    """Warnings about nodes of one body that lie within its contact and are no contact nodes."""
+    """Warnings about nodes of one body that lie within its contact but are not contact nodes."""
     wanted = set(labels.tolist())
     faces = list(mesh.boundary(wanted))
     between = sorted({node for _, face in faces for node in face} - wanted)
@@ -154,9 +157,9 @@ def left_out(mesh: Mesh, labels: NDArray[np.intp]) -> tuple[str, ...]:
 
 
 def _surrounded(mesh: Mesh, wanted: set[int]) -> Iterable[int]:
-    """Nodes on the boundary of a body whose faces there have no other corners than contact nodes.
+    """Nodes on the boundary of a body all of whose neighbours on its faces are contact nodes.
 
-    The tip of an element that stands on contact nodes alone is none.
+    The tip of an element whose other nodes are all contact nodes does not count.
     """
     near = {node for face in mesh.outer_faces(wanted) if len(face - wanted) == 1 for node in face - wanted}
     around: dict[int, bool] = dict.fromkeys(near, True)

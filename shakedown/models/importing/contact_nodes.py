@@ -15,8 +15,8 @@ from shakedown.models.readers.mesh import CORNERS, Mesh
 from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, shown
 
-_BESIDE = ("reach", "uncovered")  # that stand beside 'surfaces' only
-_ALONE = ("nodes", "pairs", "surface", "relative", "tied")  # and those that do not
+_BESIDE = ("reach", "uncovered")  # keys that stand beside 'surfaces' only
+_ALONE = ("nodes", "pairs", "surface", "relative", "tied")  # keys that do not stand beside it
 
 
 def contact_nodes(table: TomlTable, model: Model) -> tuple[NDArray[np.intp], bool]:
@@ -41,7 +41,7 @@ def contact_nodes(table: TomlTable, model: Model) -> tuple[NDArray[np.intp], boo
         table.take("pairs", "two sets", required=True)
         where = f"{table.where}: key 'pairs'"
         first, second = (model.nodes(name, where) for name in value)
-        assert model.mesh is not None  # or the sets were not found
+        assert model.mesh is not None  # else the sets would not have been found
         return _matched(model.mesh, first, second, where), True
     return np.array(table.array("pairs", int, (None, 2)), dtype=np.intp), False
 
@@ -77,7 +77,7 @@ def _matched(mesh: Mesh, first: NDArray[np.intp], second: NDArray[np.intp], wher
 
 
 def _spacing(places: FloatArray, mesh: Mesh) -> float:
-    """The smallest distance between some nodes; of a single one, that to a node elsewhere in the model."""
+    """The smallest distance between nodes; for a single one that to a node elsewhere in the model."""
     if len(places) > 1:
         return float(cKDTree(places).query(places, k=2)[0][:, 1].min())
     others = np.linalg.norm(mesh.coordinates - places[0], axis=1)

@@ -66,13 +66,13 @@ class ContactSection:
     coupling : SurfaceCoupling or None
         Of two surfaces whose meshes need not match: what the nodes of the first follow.
     clamped : (c,)
-        Nodes that a static run with both bodies held by themselves holds.
+        Nodes that are held in a static run in which both bodies are held apart.
     name : str
-        What the configuration calls it; "" where it does not.
+        Its name in the configuration; "" where it has none.
     friction : () or (n,) or a mapping, or None
         The coefficients that stand beside it, as :func:`taken_friction` returns them.
     patches : tuple of ContactSection
-        Of a contact of several patches, each by itself.
+        The parts of a contact of several patches, each by itself.
     """
 
     labels: NDArray[np.intp]
@@ -105,7 +105,7 @@ class ContactSection:
 
     @property
     def surfaces(self) -> SurfaceCoupling | None:
-        """Of two surfaces whose meshes need not match, how they lie on each other."""
+        """How two surfaces whose meshes need not match lie on each other; None where there are none."""
         return self.coupling if isinstance(self.coupling, SurfaceCoupling) else None
 
     @property
@@ -128,7 +128,7 @@ class ContactSection:
 
     @property
     def facing(self) -> NDArray[np.intp]:
-        """Every node, and its partner, (n, 1 or 2); of surfaces that of the largest weight."""
+        """Every node and its partner, (n, 1 or 2); on surfaces the partner is that of the largest weight."""
         if self.coupling is None:
             return self.labels.reshape(len(self.labels), -1)
         partner = dict(zip(self.coupling.labels.tolist(), self.coupling.partner.tolist(), strict=True))
@@ -154,7 +154,7 @@ class ContactSection:
 
     @property
     def plane(self) -> tuple[int, int]:
-        """The two directions of a plane contact; of another x and y, which mean nothing there."""
+        """The two directions of a plane contact; x and y, which mean nothing, for one in space."""
         return (self.axes[0], self.axes[1])
 
     @property
@@ -172,7 +172,7 @@ def contact_section(
     ------
     ProblemError
         If it is malformed, a set is unknown, nodes of two sets do not match, or
-        the normals are neither given nor to be had from the model.
+        the normals are neither given nor known from the model.
     """
     name, friction = table.text("name", "") or "", taken_friction(table, required=False)
     coupled = coupled_surfaces(table, model)
@@ -270,7 +270,7 @@ def _areas(
 
 
 def _check_relative(contact: ContactSection, model: Model, where: str) -> None:
-    """That the deck makes the rows of the contact nodes displacements of one body relative to another."""
+    """Refuse ``relative`` unless the deck's equations make the rows of contact nodes u₁ − u₂."""
     if contact.labels.ndim != 1:
         raise ProblemError(f"{where}: key 'relative': expected 'nodes' (u1 - u2), found 'pairs'")
     if model.mesh is None or not model.mesh.elements:
@@ -308,7 +308,7 @@ def _placed(contact: ContactSection, where: str) -> ContactSection:
 
 
 def check_order(contact: ContactSection, where: str, lists: Mapping[str, FloatArray | None]) -> None:
-    """Refuse lists of one thing per node beside sets of nodes that are put in the order of their places."""
+    """Refuse lists with one entry per node beside sets, whose nodes are put in the order of their places."""
     for key, given in lists.items():
         if contact.sorted_by_place and given is not None and np.ndim(given):
             raise ProblemError(

@@ -134,7 +134,7 @@ class Import(Result):
 
     @property
     def ready(self) -> bool:
-        """Whether nothing speaks against going on: no doubts."""
+        """Whether there are no doubts, so that nothing speaks against going on."""
         return not self.doubts
 
     def to_dict(self) -> dict[str, Any]:
@@ -170,7 +170,7 @@ class Import(Result):
         return {word: plain(value) for word, value in document.items()}
 
     def _by_patch(self, values: Sequence[Any]) -> Any:
-        """What is known of every patch of the configuration by its name; of the only one as it is."""
+        """Values of every patch by its name; where there is only one, its value alone."""
         if len(values) == 1:
             return values[0]
         return {part.name: value for part, value in zip(self.contact.parts, values, strict=True)}
@@ -419,7 +419,7 @@ def import_model(
 
 
 class _Reduced(NamedTuple):
-    """The condensed model, how far it is from a static run, and what speaks for it."""
+    """The condensed model, its difference from a static run, and what was found of the model."""
 
     condensation: Condensation
     static_run: float
@@ -512,7 +512,7 @@ def _condensed(
 
 
 def _unplaced(contact: ContactSection) -> tuple[str, ...]:
-    """A word on pairs of which nothing but their labels is known."""
+    """A note on pairs of which nothing but their labels is known."""
     if contact.labels.ndim == 1 or contact.coordinates is not None:
         return ()
     return ("pairs and normals are not checked, because [model] does not say where the nodes are",)
@@ -527,7 +527,7 @@ def _relative(contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:
 
 
 def _solid(stiffness: Stiffness, contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:
-    """A word on solid models whose matrix has no rows across the plane of the contact."""
+    """A note on solid models whose matrix has no rows across the plane of the contact."""
     if contact.directions > 1:
         return ()
     (across,) = {1, 2, 3} - set(contact.axes)

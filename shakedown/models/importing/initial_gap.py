@@ -28,11 +28,11 @@ class InitialGap:
     listed : () or (n,)
         One number, or one per node in the order of the configuration.
     points : (k, 2) or None
-        Positions and gaps, straight lines between.
+        Positions and gaps, with straight lines between.
     nodes : dict or None
-        Gaps of single nodes, by label; others touch.
+        Gaps of single nodes, by label; the others touch.
     measured : bool
-        Whether it is the distance of the nodes of each pair in the deck.
+        Whether the gap is the distance of the nodes of each pair in the deck.
     """
 
     where: str
@@ -54,7 +54,7 @@ class InitialGap:
         Raises
         ------
         ProblemError
-            If what it takes is not known, or a node is not of the contact.
+            If what the gap needs is not known, or a node is not one of the contact.
         """
         if self.nodes is not None:
             return self._of_nodes(self.nodes, labels)

@@ -18,7 +18,7 @@ from shakedown.models.readers.input_files import InputFiles
 from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, shown
 
-BESIDE = 5.0  # node spacings: patches closer than this may overlap, more than one spacing
+BESIDE = 5.0  # node spacings left on the axis of positions between patches that would overlap there
 ALIKE = ("axes", "relative", "free_out_of_plane")  # keys that are about the whole model
 
 
@@ -55,7 +55,7 @@ def contact_of(
 
 
 def friction_of(given: Friction | None, contact: ContactSection, model: Model, where: str) -> FloatArray:
-    """The coefficients, () or (n,): those beside each patch, of the others the one beside the whole contact.
+    """The coefficients, () or (n,): those of each patch, for the others the one of the whole contact.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def friction_of(given: Friction | None, contact: ContactSection, model: Model, w
 
 
 def _coefficients(given: Friction, contact: ContactSection, model: Model, where: str) -> FloatArray:
-    """A pair has that of the set in which either of its nodes is."""
+    """The coefficients of one contact; a pair has that of the set that either of its nodes is in."""
     if not isinstance(given, Mapping):
         check_order(contact, where, {"friction": given})
         count, of = len(contact.labels), f" of {quoted(contact.name)}" if contact.name else ""
@@ -111,7 +111,7 @@ def _inside(nodes: NDArray[np.intp], bodies: NDArray[np.intp]) -> NDArray[np.boo
 
 
 def _check_apart(parts: Sequence[ContactSection], where: Sequence[str]) -> None:
-    """That no node is on two patches, but as one of the second body that surfaces follow on both.
+    """Refuse a node on two patches, unless it is one of the second body that surfaces follow on both.
 
     A node that slips on two others, or that others follow while it slips itself, has no motion of its own.
     """
@@ -129,7 +129,7 @@ def _check_apart(parts: Sequence[ContactSection], where: Sequence[str]) -> None:
 
 
 def _joined(parts: Sequence[ContactSection]) -> ContactSection:
-    """One contact of all patches, in their order; of different kinds as a coupling of nodes."""
+    """One contact of all patches, in their order; patches of different kinds become a coupling of nodes."""
     kinds = {(part.labels.ndim, part.coupling is None) for part in parts}
     coupling = None
     if len(kinds) > 1 or parts[0].coupling is not None:
@@ -162,7 +162,7 @@ def _joined(parts: Sequence[ContactSection]) -> ContactSection:
 
 
 def _coupling(part: ContactSection, parts: Sequence[ContactSection]) -> NodeCoupling:
-    """What the nodes of a patch follow, in as many dimensions as the surfaces of others have."""
+    """The coupling of a patch, in as many dimensions as the surfaces of other patches have."""
     if part.coupling is not None:
         return part.coupling
     size = next((other.coupling.normals.shape[1] for other in parts if other.coupling is not None), 3)
@@ -170,19 +170,19 @@ def _coupling(part: ContactSection, parts: Sequence[ContactSection]) -> NodeCoup
 
 
 def _of_nodes(values: Sequence[FloatArray], parts: Sequence[ContactSection]) -> FloatArray:
-    """What is one number or one per node of every patch, per node of all of them, (n,)."""
+    """Values of all nodes, (n,), from one number or one per node for every patch."""
     return np.concatenate(
         [np.broadcast_to(each, len(part.labels)) for each, part in zip(values, parts, strict=True)]
     )
 
 
 def _tangents(parts: Sequence[ContactSection]) -> FloatArray:
-    """The tangents of every patch as it would have them alone, (n, 2, 3)."""
+    """The tangents of all nodes, (n, 2, 3); every patch has those that it would have alone."""
     return np.concatenate([tangent_pairs(part.unit_normals, part.tangent) for part in parts])
 
 
 def _positions(contact: ContactSection) -> FloatArray | None:
-    """Positions on one plane, or in space; of a plane contact along each patch, the one beside the other."""
+    """Positions on one plane, or in space; plane patches lie beside each other, each along itself."""
     if contact.axes == SPACE:
         places = contact.coordinates
         return None if places is None else patch_positions(places, contact.unit_normals, contact.tangent)

@@ -29,12 +29,12 @@ class LoadPart(Result):
     Attributes
     ----------
     what : str
-        Which, in words.
+        Which body or patch, in words.
     force : (d + 1,)
-        Along the axes [force]; NaN where that is not known.
+        Force along the axes [force]; NaN where it is not known.
     moment : (1,) or (3,)
-        About the middle of the contact: of a plane contact about the normal of its plane, in space about
-        x, y, z [force × length]; NaN where coordinates are not known.
+        Moment about the middle of the contact: for a plane contact about the normal of its plane, in space
+        about x, y, z [force × length]; NaN where coordinates are not known.
     """
 
     what: str
@@ -124,7 +124,7 @@ class Resultants:
         self.middle = np.asarray(at)
 
     def of(self, case: LoadCase, name: str, reactions: FloatArray, pulls: FloatArray) -> LoadEvidence:
-        """Those of one load case, by its name, its welded reactions and what it adds to every bolt."""
+        """The resultants of one load case, with its name, its welded reactions and its pull on every bolt."""
         frame, layout = self.frame, self.frame.layout
         q, p = layout.split(reactions)
         welded = (layout.by_node(q)[..., None] * frame.slip_axes).sum(axis=1) + p[:, None] * frame.normals
@@ -153,10 +153,10 @@ class Resultants:
         size = max(np.abs(force).max(initial=0.0), np.abs(welded).max())
         for body in self.bodies:
             carried = -acting[body.name] - self._on_body(body, spread)
-            if self.axisymmetric:  # the hoop stress carries the rest
+            if self.axisymmetric:  # the hoop stress carries the radial rest
                 carried[0] = np.nan
             met = body.contact_nodes or np.any(acting[body.name])
-            # a body without supports has only round-off left
+            # only round-off is left for a body without supports
             if (met and not body.free) or np.nanmax(np.abs(carried[keys])) > SIX_DIGITS * size:
                 yield self._part(f"supports, {body.name}", carried)
 

@@ -27,7 +27,7 @@ from shakedown.models.readers.toml_table import TomlTable, is_number, shown
 
 @dataclass(frozen=True)
 class LoadSection:
-    """A load case, the rows whose displacement it prescribes, the rounding of displacements read, doubts."""
+    """A load case, the rows that it moves, the rounding of displacements that were read, and doubts."""
 
     case: LoadCase
     prescribed: NDArray[np.intp]
@@ -81,12 +81,12 @@ def load_section(table: TomlTable, context: ImportContext) -> LoadSection:
 
 
 def vary_loads(root: TomlTable, changes: Mapping[str, float]) -> dict[str, float]:
-    """Set constant load cases that are called by their names to values in their units; the other changes.
+    """Set constant load cases, called by their names, to values in their units; return the other changes.
 
     Raises
     ------
     ProblemError
-        If a name is that of several loads or of a key too, or a load is not constant.
+        If a name is that of several loads, or of a key too, or a load is not constant.
     """
     tables = root.content.get("load")
     cases = [table for table in tables if isinstance(table, dict)] if isinstance(tables, list) else []
@@ -104,7 +104,7 @@ def vary_loads(root: TomlTable, changes: Mapping[str, float]) -> dict[str, float
 
 
 def _set_constant(table: dict[str, Any], value: float, where: str) -> None:
-    """A constant load of this value; its transient load steps and its mean grow with it."""
+    """Give a constant load this value; its transient load steps and its mean grow with it."""
     old, per = table.get("history"), table.get("value", 1.0)
     if not (is_number(old) and is_number(per) and per):
         raise ProblemError(
@@ -213,13 +213,13 @@ def _spread(where: str, values: Values, context: ImportContext) -> FloatArray:
 
 
 def held_keys(supports: TomlTable, loads: Sequence[TomlTable], model: Model) -> set[tuple[int, int]]:
-    """(node, direction) that ``[supports]`` or a prescribed displacement holds; the tables are left whole."""
+    """(node, direction) that ``[supports]`` or a prescribed displacement holds; no key is taken here."""
     held = set(model.values(supports.copy(), "fixed", valued=False) or ())
     return held.union(*(model.values(load.copy(), "displacements") or () for load in loads))
 
 
 def held_rows(supports: TomlTable, context: ImportContext, loads: list[LoadSection]) -> NDArray[np.intp]:
-    """``[supports]`` and prescribed displacements: rows that do not move freely."""
+    """The rows that ``[supports]`` and prescribed displacements keep from moving freely."""
     fixed = context.model.values(supports, "fixed", valued=False)
     supports.done()
     own = context.rows(f"{supports.where}: key 'fixed'", fixed or {})

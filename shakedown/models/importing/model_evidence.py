@@ -35,7 +35,7 @@ from shakedown.models.readers.text import quoted
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ModelEvidence(Result):
-    """What speaks for and against a model.
+    """What an import finds of a model, for it and against it.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class ModelEvidence(Result):
     patches : (n,)
         Which patch of the contact every node belongs to, from 0.
     pairs : tuple of PairDistances or None
-        Of every patch of the configuration: how far apart the nodes of its pairs lie, where that is known.
+        For every patch of the configuration: how far apart the nodes of its pairs lie, where that is known.
     rigid_residual : float
         As :class:`~shakedown.models.importing.import_model.Import` has it.
     warnings : tuple of str
@@ -73,12 +73,12 @@ class ModelEvidence(Result):
 
 
 def check_contact(contact: ContactSection, mesh: Mesh | None, where: str) -> tuple[str, ...]:
-    """Warnings about every patch of a contact in its model, from where its nodes lie alone.
+    """Warnings about every patch of a contact in its model, from the positions of its nodes alone.
 
     Raises
     ------
     ProblemError
-        If it cannot be meant: pairs too far apart, normals out of the body.
+        If it cannot be meant so: pairs too far apart, normals out of the body.
     """
     if contact.patches:
         every = (
@@ -130,7 +130,7 @@ def source_text(
 ) -> str:
     """``source`` of a problem as JSON: toolkit, command, configuration, files, warnings; no date."""
     raw = Path(config_path).read_bytes()
-    text = raw.decode() if len(raw) <= BLOCK else None  # of a longer one its SHA-256 must do
+    text = raw.decode() if len(raw) <= BLOCK else None  # of a longer one only its SHA-256 is kept
     about = {
         "toolkit": f"shakedown-bounds {_version()}",
         "command": command,

@@ -19,11 +19,11 @@ from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.text import LOOKED_AT
 
 _UNALIKE = 200.0  # ratio beyond which units differ: mm for m gives 1,000, element shapes or ν = 0.499 less
-_FEWEST = 0.1  # share of interior nodes, as a few may have springs, equations or unknown elements
+_FEWEST = 0.1  # share of interior nodes, below which springs, equations or unknown elements may explain it
 
 
 def model_doubts(stiffness: Stiffness, contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:
-    """Warnings where matrix, row map and deck are hardly of one model, or nodes that touch are no pairs."""
+    """Warnings where matrix, row map and deck hardly belong together, or nodes that touch are no pairs."""
     labels, node, coupled = coupled_nodes(stiffness)
     part = connected_components(coupled, directed=False)[1]
     body = dict(zip(labels.tolist(), part.tolist(), strict=True))
@@ -46,7 +46,7 @@ def model_doubts(stiffness: Stiffness, contact: ContactSection, mesh: Mesh | Non
 
 
 def _out_of_size(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) -> tuple[str, ...]:
-    """A warning where stiffnesses are by far not those of the materials and elements of the deck.
+    """A warning where stiffnesses are far from those of the materials and elements of the deck.
 
     The diagonal of a row is about E in the plane, E times a length in space, E times the circumference of
     a body of revolution; ``inside`` says which rows, (N,).
@@ -74,7 +74,7 @@ def _out_of_size(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) ->
 def _strange(
     labels: NDArray[np.intp], inside: NDArray[np.bool_], coupled: sparse.csr_array, touching: sparse.csr_array
 ) -> tuple[str, ...]:
-    """A warning where the matrix couples nodes of no common element."""
+    """A warning where the matrix couples nodes that share no element."""
     strange = (coupled - coupled.multiply(touching))[:, labels > 0].sum(
         axis=1
     ) > 0  # internal nodes have none
@@ -110,7 +110,7 @@ def _resisting(
 
 
 def _both_ways(contact: ContactSection, part: Mapping[int, int]) -> tuple[str, ...]:
-    """A warning about pairs of the same two bodies, of which now the one and now the other comes first."""
+    """A warning about pairs of the same two bodies that do not all name the same body first."""
     bodies = [tuple(part[node] for node in np.atleast_1d(pair).tolist()) for pair in contact.labels]
     count = Counter(bodies)
     turned = [
@@ -174,7 +174,7 @@ def _inside(
     node: NDArray[np.intp],
     touching: sparse.csr_array,
 ) -> NDArray[np.bool_]:
-    """Nodes of elements all of whose nodes have free rows for all their directions, (k,)."""
+    """Which nodes belong to elements all of whose nodes have free rows in all their directions, (k,)."""
     dofs = stiffness.dofs
     free = (stiffness.K.diagonal() < DEFAULT.constrained_diagonal) & np.isin(dofs[:, 1], (1, 2, 3))
     rows = np.bincount(node[free], minlength=len(labels))
@@ -186,7 +186,7 @@ def _inside(
 
 
 def _resistance(stiffness: Stiffness, mesh: Mesh) -> FloatArray:
-    """What a rigid motion of its neighbours meets in every row, by the terms of that row, (N,)."""
+    """The force that a rigid motion of its neighbours causes in every row, relative to its terms, (N,)."""
     dofs = stiffness.dofs
     place = dict(zip(mesh.labels.tolist(), mesh.coordinates, strict=True))
     xyz = np.array([place.get(label, np.zeros(3)) for label in dofs[:, 0].tolist()])

@@ -99,14 +99,14 @@ class Model:
 
 
 def _is_label(item: Any) -> bool:
-    """Whole and of a size that labels can have; 21.0 counts as 21."""
+    """Whether an item is a whole number in the range of labels; 21.0 counts as 21."""
     if isinstance(item, bool) or not isinstance(item, int | float):
         return False
     return abs(item) < LARGEST_LABEL and item == int(item)
 
 
 def model_section(table: TomlTable, files: InputFiles, superelement: int | None = None) -> Model:
-    """Read the section; an absent one is a model of which nothing is known.
+    """Read the section; without it nothing is known of the model.
 
     ``superelement`` picks one of a Nastran file with several, as in ``[stiffness]``.
     """

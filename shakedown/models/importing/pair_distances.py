@@ -27,11 +27,12 @@ class PairDistances(Result):
     names : tuple of str
         The pairs.
     along : (n,)
-        Along the surface [length]: 0 where the mesh of one side is that of the other.
+        Distance along the surface [length]: 0 where the meshes of both sides match.
     across : (n,)
-        Along the normal [length]: the gap as the model is drawn, negative where the bodies overlap.
+        Distance along the normal [length]: the gap as the model is drawn, negative where the bodies overlap.
     spacing : (n,)
-        From a node of the first body to the nearest other one of the contact [length]; NaN for a single pair.
+        Distance from a node of the first body to the nearest other one of the contact [length]; NaN for a
+        single pair.
     """
 
     names: tuple[str, ...]
@@ -41,12 +42,12 @@ class PairDistances(Result):
 
     @property
     def off(self) -> FloatArray:
-        """Distances along the surface by the spacing, (n,)."""
+        """Distances along the surface relative to the spacing, (n,)."""
         return self.along / self.spacing
 
     @property
     def apart(self) -> FloatArray:
-        """Distances across it by the spacing, (n,)."""
+        """Distances across the surface relative to the spacing, (n,)."""
         return np.abs(self.across) / self.spacing
 
     def to_dict(self) -> dict[str, object]:
@@ -82,7 +83,7 @@ def pair_distances(
 ) -> PairDistances:
     """Distances between the nodes (n, 3) of the first body and those of the second, by normals (n, 3).
 
-    Of a single pair the nodes of the whole ``model``, (k, 3), say what the spacing is.
+    For a single pair the spacing is taken from the nodes of the whole ``model``, (k, 3).
 
     Examples
     --------
@@ -102,7 +103,7 @@ def pair_distances(
 
 
 def _spacings(places: FloatArray) -> FloatArray:
-    """Distance of every node to the nearest one that lies elsewhere, (n,); NaN where there is none."""
+    """The distance of every node from the nearest one that lies elsewhere, (n,); NaN where there is none."""
     if len(places) == 1:
         return np.full(1, np.nan)
     distance, _ = cKDTree(places).query(places, k=min(len(places), NEIGHBOURS))
@@ -112,7 +113,7 @@ def _spacings(places: FloatArray) -> FloatArray:
 
 
 def check_distances(pairs: PairDistances, where: str, *, gap_is_stated: bool) -> tuple[str, ...]:
-    """Warnings about pairs that do not lie on each other; without a stated gap they are drawn touching.
+    """Warnings about pairs that do not lie on each other; without a stated gap they should touch as drawn.
 
     Raises
     ------

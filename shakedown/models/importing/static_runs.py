@@ -43,7 +43,7 @@ def run_of(source: TomlTable, what: What, files: InputFiles, mesh: Mesh | None) 
 
 
 def _along_axes(run: NodalVectors, mesh: Mesh | None, where: str) -> NodalVectors:
-    """The vectors along x, y, z, where the deck says which way the directions of their nodes lead."""
+    """The vectors in components along x, y, z; the deck says the directions of their nodes."""
     unknown = sorted(run.local if mesh is None else run.local - set(mesh.rotated))
     if unknown:
         raise ProblemError(
@@ -56,7 +56,7 @@ def _along_axes(run: NodalVectors, mesh: Mesh | None, where: str) -> NodalVector
 def clamped_run(
     table: TomlTable, contact: ContactSection, files: InputFiles, mesh: Mesh | None
 ) -> tuple[FloatArray | None, Values | None]:
-    """``reactions``: those of the first body, (n, d + 1), or those of both bodies held apart."""
+    """``reactions``: at the nodes of the first body, (n, d + 1), or at those of both bodies held apart."""
     if not isinstance(table.content.get("reactions"), dict):
         listed = table.array("reactions", float, (None, len(contact.axes)), required=False)
         check_order(contact, table.where, {"reactions": listed})
@@ -90,7 +90,7 @@ def thermal_forces(table: TomlTable, context: ImportContext) -> FloatArray | Non
     ------
     ProblemError
         If a node with rows was not printed, CalculiX did not print that all were held, or
-        nothing is there to hold.
+        there is nothing to hold.
     """
     if not table.has("thermal"):
         return None
@@ -127,7 +127,7 @@ def thermal_forces(table: TomlTable, context: ImportContext) -> FloatArray | Non
 
 
 def _check_held(source: TomlTable, files: InputFiles, mesh: Mesh | None) -> None:
-    """That the displacements beside the reactions are all zero."""
+    """Refuse reactions beside displacements that are not all zero."""
     where = source.where
     try:
         run = run_of(source, "displacements", files, mesh)
@@ -166,7 +166,7 @@ def opened_run(
 def _opened_surfaces(
     where: str, run: NodalVectors, contact: ContactSection, coupling: NodeCoupling
 ) -> tuple[FloatArray, FloatArray]:
-    """Those of coupled surfaces, of which all nodes were printed."""
+    """The same for coupled surfaces, all of whose nodes were printed."""
     d, columns = coupling.normals.shape[1], [axis - 1 for axis in contact.axes]
     with found_in(where):
         apart = coupling.opening(lambda nodes: run.vectors[run.places(nodes)][:, :d])
@@ -177,7 +177,7 @@ def _opened_surfaces(
 
 
 def _moved(where: str, apart: FloatArray, rounding: FloatArray, word: str) -> tuple[FloatArray, FloatArray]:
-    """Displacements that are not all zero."""
+    """Return displacements and their rounding; refuse displacements that are all zero."""
     if (np.abs(apart) <= rounding).all():
         raise ProblemError(
             f"{where}: expected displacements with the contact open, found contact nodes that do not "

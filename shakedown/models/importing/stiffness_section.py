@@ -1,4 +1,4 @@
-"""``[stiffness]``: the matrix with its map, or unit displacements; in the directions of the model."""
+"""``[stiffness]``: the matrix with its map, or from unit displacements, in the directions of the model."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,7 +29,7 @@ _BESIDE = {"numbered": (".dof",), "op4": (".pch", ".asm")}  # maps that codes wr
 
 
 class Pick(NamedTuple):
-    """What to take of a Nastran file that holds several: the matrix, the superelement."""
+    """Which matrix and which superelement to take from a Nastran file that holds several."""
 
     matrix: str | None
     superelement: int | None
@@ -95,7 +95,7 @@ def stiffness_section(
 
 
 def _with_sections(dofs: NDArray[np.intp], model: Model, where: str) -> NDArray[np.intp]:
-    """The rows; those of pre-tension sections, which are no displacements, as internal nodes."""
+    """The rows, with those of pre-tension sections, which are no displacements, as internal nodes."""
     if model.mesh is None or not model.mesh.sections:
         return dofs
     if model.mesh.matrix_by != CALCULIX:
@@ -109,7 +109,7 @@ def _with_sections(dofs: NDArray[np.intp], model: Model, where: str) -> NDArray[
 
 
 def _check_whole(stiffness: Stiffness, map_name: str | None, where: str) -> None:
-    """Refuse what a file that was cut off leaves behind: rows that lack their diagonal, or have no entry.
+    """Refuse the matrix of a file that was cut off: rows without their diagonal, or without any entry.
 
     Internal nodes (multipliers) may have zeros on the diagonal. CalculiX names in its ``.dof``
     file only rows that have entries; other maps may name more.
@@ -128,7 +128,7 @@ def _check_whole(stiffness: Stiffness, map_name: str | None, where: str) -> None
 
 
 def _beside(name: str, found: str, files: InputFiles) -> str | None:
-    """The map that stands beside a matrix under the same name."""
+    """The map file of the same name beside a matrix, where there is one."""
     for suffix in _BESIDE.get(found, ()):
         beside = str(Path(name).with_suffix(suffix))
         if beside != name and files.path(beside).is_file():

@@ -22,9 +22,9 @@ class TimeFunction(NamedTuple):
     Attributes
     ----------
     factors : () or (m,)
-        At the load steps t = k/m.
+        The factors at the load steps t = k/m.
     doubts : tuple of str
-        Peaks between the load steps, waves that they alias, a record that ends long before the period.
+        Doubts: peaks between load steps, waves that they alias, a record that ends long before the period.
     """
 
     factors: FloatArray
@@ -127,7 +127,7 @@ def _alias(order: int, m: int) -> str:
 
 
 def _missed(sampled: FloatArray, peaks: FloatArray) -> tuple[str, ...]:
-    """A doubt where a function goes further between the load steps than at them; its values at its peaks."""
+    """A doubt where a function goes further at its ``peaks``, between the load steps, than at them."""
     low, high = peaks.min(), peaks.max()
     share = max(high - sampled.max(), sampled.min() - low) / (high - low) if high > low else 0.0
     if share <= PER_CENT:

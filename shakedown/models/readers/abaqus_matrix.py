@@ -72,7 +72,7 @@ def read_nodal_loads(path: str | os.PathLike[str]) -> NodalLoads:
 
 
 def _data_lines(path: str | os.PathLike[str]) -> Iterator[tuple[str, str, list[str]]]:
-    """Where it stands, text and fields of every line but keywords and remarks."""
+    """(where it stands, text, fields) of every line that is neither a keyword nor a remark."""
     for k, line in enumerate(read_lines(path), start=1):
         text = line.strip()
         if text and not text.startswith("*"):

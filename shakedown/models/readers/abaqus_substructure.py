@@ -129,7 +129,7 @@ def _labels(lines: list[str], start: int, name: str) -> list[int]:
 
 
 def _dofs(lines: list[str], start: int, stop: int, labels: list[int], name: str) -> NDArray[np.intp]:
-    """(node, direction) of every row: a dof list holds from its node position on."""
+    """(node, direction) of every row; a dof list holds from its node on, up to that of the next list."""
     lists: list[list[int]] = [[] for _ in labels]
     position, seen = 1, False
     for k in range(start + 1, stop):

@@ -1,6 +1,6 @@
 """CalculiX ``*NODE FILE`` and ``*NODE OUTPUT`` (``job.frd``, text and binary): displacements and reactions.
 
-Binary blocks have lines of text before them and none behind; which steps have them is said block by block.
+A binary block follows lines of text, which say that it is binary; no line ends it.
 """
 
 import os
@@ -16,11 +16,11 @@ from shakedown.models.readers.nodal_vectors import NodalVectors, What
 from shakedown.models.readers.text import integers, number, quoted, read_bytes, read_lines
 
 _BLOCKS: dict[What, str] = {"displacements": "DISP", "reactions": "FORC"}
-_NODE = {"0": slice(3, 8), "1": slice(3, 13)}  # by the format of a block
+_NODE = {"0": slice(3, 8), "1": slice(3, 13)}  # columns of the node, by the format of a block
 _BINARY = "2"  # the format of single precision
-_SINGLE: Final = 2.0**-24 / FIRST_DIGIT  # its digits: half of the last place
+_SINGLE: Final = 2.0**-24 / FIRST_DIGIT  # its accuracy, as 1e-7 for seven digits: half of the last place
 _WIDTH = 12  # characters per number; numbers are not separated
-_BEGIN, _RESULTS = b"    1C", b"  100C"  # of a file, of a block
+_BEGIN, _RESULTS = b"    1C", b"  100C"  # how a file begins, and results
 _TIME, _COUNT, _FORMAT, _DERIVED = slice(12, 24), slice(24, 36), slice(73, 75), slice(33, 38)
 
 
@@ -109,7 +109,7 @@ def read_binary_frd(path: str | os.PathLike[str], what: What = "displacements") 
 
 
 def _line(raw: bytes, place: int) -> tuple[str, int]:
-    """The line at a place, and where the next begins."""
+    """The line that begins at a place, and where the next one begins."""
     end = raw.find(b"\n", place)
     end = len(raw) if end < 0 else end
     return raw[place:end].decode("latin-1"), end + 1
@@ -128,7 +128,7 @@ def _text_rows(raw: bytes, place: int, layout: str, where: str) -> list[list[flo
 
 
 def _records(raw: bytes, place: int, count: int, where: str) -> list[list[float]]:
-    """So many nodes with their components, of which the lines before them tell; three of these are taken."""
+    """``count`` nodes with three components each; the lines before them say that there are three."""
     components = 0
     while raw.startswith(b" -5", place):
         line, place = _line(raw, place)

@@ -85,7 +85,7 @@ def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions")
 def step_of(
     what: What, node_sets: tuple[str, ...], time: float, rows: list[list[float]], name: str, digits: float
 ) -> NodalVectors:
-    """One table that CalculiX wrote, its numbers with so many digits; ``ProblemError`` where it is none."""
+    """One table of CalculiX, accurate to ``digits``; ``ProblemError`` if it is empty or repeats a node."""
     if not rows:
         raise ProblemError(f"{name}: expected {what} at time {time:g}, found an empty table")
     data = np.array(rows)
@@ -183,7 +183,7 @@ def unit_displacement_stiffness(
 
 
 def _check_steps(steps: list[NodalVectors], n: int, d: int) -> None:
-    """Raise ``ProblemError`` where the steps are not one, along x, y, z, for each direction of each node."""
+    """Raise ``ProblemError`` unless there is one step, along x, y, z, for each direction of each node."""
     turned = sorted(frozenset().union(*(step.local for step in steps)))
     if turned:
         raise ProblemError(
@@ -199,7 +199,7 @@ def _check_steps(steps: list[NodalVectors], n: int, d: int) -> None:
 
 
 def _with_rigid_motions(K: FloatArray) -> FloatArray:
-    """The stiffness with eigenvalues that drown in the printed digits set to zero: rigid motions."""
+    """The stiffness with exact rigid motions: eigenvalues that drown in the printed digits become zero."""
     eigenvalues, modes = np.linalg.eigh(K)
     rigid = np.abs(eigenvalues) <= DEFAULT.printed_digits * eigenvalues[-1]
     if not rigid.any():

@@ -53,7 +53,7 @@ def _at_once(lines: list[str]) -> tuple[NDArray[np.intp], FloatArray] | None:
     """(row, column) from 0 and values; None where a line is not two whole numbers and a finite one."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # of whole numbers written as real ones, of no lines at all
+            warnings.simplefilter("error")  # of whole numbers written as real ones, or no lines
             found = np.loadtxt(lines, dtype="i8,i8,f8", comments=None, ndmin=1)
     except (ValueError, Warning):
         return None
@@ -82,7 +82,7 @@ def _one_by_one(lines: list[str], name: str) -> tuple[NDArray[np.intp], FloatArr
 
 
 def _check_numbers(table: NDArray[np.intp], most: int, lines: list[str], name: str) -> None:
-    """Refuse the first line with a row or column that the map has not."""
+    """Refuse the first line with a row or column that the map does not have."""
     wrong = (table < 0) | (table >= most)
     if wrong.any():
         entry = int(np.flatnonzero(wrong.any(axis=1))[0])

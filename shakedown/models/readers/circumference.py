@@ -34,7 +34,7 @@ def circumference_factor(
     angle
         Degrees that the matrix stands for, where the configuration says it.
     scale
-        The factor of the configuration besides, which must not be this one again.
+        The factor that the configuration itself gives, which must not be this one again.
     where
         The table of the configuration, for messages.
 
@@ -67,7 +67,7 @@ def circumference_factor(
             "none"
         )
     factor = 360.0 / found
-    if factor != 1 and abs(scale / factor - 1) < PER_CENT:  # so near to the factor it is that factor
+    if factor != 1 and abs(scale / factor - 1) < PER_CENT:  # then it is the same factor
         raise ProblemError(
             f"{where}: key 'scale': expected no factor for the circumference, which is taken from the deck "
             f"(360/{found:g} = {factor:g}), found {scale:g}; leave it out"
@@ -76,7 +76,7 @@ def circumference_factor(
 
 
 def _angle(mesh: Mesh, format: str) -> float | None:
-    """Degrees that a matrix stands for, as far as deck and format say it."""
+    """The degrees that a matrix stands for; None where neither deck nor format says it."""
     if format == ABAQUS_MATRIX:
         return 360.0
     return {CALCULIX: 2.0, ABAQUS: 360.0}.get(mesh.matrix_by) if format == NUMBERED else None

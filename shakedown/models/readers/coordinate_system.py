@@ -21,8 +21,8 @@ class CoordinateSystem:
     cylindrical : bool
         Whether the axes are radial, circumferential and axial.
     first, second : (3,)
-        Rectangular: along the first axis, and in the plane of the first and the second one. Cylindrical:
-        two points on the axis [length].
+        Rectangular: a vector along the first axis, and one in the plane of the first and the second axis.
+        Cylindrical: two points on the axis [length].
     """
 
     name: str
@@ -99,8 +99,9 @@ def coordinate_system(name: str, parameters: dict[str, str], data: list[tuple[st
 def nodal_system(parameters: dict[str, str], data: list[tuple[str, str]], name: str) -> CoordinateSystem:
     """Read the data line (where, text) of ``*TRANSFORM`` in a file: the directions of the nodes of a set.
 
-    Two points: of ``TYPE=R`` along the first axis, and in the plane of the first and the second one; of
-    ``TYPE=C`` on the axis, the directions radial, circumferential and axial.
+    The line has two points. With ``TYPE=R`` they lie along the first axis, and in the plane of the first and
+    the second one. With ``TYPE=C`` they lie on the axis, and the directions are radial, circumferential and
+    axial.
 
     Raises
     ------

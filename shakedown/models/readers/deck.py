@@ -30,9 +30,9 @@ _SHAPES = {
 _TYPE = re.compile(r"(C3D|CPEG|CPE|CPS|CGAX|CAX)(\d+)")
 _REVOLVED = re.compile(r"(CG?|S|MG?|R|SFMG?)AX\d")  # element types of bodies of revolution
 _OPENING = re.compile(r"\s*\*(NODE\s*(,|$)|INCLUDE\s*,|HEADING)", re.IGNORECASE)
-_DEEPEST = 8  # files included in one another
+_DEEPEST = 8  # depth to which files may include each other
 _TAKEN = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "EQUATION")
-_MAKERS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY")  # of nodes and elements
+_MAKERS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY")  # make nodes and elements of others
 
 _Card = tuple[str, dict[str, str], list[tuple[str, str]]]  # keyword, parameters, (where, line) of its data
 
@@ -121,12 +121,12 @@ class _Deck:
     name: str
     nodes: dict[int, FloatArray] = field(default_factory=dict)
     elements: dict[int, Element] = field(default_factory=dict)
-    revolved: str = ""  # one of the axisymmetric element types
-    flat: str = ""  # one of the other plane or solid ones
+    revolved: str = ""  # an axisymmetric element type that occurs
+    flat: str = ""  # another plane or solid type that occurs
     matrix_by: str = ""
     young: list[float] = field(default_factory=list)  # 0 for a material that is not isotropic
     systems: dict[str, Orientation] = field(default_factory=dict)
-    element_labels: list[int] = field(default_factory=list)  # of every kind
+    element_labels: list[int] = field(default_factory=list)  # of elements of every kind
     node_lists: dict[str, list[Members]] = field(default_factory=dict)
     nodes_of_elements: list[tuple[str, str]] = field(default_factory=list)  # (node set, element set)
     element_lists: dict[str, list[Members]] = field(default_factory=dict)

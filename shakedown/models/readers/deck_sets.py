@@ -26,7 +26,7 @@ def resolved(
                 members += _generated(fields, known, where)
                 continue
             for text in fields:
-                if text.upper() in found and not text.isdigit():  # a label is no name
+                if text.upper() in found and not text.isdigit():  # a number is a label, not a name
                     members += found[text.upper()].tolist()
                     continue
                 own = text.split(".")[-1]  # 'instance.label'
@@ -46,7 +46,7 @@ def resolved(
 
 
 def _generated(fields: list[str], known: NDArray[np.intp], where: str) -> list[int]:
-    """Members of 'first, last, step' that there are."""
+    """The existing labels among those that 'first, last, step' stands for."""
     first, last, stride = [*integers(fields[:3], where), 1][:3] if len(fields) > 1 else (0, -1, 1)
     if stride < 1 or last < first:
         raise ProblemError(
@@ -59,7 +59,7 @@ def _generated(fields: list[str], known: NDArray[np.intp], where: str) -> list[i
 def relative_displacements(
     equations: list[tuple[str, list[str]]], node_sets: Mapping[str, NDArray[np.intp]]
 ) -> dict[tuple[int, int], tuple[int, int]]:
-    """(node, direction) that an equation of three terms makes the difference of two nodes: which two."""
+    """Which two nodes an equation of three terms subtracts, by (node, direction) of the result."""
     relative: dict[tuple[int, int], tuple[int, int]] = {}
     for where, fields in equations:
         found = [_term(fields[k : k + 3], where, node_sets) for k in range(0, len(fields), 3)]

@@ -102,7 +102,7 @@ def _section(lines: list[str], at: int, length: int, layout: str, size: int, nam
     fields = [field for line in lines[at : at + length] for field in line.split()]
     if len(fields) == size:
         return fields
-    fields = []  # they touch, or there are others beside them
+    fields = []  # numbers touch each other, or there is text beside them
     for line in lines[at : at + length]:
         padded = line.rstrip()[: per_line * width]
         fields += [padded[k : k + width] for k in range(0, len(padded), width)]

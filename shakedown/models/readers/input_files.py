@@ -29,14 +29,14 @@ class InputFiles:
     sources: dict[str, str] = field(default_factory=dict)
 
     def path(self, name: str) -> Path:
-        """The file of a name."""
+        """The path of a file that the configuration names."""
         return self.folder / name
 
     def read(self, name: str, reader: Callable[[Path], Result]) -> Result:
-        """What a reader makes of a file.
+        """What a reader returns for a file that the configuration names.
 
-        A file outside the folder may be read like any other, but nothing of
-        what is in it comes back in a message.
+        A file outside the folder may be read like any other, but no message
+        repeats anything of its content.
 
         Raises
         ------

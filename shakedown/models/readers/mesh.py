@@ -38,7 +38,7 @@ EDGES: dict[str, tuple[tuple[int, int], ...]] = {
     "hexahedron": (*_RING[4], (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
 }
 SOLIDS = ("tetrahedron", "wedge", "hexahedron")
-CALCULIX, ABAQUS = "CalculiX", "Abaqus"  # codes that a deck asks for a matrix
+CALCULIX, ABAQUS = "CalculiX", "Abaqus"  # codes that a deck may ask for a matrix
 CORNERS = {"triangle": 3, "quadrilateral": 4, "tetrahedron": 4, "wedge": 6, "hexahedron": 8}
 
 
@@ -57,7 +57,7 @@ class Mesh:
     node_sets : mapping
         Node labels of each set, by its name in upper case.
     surfaces : mapping
-        (element, face from 1) of each element surface, likewise.
+        (element, face from 1) of each element surface, by its name in upper case.
     elements : mapping
         Shape and nodes of every element.
     rotated : mapping
@@ -74,7 +74,7 @@ class Mesh:
     systems : mapping
         Local coordinate systems (``*ORIENTATION``) by their names in upper case, as the deck has them.
     sections : tuple of int
-        Nodes of ``*PRE-TENSION SECTION``, whose first direction is by how much a section is shortened.
+        Nodes of ``*PRE-TENSION SECTION``: their displacement in direction 1 is the shortening of the section.
     """
 
     name: str
@@ -129,7 +129,7 @@ class Mesh:
         return coordinate_system(name, *self.systems[key])
 
     def directions_of(self, labels: ArrayLike) -> FloatArray:
-        """Where directions 1, 2, 3 of nodes lead, one per row, (k, 3, 3): x, y, z unless the deck turns them.
+        """The directions 1, 2, 3 of nodes, one per row, (k, 3, 3): x, y, z unless the deck turns them.
 
         Raises
         ------
@@ -155,7 +155,7 @@ class Mesh:
 
     @cached_property
     def _index(self) -> dict[int, int]:
-        """Where a node stands, by its label."""
+        """The position of every node, by its label."""
         return {label: k for k, label in enumerate(self.labels.tolist())}
 
     def _faces_of(self, element: int) -> list[Face]:
@@ -250,15 +250,15 @@ class Mesh:
     ) -> FloatArray | None:
         """Area of the boundary that each node stands for, (n,) [length²]: ∫ N_j dA.
 
-        Of the faces of :meth:`normals`. Edges of plane elements count with the thickness, those of
+        The faces are those of :meth:`normals`. Edges of plane elements count with the thickness, those of
         axisymmetric ones with the circumference, 2 π r.
 
         Returns
         -------
         (n,) or None
             None where a node has no such face, or a face has other nodes too or is not of a known
-            kind. An area is not positive where nodal forces say nothing of the pressure there
-            (corners of quadratic faces): 0 at triangles.
+            kind. Corners of quadratic faces, where nodal forces say nothing of the pressure,
+            have no positive area (0 at triangles).
         """
         wanted = [int(label) for label in np.asarray(labels).ravel()]
         total = dict.fromkeys(wanted, 0.0)
@@ -294,7 +294,7 @@ class Mesh:
         return [corners for corners, count in seen.items() if count == 1]
 
     def boundary(self, wanted: set[int], surface: str | None = None) -> Iterable[tuple[int, Face]]:
-        """(element, face) on the boundary of its body with all corners wanted, or of a surface."""
+        """(element, face) on the boundary whose corners are all wanted; or those of an element surface."""
         if surface is not None:
             key = surface.strip().upper()
             self.nodes(key)
@@ -371,7 +371,7 @@ def face_shares(points: FloatArray, corners: int, *, revolved: bool = False) -> 
 
 
 def _edge(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Local places and weights of points whose sum is the integral over the face; so of the others."""
+    """Local places and weights of integration points on an edge; for the other faces likewise."""
     xi, weight = _LINE
     return xi[:, None], 0.5 * float(np.linalg.norm(points[1] - points[0])) * weight
 

@@ -36,7 +36,7 @@ UNREADABLE = (
     struct.error,
     EOFError,
 )
-_MOST_POINTS = 10_000_000  # points that a THRU may name
+_MOST_POINTS = 10_000_000  # largest number of points that a THRU may name
 
 
 def is_bulk_data(lines: list[str]) -> bool:

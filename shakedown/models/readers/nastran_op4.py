@@ -34,7 +34,7 @@ _BIGMAT = 65536  # matrices of so many rows are stored as BIGMAT even where the 
 
 @dataclass(frozen=True)
 class Heading:
-    """What the header of one matrix says, and the how-manieth of its name it is."""
+    """What the header of one matrix says, and which of the matrices of its name it is, from 1."""
 
     name: str
     rows: int
@@ -53,12 +53,12 @@ def is_op4(raw: bytes) -> bool:
 
 
 def op4_headings(path: str | os.PathLike[str]) -> list[Heading]:
-    """The matrices of an OUTPUT4 file, every record of which is whole.
+    """The headings of all matrices of an OUTPUT4 file, whose records are all checked to be whole.
 
     Raises
     ------
     ProblemError
-        If a record is cut off, or a length or number of a row lies.
+        If a record is cut off, or the length of one or the number of a row is wrong.
     """
     raw, name = read_bytes(path), os.fspath(path)
     if not is_op4(raw):
@@ -198,7 +198,7 @@ def _heading(name: str, rows: int, columns: int, form: int, kind: int, where: st
 
 
 def _words(kind: int, wide: bool) -> int:
-    """Words per number, which the lengths count: one, two for double precision, twice that for complex."""
+    """Words per number, as lengths count them: one, two in double precision, twice that if complex."""
     return (1 if kind in (1, 3) or wide else 2) * (1 if kind < 3 else 2)
 
 
@@ -266,7 +266,7 @@ def _binary(raw: bytes, name: str) -> Iterator[Heading]:
 
 
 def _check_column(records: _Records, heading: Heading, at: int, row: int, words: int, big: bool) -> None:
-    """The runs of one binary column."""
+    """Check the runs of numbers of one binary column."""
     each, where = _words(heading.type, records.width == 8), f"{records.name}: byte {at}"
     if row > 0:
         _check_run(heading, row, words, each, where)
@@ -347,7 +347,7 @@ def _text(lines: list[str], name: str) -> Iterator[Heading]:
 def _check_text_column(
     text: _Lines, heading: Heading, row: int, words: int, big: bool, layout: tuple[int, int]
 ) -> None:
-    """The runs of one column in text; a dense one counts numbers, a sparse one words."""
+    """Check the runs of numbers of one column in text; a dense one counts numbers, a sparse one words."""
     each, parts = _words(heading.type, False), 1 if heading.type < 3 else 2
     if row > 0:
         _check_run(heading, row, words, parts, text.where)

@@ -30,10 +30,10 @@ class NodalVectors:
     vectors : (n, 3)
         Components along x, y, z [force or length].
     rounding : (n, 3)
-        How far the printed digits may be off; zero where these are not known to be few.
+        By how much the printed digits may be off; zero where they are not known to be few.
     by_calculix : bool
-        Whether CalculiX printed them: of axisymmetric models its reactions lack a part, and of all
-        models they are the forces inside, without the loads at the node itself.
+        Whether CalculiX printed them. Its reactions are the internal forces, without loads that act at the
+        node itself; those of axisymmetric models lack a part.
     local
         Nodes whose components are along directions of their own (``*TRANSFORM``).
     """
@@ -66,7 +66,7 @@ class NodalVectors:
         return self.vectors[self.places(nodes)][:, [axis - 1 for axis in axes]]
 
     def places(self, nodes: NDArray[np.intp], what: str = "contact node") -> list[int]:
-        """Where some nodes stand; ``ProblemError`` where one was not printed."""
+        """The positions of nodes in the table; ``ProblemError`` if one was not printed."""
         index = {int(node): k for k, node in enumerate(self.nodes)}
         absent = [int(node) for node in nodes if int(node) not in index]
         if absent:
@@ -110,7 +110,7 @@ def combined(steps: Sequence[NodalVectors], factors: Sequence[float]) -> NodalVe
 def in_model_directions(
     run: NodalVectors, directions: Callable[[NDArray[np.intp]], FloatArray]
 ) -> NodalVectors:
-    """The same along x, y, z; ``directions`` says where those of nodes lead, (k, 3, 3).
+    """The vectors in components along x, y, z; ``directions`` has the axes of every node, (k, 3, 3).
 
     Examples
     --------

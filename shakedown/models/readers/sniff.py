@@ -41,12 +41,13 @@ class Format:
     read
         What reads a file of it.
     takes
-        What of the arguments of :func:`read_stiffness` its reader takes: ``rows`` (the map), ``matrix``,
+        Which arguments of :func:`read_stiffness` its reader takes: ``rows`` (the map), ``matrix``,
         ``superelement``.
     by_bytes, by_lines, by_line
-        What knows it: the first bytes of a file, all lines that are not blank, or any one line.
+        How it is recognised: by the first bytes of a file, by all lines that are not blank, or by any one
+        line.
     unless
-        What else a file with such a line may be, by its first lines.
+        Whether a file with such a line is of another kind, from its first lines.
     """
 
     name: str

@@ -12,7 +12,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
 from shakedown.models.condensation.contact_frame import checked_dofs
 
-# With fewer digits numbers are round, with more they are as good as floats.
+# Numbers printed with fewer digits are round, and exact; those with more are as good as floats.
 FEWEST_DIGITS, MOST_DIGITS = 5, 10
 MOST_ENTRIES = 20000  # entries that are examined
 
@@ -169,7 +169,7 @@ def completed(half: sparse.coo_array) -> sparse.csr_array:
 
 
 def checked(matrix: sparse.sparray, dofs: NDArray[np.intp], format: str) -> Stiffness:
-    """A matrix together with its map of as many rows, in which no row occurs twice."""
+    """A stiffness of a matrix and its map, which must have as many rows and none of them twice."""
     K = sparse.csr_array(matrix, dtype=float)
     return Stiffness(K, checked_dofs(dofs), format, accuracy=printed_accuracy(K.data))
 
