@@ -38,6 +38,7 @@ from shakedown.ground.errors import Missing, present, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import FOUR_DIGITS, PER_CENT, SIX_DIGITS
 from shakedown.ground.shown_values import short
+from shakedown.ground.size_limits import EXTRAS_UP_TO
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked
@@ -48,8 +49,6 @@ from shakedown.joint.result import Result
 if TYPE_CHECKING:
     from shakedown.assessment.slip_limit import SlipLimit
     from shakedown.assessment.transient_limit import TransientLimit
-
-ONE_SIDED_UP_TO = 20  # nodes; one-sided derivatives at a degenerate optimum take tenths of a second
 
 LIMITS = ("universal", "core", "energy", "box", "accumulated", "transient", "lower", "upper")  # shown
 
@@ -364,7 +363,7 @@ class JointLimits(Result):
         """
         if "sensitivities" in self.absent:
             return dict.fromkeys(("upper", "energy"), self.absent["sensitivities"])
-        few = self.problem.n <= ONE_SIDED_UP_TO
+        few = self.problem.n <= EXTRAS_UP_TO  # one-sided derivatives at a degenerate optimum take longer
         bounds: dict[str, UpperBound | EnergyBound] = {"upper": self.upper, "energy": self.energy}
         return {
             name: sought(sensitivities, self.problem, bound, one_sided=few, tolerances=self.tolerances)

@@ -24,7 +24,7 @@ from shakedown.bounds.results import (
 )
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
-from shakedown.ground.size_limits import ALL_PAIRS_UP_TO, CONE
+from shakedown.ground.size_limits import ALL_PAIRS_UP_TO, CONE, LARGE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.arguments import NO_SIDES, NO_SIGNS, in_the_plane_only
@@ -38,7 +38,6 @@ ABSENT: Mapping[str, str] = {
     "sensitivities": in_the_plane_only("sensitivities"),
     "guarantee_curve": in_the_plane_only("guarantee curve", NO_SIDES),
 }
-CERTIFIED_UP_TO = 1000  # nodes; certification takes as long as the bound itself
 FEW_NODES = 50  # nodes up to which runs take hundredths of a second
 HOLDING_BALL_SOONER = True
 MOST_ZONES = 100  # each costs a cone program
@@ -53,7 +52,7 @@ def upper(zone: Zone, transient: bool, certify: bool | None, tolerances: Toleran
         zone.check_transient()
     problem, rows = zone.problem, zone_rows(zone, transient)
     plain = not zone.open_nodes and len(rows.c) == len(disc_rows(problem).c)
-    certify = (problem.n <= CERTIFIED_UP_TO if certify is None else certify) and plain
+    certify = (problem.n <= LARGE if certify is None else certify) and plain
     balanced = plain and problem.q_mean is None and problem.p_mean is None
     found = largest_load_factor(rows, problem if certify else None, balanced, tolerances)
     slips, optimal = rows.half_spaces.slips(found.x), found.status == Status.OPTIMAL

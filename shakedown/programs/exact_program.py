@@ -14,7 +14,6 @@ from shakedown.programs.integer_algebra import IntegerRows, integer_matrix, prod
 if TYPE_CHECKING:
     from flint import fmpz_mat
 
-MAX_PIVOTS = 500
 MAX_WORK = 2 * 10**7  # pivots times the cube of their size: seconds, where the start is far off
 
 
@@ -76,7 +75,7 @@ class ExactVertex:
 class Work:
     """The shared budget of the pivots of several programs, in multiplications of their systems.
 
-    Whatever is left, a phase of one program takes no more than ``MAX_PIVOTS`` and ``MAX_WORK``.
+    Whatever is left, a phase of one program takes no more than ``MAX_WORK``.
     """
 
     def __init__(self, left: float = inf) -> None:
@@ -85,7 +84,7 @@ class Work:
     def pivots(self, size: int) -> Iterator[None]:
         """Pivots, as long as the budget lasts."""
         each = max(size, 1) ** 3
-        for _ in range(min(MAX_PIVOTS, max(MAX_WORK // each, 1))):
+        for _ in range(max(MAX_WORK // each, 1)):
             self.spent = self.left < each
             if self.spent:
                 return

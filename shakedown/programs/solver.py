@@ -9,7 +9,7 @@ import numpy as np
 
 from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SEVEN_DIGITS, SIX_DIGITS
+from shakedown.ground.round_off import ITERATIONS, SEVEN_DIGITS, SIX_DIGITS
 from shakedown.ground.size_limits import DENSE_FROM, MANY_ROWS
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -18,7 +18,6 @@ from shakedown.programs.dense_programs import cone_optimum
 from shakedown.programs.program import INF, Program, Solution, solution_of
 from shakedown.programs.simplex import Simplex
 
-MOST_CUTS = 300  # rounds of cutting planes
 SETTINGS = tuple(
     ClarabelSettings(accuracy, step, rescaled, reduced=SIX_DIGITS, stalled=True)
     for accuracy, step, rescaled in (
@@ -102,7 +101,7 @@ def cut_cones(program: Program) -> Solution:
         raise SolverError(f"the cone program of shape {program.matrix.shape} is too large for cutting planes")
     blocks = list(program.blocks())
     planes = [np.vstack([np.eye(count - 1), -np.eye(count - 1)]) for count in program.cones]
-    for _ in range(MOST_CUTS):
+    for _ in range(ITERATIONS):
         end = Simplex(_cut(program, planes)).solve()
         if not end.optimal:
             break  # nothing proves that it is infeasible itself; a ray need not be one of the cones

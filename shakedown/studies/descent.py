@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.campaign.recorded_steps import RecordedSteps
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import FOUR_DIGITS
+from shakedown.ground.round_off import FOUR_DIGITS, ITERATIONS
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
@@ -22,7 +22,6 @@ from shakedown.studies.cycle_pattern import cycle_pattern, first_load_slip
 from shakedown.studies.samplers import BLOCK
 
 SLIPPING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
-MOST_PATTERNS = 200  # largest number of patterns followed in one descent
 ROUNDED = 16  # units in the last place allowed as error of the data
 SHARES = (1e-4, 1e-2, 0.1, 0.5)  # shares of the way back from the end of a pattern at which it is simulated
 BELOW = (1e-6, 1e-4, 1e-2)  # how far below the end of a pattern another one is sought
@@ -189,7 +188,7 @@ def descended(simulator: Simulator, cycle: FoundCycle, accuracy: float, nothing:
     """
     if simulator.problem.directions > 1:
         return lowered(simulator.cycle, cycle, FOUR_DIGITS, nothing)
-    for _ in range(MOST_PATTERNS):
+    for _ in range(ITERATIONS):
         lower = next(_lower_cycles(simulator, cycle, accuracy), None)
         if lower is None:
             return cycle

@@ -251,6 +251,6 @@ def test_many_nodes_at_a_degenerate_optimum_do_not_wait_for_sensitivities(monkey
         q_w=np.hstack([one.q_w, one.q_w]), p_w=np.hstack([one.p_w, one.p_w]),
     )  # fmt: skip
     assert "λ_max depends most on" in sensitivities_in_words(shakedown.assess(twins).details)[0]
-    monkeypatch.setattr("shakedown.assessment.every_limit.ONE_SIDED_UP_TO", 3)
+    monkeypatch.setattr("shakedown.assessment.every_limit.EXTRAS_UP_TO", 3)
     sentence = sensitivities_in_words(shakedown.assess(twins).details)[0]
     assert sentence.startswith("Which node limits λ_max is left out: its optimum is degenerate")

@@ -26,13 +26,13 @@ from shakedown.bounds.discs.scaled_solution import solve_scaled
 from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF
+from shakedown.ground.size_limits import LARGE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 
 LOGGER = logging.getLogger("shakedown")
 INACCURATE = "the largest load factor misses its own conditions: a relative residual of {:.1e}"
-LARGE = 1000  # nodes, from where on time and memory are announced
 SECONDS, BYTES = 4e-8, 1100.0  # per node cubed, per node squared: measured on one core with 20 load steps
 
 

@@ -23,14 +23,13 @@ from shakedown.bounds.every_state.swing_lines import (
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import EXTRAS_UP_TO
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import rigid_slips
-
-CERTIFIED_UP_TO = 20  # nodes up to which exact arithmetic is fast enough to be the default
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -193,7 +192,7 @@ def _result(
     problem: Problem, found: _First, lines: SwingLines, certify: bool | None, tolerances: Tolerances
 ) -> SwingBound:
     load_factor, proved, uncertified = found.load_factor, None, ""
-    certify = problem.n <= CERTIFIED_UP_TO if certify is None else certify
+    certify = problem.n <= EXTRAS_UP_TO if certify is None else certify
     if certify and 0.0 < load_factor < inf and found.node >= 0:
         found_exactly = sought(proved_swing, problem, lines)
         if isinstance(found_exactly, Missing):

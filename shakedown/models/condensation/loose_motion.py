@@ -10,12 +10,11 @@ from scipy.sparse.linalg import eigsh
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
-from shakedown.ground.size_limits import EACH_SHOWN
+from shakedown.ground.size_limits import EACH_SHOWN, MANY_ROWS
 
 Places = Mapping[int, Sequence[float]]  # node → (x, y, z)
 _SAME = 1e-5  # part of a motion that must lie outside the free ones for it not to be one of them
 _MOST_MODES = 12
-_DENSE = 400  # rows up to which all eigenvalues are computed
 _AXES = "xyz"
 
 
@@ -54,7 +53,7 @@ def loose_motion(K: sparse.csc_array, dofs: NDArray[np.intp], places: Places | N
 def _null_space(K: sparse.csc_array) -> FloatArray:
     """Motions without resistance, (N, k), orthonormal; at least the softest one."""
     N, largest = K.shape[0], float(K.diagonal().max())
-    if N <= _DENSE:
+    if N <= MANY_ROWS:
         values, modes = np.linalg.eigh(K.toarray())
     else:
         shifted = {"k": _MOST_MODES, "sigma": -NEGLIGIBLE * largest, "v0": np.ones(N)}

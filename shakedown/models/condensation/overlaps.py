@@ -10,7 +10,7 @@ from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.models.condensation.facet_shapes import CORNERS, changed_shapes, local_places, shapes
 from shakedown.models.condensation.surface_mesh import ContactSurface, FacetBlock, IntArray
 
-OPPOSED = -0.5  # cosine between the normals of facets that face each other
+OPPOSED = np.cos(np.radians(120.0))  # between the normals of facets that face each other, at most
 
 
 def facet_pairs(slave: ContactSurface, master: ContactSurface, reach: float) -> tuple[IntArray, IntArray]:

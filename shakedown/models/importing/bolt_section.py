@@ -20,7 +20,7 @@ from shakedown.models.importing.stiffness_section import ImportContext
 from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, shown
 
-HALF = 0.5  # cosine of 60°: a shank that leans more does not stand across its head
+STANDS = np.cos(np.radians(60.0))  # a shank that leans more does not stand across its head
 LEANS = np.cos(np.radians(1.0))  # a larger tilt gets a remark
 ELASTIC = ("area", "length", "young")  # together they give a stiffness
 
@@ -173,14 +173,14 @@ def bolt_doubts(
         if bolt.along is None or bolt.unit.force is None:
             continue
         cosine = float(np.abs(normals @ bolt.along).max())
-        if bolt.guessed and LEANS > cosine > HALF:
+        if bolt.guessed and LEANS > cosine > STANDS:
             angle = np.degrees(np.arccos(cosine))
             found.append(
                 f"bolt {quoted(name)} leans by {angle:.0f}° against the normals of the contact, from the "
                 "middle of its head to that of its nut: slip would tighten it; give its 'axis'"
             )
         pulled = dofs[bolt.unit.force != 0, 0]
-        if abs(bolt.unit.force.sum()) < HALF and any(np.isin(pulled, body.nodes).all() for body in bodies):
+        if abs(bolt.unit.force.sum()) < 0.5 and any(np.isin(pulled, body.nodes).all() for body in bodies):
             found.append(f"bolt {quoted(name)} has head and nut on one body: it presses no contact")
     return tuple(found)
 
@@ -281,7 +281,7 @@ def _across_head(
         sizes[2] <= SIX_DIGITS * sizes[1] and sizes[1] > SIX_DIGITS * sizes[0],
         float(axes[2] @ way),
     )
-    if flat and abs(across) > HALF * np.linalg.norm(way):
+    if flat and abs(across) > STANDS * np.linalg.norm(way):
         return np.sign(across) * axes[2], False
     return np.asarray(way), True
 
