@@ -65,7 +65,7 @@ def corner_field(
     angle
         Angle between the contact and the free face, through the body [rad], 0 < angle < π.
     material
-        Of the body with the corner.
+        Material of the body with the corner.
     f
         Friction coefficient ≥ 0 [–].
     against

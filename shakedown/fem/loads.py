@@ -192,7 +192,7 @@ class Bolt:
     preload
         The force before anything else acts [force].
     stiffness
-        Of the shank, ≥ 0 [force/length]; 0: the force stays what it is.
+        Stiffness of the shank, ≥ 0 [force/length]; with 0 the force stays what it is.
     history
         Time function of the preload, as for :class:`~shakedown.fem.Load`; constant by default.
 

@@ -56,7 +56,7 @@ def read_csv(path: str | PathLike[str], headings: Sequence[str]) -> dict[str, li
 
 
 def write_parquet(path: str | PathLike[str], columns: Columns) -> None:
-    """The same as Parquet, of which pandas needs pyarrow."""
+    """Write the table as Parquet, for which pandas needs pyarrow."""
     buffer = io.BytesIO()
     frame(columns).to_parquet(buffer, index=False)
     with atomic_write(path) as file:

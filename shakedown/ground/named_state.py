@@ -117,7 +117,7 @@ class NamedState:
     Parameters
     ----------
     shapes
-        Of the arrays that are zero at first; numbers are.
+        The shapes of arrays that are zero at first, as numbers are.
     held
         Other arrays, and states.
     """

@@ -26,7 +26,7 @@ def contact_patches(
     Parameters
     ----------
     places, normals : (n, 3)
-        Of the nodes; the normals where they are known.
+        Positions and normals of the nodes; normals where they are known.
     faces : (m, 4), optional
         Corners of the faces, numbers of nodes; −1 as the last of a triangle. A node at the edge between two
         patches is one of both.

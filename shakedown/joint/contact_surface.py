@@ -47,9 +47,9 @@ class Surface:
     Attributes
     ----------
     points : (n, 1), (n, 2) or (n, 3)
-        Where they are: along a contact in the plane, in one plane, or in space [length].
+        Positions of the nodes: along a contact in the plane, in one plane, or in space [length].
     normals : (n, 3), optional
-        Of the surface: nodes that face each other are of two patches.
+        Normals of the surface at the nodes: nodes that face each other belong to two patches.
     parts
         The nodes of every strip, in order, or of every patch.
     edge : (n,)

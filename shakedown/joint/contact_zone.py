@@ -238,8 +238,8 @@ def _condensed(
 def _without_round_off(follow: FloatArray) -> FloatArray:
     """The matrix by which open nodes follow closed ones, with round-off of the largest entry set to zero.
 
-    Of similar bodies B should vanish; a gap would else seem to depend on slips that are large enough, and
-    nodes without friction to be loaded along the surface by a pressure on open ones.
+    For similar bodies B should vanish. With round-off in its place a gap would seem to depend on slips that
+    are large enough, and a pressure on open nodes to load nodes without friction along the surface.
     """
     noise = MOTION_ROUND_OFF * len(follow) * np.abs(follow).max(initial=0.0)
     return np.where(np.abs(follow) <= noise, 0.0, follow)

@@ -157,7 +157,7 @@ class Law:
         return np.repeat(np.arange(self.layout.n), count), np.concatenate(found)
 
     def of_nodes(self, rows: Numbers) -> Numbers:
-        """Of rows (…, r) those of friction, node by node, (…, n, d + 1)."""
+        """The rows of friction among rows (…, r), node by node, (…, n, d + 1)."""
         return rows[..., : self.rows * len(self.f)].reshape(*rows.shape[:-1], len(self.f), self.rows)
 
     def _with_pressures(self, rows: Numbers, p: Numbers) -> Numbers:

@@ -193,7 +193,7 @@ def _softest(R: FloatArray, values: FloatArray, count: int) -> FloatArray:
 
 
 def _below(values: FloatArray, accuracy: float) -> tuple[int, str]:
-    """The same where the accuracy of the data is known."""
+    """The rigid slips where the accuracy of the data is known."""
     noise = max(accuracy, len(values) * np.finfo(float).eps)
     count = int(np.count_nonzero(values <= noise))
     return count, _doubt(values[count]) if np.any(values[count:] <= RESOLVED * noise) else ""

@@ -43,27 +43,27 @@ class Units(NamedTuple):
 
     @property
     def area(self) -> str:
-        """Of a node's share of the contact."""
+        """The unit of areas."""
         return f"{self.length}²" if self.length else ""
 
     @property
     def stress(self) -> str:
-        """Of a traction: a pascal with its prefix where it has one, else force per area."""
+        """The unit of tractions: a pascal with its prefix where there is one, else force per area."""
         return PASCALS.get(self, self._joined("{}/{}²"))
 
     @property
     def density(self) -> str:
-        """Of a force per volume."""
+        """The unit of forces per volume."""
         return self._joined("{}/{}³")
 
     @property
     def stiffness(self) -> str:
-        """Of a force per length, or of a work per area."""
+        """The unit of forces per length, and of works per area."""
         return self._joined("{}/{}")
 
     @property
     def work(self) -> str:
-        """Of a dissipation."""
+        """The unit of works and dissipations."""
         return self._joined("{} {}")
 
     def _joined(self, form: str) -> str:

@@ -77,9 +77,9 @@ def conjugate_displacement(problem: Problem, history: EventHistory | WithPath) -
 
         x_i(t) = Σ_j S_ij c_j(t) − R_i · u(t),        ∮ Σ_i c_i dx_i = −∮ q · dv,
 
-    so that the loops of all loads have together the area that friction dissipates (docs/damping.md).
-    Of a force it is the displacement that it works along; of a prescribed displacement minus the
-    holding force. An initial gap, and what of the constant loading no load explains, moves it by a constant.
+    so that the loops of all loads have together the area that friction dissipates (docs/damping.md). For a
+    force it is the displacement that the force works along, for a prescribed displacement minus the holding
+    force. An initial gap, and a part of the constant loading that no load explains, moves it by a constant.
 
     Parameters
     ----------

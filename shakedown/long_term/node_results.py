@@ -56,7 +56,7 @@ def node_results(
     wear_coefficient
         k ≥ 0 of Archard's law: depth = k × pressure × sliding distance [length²/force].
     tolerances
-        Those of the simulation: slips within ``periodicity`` of its length scale count as none.
+        The tolerances of the simulation: slips within ``periodicity`` of its length scale count as none.
 
     Raises
     ------

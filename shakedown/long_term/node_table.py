@@ -38,7 +38,7 @@ class NodeResults(Result):
     Attributes
     ----------
     load_factor, outcome, reason, period
-        Of the long-term state; P = ``period`` cycles, 0 where there is none.
+        Load factor and long-term state; P = ``period`` cycles, 0 where there is none.
     force_unit, length_unit
         As the joint names them; empty where it names none.
     label : (n,)

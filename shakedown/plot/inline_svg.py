@@ -87,7 +87,7 @@ class Drawing(NamedTuple):
     name
         What it is called among other panels.
     size
-        Of the picture [inch]; by default one of which two, or three, side by side fill a page.
+        Size of the picture [inch]; by default two, or three, of them side by side fill a page.
     """
 
     alt: str

@@ -253,7 +253,7 @@ def slip_along(
 def slip_range(result: Recorded | EventHistory, problem: Problem, *, ax: Axes | None = None) -> Axes:
     """How far each node slips back and forth in contact, max v − min v over a path, along the contact.
 
-    Of nodes that are never closed nothing is drawn. Parameters as for :func:`pressure`.
+    Nothing is drawn for nodes that are never closed. Parameters as for :func:`pressure`.
 
     Examples
     --------

@@ -37,17 +37,17 @@ class Places:
     points : (k, 2)
         Where they are [length]; in a row where the joint does not know that.
     tangents : (k, 2, 2)
-        Where the x and the y of each node lead.
+        The directions x and y of each node.
     axes
         What the axes of the picture are called.
     name
-        Of the patch, where the joint has several or it is curved.
+        Name of the patch, where the joint has several or it is curved.
     unit
-        Of the places.
+        Unit of the places.
     faces : (m, 4), optional
         Between which of them there are faces; −1 as the last of a triangle.
     area
-        Of the whole patch, where it is known [length²].
+        Area of the whole patch, where it is known [length²].
     """
 
     nodes: NDArray[np.intp]

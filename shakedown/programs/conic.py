@@ -67,7 +67,8 @@ def interior_points(
 ) -> tuple[Status, FloatArray, FloatArray, bool]:
     """Minimise costᵀ x by Clarabel: the status, x, multipliers, whether it is of reduced accuracy.
 
-    Of right − M x as many rows are zero, then ≥ 0, then in cones of such sizes, as ``kinds`` says.
+    ``kinds`` says how many rows of right − M x are zero, how many after them are ≥ 0, and the sizes of the
+    cones that the others are in.
 
     Raises
     ------

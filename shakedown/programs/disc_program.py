@@ -174,7 +174,7 @@ class DiscProgram:
         return by_cholesky(self._normal_matrix(scaling))
 
     def orthogonal_factor(self, scaling: SmallScaling) -> Solve:
-        """The same from a triangular factor of W⁻¹ M, where no squaring hides small rows."""
+        """The same equations solved by a triangular factor of W⁻¹ M, where no squaring hides small rows."""
         return _by_orthogonal_factor(self._root(scaling))
 
     def _root(self, scaling: SmallScaling) -> FloatArray:

@@ -268,9 +268,10 @@ class Solution:
 
     @property
     def multipliers(self) -> FloatArray:
-        """Of the rows, (R,): y ≥ 0 at a right, y ≤ 0 at a left side, with c + Mᵀ y = 0 but at column bounds.
+        """Multipliers y of the rows, (R,): ≥ 0 at a right side, ≤ 0 at a left one.
 
-        NaN where there is no solution; of an infeasible program with cones those that prove it.
+        c + Mᵀ y = 0 except at column bounds. NaN where there is no solution; for an infeasible program with
+        cones the multipliers that prove it.
         """
         return self._ends[1]
 

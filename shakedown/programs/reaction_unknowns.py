@@ -38,17 +38,17 @@ class ReactionProgram:
 
     @property
     def cones(self) -> SmallCones:
-        """Those of the program."""
+        """The cones of the program."""
         return self.program.cones
 
     @property
     def limits(self) -> FloatArray:
-        """Those of the program."""
+        """The right-hand sides of the program."""
         return self.program.limits
 
     @property
     def costs(self) -> FloatArray:
-        """Those of the program: z has none."""
+        """The costs of the program: z has none."""
         return self.program.costs
 
     @property
@@ -103,7 +103,7 @@ class ReactionProgram:
         return by_cholesky(normal)
 
     def orthogonal_factor(self, scaling: SmallScaling) -> Solve:
-        """The same through y, from a more accurate factor."""
+        """The same equations solved in y, by a more accurate factor."""
         solve, r = self.program.orthogonal_factor(scaling), self.program.rank
         S = self.program.blocks[:, 1:].reshape(-1, r)[self.reactions.kept]
 
@@ -146,7 +146,7 @@ class ReactionProgram:
             normal[r:, r:] += (2.0 * w[0] ** 2 - 1.0 / rest.factor**2) * np.outer(of.norm, of.norm)
 
     def _parts(self, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Of dense rows (R, …) those of tied nodes, of the others (o, 3, …) and of the rows, as views."""
+        """Dense rows (R, …) in three parts, as views: tied nodes, the other nodes (o, 3, …), and rows."""
         t, end = len(self.reactions.tied), len(rows) - len(self.program.rows)
         return rows[:t], rows[t:end].reshape(-1, CONE, *rows.shape[1:]), rows[end:]
 

@@ -33,16 +33,16 @@ class ProgramScales:
 
     @property
     def x(self) -> FloatArray:
-        """What one of x is in the units of the program, (N,)."""
+        """The size of 1 in x in the units of the program, (N,)."""
         return self.column * self.size
 
     @property
     def y(self) -> FloatArray:
-        """What one of the multipliers is in the units of the program, (R,)."""
+        """The size of 1 in a multiplier in the units of the program, (R,)."""
         return self.row / self.cost
 
     def value(self, scaled: float) -> float:
-        """Of a cost, in the units of the program."""
+        """The value of a cost in the units of the program."""
         return scaled * self.size / self.cost
 
     def with_cost(self, cost: FloatArray) -> tuple[FloatArray, "ProgramScales"]:
@@ -93,8 +93,8 @@ def ball_scales(
 ) -> tuple[FloatArray, FloatArray, float]:
     """Scales of rows and columns, and the size of right sides, with one cone over the first columns.
 
-    That is ‖(x_0, …, x_{r−1})‖ + offset ≤ x_r, after the ``linear`` rows. Its columns share one unit, in
-    which rows and right sides are near 1; each other column has the one in which it weighs as much.
+    The cone is ‖(x_0, …, x_{r−1})‖ + offset ≤ x_r; its rows follow the ``linear`` ones. Its columns share one
+    unit, in which rows and right sides are near 1; every other column has a unit in which it weighs as much.
     """
     sizes = np.abs(matrix[:linear])
     slopes = sizes[:, : rank + 1].max(axis=1)

@@ -91,13 +91,13 @@ class SelfDualSolution:
     status
         Optimal, infeasible, unbounded or undecided.
     x : (N,)
-        The solution; of an unbounded program the direction, cᵀ x = −1.
+        The solution; for an unbounded program the direction, cᵀ x = −1.
     slack, multipliers : (R,)
-        Of the rows; of an infeasible program multipliers with hᵀ y = −1.
+        Slacks and multipliers of the rows; for an infeasible program multipliers with hᵀ y = −1.
     accuracy
         The largest of gap and residuals, relative.
     path
-        The points on the way, with τ; those of another program that it began with among them.
+        The points on the way, with τ, among them those of another program that it began with.
     """
 
     status: Status

@@ -21,7 +21,7 @@ class Reactions(NamedTuple):
     to_y : (r, r)
         S⁻¹.
     gram : (r, r)
-        S⁻ᵀ S⁻¹, that of the length of y.
+        S⁻ᵀ S⁻¹: |y|² is zᵀ (S⁻ᵀ S⁻¹) z.
     kept : (r,)
         Which of the last two numbers of all nodes are unknowns.
     tied, others, columns : (t,), (o,), (t, 2)
@@ -39,7 +39,7 @@ class Reactions(NamedTuple):
     dense: FloatArray
 
     def scaled(self, scale: FloatArray) -> "Reactions":
-        """Those of blocks with rows that are multiples (n, 3) of these."""
+        """The same for blocks whose rows are multiples, (n, 3), of the rows of these."""
         of_z = 1.0 / scale[:, 1:].ravel()[self.kept]
         rows = np.append(scale[self.tied, 0], scale[self.others].ravel())
         return self._replace(

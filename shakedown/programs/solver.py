@@ -119,7 +119,7 @@ def cut_cones(program: Program) -> Solution:
 
 
 def _cut(program: Program, planes: list[FloatArray]) -> Program:
-    """Of every cone u_0 ≥ w · (u_1, …) for the directions w of its planes, and u_0 ≥ 0."""
+    """The linear program in which u_0 ≥ 0 and u_0 ≥ w · (u_1, …) for its planes w replace each cone."""
     matrix, right = [program.matrix[: program.linear]], [program.right[: program.linear]]
     for rows, known in zip(program.blocks(), planes, strict=True):
         directions = np.vstack([known, np.zeros(known.shape[1])])

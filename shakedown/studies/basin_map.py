@@ -163,7 +163,7 @@ class InitialStateMap(Result):
 
     @cached_property
     def dissipation_of(self) -> dict[str, FloatArray]:
-        """The same over the states of each outcome, (5,) each."""
+        """Minimum, quartiles and maximum of the dissipation over the states of each outcome, (5,) each."""
         return {word: _quartiles(self.dissipation[self.outcome == word]) for word in self.outcomes}
 
     @cached_property

@@ -65,8 +65,8 @@ class CyclePattern:
     def least(self, tolerances: Tolerances = DEFAULT) -> LeastCycle | None:
         """The smallest λ at which the pattern is a cycle; None where the program finds none.
 
-        Of the limits of nodes that stick few matter: of each the event at which it is violated
-        most is taken, as long as there is one.
+        Few limits of nodes that stick matter. For each of them the event at which it is violated most is
+        taken, as long as there is one.
         """
         rows = self.rows
         taken = rows.equal | rows.kept

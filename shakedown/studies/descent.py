@@ -170,7 +170,7 @@ class Simulator:
 def descended(simulator: Simulator, cycle: FoundCycle, accuracy: float, nothing: float) -> FoundCycle:
     """The cycle with the smallest load factor that is reached from another one, pattern by pattern.
 
-    Of the pattern of a cycle the smallest load factor follows from one linear program
+    The smallest load factor with the pattern of a cycle follows from one linear program
     (:class:`CyclePattern`). A little above it the pattern is simulated; a little below it
     another one may go on. What has no such pattern (nodes open, jump or ratchet) is lowered
     by bisection from its own state. So is every cycle in space, to four digits.

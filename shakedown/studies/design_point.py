@@ -36,7 +36,7 @@ class DesignLimit(NamedTuple):
     remark
         What else should be known; empty where nothing.
     low, high
-        Of λ_T: shakedown is proved at ``low``, a cycle was found at ``high``; else NaN.
+        For λ_T: shakedown is proved at ``low``, a cycle was found at ``high``; else NaN.
     """
 
     load_factor: float
@@ -47,7 +47,7 @@ class DesignLimit(NamedTuple):
 
 
 class SlipAllowed(NamedTuple):
-    """Up to where slips stay below a length (:class:`~shakedown.assessment.slip_limit.SlipLimit`).
+    """The load factor up to which slips stay below a length, as ``slip_limit.SlipLimit`` has it.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class DesignPoint(Result):
     contradictions
         JointLimits that cannot all be right, in words: an error of this toolkit or of its theory.
     slip_criterion
-        Up to where slips stay below a length; None where that was not asked for.
+        Up to which load factor slips stay below a length; None where that was not asked for.
     """
 
     values: tuple[float, ...]

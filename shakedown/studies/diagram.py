@@ -191,7 +191,7 @@ class Sweep(Result):
 
     @property
     def slip_criteria(self) -> tuple[SlipAllowed | None, ...]:
-        """Up to where slips stay below the length asked about, point by point; None where there is none."""
+        """Up to which load factor slips stay below the given length, point by point; None without one."""
         return tuple(point.slip_criterion for point in self.points)
 
     def load_factors(self, name: str) -> FloatArray:
@@ -210,8 +210,8 @@ class Sweep(Result):
     def boundaries(self) -> Boundaries:
         """Where the regions of the load factor meet; NaN where there is no joint.
 
-        Of a limit that has conditions (proved only from some load factor on, or of a joint
-        that is partly open) nothing is concluded.
+        Nothing is concluded from a limit with conditions (proved only from some load factor on, or
+        for a joint that is partly open).
         """
         joints = np.where([point.exists for point in self.points], 0.0, np.nan)
         every = joints + [_proved_up_to(point, "universal") for point in self.points]

@@ -65,9 +65,9 @@ def refine(
     Parameters
     ----------
     make
-        From a size to a joint on that mesh: a function, or joints by size.
+        The joint on the mesh of a size: a function of it, or joints by size.
     sizes
-        Of the meshes, the coarsest first.
+        Sizes of the meshes, the coarsest first.
     radius
         The length over which slips are averaged (:func:`averaged`), the same on every mesh [length].
     load_factor

@@ -283,8 +283,8 @@ def _gathers(seen: _Seen, kind: _Kind, here: NDArray[np.bool_], known: int) -> b
 def _like(seen: _Seen, rows: Rows, kind: _Kind) -> NDArray[np.bool_]:
     """Which states are taken to end in the same continuum as the first of them.
 
-    Those that pass through the same contact states; all of the kind where a node keeps its
-    slip, which is locked in and selects the limit cycle.
+    They pass through the same contact states. Where a node keeps its slip, which is locked in and selects the
+    limit cycle, they are all states of the kind.
     """
     if len(kind.slipping_nodes) < seen.problem.n or not tells_stability(seen.problem):
         return np.ones(len(rows), dtype=bool)

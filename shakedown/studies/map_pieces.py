@@ -163,7 +163,7 @@ class MapPieces:
         return ranges
 
     def _slip_range(self, problem: Problem, found: LongTermStates, k: int) -> float:
-        """That of one state, which is followed once more."""
+        """The slip range of one state, which is followed once more."""
         state = long_term_state(
             problem,
             found.load_factor,

@@ -114,7 +114,7 @@ def initial_state_map(
         safe slip in its middle, and as half-width the slips that one load step could
         cause: (|q_w| + f |p_w|) / A_jj.
     seed
-        Of what is random. State number k follows from the seed and k alone.
+        Seed of what is random. State number k follows from the seed and k alone.
     coordinates
         The two nodes whose slips a grid runs over and a picture shows; 0 and 1 by default. With two
         tangential directions the places of two slips among x0, y0, x1, y1, …

@@ -53,10 +53,10 @@ class Trend(NamedTuple):
     verdict
         Whether it converges, falls or grows; undecided where three numbers do not tell.
     limit
-        Where it converges to, extrapolated; NaN where it does not.
+        The limit that it converges to, extrapolated; NaN where it does not converge.
     order
-        Of convergence, p of a + c h^p, NaN where the last changes are too small or change sign. Where it
-        falls or grows: the exponent s of h^s between the last two meshes. Else NaN.
+        Order of convergence, p of a + c h^p; NaN where the last changes are too small or change sign. Where
+        the numbers fall or grow it is the exponent s of h^s between the last two meshes. Else NaN.
     """
 
     verdict: Tendency
@@ -137,7 +137,7 @@ class Refinement(Result):
         below the length (:func:`~shakedown.assessment.slip_limit.slip_limit`). NaN where there is none, inf
         where nothing limits it.
     fingerprints
-        Of the joints (``Problem.fingerprint``), by which a report knows its own.
+        Fingerprints of the joints (``Problem.fingerprint``), by which a report recognises its own.
     """
 
     DOCUMENT: ClassVar[str] = "load_factor radius slip_below"

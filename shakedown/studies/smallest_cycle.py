@@ -77,7 +77,7 @@ class SmallestCycle(Result):
     undecided
         How many of them came to no verdict.
     seed
-        Of the random states.
+        Seed of the random states.
     contradiction
         What is contradicted, in words; else empty.
     """
@@ -176,7 +176,7 @@ def smallest_cycle(
     rounds
         Number of rounds.
     seed
-        Of the random slips; the same seed gives the same answer.
+        Seed of the random slips; the same seed gives the same answer.
     initial_slips : (s, n), optional
         Further slips to try [length].
     largest

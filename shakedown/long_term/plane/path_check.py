@@ -48,7 +48,7 @@ class PathCheck(NamedState):
     rows, added
         Rows seen, and since κ u was computed.
     time
-        Of the last row, in load steps.
+        Time of the last row, in load steps.
     code, first, last
         Hash of the contact states of the last row; of those that lasted first and last.
     changes

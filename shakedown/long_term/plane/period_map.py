@@ -24,7 +24,7 @@ class PeriodMap(NamedState):
     stuck : (t,)
         Nodes stuck there, whose slips are the parameters of the state.
     moves : (k,)
-        Those of them, by place in ``stuck``, that move within the period.
+        Which of the stuck nodes, by place in ``stuck``, move within the period.
     basis, tangent : (2n, t)
         ∂u/∂v_stuck before and after the period.
     delay : (t,)

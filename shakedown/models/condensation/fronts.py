@@ -138,9 +138,9 @@ def elimination(
     K : (N, N)
         Symmetric matrix, kept unknowns last.
     pieces
-        Of the nodes.
+        The pieces into which the nodes are dissected.
     unknowns
-        Those of every node.
+        The unknowns of every node.
     """
     parts = [np.concatenate([unknowns[node] for node in piece.nodes.tolist()]) for piece in pieces]
     count = sum(map(len, parts))

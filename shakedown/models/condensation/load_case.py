@@ -53,7 +53,7 @@ class LoadCase(Result):
         What factor 1 stands for, in a unit of the user's: 20 where the force is that of a load
         of 20 kN. The problem then has its ``load_mean`` and ``load_amplitude``.
     unit : str, optional
-        That unit; alone it says that the factors are the load in this unit, a value of 1.
+        The unit of ``value``; given alone it says that the factors are the load in this unit, a value of 1.
     frequency : float, optional
         Circular frequency of the mode whose inertia forces the case is [1/time].
     name : str, optional

@@ -64,7 +64,7 @@ class ContactSection:
     middle_nodes : (t, 3)
         Nodes between two corners of quadratic faces of solids, and these corners.
     coupling : SurfaceCoupling or None
-        Of two surfaces whose meshes need not match: what the nodes of the first follow.
+        What the nodes of the first of two surfaces follow, whose meshes need not match.
     clamped : (c,)
         Nodes that are held in a static run in which both bodies are held apart.
     name : str

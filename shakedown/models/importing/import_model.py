@@ -427,7 +427,7 @@ class _Reduced(NamedTuple):
 
     @classmethod
     def of(cls, kept: Import) -> "_Reduced":
-        """That of another import."""
+        """The condensed model of another import."""
         return cls(kept.condensation, kept.static_run, kept.evidence)
 
 

@@ -43,7 +43,7 @@ class PlaneMotion(NamedState):
     correction
         Largest correction of a settled equation [force].
     signature, last_states
-        Of the sequence of contact states, and of those entered last.
+        Hash of the sequence of contact states, and of those entered last.
     signed
         Whether the present contact states are in the signature.
     """
