@@ -20,7 +20,7 @@ class Basis:
     Attributes
     ----------
     Q : (3n + o, K)
-        Of the discs' nodes, then of the half-spaces.
+        The rows of the discs' nodes, then those of the half-spaces.
     to_slips : (k, K)
         R⁻¹, in the slips that some limit depends on; those of the others are zero.
     sizes : (n + o,)
@@ -43,11 +43,10 @@ def slip_basis(stiffness: FloatArray, gaps: FloatArray) -> Basis:
 
     Every node is in units of its own stiffness.
     """
-    n = len(stiffness)
-    sizes = np.append(np.linalg.norm(stiffness, axis=(1, 2)), np.linalg.norm(gaps, axis=1))
-    inverse = 1.0 / np.where(sizes > 0, sizes, 1.0)
-    each = np.append(np.repeat(inverse[:n], CONE), inverse[n:])
-    M = np.vstack([stiffness.reshape(CONE * n, stiffness.shape[-1]), gaps]) * each[:, None]
+    of_nodes, of_gaps = np.linalg.norm(stiffness, axis=(1, 2)), np.linalg.norm(gaps, axis=1)
+    sizes, of_rows = np.append(of_nodes, of_gaps), np.append(np.repeat(of_nodes, CONE), of_gaps)
+    rows = np.vstack([stiffness.reshape(CONE * len(stiffness), stiffness.shape[-1]), gaps])
+    M = rows * (1.0 / np.where(of_rows > 0, of_rows, 1.0))[:, None]
     known = np.flatnonzero(M.any(axis=0))
     to_slips = np.zeros((M.shape[1], 0))
     if not known.size:
