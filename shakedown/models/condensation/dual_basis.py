@@ -1,7 +1,8 @@
 """D and P of the dual mortar method: u₁ = (slip and gap) + P u₂, one row per node of the slave.
 
-The multiplier is a sum of the dual functions ψ_j of the slave's nodes, ∫ψ_j N̂_l = δ_jl D_j over what is
-covered of each of its facets, so that D is diagonal and P explicit. Σψ_j = 1: constant pressures are
+u₁ and u₂ are the displacements of slave and master (``overlaps``). The contact pressure is a sum of dual
+functions ψ_j of the slave's nodes. They are chosen with ∫ψ_j N̂_l = δ_jl D_j over what is covered of each
+facet, so that D is diagonal and P explicit, P_jk = ∫ψ_j N_k / D_j. Σψ_j = 1: constant pressures are
 transmitted exactly.
 """
 
@@ -27,7 +28,8 @@ class DualBasis:
     nodes : (n,)
         Nodes of the slave that are covered, as positions in its labels.
     P : (n, m)
-        Weights of all nodes of the master; zeros stand where facets meet.
+        Weights of the nodes of the master, in columns for all of its nodes; where facets meet, zeros are
+        stored.
     near : (nnz,)
         Σ |∫N̂_j N_k| / D_j in the same places: how much both nodes have in common.
     area, whole : (n,)

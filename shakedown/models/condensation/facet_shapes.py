@@ -1,4 +1,4 @@
-"""Shape functions of facets, and the change of basis that gives corners of quadratic facets a share.
+"""Shape functions of facets, and a change of basis: corners of quadratic facets get a share of a pressure.
 
 The nodes of a facet are its corners in order, then the nodes between them, then one in the middle.
 """

@@ -1,4 +1,9 @@
-"""Overlapping facets of two surfaces, cut exactly, with Gauss points on their common parts."""
+"""Overlapping facets of two surfaces, cut exactly, with Gauss points on their common parts.
+
+Results are at the nodes of one surface, the slave; the other one is the master. What a facet of the slave and
+one of the master have in common, seen along the slave's normal, is a segment. N are the shape functions of
+facets, N̂ those of the changed basis (``facet_shapes``).
+"""
 
 from dataclasses import dataclass
 
@@ -10,7 +15,7 @@ from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.models.condensation.facet_shapes import CORNERS, changed_shapes, local_places, shapes
 from shakedown.models.condensation.surface_mesh import ContactSurface, FacetBlock, IntArray
 
-OPPOSED = np.cos(np.radians(120.0))  # between the normals of facets that face each other, at most
+OPPOSED = np.cos(np.radians(120.0))  # largest cosine between the normals of facets that face each other
 
 
 def facet_pairs(slave: ContactSurface, master: ContactSurface, reach: float) -> tuple[IntArray, IntArray]:
