@@ -11,7 +11,8 @@ from shakedown import Outcome, Problem, Tolerances
 from shakedown.joint.loading import slip_reach
 from shakedown.long_term.space.fading import Fading, Mark
 from shakedown.long_term.space.leap_methods import Measure
-from shakedown.long_term.space.slope_leaps import Along, PeriodStep
+from shakedown.long_term.space.local_map import PeriodStep
+from shakedown.long_term.space.slope_leaps import Along
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
 

@@ -17,7 +17,8 @@ from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import FirstCycles
 from shakedown.long_term.space.fading import Fading, Mark
 from shakedown.long_term.space.leap_methods import STATE_ROUND_OFF, Ahead, Crawl, Leap, measure_of
-from shakedown.long_term.space.slope_leaps import Along, Landing, PeriodStep
+from shakedown.long_term.space.local_map import PeriodStep
+from shakedown.long_term.space.slope_leaps import Along, Landing
 from shakedown.motion.cycle_record import Checkpoint, CycleRecord, State, Stop
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.viscous_jump import Jump
@@ -30,7 +31,7 @@ WINDOW = 7  # largest number of states one period apart that a leap starts from
 FOR_EVER = 10 * NEGLIGIBLE
 ALTERNATES = 0.1  # ratio to the change between consecutive periods below which a later one recurs
 APART = 4.0  # times the fading part; twice that separates states on both sides of their limit
-# What may be left of the way to a cycle, and to rest, relative to all slip so far, along a line.
+# What may be left of the way to a cycle, and to rest while that is seen, along a line; relative to all slip.
 NEAR, CLOSE = 1e-5, 1e-7
 VARIES_LITTLE = "the varying part of the loads is next to round-off beside the constant part"
 
@@ -192,6 +193,7 @@ class ReturnSearch:
         self.gathered = 0.0  # errors of integration, which what no cycle changes keeps
         self.rate, self.unsure = np.nan, 0.0  # per cycle; uncertainty left by leaps …
         self.adrift = 0.0  # … and in rigid slip, as cycles are the same wherever the joint stands
+        self.foretold = 0  # cycle from which on rest is foreseen
         self.period, self.crawl, self.ahead, self.along = 1, Crawl(care), Ahead(care), Along(care)
         self.fadings = [Fading() for _ in range(longest)]  # by period
         self.passed: list[tuple[CycleRecord, State]] = []  # before the first leap
@@ -313,11 +315,20 @@ class ReturnSearch:
         now = self._mark(p)
         left = self.fading.to_come(now, self.measure) / self.measure.size(now.state)
         none = self.rules.noise / self.rules.stiffness
-        if left <= CLOSE and self.fading.slip_ends(now, none) and not self.records[-1].opened.any():
-            return self._found(Outcome.SHAKEDOWN, f"slip fades away with the changes{self._way()}", 1)
+        if self.fading.slip_ends(now, none) and not self.records[-1].opened.any():
+            if left <= NEAR and not self.foretold:
+                self.foretold = self.cycles
+            if left <= CLOSE or self._is_unseen(now, none):
+                return self._found(Outcome.SHAKEDOWN, f"slip fades away with the changes{self._way()}", 1)
         if left > NEAR or now.size > SIX_DIGITS * np.linalg.norm(now.slip * self.measure.slips):
             return None
         return self._verdict_of_period(p, now.slip) if self.fading.slip_lasts(now) else None
+
+    def _is_unseen(self, now: Mark, none: FloatArray) -> bool:
+        """Whether rest has long been foreseen, and no node changes by more than the accuracy of motion."""
+        moved = np.linalg.norm(self.layout.by_node(now.change[self.layout.slips]), axis=1)
+        long = 0 < self.foretold <= self.cycles - STUCK
+        return long and bool((moved <= none).all())
 
     def _left(self, p: int) -> float:
         """How far the states of a period may still move together, as changes fade [energy norm]."""
@@ -337,18 +348,21 @@ class ReturnSearch:
         if np.abs(self._change(p)).max() <= SIX_DIGITS * most:
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
         floats = can_drift(self.motion.problem)
-        if self.fading.slip_lasts(now) and (not floats or self._is_held(p)):
+        if self.fading.slip_lasts(now) and (not floats or self._is_held(p, slip)):
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
         if floats and (self._drifts_on(p, error) or self.fading.drift_lasts(now)):
             return self._found(Outcome.RATCHETTING, f"the same drift every {every}{self._way()}", p)
         return None
 
-    def _is_held(self, p: int) -> bool:
-        """Whether nodes that do not slip leave room for no rigid slip, while none opens."""
+    def _is_held(self, p: int, slip: FloatArray) -> bool:
+        """Whether nodes that stick, or all but stick, leave no room for a rigid slip, while none opens."""
         if opened_and_closed(tuple(self.records)[-p:])[0].any():
             return False
-        stuck = self.measure.rigid[self.layout.slips_of(np.flatnonzero(self._slip(1, p) == 0.0))]
-        return bool(np.linalg.matrix_rank(stuck) == stuck.shape[1])
+        least = SIX_DIGITS * float(slip.max())
+        stuck = np.flatnonzero(slip <= least)
+        room = np.linalg.svd(self.measure.rigid[self.layout.slips_of(stuck)], compute_uv=False)
+        held = len(room) == self.measure.rigid.shape[1] and room[-1] > NEGLIGIBLE
+        return bool(held and slip[stuck].max() <= least * room[-1])
 
     def _drifts_on(self, p: int, error: float) -> bool:
         """Whether a rigid slip goes on, by more than the error, no less than before: else drift may fade."""

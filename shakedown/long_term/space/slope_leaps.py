@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, PER_CENT, RESOLVED, THREE_DIGITS
+from shakedown.ground.round_off import EPS, MUCH, NEGLIGIBLE, PER_CENT, RESOLVED, THREE_DIGITS
 from shakedown.long_term.space.leap_methods import PRICE, STATE_ROUND_OFF, WORTH, Measure, longer
+from shakedown.long_term.space.local_map import BEHIND_IT, Behind, LocalMap, Period, PeriodStep, Way
 
 # Finite-difference step for slopes, relative to all slip (energy norm); at least round-off of the state.
 PROBE = 10.0 * NEGLIGIBLE
@@ -22,111 +23,18 @@ PROBE = 10.0 * NEGLIGIBLE
 TRIED = 1.0, -1.0, 1e-2, -1e-2, 1e-4
 BEHIND = 4.0  # times as far as states are moved
 FARTHEST = 2**40  # periods: most that a leap goes ahead
-DRIFTS = 2.0**20  # periods: most that a drift is followed at once
 TRAIL = 16  # states at which leaps began that are remembered
-# Shares of a way at which its bends are seen, at first and later, and at which they are put to the test.
-ROUGHLY, FINELY, TESTED = (0.5, 1.0), (0.25, 0.5, 1.0), (0.75, 1.0)
+NEXT_TO_IT = 8.0  # so many times the length of a leap behind it, or that share, they tell how it is bent
+TESTED = 0.75, 1.0  # shares of a way at which its bends are put to the test
 
 
-class PeriodStep(NamedTuple):
-    """What a period changes of the state, (N,) [length], and what identifies its contact states."""
+class Waypoint(NamedTuple):
+    """Where a leap began: a state (N,), the change (k,) in a period from there at places (k,), and when."""
 
+    state: FloatArray
     change: FloatArray
-    signature: int
-
-
-Period = Callable[[FloatArray], PeriodStep | None]  # from a state on; None where the motion stops
-
-
-@dataclass(frozen=True)
-class LocalMap:
-    """What a period changes next to a state u: F(u + y) = F + D y + r(y), for changes y of some slips.
-
-    Attributes
-    ----------
-    period
-        Follows one.
-    measure
-        What counts of a change.
-    start : (N,)
-        u [length].
-    places : (k,)
-        Where the slips stand in u.
-    change : (k,)
-        F [length].
-    slopes : (k, k)
-        D.
-    """
-
-    period: Period
-    measure: Measure
-    start: FloatArray
     places: NDArray[np.intp]
-    change: FloatArray
-    slopes: FloatArray
-
-    def at(self, y: FloatArray) -> FloatArray:
-        """The state u + y."""
-        state = self.start.copy()
-        state[self.places] += y
-        return state
-
-    def size(self, y: FloatArray) -> float:
-        """Of a change, by energy; inf where it is out of all bounds, as drift of very many periods is."""
-        if not np.abs(y).max() <= max(np.abs(self.start).max(), DRIFTS * np.abs(self.change).max()):
-            return np.inf
-        return self.measure.size(self.at(y) - self.start)
-
-    def linear(self, y: FloatArray) -> FloatArray:
-        """F + D y."""
-        return np.asarray(self.change + self.slopes @ y)
-
-    def rest(self, y: FloatArray) -> FloatArray:
-        """r(y), by a period from there; NaN where none can be followed, or where other nodes slip."""
-        there = self.period(self.at(y)) if self.size(y) < np.inf else None
-        if there is None or self._is_elsewhere(there.change):
-            return np.full_like(y, np.nan)
-        return there.change[self.places] - self.linear(y)
-
-    def _is_elsewhere(self, change: FloatArray) -> bool:
-        """Whether a clear share of a change is not at these places."""
-        other = change.copy()
-        other[self.places] = 0.0
-        return bool(other.any()) and self.measure.size(other) > THREE_DIGITS * self.measure.size(change)
-
-    def seen(self, y: FloatArray, bent: FloatArray) -> "Foresight | None":
-        """What a period from u + y changes beside F + D y + bent; None where none can be followed."""
-        there = self.period(self.at(y))
-        if there is None:
-            return None
-        foreseen = np.zeros_like(self.start)
-        foreseen[self.places] = self.linear(y) + bent
-        return Foresight(there.change, foreseen)
-
-    def ahead(self, periods: int, bends: FloatArray, share: float = 1.0) -> FloatArray:
-        """y after a share of so many periods, if r = Σ bends[i] sⁱ⁺¹ after the share s of them."""
-        k = len(self.change)
-        one = np.zeros((k + 4, k + 4))  # a period: of y, 1, j, j², j³
-        one[:k, :k] = np.eye(k) + self.slopes
-        one[:k, k] = self.change
-        for power, bend in enumerate(bends, 1):
-            one[:k, k + power] = bend / float(periods) ** power
-        one[k:, k:] = [[1, 0, 0, 0], [1, 1, 0, 0], [1, 2, 1, 0], [1, 3, 3, 1]]
-        with np.errstate(over="ignore", invalid="ignore"):
-            return np.asarray(np.linalg.matrix_power(one, int(share * periods))[:k, k])
-
-    def bends(self, periods: int, known: FloatArray, shares: tuple[float, ...]) -> FloatArray:
-        """Bends (i, k) by what is seen after some shares of a way that is bent as far as is known."""
-        seen = np.array([self.rest(self.ahead(periods, known, share)) for share in shares])
-        powers = np.array(shares)[:, None] ** np.arange(1, len(shares) + 1)
-        return np.linalg.solve(powers, seen)
-
-
-class Foresight(NamedTuple):
-    """A change, (N,) [length], and the one that was foreseen."""
-
-    change: FloatArray
-    foreseen: FloatArray
+    periods: int
 
 
 class Landing(NamedTuple):
@@ -161,7 +69,9 @@ class Along:
     periods
         How far the next one is tried to go.
     trail
-        States at which leaps began, with their first period.
+        States at which slopes were seen, with their first period.
+    path, gone, end
+        Where the last leaps began, how many periods they have gone in all, and to which state.
     since, wait
         From which cycle on the next one is tried, and how many after the last that led nowhere.
     """
@@ -173,11 +83,16 @@ class Along:
     SURE: ClassVar[float] = 0.03  # of the way, and of the change there: what bends may miss them by
     LEFT: ClassVar[float] = 1e-3  # of the change: less of it is not told from none
     GROWN: ClassVar[float] = 4.0  # and most: nodes may begin and cease to slip between what is looked at
-    FARTHER: ClassVar[int] = 2  # times as far after a leap that went as far as was tried
+    AT_EASE: ClassVar[float] = 0.3  # strain that is aimed at: with more, slopes are seen anew …
+    ORDER: ClassVar[int] = 5  # … as this power of the length of a leap, at least, it grows
+    TIMES: ClassVar[tuple[float, ...]] = 0.25, 0.5, 2.0  # as long: least, most after a failure, most
 
     care: float = 1.0
     periods: int = int(WORTH)
     trail: deque[tuple[FloatArray, PeriodStep]] = field(default_factory=lambda: deque(maxlen=TRAIL))
+    path: deque[Waypoint] = field(default_factory=lambda: deque(maxlen=TRAIL))
+    gone: int = 0
+    end: FloatArray = field(default_factory=lambda: np.zeros(0))
     since: int = 0
     wait: int = 0
 
@@ -205,27 +120,39 @@ class Along:
         measure
             What counts of a change.
         """
+        if self.path and not self._follows(start, first, measure):
+            self.path.clear()
         local = self._seen(period, start, first, places, measure)
-        landing, unsure, tried = None, 0.0, self.periods
-        while local is not None and tried >= WORTH:
-            found = self._landing(local, tried)
+        landing, unsure = None, 0.0
+        while local is not None and self.periods >= WORTH:
+            found, strain = self._landing(local, self.periods)
             if found is not None:
                 landed()
                 unsure += found.unsure
                 landing, self.wait = found._replace(unsure=unsure), 0
-                if tried < self.periods:
-                    self.periods = tried
-                    break
-                self.periods = tried = min(self.FARTHER * tried, FARTHEST)
+                self.path.append(Waypoint(local.start, local.change, places, self.gone))
+                self.gone, self.end = self.gone + self.periods, found.start
                 local = replace(local, start=found.start, change=found.change)
-            elif landing is not None:
+            self.periods = self._next(strain, found is None)
+            if found is None and landing is not None:
                 period(landing.start)  # so that it is the last
+            if strain > self.AT_EASE and landing is not None:
                 break
-            else:
-                tried //= 2
         if landing is None:
-            self.periods, self.wait = int(WORTH), longer(self.wait)
+            self.wait = longer(self.wait)
+            self.path.clear()
+        self.periods = max(self.periods, int(WORTH))
         return landing
+
+    def _follows(self, start: FloatArray, first: PeriodStep, measure: Measure) -> bool:
+        """Whether a state is where the last leap has ended, but for a few periods."""
+        return measure.size(start - self.end) <= WORTH * measure.size(first.change)
+
+    def _next(self, strain: float, failed: bool) -> int:
+        """How many periods to try next, after a leap with this strain."""
+        least, less, more = self.TIMES
+        times = (self.AT_EASE / max(strain, EPS)) ** (1.0 / self.ORDER)
+        return min(int(self.periods * min(max(times, least), less if failed else more)), FARTHEST)
 
     def _seen(
         self, period: Period, start: FloatArray, first: PeriodStep, places: NDArray[np.intp], measure: Measure
@@ -260,7 +187,7 @@ class Along:
             slopes -= (slopes @ rigid) @ rigid.T
         slopes += self._by_trail(slopes, start, first, places, measure)
         self.trail.append((start, first))
-        return LocalMap(period, measure, start, places, change, slopes)
+        return LocalMap(period, measure, start, places, change, slopes, first.signature)
 
     def _by_trail(
         self,
@@ -280,43 +207,58 @@ class Along:
                 return np.outer(missed, root.T @ seen) / (seen @ seen)
         return np.zeros_like(slopes)
 
-    def _landing(self, local: LocalMap, periods: int) -> Landing | None:
-        """So many periods ahead; None where what comes there is not what was foreseen."""
-        bends = self._bends(local, periods)
-        if bends is None:
-            return None
-        y, now = local.ahead(periods, bends), local.size(local.change)
-        way, change, left, missed = local.size(y), local.change, now, 0.0
-        sure = self._sure(local, way)
-        for share in TESTED:
-            y = local.ahead(periods, bends, share)
-            seen = local.seen(y, share ** np.arange(1, len(bends) + 1) @ bends)
+    def _landing(self, local: LocalMap, periods: int) -> tuple[Landing | None, float]:
+        """So many periods ahead, or None, and the strain: what is missed there, relative to what may be."""
+        way, strain = self._bent(local, periods, self._behind(local, periods)), 0.0
+        if way is None:
+            return None, np.inf
+        y, now = local.ahead(periods, way.bends), local.size(local.change)
+        size, change, left = local.size(y), local.change, now
+        sure, unsure = self._sure(local, size), 0.0
+        if way.smooth:
+            strain, unsure = MUCH * local.size(way.miss) / size / sure, MUCH * float(np.abs(way.miss).max())
+        for share in TESTED[-1:] if way.smooth else TESTED:
+            if not strain <= 1.0:
+                return None, strain
+            y = local.ahead(periods, way.bends, share)
+            seen = local.seen(y, share ** np.arange(1, len(way.bends) + 1) @ way.bends)
             if seen is None:
-                return None
+                return None, np.inf
             left = max(local.measure.size(seen.change), self.LEFT * now)
-            allowed = min(self.SURE, sure * now / left)
-            if left > self.GROWN * now or not local.measure.misses(*seen, left) <= allowed:
-                return None
-            missed = max(missed, float(np.abs(seen.change - seen.foreseen).max()))
+            strain = max(strain, local.measure.misses(*seen, left) / min(self.SURE, sure * now / left))
+            unsure = max(unsure, float(np.abs(seen.change - seen.foreseen).max()) * size / now)
             change = seen.change[local.places]
-        return Landing(local.at(y), missed * way / now, min((left / now) ** (1.0 / periods), 1.0), change)
+        if left > self.GROWN * now or not strain <= 1.0:
+            return None, strain
+        rate = min((left / now) ** (1.0 / periods), 1.0)
+        return Landing(local.at(y), unsure, rate, change), strain
 
-    def _bends(self, local: LocalMap, periods: int) -> FloatArray | None:
-        """Those of the way so many periods ahead, by sweep after sweep; None where they do not settle."""
-        bends = np.zeros((1, len(local.change)))
-        y, off = local.ahead(periods, bends), [np.inf, np.inf]
-        for sweep in range(self.SWEEPS):
-            bends = local.bends(periods, bends, FINELY if sweep else ROUGHLY)
-            before, y = y, local.ahead(periods, bends)
-            way = local.size(y)
-            if not 0.0 < way < np.inf:
+    def _bent(self, local: LocalMap, periods: int, behind: Behind) -> Way | None:
+        """The way so many periods ahead, by sweep after sweep; None where its bends do not settle."""
+        way, off = Way(behind.bends, False, np.zeros_like(local.change)), [np.inf, np.inf]
+        y = foreseen = local.ahead(periods, way.bends)
+        for _ in range(self.SWEEPS):
+            way = local.bends(periods, way.bends, behind)
+            before, y = y, local.ahead(periods, way.bends)
+            size = local.size(y)
+            if not 0.0 < size < np.inf:
                 return None
-            off.append(local.size(y - before) / way)
-            if not off[-1] <= self.BENT:
-                return None
-            if off[-1] <= PER_CENT * self._sure(local, way) or off[-1] > self.SHRINKS * off[-3]:
+            off.append(local.size(y - before) / size)
+            if not off[-1] <= self.BENT:  # what lies behind misleads, unless something begins or ends to slip
+                return self._bent(local, periods, behind.first(0)) if way.smooth else None
+            if off[-1] <= PER_CENT * self._sure(local, size) or off[-1] > self.SHRINKS * off[-3]:
                 break
-        return bends if off[-1] <= self.SURE else None
+        return way._replace(miss=y - foreseen) if off[-1] <= self.SURE else None
+
+    def _behind(self, local: LocalMap, periods: int) -> Behind:
+        """What the states at which the last leaps began tell of the bends of a way."""
+        shares, rests = [], []
+        for point in reversed(self.path):
+            back = (self.gone - point.periods) / periods
+            if 1.0 / NEXT_TO_IT <= back <= NEXT_TO_IT and np.array_equal(point.places, local.places):
+                shares.append(-back)
+                rests.append(point.change - local.linear((point.state - local.start)[local.places]))
+        return Behind(np.array(shares), np.array(rests).reshape(-1, len(local.change))).first(BEHIND_IT)
 
     def _sure(self, local: LocalMap, way: float) -> float:
         """What the change at the end of a leap may miss, relative to the change at its beginning."""
