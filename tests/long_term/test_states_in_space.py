@@ -377,6 +377,62 @@ def test_the_end_of_a_way_is_known_where_the_change_falls_along_a_line(power):
     assert not fading.slip_lasts(now)
 
 
+@pytest.mark.parametrize(
+    ("joint", "load_factor", "ends_at"),
+    [  # after 400,000 plain cycles
+        (
+            ([42, 3, 2], 4),
+            1.26095238765354,
+            [1.4658962, -4.7214893, 3.4407266, -8.6290169, 1.5837352, -5.2768598],
+        ),
+        (
+            ([41, 3, 1], 4),
+            2.48563543907849,
+            [-0.0030418, 0.0078566, -0.08876, 0.0103512, -0.1897667, 3.726395],
+        ),
+    ],
+)
+def test_a_slow_way_to_rest_ends_within_its_error(joint, load_factor, ends_at):
+    seeds, nodes = joint
+    problem = random_joint(np.random.default_rng(seeds), "floating, stiff and soft", nodes)
+    found = shakedown.long_term_state(problem, load_factor)
+    assert found.outcome == Outcome.SHAKEDOWN
+    assert found.cycles_simulated < 1500
+    off = np.abs(found.final_slip[: len(ends_at)] - ends_at).max()
+    assert off <= found.error <= 1e-3 * np.abs(found.final_slip).max()
+
+
+def test_nodes_that_all_but_stick_leave_no_room_for_a_drift():
+    problem = random_joint(np.random.default_rng([22, 3, 1]), "floating, stiff and soft", 4)
+    found = shakedown.long_term_state(problem, 1.385201882930608)  # 1e-5 above λ_max
+    assert found.outcome == Outcome.CYCLIC_SLIP
+    assert 0.0 < found.slip_per_cycle.min() < 1e-6 * found.slip_per_cycle.max()
+
+
+@pytest.mark.parametrize("narrow", [0.0, 0.02])
+def test_leaps_by_slopes_say_how_far_they_are_off_a_bent_way(narrow):
+    """A slow map with a bend, to a fixed point or past a narrow: leaps against every period."""
+
+    def step(u):
+        x, y = u[:2]
+        return 1e-4 * np.array([-x - 0.8 * x * y, narrow + 2.0 * y * y if narrow else -0.3 * y - x * x])
+
+    def period(u):
+        return PeriodStep(np.append(step(u), 0.0), 1)
+
+    measure = Measure(np.eye(2, 3), np.zeros((3, 0)), np.ones(1), 1.5)
+    along, start, went = Along(), np.array([1.0, -1.0, 0.0]), []
+    landing = along.leap(
+        period, lambda: went.append(along.periods), start, period(start), np.arange(2), measure
+    )
+    u = start[:2].copy()
+    for _ in range(sum(went)):
+        u += step(u)
+    off = np.abs(landing.start[:2] - u).max()
+    assert sum(went) > 1000
+    assert off <= landing.unsure < 0.02 * np.abs(u - start[:2]).max()
+
+
 @pytest.mark.parametrize("drifts", [False, True])
 def test_a_leap_by_slopes_follows_an_affine_map(drifts):
     rng = np.random.default_rng(2)
