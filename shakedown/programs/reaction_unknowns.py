@@ -93,9 +93,7 @@ class ReactionProgram:
         """The solution of Mᵀ W⁻² M x = right, M all of the coefficients; raises ``LinAlgError``."""
         of, squares = self.program, scaling.inverse_squares()
         halves = np.asarray(np.linalg.qr(of.halves(squares), mode="r"))  # one row holds the first number
-        size = of.rank + len(of.cost)
-        normal = np.zeros((size, size), order="F")
-        normal[: of.rank, : of.rank] = self._of_z(halves, scaling.rest)
+        normal = self._of_z(halves, scaling.rest)
         own = halves[self.reactions.tied, 1:, 1:]
         at = self.reactions.columns
         normal[at[:, :, None], at[:, None, :]] += np.swapaxes(own, 1, 2) @ own
@@ -114,21 +112,26 @@ class ReactionProgram:
         return solved
 
     def _of_z(self, halves: FloatArray, rest: Scaling) -> FloatArray:
-        """What dense coefficients of z and the length of y make of it, (r, r) in the lower triangle.
+        """What dense coefficients of z and the length of y make of it, in the lower triangle of all unknowns.
 
         On the cone of that length W⁻² = (2 w wᵀ + I − 2 e₀ e₀ᵀ) / factor².
         """
         of, t, bound = self.program, len(self.reactions.tied), self.program.norm is not None
-        stacked = np.empty((len(self.dense) + bound, of.rank))
-        rows, others = self._parts(stacked[: len(self.dense)]), self._parts(self.dense)[1]
-        np.multiply(self.dense[:t], halves[self.reactions.tied, :1, 0], out=stacked[:t])
+        r, size, count = of.rank, of.rank + len(of.cost), len(self.dense)
+        stacked = np.empty((count + bound, size))
+        stacked[:, r:] = 0.0
+        rows, others = self._parts(stacked[:count, :r]), self._parts(self.dense)[1]
+        np.multiply(self.dense[:t], halves[self.reactions.tied, :1, 0], out=stacked[:t, :r])
         stacked[np.arange(t)[:, None], self.reactions.columns] += halves[self.reactions.tied, 0, 1:]
         rows[1][:] = halves[self.reactions.others] @ others
         rows[2][:] = self._parts(self.dense)[2] / rest.diagonal[:, None]
         if not bound:
             return np.asarray(blas.dsyrk(1.0, stacked.T, lower=1))
-        stacked[-1] = (np.sqrt(2.0) / rest.factor * rest.axis[1:]) @ self.reactions.to_y
-        return np.asarray(blas.dsyrk(1.0, stacked.T, 1.0 / rest.factor**2, self.reactions.gram.T, lower=1))
+        stacked[-1, :r] = (np.sqrt(2.0) / rest.factor * rest.axis[1:]) @ self.reactions.to_y
+        normal = np.empty((size, size), order="F")
+        normal[r:], normal[:r, r:] = 0.0, 0.0
+        np.multiply(self.reactions.gram.T, 1.0 / rest.factor**2, out=normal[:r, :r])
+        return np.asarray(blas.dsyrk(1.0, stacked.T, 1.0, normal, lower=1, overwrite_c=1))
 
     def _add_loads(self, normal: FloatArray, squares: FloatArray, rest: Scaling) -> None:
         """What w has in discs, rows and the bound of the length of y."""

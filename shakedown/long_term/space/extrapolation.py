@@ -3,10 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.size_limits import BLOCK
+
+Places = NDArray[np.intp]
 
 INDEPENDENT = 10 * ROUND_OFF  # relative to the largest: smaller singular values of the changes are round-off
 
@@ -48,11 +51,12 @@ class Recurrence:
 
 def seen_by(root: FloatArray, changes: FloatArray) -> FloatArray:
     """R d of changes (…, N), (…, k): with a large R from the places that change, mostly few."""
-    if root.size > BLOCK:
+    places: Places | slice = slice(None)
+    if root.size > BLOCK and changes.any():
         moved = np.flatnonzero(changes.reshape(-1, changes.shape[-1]).any(axis=0))
-        if 4 * len(moved) < changes.shape[-1]:
-            return np.asarray(changes[..., moved] @ root.T[moved])
-    return np.asarray(root @ changes if changes.ndim == 1 else changes @ root.T)
+        few = 4 * len(moved) < changes.shape[-1]
+        places = moved if few else slice(moved[0], moved[-1] + 1)  # gaps, the last places, mostly rest
+    return np.asarray(changes[..., places] @ root.T[places])
 
 
 def recurrence_of(states: FloatArray, root: FloatArray) -> Recurrence:

@@ -160,10 +160,9 @@ def move(joint: CompiledJoint, sp: Slipping, slip: FloatArray, start: int, targe
     for i in range(N):
         target[i] = 0.0
     for a in range(sp.s):
-        for c in range(2):
-            x, row = slip[start + 2 * a + c], (2 * sp.node[a] + c) * N
-            for i in range(N):
-                target[i] += x * S[row + i]
+        first, x, y = 2 * sp.node[a] * N, slip[start + 2 * a], slip[start + 2 * a + 1]
+        for i in range(N):
+            target[i] += x * S[first + i] + y * S[first + N + i]
     for i in range(N):
         if joint.free[i] == 1:
             target[i] = -target[i]

@@ -226,15 +226,17 @@ def choose_slipping(run: SpaceRun) -> bool:
         or (c <= ENUMERABLE and enumerate_choices(course, rates, sp, c, largest))
     ):
         return False
+    all_slip = True
     for a in range(c):
         i = sp.node[a]
-        rates.chosen[i] = rates.active[a]
+        rates.chosen[i], all_slip = rates.active[a], all_slip and rates.active[a] == 1
         if rates.candidate[i] == 1:
             mo.contact[i] = SLIP if rates.active[a] == 1 else STICK
             mo.resting[i] = rates.at_zero[a]
-    pack(joint, mo, rates, sp)
+    if not all_slip:
+        pack(joint, mo, rates, sp)
+        find_directions(course, mo, sp, sp.q)
     sp.factored = True  # by the last solution of the problem, whose active nodes these are, in the same order
-    find_directions(course, mo, sp, sp.q)
     spread_rates(sp, st, 0)
     return True
 
