@@ -123,15 +123,10 @@ def plan_steps(
     return steps
 
 
-def planned_cases(limits: JointLimits, found: Iterable[list[Case]]) -> list[Case]:
-    """All simulations of a verification except the nominal one, from what these steps have found."""
+def planned_cases(limits: JointLimits, found: Iterable[Case]) -> list[Case]:
+    """The simulations that such a step has found, except the nominal one."""
     name, _ = _first_state(limits)
-    return [
-        _bounded(limits, case)
-        for cases in found
-        for case in cases
-        if (case.load_factor, case.initial) != (AS_GIVEN, name)
-    ]
+    return [_bounded(limits, case) for case in found if (case.load_factor, case.initial) != (AS_GIVEN, name)]
 
 
 def _first_state(limits: JointLimits) -> tuple[str, FloatArray]:

@@ -146,13 +146,17 @@ class OtherEvidence(NamedTuple):
                 yield f"{name} is missing: {found.reason}"
 
 
+def second_step(limits: JointLimits) -> Callable[[], SecondBounds]:
+    """The piece of work that finds the bounds by another solver, once they are known."""
+    return lambda: second_bounds(limits.problem, limits.bounds, limits.tolerances)
+
+
 def evidence_steps(limits: JointLimits, budget: int, below: float | None) -> list[Callable[[], Any]]:
-    """The pieces of work that compute the evidence besides the simulations and λ_T."""
+    """The pieces of work that compute the evidence besides the simulations, λ_T and the second bounds."""
     problem, subsets = limits.problem, limits.subsets
     few = subsets is not None and subsets <= budget
     absent = "guarantee_curve" in limits.absent
     return [
-        lambda: second_bounds(problem, limits.bounds, limits.tolerances),
         lambda: None if absent else limits.curve(CURVE_RADII),
         lambda: critical_load_factors(problem, values=False) if few else None,
         lambda: limits.friction,
@@ -162,9 +166,9 @@ def evidence_steps(limits: JointLimits, budget: int, below: float | None) -> lis
     ]
 
 
-def other_evidence(limits: JointLimits, found: Sequence[Any]) -> OtherEvidence:
-    """What these pieces of work have found."""
-    second, curve, critical, friction, slip, core, mesh = found
+def other_evidence(limits: JointLimits, second: SecondBounds, found: Sequence[Any]) -> OtherEvidence:
+    """What the second bounds and these pieces of work have found."""
+    curve, critical, friction, slip, core, mesh = found
     for name, value in (("friction", friction), ("core", core), ("mesh", mesh)):
         limits.keep(name, value)
     return OtherEvidence(second, curve, critical, present(limits.friction), limits.transient, slip)

@@ -13,13 +13,14 @@ import numpy as np
 from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.independent_bounds import SecondBounds, independent_findings
-from shakedown.assessment.plan import case_as_given, plan_steps, planned_cases
+from shakedown.assessment.plan import Case, case_as_given, plan_steps, planned_cases
 from shakedown.assessment.recorded_work import (
     OtherEvidence,
     RecordedWork,
     SideBySide,
     evidence_steps,
     other_evidence,
+    second_step,
 )
 from shakedown.assessment.runs import Run, compile_loops, disagreements, open_questions, run_of
 from shakedown.assessment.slip_limit import SlipLimit
@@ -323,8 +324,8 @@ def _verified(
     found = assess(problem, start, open_nodes=asked.open_nodes, tolerances=tolerances)
     limits = found.details
     with SideBySide(all_cores() if takes_long(problem) else 1) as threads:
-        _find_bounds(limits, settings.method, work, threads)
-        runs, other = _simulated(found, asked, settings, work, threads)
+        second = _find_bounds(limits, settings.method, work, threads)
+        runs, other = _simulated(found, asked, settings, work, threads, second)
     findings = list(independent_findings(limits.bounds, other.second, tolerances))
     return Verification(
         assessment=found,
@@ -346,20 +347,35 @@ def _verified(
     )
 
 
-def _find_bounds(limits: JointLimits, method: str, work: RecordedWork, threads: SideBySide) -> None:
-    """The bounds, in space λ_U, which takes longest, beside the others; compiled loops."""
+def _find_bounds(
+    limits: JointLimits, method: str, work: RecordedWork, threads: SideBySide
+) -> Callable[[], SecondBounds]:
+    """The bounds, in space λ_U, which takes longest, beside the others; compiled loops.
+
+    Also what gives the bounds by another solver, which begins where a thread has nothing else to do.
+    """
     first, every = threads.add(lambda: limits.upper), threads.add(lambda: limits.universal)
     compiled = threads.add(lambda: compile_loops(limits, method), AT_LEISURE)
     limits.keep("upper", work.steps.done(first))
-    for name in ("lower", "through_transient", *FROM_HERE):
+    for name in ("lower", "through_transient"):
         limits.keep(name, work.steps.done(threads.add(functools.partial(getattr, limits, name))))
+    from_here = [threads.add(functools.partial(getattr, limits, name)) for name in FROM_HERE]
+    second = threads.add(second_step(limits), AT_LEISURE)
+    for name, end in zip(FROM_HERE, from_here, strict=True):
+        limits.keep(name, work.steps.done(end))
     limits.keep("universal", work.steps.done(every))
     compiled()
     limits.note_what_is_known()
+    return second
 
 
 def _simulated(
-    found: Assessment, asked: _Scope, settings: Settings, work: RecordedWork, threads: SideBySide
+    found: Assessment,
+    asked: _Scope,
+    settings: Settings,
+    work: RecordedWork,
+    threads: SideBySide,
+    second: Callable[[], SecondBounds],
 ) -> tuple[list[Run], OtherEvidence]:
     """Every simulation, λ_T, and the other evidence; shown while they come."""
     limits, how = found.details, (settings.cycles, settings.method)
@@ -373,11 +389,14 @@ def _simulated(
     runs: list[Run] = [work.steps.done(nominal)]
     show = functools.partial(_so_far, found, runs, settings)
     work.show(limits, functools.partial(show, "all other runs"))  # before the other runs are planned
-    cases = planned_cases(limits, [work.steps.done(step) for step in planned])
-    work.count, work.pieces = len(runs), len(runs) + len(cases) + 1 + len(others)
+    cases, ends = list[Case](), list[Callable[[], Run]]()
+    for step in planned:  # what one load factor has begins while the next one is planned
+        new = planned_cases(limits, work.steps.done(step))
+        ends += [threads.add(functools.partial(run_of, limits, case, *how)) for case in new]
+        cases += new
+    work.count, work.pieces = len(runs), len(runs) + len(cases) + 2 + len(others)
     work.show(limits, functools.partial(show, "all other runs"))  # in case it was too early before
 
-    ends = [threads.add(functools.partial(run_of, limits, case, *how)) for case in cases]
     first = sum(case.load_factor == AS_GIVEN for case in cases)  # λ = 1 comes first, then λ_T
     for number in range(len(ends) + 1):
         if number == first:
@@ -386,7 +405,7 @@ def _simulated(
             runs.append(work.done(ends[number - (number > first)]))
         to_come = f"{len(cases) + 1 - len(runs)} of the runs"
         work.show(limits, functools.partial(show, to_come))
-    return runs, other_evidence(limits, [work.done(end) for end in others])
+    return runs, other_evidence(limits, work.done(second), [work.done(end) for end in others])
 
 
 def _nominal_run(limits: JointLimits, cycles: int, method: str) -> Run:
