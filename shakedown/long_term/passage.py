@@ -12,7 +12,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import MISJUDGED
 from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.conjugate_loads import without_loads
+from shakedown.joint.conjugate_loads import NO_LOADS
 from shakedown.joint.loading import first_load, loading, loop_path, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.motion.cycle_record import CycleRecord, State
@@ -154,8 +154,8 @@ def arrives_closed(
     if not len(transient_path(problem)):
         return True
     q_w, p_w = loading(problem).at(load_factor)
-    first = {"q_w": q_w[:1], "p_w": p_w[:1], "q_mean": q_w[0], "p_mean": p_w[0]}
-    motion = Passage(replace(without_loads(problem), **first), 1.0, tolerances, start, ()).motion()
+    at_first = NO_LOADS | {"q_w": q_w[:1], "p_w": p_w[:1], "q_mean": q_w[0], "p_mean": p_w[0]}
+    motion = Passage(replace(problem, **at_first), 1.0, tolerances, start, ()).motion()
     return motion.cycle() is not None and not (motion.state.contact == OPEN).any()
 
 
@@ -197,7 +197,8 @@ def slip_after_transient(
     before_q, before_p = split(ends[0] + share * (ends[1] - ends[0]))
     q, p = split(first_load(problem, load_factor))
     passed = replace(
-        without_loads(problem),
+        problem,
+        **NO_LOADS,  # in one go, as every joint is checked anew
         q_w=q[None],
         p_w=p[None],
         q_mean=q,

@@ -83,11 +83,15 @@ class Repair:
 
     def missing(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """A Y + Bᵀ(f S) at the kept slips, and its rounding error at most."""
-        totals, law = self._totals(y), pressing(self.proof.problem.law)
-        weights = np.concatenate([totals[:, 1:].ravel(), law.limit(totals[:, 0])])
+        weights = self._weights(y)
         found = exact_products(self.columns, weights)
         error = ROUNDED_TWICE * (np.abs(self.columns) @ np.abs(weights)) + TINY * weights.size
         return found, error + SUMS * np.abs(found)
+
+    def _weights(self, y: FloatArray) -> FloatArray:
+        """Y and f S of all nodes."""
+        totals, law = self._totals(y), pressing(self.proof.problem.law)
+        return np.concatenate([totals[:, 1:].ravel(), law.limit(totals[:, 0])])
 
     def _totals(self, y: FloatArray) -> FloatArray:
         """S and Y of every node, (n, 3), each sum rounded once."""
@@ -101,9 +105,10 @@ class Repair:
         """Multipliers with the correction that remains: bounded, but not yet known to fit into the cones."""
         rows, n = self.proof.rows, self.proof.problem.n
         y, disc = y.copy(), _with_most_slack(rows, y)
-        for _ in range(2):
-            change = np.zeros(2 * n)
-            change[self.kept] = self.inverse.solved(self.missing(y)[0])
+        for exact in (False, True):  # what the first one leaves of its round-off the second takes away
+            change, weights = np.zeros(2 * n), self._weights(y)
+            missing = exact_products(self.columns, weights) if exact else self.columns @ weights
+            change[self.kept] = self.inverse.solved(missing)
             y[disc, 1:] -= change.reshape(-1, 2)
         found, error = self.missing(y)
         correction = np.zeros(2 * n)

@@ -183,10 +183,12 @@ def check_resolved(limits: DiscLimits, slip: FloatArray, distance: float, tolera
     """Raise ``UsageError`` where a slip, or a distance around it, drowns the loads in its round-off."""
     loads = float(np.abs(limits.g).max() + np.abs(limits.d).max())
     most = tolerances.stored_digits / np.finfo(float).eps * loads
-    metric, G = limits.metric, limits.G.reshape(-1, limits.n)
+    metric, G, around = limits.metric, limits.G.reshape(-1, limits.n), 0.0
     with np.errstate(over="ignore"):
         locked = float((np.abs(G) @ np.abs(slip)).max())
-        around = float(np.linalg.norm(G @ metric.inverse, axis=1).max(initial=0.0)) * distance / metric.unit
+        if distance > 0.0:
+            reach = float(np.linalg.norm(G @ metric.inverse, axis=1).max(initial=0.0))
+            around = reach * distance / metric.unit
     for name, found in (("initial slip", locked), ("distance", around)):
         if loads > 0 and found > most:
             raise UsageError(f"{name}: expected reactions below {most:.3g} from it, found {found:.3g}")

@@ -156,7 +156,8 @@ class _Load(NamedTuple):
 
 def rigid_rates(joint: ScaledJoint) -> RigidRates:
     """The factors of base and rest that do not depend on the load factor. All nodes must have friction."""
-    _, slips, pressures = unit_slips(joint)
+    units = unit_slips(joint)
+    _, slips, pressures = units
     weights = joint.f * np.maximum(joint.p0, NEGLIGIBLE * joint.p0.max()) * np.sqrt(joint.stiffness)
     weighted = slips * np.sqrt(np.repeat(weights, 2))
     n, r = joint.n, joint.motions.shape[1]
@@ -164,7 +165,7 @@ def rigid_rates(joint: ScaledJoint) -> RigidRates:
     motions = np.linalg.qr(root * joint.motions)[0] / root
     return RigidRates(
         joint=joint,
-        margin=energy_margin(joint),
+        margin=energy_margin(joint, units),
         weights=weights,
         stretch=float(np.linalg.norm(weighted @ weighted.T, 2)) * (1.0 + NEGLIGIBLE),
         feeds=np.asarray((pressures * joint.f).T),

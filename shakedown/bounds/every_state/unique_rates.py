@@ -46,15 +46,18 @@ def unique_rates(joint: ScaledJoint) -> UniqueRates:
     return UniqueRates("slip of some nodes may change the limits of others too strongly", False)
 
 
-def energy_margin(joint: ScaledJoint) -> float:
+UnitSlips = tuple[FloatArray, FloatArray, FloatArray]
+
+
+def energy_margin(joint: ScaledJoint, units: UnitSlips | None = None) -> float:
     """Above 0 where it proves vᵀ A v > Σ f_i |v_i| |(B v)_i| for every v ≠ 0, relative to vᵀ A v.
 
     Of a floating body for every v that is not rigid, less its rigid part.
 
     The sum is at most ½ vᵀ (c S F + Bᵀ F S⁻¹ B / c) v, F = diag f, S = the stiffnesses of the nodes, so
-    that units do not matter, for every c > 0; the best c by golden section.
+    that units do not matter, for every c > 0; the best c by golden section. ``units`` are the unit slips.
     """
-    root, slips, pressures = unit_slips(joint)
+    root, slips, pressures = unit_slips(joint) if units is None else units
     f, scale = np.sqrt(joint.f), np.sqrt(joint.stiffness)
     slip, pressure = slips * np.repeat(f * scale, 2), pressures * f / scale
     A = joint.A[np.ix_(joint.kept, joint.kept)]
@@ -63,7 +66,7 @@ def energy_margin(joint: ScaledJoint) -> float:
     return 1.0 - 0.5 * largest - 16 * len(root) * EPS * condition if largest > 0.0 else 1.0
 
 
-def unit_slips(joint: ScaledJoint) -> tuple[FloatArray, FloatArray, FloatArray]:
+def unit_slips(joint: ScaledJoint) -> UnitSlips:
     """Slips of unit energy, independent of each other, and the pressures that they cause.
 
     As rows: in the slips that are not pinned (k, k), in all (k, 2n), and pressures (k, n). Of a floating body
