@@ -61,7 +61,7 @@ def safest(rows: DiscRows, load_factor: float) -> Safest:
     down[:, 0] = -slopes[rows.node]
     held = replace(H, g=g + cap * other_slopes, d=other_slopes)
     moved = rows.under(c=c - cap * down, e=down, half_spaces=held)
-    end = solve_scaled(scaled_discs(moved, -1.0, 2.0 * cap))
+    end = solve_scaled(scaled_discs(moved, -1.0, 2.0 * cap), proves=False)
     margin = end.load_factor - cap if end.optimal else -np.inf
     return Safest(end.x, margin, cap, end.carrying, end.accuracy > NEGLIGIBLE)
 

@@ -44,18 +44,20 @@ class _Active:
     norm: bool
 
 
-def solve_scaled(scaled: ScaledDiscs, usable: float = USABLE) -> UnscaledSolution:
+def solve_scaled(scaled: ScaledDiscs, usable: float = USABLE, *, proves: bool = True) -> UnscaledSolution:
     """Solve a program, polish its optimum, in units of the joint; one less accurate than ``usable`` is none.
+
+    Where its multipliers are to prove nothing, they balance as well as the interior points have left them.
 
     Raises
     ------
     SolverError
         If it comes to no end.
     """
-    return in_units(scaled, polished(scaled.program, solve_discs(scaled.program, usable)))
+    return in_units(scaled, polished(scaled.program, solve_discs(scaled.program, usable), proves=proves))
 
 
-def polished(program: DiscProgram, end: SelfDualSolution) -> SelfDualSolution:
+def polished(program: DiscProgram, end: SelfDualSolution, *, proves: bool = True) -> SelfDualSolution:
     """An optimum to round-off; what was given where the limits that meet in it are not clear.
 
     Equations: every active limit holds with equality, the multipliers balance. A disc is active where
@@ -72,7 +74,7 @@ def polished(program: DiscProgram, end: SelfDualSolution) -> SelfDualSolution:
             best, left = replace(found, accuracy=min(end.accuracy, rest)), rest
         if left <= NEGATIVE:
             return best
-    return best if best is not end else _balanced(program, end)
+    return _balanced(program, end) if best is end and proves else best
 
 
 def _balanced(program: DiscProgram, end: SelfDualSolution) -> SelfDualSolution:
