@@ -162,7 +162,8 @@ def move(joint: CompiledJoint, sp: Slipping, slip: FloatArray, start: int, targe
     for a in range(sp.s):
         first, x, y = 2 * sp.node[a] * N, slip[start + 2 * a], slip[start + 2 * a + 1]
         for i in range(N):
-            target[i] += x * S[first + i] + y * S[first + N + i]
+            along = target[i] + x * S[first + i]
+            target[i] = along + y * S[first + N + i]
     for i in range(N):
         if joint.free[i] == 1:
             target[i] = -target[i]
