@@ -154,6 +154,7 @@ class Ahead:
     wait: int = 0
     since: int = 0
     count: int = 0
+    missed: FloatArray = field(default_factory=lambda: np.zeros(0))  # of rigid slip, in a period after a leap
 
     def plan(self, window: FloatArray, measure: Measure, cycles: int) -> Leap | None:
         """Leap as far as the recurrences of the last states, and of those one period before, agree."""
@@ -182,9 +183,15 @@ class Ahead:
         (state, share, unsure), steps = found, iter(range(self.count, self.count + self.TRIES))
 
         def fits(change: FloatArray) -> bool:
-            return size(change - recurrence.ahead(next(steps))[1]) <= self.ALIKE * share * now
+            missed = change - recurrence.ahead(next(steps))[1]
+            self.missed = np.abs(measure.rigid.T @ missed)
+            return size(missed) <= self.ALIKE * share * now
 
         return Leap(state, fits, unsure, min(share ** (1.0 / self.count), 1.0))
+
+    def adrift(self, measure: Measure) -> float:
+        """Rigid slip that the last leap may be off, as a period at its end was off so much [length]."""
+        return float((np.abs(measure.rigid) @ (self.count * self.missed)).max())
 
     def heed(self, taken: bool, cycles: int) -> None:
         """Adapt the length of the next leap."""

@@ -417,10 +417,7 @@ class ReturnSearch:
         if len(changes) < 2 or changes[0] @ changes[1] >= 0.0:
             return False
         records = list(self.records)
-        last, before = (
-            [record.signature for record in cycles] for cycles in (records[-p:], records[-2 * p : -p])
-        )
-        return last != before
+        return _signatures(records[-p:]) != _signatures(records[-2 * p : -p])
 
     def _take(self, way: Crawl | Ahead, leap: Leap) -> None:
         """Follow a leap; stay where its prediction fails."""
@@ -433,8 +430,9 @@ class ReturnSearch:
             taken = leap.fits(self._change(p)) if all(self._cycle() for _ in range(p)) else None
             if taken is not False:
                 break
-        if taken and way is self.crawl:
-            self.adrift += self.crawl.adrift(self.measure)
+        if taken:
+            self.adrift += way.adrift(self.measure)
+            leap = leap._replace(unsure=max(leap.unsure, self._turned(before)))
         self._end_leap(before, leap if taken else None)
         if taken and way is self.ahead:
             self.crawl.forget()
@@ -475,6 +473,16 @@ class ReturnSearch:
         changed = self.layout.slips_of(np.flatnonzero(slipped != (self._slip(1, p) > 0.0)))
         moved = self.states[0].u - before.state.u
         return MISJUDGED * float(np.abs(moved[changed]).max(initial=0.0))
+
+    def _turned(self, before: _Before) -> float:
+        """By how much a leap may miss a way that turns where contact states change, unseen [length]."""
+        p, size = self.period, self.measure.size
+        earlier, later = before.records[-p:], list(self.records)[-p:]
+        if _signatures(earlier) == _signatures(later):
+            return 0.0
+        changes = before.states[-1].u - before.states[-1 - p].u, self._change(p)
+        start, end = (change / (size(change) or 1.0) for change in changes)
+        return size(self.states[0].u - before.state.u) * float(np.abs(end - start).max())
 
     def _go_along(self) -> bool:
         """Leap by the slopes of a period, if few nodes move and none is open."""
@@ -579,6 +587,11 @@ class ReturnSearch:
             looked=self.looked,
             stop=self.motion.stop,
         )
+
+
+def _signatures(records: list[CycleRecord]) -> list[int]:
+    """What identifies the contact states of cycles."""
+    return [record.signature for record in records]
 
 
 def opened_and_closed(records: tuple[CycleRecord, ...]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
