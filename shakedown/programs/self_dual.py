@@ -12,6 +12,7 @@ from shakedown.ground.round_off import (
     ITERATIONS,
     NEGLIGIBLE,
     NEWTON_ROUNDS,
+    PER_CENT,
     ROUND_OFF,
     SIX_DIGITS,
 )
@@ -27,7 +28,7 @@ NEARLY = NEGLIGIBLE  # gap and residuals at which it stops after two iterations 
 USABLE = SIX_DIGITS  # the least accuracy where round-off stops it earlier
 PATIENCE = 6  # iterations without progress after which round-off has stopped it
 REFINEMENTS = 3  # at most, of every solution of the normal equations
-STEP = 0.99  # share of the distance to the boundary
+STEP = 1 - PER_CENT  # share of the distance to the boundary
 NEAR = 0.5  # residuals, relative to the gap, up to which a point of another program serves as a start
 
 

@@ -4,9 +4,9 @@ import numpy as np
 
 from shakedown.bounds.energy.ball_limits import DiscLimits
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import HALVINGS, NEGLIGIBLE
+from shakedown.ground.round_off import HALVINGS, NEGLIGIBLE, PER_CENT
 
-MOST = 0.99  # largest f |c|: the proof needs less than 1
+MOST = 1 - PER_CENT  # largest f |c|: the proof needs less than 1
 
 
 def best_share(limits: DiscLimits, slip: FloatArray, load_factor: float, radius: float) -> FloatArray:
