@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.campaign.recorded_steps import StepProgress
 from shakedown.ground.argument_kinds import check_count
+from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words
 from shakedown.ground.size_limits import CYCLES, MANY
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -91,6 +92,7 @@ class Patience(NamedTuple):
     progress: StepProgress | None = None
 
 
+@on_one_thread
 def settled_state(
     problem: Problem,
     load_factor: float,
