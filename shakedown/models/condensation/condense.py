@@ -220,22 +220,16 @@ class Condensation(Result):
         factors = histories(loads)
         welded = [self.welded(case) for case in loads] if welded is None else welded
         unit = np.array([each.reactions for each in welded])
-        q_w, p_w = self.layout.split(factors.period @ unit)
-        (q_mean, p_mean), (q_transient, p_transient) = (
-            (None, None) if factor is None else self.layout.split(factor @ unit)
-            for factor in (factors.mean, factors.transient)
-        )
+        acting: dict[str, Any] = {}
+        for part, factor in (("w", factors.period), ("mean", factors.mean), ("transient", factors.transient)):
+            if factor is not None:
+                acting[f"q_{part}"], acting[f"p_{part}"] = self.layout.split(factor @ unit)
         touching = Problem(
             A=self.A,
             B=self.B,
             C=self.C,
             f=f,
-            q_w=q_w,
-            p_w=p_w,
-            q_mean=q_mean,
-            p_mean=p_mean,
-            q_transient=q_transient,
-            p_transient=p_transient,
+            **acting,
             x=x,
             label=self.frame.names,
             name=name,
