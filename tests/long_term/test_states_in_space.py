@@ -246,6 +246,23 @@ def test_a_soft_node_that_comes_to_rest_does_not_hide_the_slip_of_a_stiff_one():
     assert found.slip_per_cycle[1] == pytest.approx(last.slip[1], rel=1e-5)
 
 
+@pytest.mark.parametrize("stiffer", [1.0, 2.0**20])
+def test_a_node_that_stands_far_off_does_not_hide_the_slip_of_another(stiffer):
+    """1e-5 above λ_max of the other, which passes a narrow on its way to a slip that lasts."""
+    alone = random_joint(np.random.default_rng([5918, 1, 1]), "stiff and soft", 2)
+    A, B, C = np.eye(4), np.zeros((2, 4)), np.eye(2)
+    A[:2, :2], B[:1, :2], C[:1, :1] = stiffer * alone.A, stiffer * alone.B, stiffer * alone.C
+    turn = 2.0 * np.pi * np.arange(alone.m) / alone.m
+    far = np.stack([200.0 + 0.5 * np.cos(turn), 0.5 * np.sin(turn)], axis=1)
+    q_w, p_w = np.hstack([alone.q_w, far]), np.hstack([alone.p_w, np.full((alone.m, 1), 10.0)])
+    both = Problem(A=A, B=B, C=C, f=np.append(alone.f, 0.5), q_w=q_w, p_w=p_w)
+    load_factor = 1.841145482867176
+    slip = shakedown.long_term_state(alone, load_factor).slip_per_cycle[0]
+    found = shakedown.long_term_state(both, load_factor)
+    assert found.outcome == Outcome.CYCLIC_SLIP, found.reason
+    assert stiffer * found.slip_per_cycle[0] == pytest.approx(slip, rel=1e-2)
+
+
 def test_a_fast_approach_does_not_hide_a_slow_one():
     """A node slides to the middle, 0.05 away, in tens of thousands of cycles; one beside it slips far more."""
     fast, load_factor = shakedown.example("one-node-3d"), 1.3
@@ -370,9 +387,10 @@ def test_the_end_of_a_way_is_known_where_the_change_falls_along_a_line(power):
             np.zeros(0),
         )
         fading.note(now)
-    assert fading.to_come(now, measure) == pytest.approx(left if power == 1 else np.inf)
+    ahead = fading.to_come(now, measure)
+    assert ahead is None if power == 2 else ahead[0] == pytest.approx(left)
     slower = now._replace(change=1.1 * now.change)  # and so much stays
-    assert fading.to_come(slower, measure) == np.inf
+    assert fading.to_come(slower, measure) is None
     assert not fading.slip_ends(now, np.zeros(1))
     assert not fading.slip_lasts(now)
 

@@ -63,19 +63,19 @@ class Fading:
         if not self.marks or mark.size <= 0.5 * self.marks[-1].size:
             self.marks.append(mark)
 
-    def to_come(self, now: Mark, measure: Measure) -> float:
-        """How far it is to where there is no change [energy norm]; inf where it falls along no line."""
+    def to_come(self, now: Mark, measure: Measure) -> FloatArray | None:
+        """The way (N,) to where there is no change [length]; None where it falls along no line."""
         before = self._before(now, CLEARLY)
         first = None if before is None else self._before(before, CLEARLY)
         if before is None or first is None:
-            return np.inf
+            return None
         way, earlier = measure.size(now.state - before.state), measure.size(before.state - first.state)
         if not (before.size - now.size) * earlier >= LINEAR * (first.size - before.size) * way:
-            return np.inf
+            return None
         end, round_off = _end(now, before), STATE_ROUND_OFF * measure.size(now.state)
         if measure.size(end.change) > PER_CENT * now.size + round_off:
-            return np.inf  # it falls to another one, far slower: nothing tells where that ends
-        return way * now.size / (before.size - now.size)
+            return None  # it falls to another one, far slower: nothing tells where that ends
+        return (now.state - before.state) * now.size / (before.size - now.size)
 
     def slip_lasts(self, now: Mark) -> bool:
         """Whether the slip stays where the change falls to nothing."""

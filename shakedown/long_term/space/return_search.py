@@ -31,7 +31,7 @@ WINDOW = 7  # largest number of states one period apart that a leap starts from
 FOR_EVER = 10 * NEGLIGIBLE
 ALTERNATES = 0.1  # ratio to the change between consecutive periods below which a later one recurs
 APART = 4.0  # times the fading part; twice that separates states on both sides of their limit
-# What may be left of the way to a cycle, and to rest while that is seen, along a line; relative to all slip.
+# What may be left of the way to a cycle, and to rest while that is seen, along a line, relative to that so far.
 NEAR, CLOSE = 1e-5, 1e-7
 VARIES_LITTLE = "the varying part of the loads is next to round-off beside the constant part"
 
@@ -193,6 +193,7 @@ class ReturnSearch:
         self.gathered = 0.0  # errors of integration, which what no cycle changes keeps
         self.rate, self.unsure = np.nan, 0.0  # per cycle; uncertainty left by leaps …
         self.adrift = 0.0  # … and in rigid slip, as cycles are the same wherever the joint stands
+        self.begun = motion.state.u
         self.foretold = 0  # cycle from which on rest is foreseen
         self.period, self.crawl, self.ahead, self.along = 1, Crawl(care), Ahead(care), Along(care)
         self.fadings = [Fading() for _ in range(longest)]  # by period
@@ -313,8 +314,8 @@ class ReturnSearch:
         if not self.leaps or len(self.states) <= p:
             return None
         now = self._mark(p)
-        left = self.fading.to_come(now, self.measure) / self.measure.size(now.state)
-        none = self.rules.noise / self.rules.stiffness
+        none, ahead = self.rules.noise / self.rules.stiffness, self.fading.to_come(now, self.measure)
+        left = np.inf if ahead is None else self._share_left(ahead, none)
         if self.fading.slip_ends(now, none) and not self.records[-1].opened.any():
             if left <= NEAR and not self.foretold:
                 self.foretold = self.cycles
@@ -323,6 +324,17 @@ class ReturnSearch:
         if left > NEAR or now.size > SIX_DIGITS * np.linalg.norm(now.slip * self.measure.slips):
             return None
         return self._verdict_of_period(p, now.slip) if self.fading.slip_lasts(now) else None
+
+    def _share_left(self, ahead: FloatArray, none: FloatArray) -> float:
+        """The largest share that is left of the way of a node, but for ways (n,) that count as none [length].
+
+        Relative to its own way since the search began, as another one may have gone far and may hide it.
+        """
+        slips, by_node = self.layout.slips, self.layout.by_node
+        left = np.linalg.norm(by_node(ahead[slips]), axis=1)
+        come = np.linalg.norm(by_node((self.states[-1].u - self.begun)[slips]), axis=1)
+        counts = left > none
+        return float((left[counts] / np.maximum(come, none)[counts]).max(initial=0.0))
 
     def _is_unseen(self, now: Mark, none: FloatArray) -> bool:
         """Whether rest has long been foreseen, and no node changes by more than the accuracy of motion."""
