@@ -31,7 +31,7 @@ WINDOW = 7  # largest number of states one period apart that a leap starts from
 FOR_EVER = 10 * NEGLIGIBLE
 ALTERNATES = 0.1  # ratio to the change between consecutive periods below which a later one recurs
 APART = 4.0  # times the fading part; twice that separates states on both sides of their limit
-# What may be left of the way to a cycle, and to rest while that is seen, along a line, relative to that so far.
+# What may be left of the way to a cycle, and to rest while that is seen, along a line; of that so far.
 NEAR, CLOSE = 1e-5, 1e-7
 VARIES_LITTLE = "the varying part of the loads is next to round-off beside the constant part"
 
