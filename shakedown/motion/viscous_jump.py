@@ -10,7 +10,8 @@ halved where the stiffer system is itself above a threshold (an implicit step
 that long would step over the instability) or where the rates change much, and
 they grow without limit as the motion dies out. The end state is then solved for
 exactly from its contact states; it depends on D only through nodes that come to
-rest before the others.
+rest before the others. A motion without an end tends to a rigid one, which
+is solved for as well (:mod:`.steady_slide`).
 """
 
 from dataclasses import dataclass
@@ -20,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ROUND_OFF, SIX_DIGITS
+from shakedown.ground.round_off import PER_CENT, ROUND_OFF, SIX_DIGITS
 from shakedown.ground.status import OPEN
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
@@ -33,6 +34,7 @@ from shakedown.motion.plane.moving_state import begin, empty_record, motion_at_r
 from shakedown.motion.plane.rate_problem import rates
 from shakedown.motion.plane.rate_search import enumerate_states
 from shakedown.motion.plane.run import run_along
+from shakedown.motion.steady_slide import ViscousJoint, steady_slide
 
 MAX_STEPS = 2000
 FAR = (
@@ -152,6 +154,9 @@ class Relaxation:
         self.start, self.u, self.contact, self.reaction = u.copy(), u.copy(), contact.copy(), reaction.copy()
         self.velocity, self.steps, self.friction_work = np.zeros_like(u), 0, 0.0
         self.work, self.slip = np.zeros(len(law.f)), np.zeros(len(law.f))
+        self.turned = np.inf  # change of the velocity in the last step, relative
+        self.slows_down = True  # in the last step
+        self.asked_at = scale.length  # how far it has moved beyond which a slide for ever is looked for
 
     @property
     def layout(self) -> Layout:
@@ -173,9 +178,21 @@ class Relaxation:
             rest = self._rest()
             if rest is not None:
                 return rest
+            self.endless = self._slides_for_ever()
+            if self.endless:
+                return None
             dt *= 1.5
         self.endless = bool(dt >= longest or np.abs(self.u - self.start).max() >= far)
         return None
+
+    def _slides_for_ever(self) -> bool:
+        """Whether the motion tends to a rigid one that nothing ends; asked when its way has doubled."""
+        moved = float(np.abs(self.u - self.start).max())
+        if moved <= self.asked_at or self.turned > PER_CENT:
+            return False
+        self.asked_at = 2.0 * moved
+        joint = ViscousJoint(self.kappa, self.law, self.load, self.damping, self.scale)
+        return steady_slide(joint, self.u, self.velocity, self.contact) is not None
 
     def _step(self, dt: float) -> bool:
         """One implicit step; False, and nothing changed, where it is too long."""
@@ -186,8 +203,12 @@ class Relaxation:
             return False
         velocity = (end.u - self.u) / dt
         motion = max(float(np.abs(end.u - self.start).max()), 1e-9 * self.scale.length)
-        if np.abs(velocity - self.velocity).max() * dt > ACCURACY * motion and self.steps > 0:
+        change = float(np.abs(velocity - self.velocity).max())
+        if change * dt > ACCURACY * motion and self.steps > 0:
             return False
+        before, fastest = float(np.abs(self.velocity).max()), float(np.abs(velocity).max())
+        self.slows_down = self.steps == 0 or fastest <= (1.0 - PER_CENT) * before or fastest == 0.0
+        self.turned = change / fastest if fastest > 0.0 else np.inf
         self.u, self.velocity, self.contact = end.u, velocity, end.contact
         self.reaction = path[1] + stiffer @ end.u
         self.friction_work += end.friction
@@ -202,9 +223,7 @@ class Relaxation:
     def _rest(self) -> Rest | None:
         """The equilibrium of the present contact states, if it is admissible and the motion is near it."""
         u = self._equilibrium()
-        if u is None:
-            return None
-        if np.abs(u - self.u).max() > 1e-3 * np.abs(u - self.start).max() + 1e-12 * self.scale.length:
+        if u is None or not self._is_near(u):
             return None
         layout, slips = self.layout, self.layout.slips
         (v, w), (q, p) = layout.split(u), layout.split(self.load + self.kappa @ u)
@@ -216,6 +235,11 @@ class Relaxation:
         work = self.work - (last * (0.5 * twice)).sum(axis=1)
         slip = self.slip + self.law.size(last.ravel())
         return Rest(u, self.contact.copy(), self._friction(work, last, twice), work, slip, self.steps)
+
+    def _is_near(self, u: FloatArray) -> bool:
+        """Whether the motion is near displacements, so that these may be its end."""
+        way = float(np.abs(u - self.start).max())
+        return bool(np.abs(u - self.u).max() <= 1e-3 * way + 1e-12 * self.scale.length)
 
     def _equilibrium(self) -> FloatArray | None:
         """Displacements in which the present contact states are in equilibrium; None where there are none."""

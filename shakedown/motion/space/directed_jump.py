@@ -8,6 +8,8 @@ put into equilibrium exactly, nodes that still slip at the limit in their last d
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, cho_factor, cho_solve, lapack
+from scipy.sparse import csc_array
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEWTON_ROUNDS, SIX_DIGITS
@@ -16,9 +18,10 @@ from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
 from shakedown.motion.course import DONE, PAUSED, course
 from shakedown.motion.space.curved_loop import follow_curve
+from shakedown.motion.space.exchange import MOST_EXCHANGES
 from shakedown.motion.space.implicit_step import ImplicitJoint, StepStatus
-from shakedown.motion.space.moving_state import empty_curve_record
-from shakedown.motion.space.space_run import Measures, run_in_space
+from shakedown.motion.space.moving_state import CompiledJoint, empty_curve_record
+from shakedown.motion.space.space_run import Measures, begin, run_in_space
 from shakedown.motion.viscous_jump import Relaxation, StepEnd
 
 LABOUR = 10_000_000  # operations after which the steps of integration are counted
@@ -32,8 +35,19 @@ def end_at_once(joint: ImplicitJoint, layout: Layout, u: FloatArray, path: Float
     if found.status != StepStatus.SOLVED:
         return None
     w, length = found.w[-1], found.length[-1]
-    contact = np.where(w > 0.0, OPEN, np.where(length > 0.0, SLIP, STICK))
+    contact = np.where(w > 0.0, OPEN, np.where((length > 0.0) | joint.without_friction, SLIP, STICK))
     return StepEnd(layout.joined(found.v[-1], w), contact, found.work[-1], length)
+
+
+def stable_solution(matrix: FloatArray, right: FloatArray) -> FloatArray | None:
+    """The solution of linear equations; None where their determinant is not positive."""
+    if not len(right):
+        return right
+    factors, pivots, singular = lapack.dgetrf(matrix)
+    swaps = np.count_nonzero(pivots != np.arange(len(right)))
+    if singular or np.prod(np.sign(np.diagonal(factors))) * (-1.0) ** swaps < 0.0:
+        return None
+    return np.asarray(lapack.dgetrs(factors, pivots, right)[0])
 
 
 class DirectedJump(Relaxation):
@@ -63,6 +77,10 @@ class DirectedJump(Relaxation):
         super().__init__(kappa, Law(f, 2), u, contact, reaction, load, damping, measures.scale)
         self.measures = measures._replace(accuracy=max(measures.accuracy, SIX_DIGITS))  # its end is exact
         self.at_once = False  # whether a path was too long to follow
+        path = course(np.stack([load, load]), 0, True, self.measures.precision)
+        self.run = run_in_space(
+            kappa, self.law.f, self.measures, path, empty_curve_record(0, len(self.law.f))
+        )
 
     def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         end = None if self.at_once else self._followed(stiffer, path)
@@ -70,10 +88,14 @@ class DirectedJump(Relaxation):
 
     def _followed(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         """The end of an implicit step along the path of its static problem; None where there is none."""
-        way = course(path, 0, True, self.measures.precision)
-        run = run_in_space(stiffer, self.law.f, self.measures, way, empty_curve_record(0, len(self.law.f)))
+        run = self.run
+        run.course.path[:] = path
+        run.joint.kappa[:] = stiffer
+        run.joint.set(known=False, exchanges=MOST_EXCHANGES + 1)  # all is worked out anew
+        begin(run)
         mo = run.motion
-        mo.u[:], mo.contact[:] = self.u, self.contact
+        mo.u[:], mo.contact[:], mo.direction[:] = self.u, self.contact, 0.0
+        self._exchange_free(run.joint, stiffer)
         status = PAUSED
         while status == PAUSED:
             status = follow_curve(run, LABOUR)
@@ -82,7 +104,34 @@ class DirectedJump(Relaxation):
                 return None
         if status != DONE or not np.isfinite(mo.u).all():
             return None
-        return StepEnd(mo.u.copy(), mo.contact.copy(), mo.work, mo.slip)
+        return StepEnd(mo.u.copy(), mo.contact.copy(), mo.work.copy(), mo.slip.copy())
+
+    def _free(self) -> NDArray[np.intp]:
+        """The places without a reaction: those of open nodes, and slips without friction."""
+        of_slips = np.repeat((self.contact == OPEN) | (self.law.f == 0.0), 2)
+        return np.flatnonzero(np.concatenate([of_slips, self.contact == OPEN]))
+
+    def _exchange_free(self, joint: CompiledJoint, stiffer: FloatArray) -> None:
+        """Exchange all free places at once: one after the other takes seconds where hundreds are open.
+
+        Where nothing holds them it is left to the loop, which says so.
+        """
+        free = self._free()
+        if len(free) <= MOST_EXCHANGES:
+            return
+        held = np.setdiff1d(np.arange(self.layout.size), free)
+        try:
+            factor = cho_factor(stiffer[np.ix_(free, free)])
+        except LinAlgError:
+            return
+        from_held = cho_solve(factor, stiffer[np.ix_(free, held)])
+        S = joint.exchanged.reshape(stiffer.shape)
+        S[np.ix_(free, free)] = cho_solve(factor, np.eye(len(free)))
+        S[np.ix_(free, held)], S[np.ix_(held, free)] = -from_held, from_held.T
+        S[np.ix_(held, held)] = stiffer[np.ix_(held, held)] - stiffer[np.ix_(held, free)] @ from_held
+        joint.free[:] = 0
+        joint.free[free] = 1
+        joint.set(exchanges=0)
 
     def _solved(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         """The end of an implicit step, solved for; None where there is none."""
@@ -92,28 +141,30 @@ class DirectedJump(Relaxation):
     def _equilibrium(self) -> FloatArray | None:
         """Displacements with slipping nodes at their limits and nothing on open ones, by Newton's method.
 
-        None where there are none near, or what moves is not held.
+        None where there are none near, as where the motion does not slow down, or what moves is not held.
         """
+        if not self.slows_down:
+            return None
         u, layout, f = self.u.copy(), self.layout, self.law.f
-        open_places = layout.of_nodes(np.flatnonzero(self.contact == OPEN))
-        loose = np.flatnonzero((self.contact == SLIP) & (f == 0.0))
-        free = np.concatenate([open_places, layout.slips_of(loose)])
         nodes = np.flatnonzero((self.contact == SLIP) & (f > 0.0))
+        places = np.concatenate([layout.slips_of(nodes), self._free(), layout.gaps_of(nodes)])
+        of_slips, of_free = np.repeat(np.arange(len(nodes)), 2), len(nodes) + np.arange(len(self._free()))
+        columns = np.concatenate([of_slips, of_free, np.arange(len(nodes))])
+        size, moves = (layout.size, len(nodes) + len(of_free)), len(of_slips) + len(of_free)
         for _ in range(NEWTON_ROUNDS):
             reaction = self.load + self.kappa @ u
-            unit = layout.by_node(self.law.direction(reaction[layout.slips]))[nodes]
-            ways = np.zeros((layout.size, len(nodes) + len(free)))
-            for c in range(2):
-                ways[2 * nodes + c, np.arange(len(nodes))] = unit[:, c]
-            ways[free, len(nodes) + np.arange(len(free))] = 1.0
-            limits = ways.copy()
-            limits[layout.gaps_of(nodes), np.arange(len(nodes))] = f[nodes]
+            unit = layout.by_node(self.law.direction(reaction[layout.slips]))[nodes].ravel()
+            parts = np.concatenate([unit, np.ones(len(of_free)), f[nodes]])
+            limits = csc_array((parts, (places, columns)), size)
+            ways = csc_array((parts[:moves], (places[:moves], columns[:moves])), size)
             residual = limits.T @ reaction
             if np.abs(residual).max(initial=0.0) <= 1e-15 * self.scale.force:
                 break
-            matrix = limits.T @ self.kappa @ ways
-            if np.linalg.slogdet(matrix)[0] <= 0:
+            change = stable_solution(limits.T @ (self.kappa @ ways), residual)
+            if change is None:
                 return None
-            u -= ways @ np.linalg.solve(matrix, residual)
+            u -= ways @ change
+            if not self._is_near(u):
+                return None
         u[layout.gaps][self.contact != OPEN] = 0.0
         return u

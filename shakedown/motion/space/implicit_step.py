@@ -142,6 +142,11 @@ class ImplicitJoint:
         self._state, self._slips = np.zeros(3 * n), np.zeros(2 * n)
 
     @property
+    def without_friction(self) -> NDArray[np.bool_]:
+        """Which nodes have no friction, (n,)."""
+        return np.asarray(self._body.f == 0.0)
+
+    @property
     def v(self) -> FloatArray:
         """Present slips (2n,) [length]."""
         return self._state.reshape(-1, 3)[:, :2].flatten()  # for one node ravel would be a view

@@ -1,0 +1,90 @@
+"""Rigid slides that nothing ends: told after few steps, and right by the law for ever."""
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.joint.law import Law
+from shakedown.motion.checked_law import Scales, law_violation
+from shakedown.motion.evolution import Evolution
+from shakedown.motion.space.implicit_step import ImplicitJoint
+from shakedown.motion.steady_slide import ViscousJoint, steady_slide
+from shakedown.motion.viscous_jump import Relaxation
+from tests.joints_in_space import random_joint
+
+
+def floating(rng, n):
+    """A joint in space of which two common slips cost nothing and change no pressure."""
+    held = random_joint(rng, n)
+    rigid = np.vstack([np.tile(np.eye(2), (n, 1)), np.zeros((n, 2))]) / np.sqrt(n)
+    left = np.eye(3 * n) - rigid @ rigid.T
+    kappa = left @ held.kappa @ left.T
+    A, B, C = held.layout.blocks(0.5 * (kappa + kappa.T))
+    return shakedown.Problem(A=A, B=B, C=C, f=held.f, q_w=held.q_w, p_w=held.p_w)
+
+
+def viscous_slide(problem, load):
+    """The joint under a constant load, and a slide that is near the one it tends to, by small implicit steps."""
+    n, D = problem.n, np.diag(problem.kappa)
+    law, scale = problem.law, Scales(float(np.abs(load).max()), 1.0)
+    joint = ViscousJoint(problem.kappa, law, load, D, scale)
+    u, velocity, dt = np.zeros(3 * n), np.zeros(3 * n), 0.1
+    steps = ImplicitJoint(*problem.layout.blocks(problem.kappa + np.diag(D / dt)), problem.f, scale.force)
+    for _ in range(600):
+        path = load - D / dt * u
+        steps.begin(*problem.layout.split(u), *problem.layout.split(path))
+        found = steps.step(*problem.layout.split(path))
+        after = problem.layout.joined(found.v[-1], found.w[-1])
+        u, velocity = after, (after - u) / dt
+    return joint, u, velocity
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_slide_is_the_one_that_small_steps_tend_to_and_the_law_holds_for_ever(seed):
+    rng = np.random.default_rng(seed)
+    problem = floating(rng, 4)
+    load = problem.layout.joined(np.tile([6.0, 2.0], 4) * problem.p_w[0].max(), problem.p_w[0])
+    joint, u, velocity = viscous_slide(problem, load)
+    contact = np.where(u[problem.layout.gaps] > 0.0, 2, 1)
+    slide = steady_slide(joint, u, velocity, contact)
+    assert slide is not None
+    np.testing.assert_allclose(slide.velocity, velocity, atol=1e-5 * np.abs(velocity).max())
+    for later in (0.0, 1e3):
+        state = slide.u + later * slide.velocity
+        q, p = problem.layout.split(load + problem.kappa @ state + joint.damping * slide.velocity)
+        slip, gap = slide.velocity[problem.layout.slips], state[problem.layout.gaps]
+        assert law_violation(problem.f, q, p, gap, slip, joint.scale).max() <= 1e-9
+
+
+def test_a_joint_that_is_held_has_no_slide():
+    problem = random_joint(np.random.default_rng(1), 3)
+    load = 9.0 * problem.p_w[0].max() * np.ones(9)
+    joint = ViscousJoint(problem.kappa, problem.law, load, np.ones(9), Scales(1.0, 1.0))
+    assert steady_slide(joint, np.zeros(9), np.ones(9), np.ones(3, dtype=int)) is None
+
+
+def test_a_slide_that_grows_astray_is_none():
+    """A node that friction turns away from its slide: pressed by what moves it across."""
+    kappa = np.array([[0.0, 0.0, 0.0], [0.0, 1.0, -5.0], [0.0, -5.0, 30.0]])
+    joint = ViscousJoint(
+        kappa, Law(np.array([0.5]), 2), np.array([2.0, 0.0, 1.0]), np.ones(3), Scales(2.0, 1.0)
+    )
+    along = np.array([-1.5, 0.0, 0.0])
+    assert steady_slide(joint, np.zeros(3), along, np.array([1])) is not None
+    kappa[1, 1] = -1.0  # what pushes it on
+    assert steady_slide(joint, np.zeros(3), along, np.array([1])) is None
+
+
+@pytest.mark.parametrize("unit", [1.0, 2.0**30])
+def test_a_jump_that_slides_for_ever_ends_in_few_steps(monkeypatch, unit):
+    steps, step = [], Relaxation._step
+    monkeypatch.setattr(Relaxation, "_step", lambda *at: steps.append(at) or step(*at))
+    problem = floating(np.random.default_rng(3), 3)
+    scaled = {key: unit * getattr(problem, key) for key in "ABC"}
+    push = problem.q_w.copy()
+    push[1:] += 8.0 * problem.p_w.max()
+    motion = Evolution(shakedown.Problem(f=problem.f, q_w=push, p_w=problem.p_w, **scaled), 1.0)
+    while motion.stop is None:
+        motion.cycle()
+    assert motion.stop.slides_away
+    assert 0 < len(steps) < 300
