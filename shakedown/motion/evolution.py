@@ -145,7 +145,7 @@ class Evolution(Motion):
         while True:  # ends, as events per load step, jumps per cycle and cycles are limited
             status = method.follow(1 if before == 0 else cycles)
             now = method.progress()
-            found = status == NO_RATES and method.finds_way_on(now, self.path)
+            found = status in method.passable and method.finds_way_on(now, self.path)
             self.pieces += method.recorded(before)
             self.done = before + now.passes
             if found or status in (RECORD_FULL, PAUSED):

@@ -14,6 +14,7 @@ from shakedown.motion.checked_law import Scales
 from shakedown.motion.course import (
     EFFORT,
     LOAD_STEP,
+    NO_RATES,
     RECORD_ROWS,
     Course,
     Precision,
@@ -64,7 +65,11 @@ class PlaneEvents:
         The same as compiled loops take it, with the equations of the moving nodes.
     precision
         What counts as zero.
+    passable
+        Ends of the loop after which there may be a way on (:meth:`finds_way_on`).
     """
+
+    passable = (NO_RATES,)
 
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
         self.problem, self.kappa, self.tolerances = problem, kappa, tolerances

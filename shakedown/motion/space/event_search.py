@@ -82,6 +82,9 @@ def first_event(run: SpaceRun, h: float) -> float:
         kind = kind_of(mo, i)
         x, y, p = 2 * i, 2 * i + 1, 2 * n + i
         start = distance(joint, course, i, kind, out[x], out[y], out[p])
+        if kind == REACHES_LIMIT and start < -course.settled and goes_out(run, i):
+            mo.node, mo.kind = i, kind  # every step would allow for a little more
+            return 0.0
         add = margin(course, ct, kind, start)
         if kind == OPENS and rates.rate[p] < 0.0:
             add = 0.0  # moving to the apex, beyond which a direction has no meaning
@@ -105,6 +108,13 @@ def first_event(run: SpaceRun, h: float) -> float:
             if share < first:
                 first, mo.node, mo.kind = share, sp.node[a], STOPS
     return first
+
+
+@inner
+def goes_out(run: SpaceRun, i: int) -> bool:
+    """Whether the reaction of a node that sticks leaves its cone further in what is left of the load step."""
+    rate = distance_rate(run.joint, run.motion, run.rates, run.step, i, REACHES_LIMIT, 0)
+    return rate * (1.0 - run.motion.time) < -run.course.settled
 
 
 @inner

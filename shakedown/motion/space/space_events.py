@@ -1,16 +1,27 @@
 """From event to event in space: along smooth curves, by the compiled loops of this subpackage."""
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import PER_CENT, ROUND_OFF
+from shakedown.ground.round_off import PER_CENT, ROUND_OFF, THREE_DIGITS
+from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales, swing
-from shakedown.motion.course import EFFORT, RECORD_ROWS, Precision, Progress, course, progress
+from shakedown.motion.course import (
+    EFFORT,
+    NO_RATES,
+    RECORD_ROWS,
+    TOO_MANY_EVENTS,
+    Precision,
+    Progress,
+    course,
+    progress,
+)
 from shakedown.motion.cycle_record import Checkpoint, State, Totals
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.space.curved_history import CurvedHistory
@@ -20,6 +31,10 @@ from shakedown.motion.space.exchange import MOST_EXCHANGES
 from shakedown.motion.space.implicit_step import ImplicitJoint
 from shakedown.motion.space.moving_state import DEGREE, empty_curve_record
 from shakedown.motion.space.space_run import Measures, SpaceRun, begin, resume, run_in_space
+from shakedown.motion.viscous_jump import StepEnd
+
+MOST_PASSED = 10  # instants of a cycle passed by implicit steps
+MOST_SHORTENED = 8  # lengths of such steps that are tried
 
 
 def measures(scale: Scales, locked: float, moving: float, tolerances: Tolerances) -> Measures:
@@ -62,11 +77,16 @@ class SpaceEvents:
         The same as compiled loops take it, along a course.
     measures
         What counts as zero, and how accurate the path is.
+    passable
+        Ends of the loop after which there may be a way on (:meth:`finds_way_on`).
     """
+
+    passable = NO_RATES, TOO_MANY_EVENTS
 
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
         self.problem, self.kappa, self.tolerances = problem, kappa, tolerances
         self._runs: dict[tuple[bool, bool], SpaceRun] = {}  # by: through the first cycle, recorded
+        self._passed = 0  # instants without rates in the present cycle
 
     def begin(self, start: FloatArray, first: FloatArray, later: FloatArray, scale: Scales) -> None:
         """Follow courses through the first and any other cycle, from given displacements (3n,)."""
@@ -113,6 +133,7 @@ class SpaceEvents:
         if (first, record) not in self._runs:
             path = empty_curve_record(RECORD_ROWS if record else 0, self.problem.n)
             self._runs[first, record] = self.run.with_parts(course=self._courses[first], record=path)
+        self._passed = 0
         self.run, self._risen = self._runs[first, record], list[PathSteps]()
         begin(self.run)
 
@@ -126,36 +147,79 @@ class SpaceEvents:
         return progress(self.run.motion)
 
     def finds_way_on(self, now: Progress, path: FloatArray) -> bool:
-        """Pass the rest of a load step that begins without reactions and gaps; False where it does not.
+        """Pass an instant without rates by one implicit step; False where the joint jumps or stops there.
 
-        As the law is a cone, the end of one implicit step is reached along a straight path.
+        A load step that begins without reactions and gaps is passed as a whole: as the law is a cone, the
+        end is reached along a straight path. Where the pressure of a node is so small that round-off decides
+        in which direction it slips, a piece is passed in two steps whose displacements are the same but for
+        the error of a path: then nothing jumps on the way.
         """
-        mo, layout, rest = self.run.motion, self.problem.layout, 1.0 - now.time
-        load = path[now.step] + now.time * (path[now.step + 1] - path[now.step])
-        if (
-            np.abs(load + self.kappa @ mo.u).max() > self.measures.precision.force
-            or mo.u[layout.gaps].any()
-            or not rest
-        ):
+        mo, rest = self.run.motion, 1.0 - now.time
+        before, after = path[now.step], path[now.step + 1]
+        load = before + now.time * (after - before)
+        if not rest:
             return False
+        reaction = self.reaction(load)
+        if (
+            np.abs(reaction).max() <= self.measures.precision.force
+            and not mo.u[self.problem.layout.gaps].any()
+        ):
+            steps = self._implicit_steps(np.stack([load, after]))
+            if steps:
+                self._pass(rest, steps[0], 0.5, EventKind.LOAD_STEP)  # the reaction rises linearly
+            return bool(steps)
+        if self._passed == MOST_PASSED or not self._is_next_to_apex(reaction):
+            return False
+        allowed, share = self.measures.accuracy * self.scale.length, PER_CENT * rest
+        for _ in range(MOST_SHORTENED):
+            steps = self._implicit_steps(load + np.outer([0.0, 0.5 * share, share], after - before))
+            ends = [mo.u, *(step.u for step in steps)]
+            uneven = float(np.abs(np.diff(ends, 2, axis=0)).max()) if len(steps) == 2 else np.inf
+            if uneven <= allowed:
+                self._passed += 1
+                mo.set(error=mo.error + uneven, crowd=0)
+                for step in steps:
+                    self._pass(0.5 * share, step, 1.0, EventKind.CURVES)
+                return True
+            share *= max(PER_CENT, min(0.5, 0.5 * np.sqrt(allowed / uneven)))
+        return False
+
+    def _is_next_to_apex(self, reaction: FloatArray) -> bool:
+        """Whether a closed node has too little pressure for a direction of slip."""
+        pressure = reaction[self.problem.layout.gaps]
+        little = (self.problem.f > 0.0) & (pressure <= self.measures.near / THREE_DIGITS)
+        return bool((little & (self.contact != OPEN)).any())
+
+    def _implicit_steps(self, loads: FloatArray) -> list[StepEnd]:
+        """The ends of implicit steps from the present state between welded reactions, as far as there are."""
+        layout, u, ends = self.problem.layout, self.u, list[StepEnd]()
         A, B, C = layout.blocks(self.kappa)
         body = A, B, C if self.problem.C is not None else None
         joint = ImplicitJoint(*body, self.problem.f, self.scale.force, self.tolerances)
-        end = end_at_once(joint, layout, mo.u, np.stack([load, path[now.step + 1]]))
-        if end is None:
-            return False
+        for path in pairwise(loads):
+            end = end_at_once(joint, layout, u, np.stack(path))
+            if end is None:
+                break
+            ends.append(end)
+            u = end.u
+        return ends
+
+    def _pass(self, share: float, end: StepEnd, work: float, kind: EventKind) -> None:
+        """Go on from the end of an implicit step over a share of the load step."""
+        mo, problem = self.run.motion, self.problem
         if self.run.record.capacity:
-            at = self.problem.m - len(path) + now.step + now.time
-            curve = np.zeros((1, DEGREE, layout.size))
+            at = self.run.course.first + mo.step + mo.time
+            curve = np.zeros((1, DEGREE, problem.layout.size))
             curve[0, 0] = end.u - mo.u
-            numbers = np.array([at]), np.array([rest]), mo.u[None].copy(), curve
-            none, kind = np.array([-1]), np.array([int(EventKind.LOAD_STEP)])
-            self._risen.append(PathSteps(0, *numbers, end.contact[None].copy(), none, kind))
+            numbers = np.array([at]), np.array([share]), mo.u[None].copy(), curve
+            self._risen.append(
+                PathSteps(0, *numbers, end.contact[None].copy(), np.array([-1]), np.array([int(kind)]))
+            )
         mo.slip[:] += end.slip
-        mo.work[:] += 0.5 * end.work  # as the reaction rises linearly
+        mo.work[:] += work * end.work
+        time = min(mo.time + share, 1.0)
         self.set_state(State(end.u, end.contact))
-        resume(self.run, 1.0, EventKind.LOAD_STEP)
-        return True
+        resume(self.run, time, kind)
 
     def recorded(self, done: int) -> list[PathSteps]:
         """What a record has been filled with, so many cycles being done, and a rise after it."""
