@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from shakedown.campaign.recorded_steps import StepProgress
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import MISJUDGED, NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS
+from shakedown.ground.round_off import FOUR_DIGITS, MISJUDGED, NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import OPEN, Outcome
 from shakedown.joint.rigid_slips import can_drift
@@ -317,7 +317,7 @@ class ReturnSearch:
         none, ahead = self.rules.noise / self.rules.stiffness, self.fading.to_come(now, self.measure)
         left = np.inf if ahead is None else self._share_left(ahead, none)
         if self.fading.slip_ends(now, none) and not self.records[-1].opened.any():
-            if left <= NEAR and not self.foretold:
+            if left <= FOUR_DIGITS and not self.foretold:
                 self.foretold = self.cycles
             if left <= CLOSE or self._is_unseen(now, none):
                 return self._found(Outcome.SHAKEDOWN, f"slip fades away with the changes{self._way()}", 1)
