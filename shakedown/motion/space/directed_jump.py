@@ -25,7 +25,8 @@ from shakedown.motion.space.space_run import Measures, begin, run_in_space
 from shakedown.motion.viscous_jump import Relaxation, StepEnd
 
 LABOUR = 10_000_000  # operations after which the steps of integration are counted
-MOST_TAKEN = 5_000  # largest number of these in an implicit step; beyond that it is solved as a whole
+MOST_TAKEN = 1_000  # largest number of these in an implicit step; beyond that it is solved as a whole
+FEW_TURNS = 4  # of sweeps and Newton's method in such a solution: one that takes more is of a step too long
 
 
 def end_at_once(joint: ImplicitJoint, layout: Layout, u: FloatArray, path: FloatArray) -> StepEnd | None:
@@ -136,6 +137,7 @@ class DirectedJump(Relaxation):
     def _solved(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         """The end of an implicit step, solved for; None where there is none."""
         joint = ImplicitJoint(*self.layout.blocks(stiffer), self.law.f, self.scale.force)
+        joint.turns = FEW_TURNS
         return end_at_once(joint, self.layout, self.u, path)
 
     def _equilibrium(self) -> FloatArray | None:
