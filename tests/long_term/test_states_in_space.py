@@ -263,6 +263,19 @@ def test_a_node_that_stands_far_off_does_not_hide_the_slip_of_another(stiffer):
     assert stiffer * found.slip_per_cycle[0] == pytest.approx(slip, rel=1e-2)
 
 
+def test_a_node_that_slips_far_does_not_hide_a_drift_beside_it():
+    """A pair that walks, and a held node whose slip is 25 million times as large."""
+    A = np.zeros((6, 6))
+    A[:4, :4], A[4:, 4:] = np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(2)), 1e-7 * np.eye(2)
+    q_w = np.array([[0.9, 0.0, -0.9, 0.0, 1.0, 0.0], [-0.9, 0.0, 0.9, 0.0, -1.0, 0.0]])
+    p_w = np.array([[1.0, 3.0, 1.0], [3.0, 1.0, 1.0]])
+    joint = Problem(A=A, B=np.zeros((3, 6)), f=np.full(3, 0.5), q_w=q_w, p_w=p_w)
+    found = shakedown.long_term_state(joint, 1.0)
+    assert found.outcome == Outcome.RATCHETTING, found.reason
+    assert np.abs(found.drift[:4:2]) == pytest.approx(0.8)
+    assert found.slip_per_cycle[2] > 1e7
+
+
 def test_a_fast_approach_does_not_hide_a_slow_one():
     """A node slides to the middle, 0.05 away, in tens of thousands of cycles; one beside it slips far more."""
     fast, load_factor = shakedown.example("one-node-3d"), 1.3

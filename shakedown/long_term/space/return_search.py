@@ -314,7 +314,7 @@ class ReturnSearch:
         if not self.leaps or len(self.states) <= p:
             return None
         now = self._mark(p)
-        none, ahead = self.rules.noise / self.rules.stiffness, self.fading.to_come(now, self.measure)
+        none, ahead = self._none, self.fading.to_come(now, self.measure)
         left = np.inf if ahead is None else self._share_left(ahead, none)
         if self.fading.slip_ends(now, none) and not self.records[-1].opened.any():
             if left <= FOUR_DIGITS and not self.foretold:
@@ -357,21 +357,31 @@ class ReturnSearch:
             return None
         now = self._mark(p)
         lasts = f"the same slip every {every}{self._way()}"
-        if np.abs(self._change(p)).max() <= SIX_DIGITS * most:
-            return self._found(Outcome.CYCLIC_SLIP, lasts, p)
         floats = can_drift(self.motion.problem)
+        if np.abs(now.change).max() <= SIX_DIGITS * most and not (floats and self._has_drifted(now)):
+            return self._found(Outcome.CYCLIC_SLIP, lasts, p)
         if self.fading.slip_lasts(now) and (not floats or self._is_held(p, slip)):
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
         if floats and (self._drifts_on(p, error) or self.fading.drift_lasts(now)):
             return self._found(Outcome.RATCHETTING, f"the same drift every {every}{self._way()}", p)
         return None
 
+    @property
+    def _none(self) -> FloatArray:
+        """Slip (n,) that counts as none [length]."""
+        return self.rules.noise / self.rules.stiffness
+
+    def _has_drifted(self, now: Mark) -> bool:
+        """Whether a period has moved a node rigidly by a share of its own slip that counts."""
+        rigid = self.layout.by_node((self.measure.rigid @ now.drift)[self.layout.slips])
+        return bool((np.linalg.norm(rigid, axis=1) > np.maximum(SIX_DIGITS * now.slip, self._none)).any())
+
     def _is_held(self, p: int, slip: FloatArray) -> bool:
         """Whether nodes that stick, or all but stick, leave no room for a rigid slip, while none opens."""
         if opened_and_closed(tuple(self.records)[-p:])[0].any():
             return False
         least = SIX_DIGITS * float(slip.max())
-        stuck = np.flatnonzero(slip <= least)
+        stuck = np.flatnonzero(slip <= np.minimum(least, self._none))
         room = np.linalg.svd(self.measure.rigid[self.layout.slips_of(stuck)], compute_uv=False)
         held = len(room) == self.measure.rigid.shape[1] and room[-1] > NEGLIGIBLE
         return bool(held and slip[stuck].max() <= least * room[-1])
@@ -532,16 +542,18 @@ class ReturnSearch:
     def _to_come(self, period: int, drifts: bool = False) -> tuple[float, float]:
         """What later periods may add to a state, as changes fade, and by which factor per cycle they do.
 
-        Twice the sum of a geometric series: changes like 1/k² sum to as much. Rigid drift does not count.
+        Twice the sum of a geometric series, node by node: changes like 1/k² sum to as much. Rigid drift does
+        not count.
         """
         states = [self.states[k].u for k in range(-1, -len(self.states) - 1, -period)][:3]
         if drifts:
             states = [u - self.measure.rigid @ (self.measure.rigid.T @ u) for u in states]
-        changes = [float(np.abs(later - before).max()) for later, before in pairwise(states)]
+        changes = [np.abs(later - before) for later, before in pairwise(states)]
         last, before = changes[0], changes[-1]
-        rate = self.rate**period if self.leaps else min(last / before, 1.0) if last else 0.0
-        most = float(self.cycles) if rate == 1.0 else 2.0 / (1.0 - rate)
-        return last * most, rate ** (1.0 / period)
+        falls = np.divide(last, before, out=np.ones_like(last), where=before > last)
+        rates = np.full_like(last, self.rate**period) if self.leaps else np.where(last > 0.0, falls, 0.0)
+        most = np.divide(2.0, 1.0 - rates, out=np.full_like(last, float(self.cycles)), where=rates < 1.0)
+        return float((last * most).max()), float(rates[np.argmax(last)]) ** (1.0 / period)
 
     def _found(self, outcome: Outcome, reason: str, period: int) -> Settled:
         """The answer; for a cycle the period is followed again from the end of the search."""
