@@ -13,6 +13,7 @@ from scipy.sparse import csc_array
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEWTON_ROUNDS, SIX_DIGITS
+from shakedown.ground.size_limits import BLOCK
 from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
@@ -157,8 +158,8 @@ class DirectedJump(Relaxation):
             reaction = self.load + self.kappa @ u
             unit = layout.by_node(self.law.direction(reaction[layout.slips]))[nodes].ravel()
             parts = np.concatenate([unit, np.ones(len(of_free)), f[nodes]])
-            limits = csc_array((parts, (places, columns)), size)
-            ways = csc_array((parts[:moves], (places[:moves], columns[:moves])), size)
+            limits = _entered(parts, places, columns, size)
+            ways = _entered(parts[:moves], places[:moves], columns[:moves], size)
             residual = limits.T @ reaction
             if np.abs(residual).max(initial=0.0) <= 1e-15 * self.scale.force:
                 break
@@ -170,3 +171,14 @@ class DirectedJump(Relaxation):
                 return None
         u[layout.gaps][self.contact != OPEN] = 0.0
         return u
+
+
+def _entered(
+    entries: FloatArray, rows: NDArray[np.intp], columns: NDArray[np.intp], size: tuple[int, int]
+) -> FloatArray | csc_array:
+    """A matrix of these entries, each in a place of its own; sparse where it is large."""
+    if size[0] * size[1] > BLOCK:
+        return csc_array((entries, (rows, columns)), size)
+    matrix = np.zeros(size)
+    matrix[rows, columns] = entries
+    return matrix
