@@ -358,11 +358,12 @@ class ReturnSearch:
         now = self._mark(p)
         lasts = f"the same slip every {every}{self._way()}"
         floats = can_drift(self.motion.problem)
-        if np.abs(now.change).max() <= SIX_DIGITS * most and not (floats and self._has_drifted(now)):
+        drifts = floats and self._drifts_on(p, error)
+        if np.abs(now.change).max() <= SIX_DIGITS * most and not (drifts and self._has_drifted(now)):
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
         if self.fading.slip_lasts(now) and (not floats or self._is_held(p, slip)):
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
-        if floats and (self._drifts_on(p, error) or self.fading.drift_lasts(now)):
+        if drifts or (floats and self.fading.drift_lasts(now)):
             return self._found(Outcome.RATCHETTING, f"the same drift every {every}{self._way()}", p)
         return None
 
