@@ -81,7 +81,7 @@ def steady_slide(
     >>> steady_slide(joint, np.zeros(2), np.array([-1.499, 0.0]), np.array([-1])).velocity
     array([-1.5,  0. ])
     """
-    equations = _Equations(joint, contact)
+    equations = _SlideEquations(joint, contact)
     if not equations.rigid.shape[1]:
         return None
     speeds = equations.rigid.T @ (velocity[equations.at] / equations.unit)
@@ -109,7 +109,7 @@ def _holds(joint: ViscousJoint, slide: SteadySlide, contact: NDArray[np.int64]) 
     return bool(violation.max() <= HOLDS and (opening >= -NEGLIGIBLE).all())
 
 
-class _Equations:
+class _SlideEquations:
     """The equations of a steady slide, in units in which the damping is 1.
 
     Attributes
