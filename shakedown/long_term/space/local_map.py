@@ -114,8 +114,11 @@ class LocalMap:
         seen = [self.rest(self.ahead(periods, known, share)) for share in shares]
         smooth = all(there.signature == self.signature for there in seen)
         here = Behind(np.array(shares), np.array([there.change for there in seen]))
-        enough = len(behind.shares) == BEHIND_IT
-        return Way(here.joined(behind).bends, smooth and enough, np.zeros_like(self.change))
+        return self.way(periods, here.joined(behind).bends, smooth and len(behind.shares) == BEHIND_IT)
+
+    def way(self, periods: int, bends: FloatArray, smooth: bool = False) -> "Way":
+        """A way with these bends."""
+        return Way(bends, smooth, self.ahead(periods, bends), np.zeros_like(self.change))
 
 
 class Behind(NamedTuple):
@@ -148,12 +151,15 @@ class Way(NamedTuple):
         Of it.
     smooth
         Whether no contact state changes on it, as far as is seen, and enough lies behind it to foresee it.
+    end : (k,)
+        y there [length].
     miss : (k,)
         By how much what lies behind it has foreseen another end [length].
     """
 
     bends: FloatArray
     smooth: bool
+    end: FloatArray
     miss: FloatArray
 
 

@@ -185,6 +185,7 @@ class ReturnSearch:
     def __init__(self, motion: Evolution, rules: ReturnRules, care: float = 1.0) -> None:
         self.motion, self.rules, self.layout = motion, rules, motion.problem.layout
         self.measure = measure_of(motion.problem)
+        self.none = rules.noise / rules.stiffness  # slip (n,) that counts as none [length]
         longest = rules.longest_period
         self.records: deque[CycleRecord] = deque(maxlen=2 * longest + 1)
         self.states: deque[State] = deque([motion.state], maxlen=WINDOW * longest + 1)  # since the last leap
@@ -220,7 +221,7 @@ class ReturnSearch:
 
     def _checkpoint(self) -> tuple[dict[str, Any], Checkpoint]:
         """How far the search has got, and the motion."""
-        given = ("motion", "rules", "layout", "measure")
+        given = ("motion", "rules", "layout", "measure", "none")
         return {k: v for k, v in vars(self).items() if k not in given}, self.motion.checkpoint()
 
     def _cycle(self) -> bool:
@@ -314,33 +315,34 @@ class ReturnSearch:
         if not self.leaps or len(self.states) <= p:
             return None
         now = self._mark(p)
-        none, ahead = self._none, self.fading.to_come(now, self.measure)
-        left = np.inf if ahead is None else self._share_left(ahead, none)
-        if self.fading.slip_ends(now, none) and not self.records[-1].opened.any():
+        ahead = self.fading.to_come(now, self.measure)
+        left = np.inf if ahead is None else self._share_left(ahead)
+        if self.fading.slip_ends(now, self.none) and not self.records[-1].opened.any():
             if left <= FOUR_DIGITS and not self.foretold:
                 self.foretold = self.cycles
-            if left <= CLOSE or self._is_unseen(now, none):
+            if left <= CLOSE or self._is_unseen(now):
                 return self._found(Outcome.SHAKEDOWN, f"slip fades away with the changes{self._way()}", 1)
         if left > NEAR or now.size > SIX_DIGITS * np.linalg.norm(now.slip * self.measure.slips):
             return None
         return self._verdict_of_period(p, now.slip) if self.fading.slip_lasts(now) else None
 
-    def _share_left(self, ahead: FloatArray, none: FloatArray) -> float:
-        """The largest share that is left of the way of a node, but for ways (n,) that count as none [length].
+    def _share_left(self, ahead: FloatArray) -> float:
+        """The largest share that is left of the way of a node, but for ways that count as none.
 
         Relative to its own way since the search began, as another one may have gone far and may hide it.
         """
-        slips, by_node = self.layout.slips, self.layout.by_node
-        left = np.linalg.norm(by_node(ahead[slips]), axis=1)
-        come = np.linalg.norm(by_node((self.states[-1].u - self.begun)[slips]), axis=1)
-        counts = left > none
-        return float((left[counts] / np.maximum(come, none)[counts]).max(initial=0.0))
+        left, come = self._slips_in(ahead), self._slips_in(self.states[-1].u - self.begun)
+        counts = left > self.none
+        return float((left[counts] / np.maximum(come, self.none)[counts]).max(initial=0.0))
 
-    def _is_unseen(self, now: Mark, none: FloatArray) -> bool:
+    def _slips_in(self, change: FloatArray) -> FloatArray:
+        """How far each node slips in a change of the state, (n,) [length]."""
+        return np.asarray(np.linalg.norm(self.layout.by_node(change[self.layout.slips]), axis=1))
+
+    def _is_unseen(self, now: Mark) -> bool:
         """Whether rest has long been foreseen, and no node changes by more than the accuracy of motion."""
-        moved = np.linalg.norm(self.layout.by_node(now.change[self.layout.slips]), axis=1)
         long = 0 < self.foretold <= self.cycles - STUCK
-        return long and bool((moved <= none).all())
+        return long and bool((self._slips_in(now.change) <= self.none).all())
 
     def _left(self, p: int) -> float:
         """How far the states of a period may still move together, as changes fade [energy norm]."""
@@ -367,22 +369,17 @@ class ReturnSearch:
             return self._found(Outcome.RATCHETTING, f"the same drift every {every}{self._way()}", p)
         return None
 
-    @property
-    def _none(self) -> FloatArray:
-        """Slip (n,) that counts as none [length]."""
-        return self.rules.noise / self.rules.stiffness
-
     def _has_drifted(self, now: Mark) -> bool:
         """Whether a period has moved a node rigidly by a share of its own slip that counts."""
-        rigid = self.layout.by_node((self.measure.rigid @ now.drift)[self.layout.slips])
-        return bool((np.linalg.norm(rigid, axis=1) > np.maximum(SIX_DIGITS * now.slip, self._none)).any())
+        rigid = self._slips_in(self.measure.rigid @ now.drift)
+        return bool((rigid > np.maximum(SIX_DIGITS * now.slip, self.none)).any())
 
     def _is_held(self, p: int, slip: FloatArray) -> bool:
         """Whether nodes that stick, or all but stick, leave no room for a rigid slip, while none opens."""
         if opened_and_closed(tuple(self.records)[-p:])[0].any():
             return False
         least = SIX_DIGITS * float(slip.max())
-        stuck = np.flatnonzero(slip <= np.minimum(least, self._none))
+        stuck = np.flatnonzero(slip <= np.minimum(least, self.none))
         room = np.linalg.svd(self.measure.rigid[self.layout.slips_of(stuck)], compute_uv=False)
         held = len(room) == self.measure.rigid.shape[1] and room[-1] > NEGLIGIBLE
         return bool(held and slip[stuck].max() <= least * room[-1])

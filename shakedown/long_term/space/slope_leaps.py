@@ -212,15 +212,14 @@ class Along:
         way, strain = self._bent(local, periods, self._behind(local, periods)), 0.0
         if way is None:
             return None, np.inf
-        y, now = local.ahead(periods, way.bends), local.size(local.change)
-        size, change, left = local.size(y), local.change, now
-        sure, unsure = self._sure(local, size), 0.0
+        now, size, change = local.size(local.change), local.size(way.end), local.change
+        sure, unsure, left = self._sure(local, size), 0.0, now
         if way.smooth:
             strain, unsure = MUCH * local.size(way.miss) / size / sure, MUCH * float(np.abs(way.miss).max())
         for share in TESTED[-1:] if way.smooth else TESTED:
             if not strain <= 1.0:
                 return None, strain
-            y = local.ahead(periods, way.bends, share)
+            y = way.end if share == 1.0 else local.ahead(periods, way.bends, share)
             seen = local.seen(y, share ** np.arange(1, len(way.bends) + 1) @ way.bends)
             if seen is None:
                 return None, np.inf
@@ -231,24 +230,23 @@ class Along:
         if left > self.GROWN * now or not strain <= 1.0:
             return None, strain
         rate = min((left / now) ** (1.0 / periods), 1.0)
-        return Landing(local.at(y), unsure, rate, change), strain
+        return Landing(local.at(way.end), unsure, rate, change), strain
 
     def _bent(self, local: LocalMap, periods: int, behind: Behind) -> Way | None:
         """The way so many periods ahead, by sweep after sweep; None where its bends do not settle."""
-        way, off = Way(behind.bends, False, np.zeros_like(local.change)), [np.inf, np.inf]
-        y = foreseen = local.ahead(periods, way.bends)
+        way = foreseen = local.way(periods, behind.bends)
+        off = [np.inf, np.inf]
         for _ in range(self.SWEEPS):
-            way = local.bends(periods, way.bends, behind)
-            before, y = y, local.ahead(periods, way.bends)
-            size = local.size(y)
+            before, way = way, local.bends(periods, way.bends, behind)
+            size = local.size(way.end)
             if not 0.0 < size < np.inf:
                 return None
-            off.append(local.size(y - before) / size)
+            off.append(local.size(way.end - before.end) / size)
             if not off[-1] <= self.BENT:  # what lies behind misleads, unless something begins or ends to slip
                 return self._bent(local, periods, behind.first(0)) if way.smooth else None
             if off[-1] <= PER_CENT * self._sure(local, size) or off[-1] > self.SHRINKS * off[-3]:
                 break
-        return way._replace(miss=y - foreseen) if off[-1] <= self.SURE else None
+        return way._replace(miss=way.end - foreseen.end) if off[-1] <= self.SURE else None
 
     def _behind(self, local: LocalMap, periods: int) -> Behind:
         """What the states at which the last leaps began tell of the bends of a way."""

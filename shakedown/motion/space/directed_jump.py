@@ -149,9 +149,9 @@ class DirectedJump(Relaxation):
         if not self.slows_down:
             return None
         u, layout, f = self.u.copy(), self.layout, self.law.f
-        nodes = np.flatnonzero((self.contact == SLIP) & (f > 0.0))
-        places = np.concatenate([layout.slips_of(nodes), self._free(), layout.gaps_of(nodes)])
-        of_slips, of_free = np.repeat(np.arange(len(nodes)), 2), len(nodes) + np.arange(len(self._free()))
+        nodes, free = np.flatnonzero((self.contact == SLIP) & (f > 0.0)), self._free()
+        places = np.concatenate([layout.slips_of(nodes), free, layout.gaps_of(nodes)])
+        of_slips, of_free = np.repeat(np.arange(len(nodes)), 2), len(nodes) + np.arange(len(free))
         columns = np.concatenate([of_slips, of_free, np.arange(len(nodes))])
         size, moves = (layout.size, len(nodes) + len(of_free)), len(of_slips) + len(of_free)
         for _ in range(NEWTON_ROUNDS):
