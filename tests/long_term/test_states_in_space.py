@@ -396,12 +396,14 @@ def test_the_end_of_a_way_is_known_where_the_change_falls_along_a_line(power):
             np.array([1.0 - left, 0.0]),
             np.array([left**power, 0.0]),
             left**power,
-            np.array([0.5 + left]),
+            np.array([5.0 + left]),
             np.zeros(0),
         )
         fading.note(now)
     ahead = fading.to_come(now, measure)
     assert ahead is None if power == 2 else ahead[0] == pytest.approx(left)
+    assert fading.comes_to_a_cycle(now, measure, 1e-9) is (power == 1)
+    assert not fading.comes_to_a_cycle(now._replace(slip=np.array([6.0])), measure, 1e-9)
     slower = now._replace(change=1.1 * now.change)  # and so much stays
     assert fading.to_come(slower, measure) is None
     assert not fading.slip_ends(now, np.zeros(1))
@@ -431,6 +433,26 @@ def test_a_slow_way_to_rest_ends_within_its_error(joint, load_factor, ends_at):
     assert found.cycles_simulated < 1500
     off = np.abs(found.final_slip[: len(ends_at)] - ends_at).max()
     assert off <= found.error <= 1e-3 * np.abs(found.final_slip).max()
+
+
+@pytest.mark.parametrize(
+    ("seeds", "load_factor"), [([46, 3, 1], 1.2087401848025185), ([42, 3, 2], 1.2615198344604477)]
+)
+def test_the_last_of_a_way_to_rest_is_gone_though_round_off_is_near(seeds, load_factor):
+    problem = random_joint(np.random.default_rng(seeds), "floating, stiff and soft", 4)
+    found = shakedown.long_term_state(problem, load_factor)
+    assert found.outcome == Outcome.SHAKEDOWN
+    assert found.error <= 1e-3 * np.abs(found.final_slip).max()
+
+
+def test_a_cycle_that_leaps_come_no_nearer_to_is_told_with_its_error():
+    problem = random_joint(np.random.default_rng([35, 1, 1]), "stiff and soft", 4)
+    found = shakedown.long_term_state(problem, 0.762250879422505)
+    # after 24,000 cycles and leaps
+    ends_at = [-14.0671, 1.55657, 58.6272, 0.0853861, 0.67133, 0.0112912, 0.0255534, 0.113047]
+    assert found.outcome == Outcome.CYCLIC_SLIP
+    assert found.slip_per_cycle.max() == pytest.approx(2.0488e-3, rel=1e-3)
+    assert np.abs(found.final_slip - ends_at).max() <= found.error <= 1e-3 * np.abs(found.final_slip).max()
 
 
 def test_nodes_that_all_but_stick_leave_no_room_for_a_drift():

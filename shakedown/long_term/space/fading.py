@@ -15,7 +15,8 @@ from shakedown.ground.round_off import MUCH, PER_CENT, RESOLVED, THREE_DIGITS
 from shakedown.long_term.space.leap_methods import STATE_ROUND_OFF, Measure
 
 CLEARLY = 4.0  # ratio of two changes from which on they tell a slope
-LINEAR = 0.9  # of the slope before it, which is ½ of that along a square: less is no line
+# Of the slope before it, which is ½ of that along a square: less is no line, or is not nearer to one.
+LINEAR, NEARLY = 0.9, 0.75
 
 
 class Mark(NamedTuple):
@@ -65,35 +66,47 @@ class Fading:
 
     def to_come(self, now: Mark, measure: Measure) -> FloatArray | None:
         """The way (N,) to where there is no change [length]; None where it falls along no line."""
+        before = self._line(now, measure, LINEAR, PER_CENT * now.size)
+        return None if before is None else _way(now, before)
+
+    def to_come_at_most(self, now: Mark) -> FloatArray:
+        """The way (N,) to where there is no change [length], by the last mark that tells; zero if none."""
+        before = self._before(now, CLEARLY)
+        return np.zeros_like(now.change) if before is None else _way(now, before)
+
+    def comes_to_a_cycle(self, now: Mark, measure: Measure, none: float) -> bool:
+        """Whether the change falls to none [energy norm], nearer to a line than a square; slip stays."""
+        least = max(PER_CENT * now.size, none)
+        return self._line(now, measure, NEARLY, least) is not None and self.slip_lasts(now, PER_CENT)
+
+    def _line(self, now: Mark, measure: Measure, straight: float, none: float) -> Mark | None:
+        """The mark before, if the change falls along a line from there to none [energy norm]."""
         before = self._before(now, CLEARLY)
         first = None if before is None else self._before(before, CLEARLY)
         if before is None or first is None:
             return None
         way, earlier = measure.size(now.state - before.state), measure.size(before.state - first.state)
-        if not (before.size - now.size) * earlier >= LINEAR * (first.size - before.size) * way:
+        if not (before.size - now.size) * earlier >= straight * (first.size - before.size) * way:
             return None
         end, round_off = _end(now, before), STATE_ROUND_OFF * measure.size(now.state)
-        if measure.size(end.change) > PER_CENT * now.size + round_off:
-            return None  # it falls to another one, far slower: nothing tells where that ends
-        return (now.state - before.state) * now.size / (before.size - now.size)
+        # More falls to another one, far slower: nothing tells where that ends.
+        return before if measure.size(end.change) <= none + round_off else None
 
-    def slip_lasts(self, now: Mark) -> bool:
-        """Whether the slip stays where the change falls to nothing."""
+    def slip_lasts(self, now: Mark, share: float = THREE_DIGITS) -> bool:
+        """Whether the slip stays where the change falls to nothing, but for a share."""
         end = self._foreseen(now)
-        return end is not None and bool(np.abs(end.slip - now.slip).max() <= THREE_DIGITS * now.slip.max())
+        return end is not None and bool(np.abs(end.slip - now.slip).max() <= share * now.slip.max())
 
     def slip_ends(self, now: Mark, none: FloatArray) -> bool:
         """Whether the slip falls to nothing with the change, and has done so on the way.
 
-        At every node, as a soft one may hide a stiff one, but for slips (n,) that count as none [length].
+        At every node, as a soft one may hide a stiff one, or to what counts as none, (n,) [length].
         """
         end, before = self._foreseen(now), self._before(now, RESOLVED)
         if end is None or before is None:
             return False
-        counts, most = now.slip > none, now.slip.max()
-        if not np.abs(end.slip).max() <= MUCH * most <= MUCH**2 * before.slip.max():
-            return False
-        return bool((np.abs(end.slip) <= MUCH * now.slip)[counts].all())
+        fallen = now.slip.max() <= MUCH * before.slip.max()
+        return fallen and bool((np.abs(end.slip) <= np.maximum(MUCH * now.slip, none)).all())
 
     def drift_lasts(self, now: Mark) -> bool:
         """Whether the drift stays where the change falls to nothing."""
@@ -101,6 +114,11 @@ class Fading:
         if end is None:
             return False
         return bool(np.linalg.norm(end.drift - now.drift) <= PER_CENT * np.linalg.norm(now.drift))
+
+    def drift_ends(self, now: Mark) -> bool:
+        """Whether the drift falls to nothing with the change."""
+        end = self._foreseen(now)
+        return end is not None and bool(np.linalg.norm(end.drift) <= PER_CENT * np.linalg.norm(now.drift))
 
     def _before(self, mark: Mark, times: float) -> Mark | None:
         """The last mark of so many times the change."""
@@ -110,6 +128,11 @@ class Fading:
         """The end of the way, told by the last mark that tells a slope; None where there is none."""
         before = self._before(now, CLEARLY)
         return None if before is None else _end(now, before)
+
+
+def _way(now: Mark, before: Mark) -> FloatArray:
+    """The way (N,) to where there is no change, if that falls along a line from mark to mark [length]."""
+    return (now.state - before.state) * (now.size / (before.size - now.size))
 
 
 def _end(now: Mark, before: Mark) -> End:

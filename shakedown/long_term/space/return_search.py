@@ -195,7 +195,7 @@ class ReturnSearch:
         self.rate, self.unsure = np.nan, 0.0  # per cycle; uncertainty left by leaps …
         self.adrift = 0.0  # … and in rigid slip, as cycles are the same wherever the joint stands
         self.begun = motion.state.u
-        self.foretold = 0  # cycle from which on rest is foreseen
+        self.rest_foretold = self.cycle_foretold = 0  # cycle from which on it is foreseen
         self.period, self.crawl, self.ahead, self.along = 1, Crawl(care), Ahead(care), Along(care)
         self.fadings = [Fading() for _ in range(longest)]  # by period
         self.passed: list[tuple[CycleRecord, State]] = []  # before the first leap
@@ -318,13 +318,22 @@ class ReturnSearch:
         ahead = self.fading.to_come(now, self.measure)
         left = np.inf if ahead is None else self._share_left(ahead)
         if self.fading.slip_ends(now, self.none) and not self.records[-1].opened.any():
-            if left <= FOUR_DIGITS and not self.foretold:
-                self.foretold = self.cycles
+            if left <= FOUR_DIGITS and not self.rest_foretold:
+                self.rest_foretold = self.cycles
             if left <= CLOSE or self._is_unseen(now):
                 return self._found(Outcome.SHAKEDOWN, f"slip fades away with the changes{self._way()}", 1)
-        if left > NEAR or now.size > SIX_DIGITS * np.linalg.norm(now.slip * self.measure.slips):
+        slip = float(np.linalg.norm(now.slip * self.measure.slips))
+        if now.size > SIX_DIGITS * slip:
             return None
-        return self._verdict_of_period(p, now.slip) if self.fading.slip_lasts(now) else None
+        if left <= NEAR and self.fading.slip_lasts(now):
+            return self._verdict_of_period(p, now.slip)
+        if not self.fading.comes_to_a_cycle(now, self.measure, FOR_EVER * slip):
+            self.cycle_foretold = 0
+        elif not self.cycle_foretold:
+            self.cycle_foretold = self.cycles
+        elif self.cycle_foretold <= self.cycles - STUCK:
+            return self._verdict_of_period(p, now.slip, long_foreseen=True)
+        return None
 
     def _share_left(self, ahead: FloatArray) -> float:
         """The largest share that is left of the way of a node, but for ways that count as none.
@@ -341,8 +350,12 @@ class ReturnSearch:
 
     def _is_unseen(self, now: Mark) -> bool:
         """Whether rest has long been foreseen, and no node changes by more than the accuracy of motion."""
-        long = 0 < self.foretold <= self.cycles - STUCK
+        long = 0 < self.rest_foretold <= self.cycles - STUCK
         return long and bool((self._slips_in(now.change) <= self.none).all())
+
+    def _awaits(self) -> bool:
+        """Whether states have begun to repeat that no verdict has been asked of."""
+        return any(0 < times <= p for p, times in enumerate(self.repeated, start=1))
 
     def _left(self, p: int) -> float:
         """How far the states of a period may still move together, as changes fade [energy norm]."""
@@ -350,8 +363,11 @@ class ReturnSearch:
         periods = before / (before - last) if before > last else np.inf
         return APART * last * min(periods, self.rules.most_cycles)
 
-    def _verdict_of_period(self, p: int, slip: FloatArray) -> Settled | None:
-        """The outcome where the same slip occurs in every period of p cycles, if that is clear."""
+    def _verdict_of_period(self, p: int, slip: FloatArray, long_foreseen: bool = False) -> Settled | None:
+        """The outcome where the same slip occurs in every period of p cycles, if that is clear.
+
+        Long foreseen is a cycle whose end the leaps do not come nearer to.
+        """
         most, every = float(slip.max()), cycles_in_words(p)
         clear = THREE_DIGITS * float((slip * self.rules.stiffness).max())
         error = max(record.error for record in list(self.records)[-p:])
@@ -363,7 +379,8 @@ class ReturnSearch:
         drifts = floats and self._drifts_on(p, error)
         if np.abs(now.change).max() <= SIX_DIGITS * most and not (drifts and self._has_drifted(now)):
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
-        if self.fading.slip_lasts(now) and (not floats or self._is_held(p, slip)):
+        held = not floats or self._is_held(p, slip) or (long_foreseen and self.fading.drift_ends(now))
+        if held and (long_foreseen or self.fading.slip_lasts(now)):
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
         if drifts or (floats and self.fading.drift_lasts(now)):
             return self._found(Outcome.RATCHETTING, f"the same drift every {every}{self._way()}", p)
@@ -416,7 +433,7 @@ class ReturnSearch:
         window = self._window()
         if self._comes_back(window):
             return False
-        stuck = self.cycles >= max(STUCK, self.along.since) and not any(self.repeated)
+        stuck = self.cycles >= max(STUCK, self.along.since) and not self._awaits()
         if stuck and len(window) > 1 and self._go_along():
             return True
         missed = self.crawl.rigid_miss(window, self.measure)
@@ -557,6 +574,9 @@ class ReturnSearch:
         """The answer; for a cycle the period is followed again from the end of the search."""
         (left, rate), start = self._to_come(period, outcome == Outcome.RATCHETTING), self.motion.state
         goes_on = outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
+        if outcome == Outcome.CYCLIC_SLIP and self.leaps:
+            ahead = self.fadings[period - 1].to_come_at_most(self._mark(period))
+            left = max(left, MISJUDGED * float(np.abs(ahead).max()))
         if goes_on and not all(self._cycle() for _ in range(period)):
             stop = self.motion.stop
             return self._undecided(f"{stop.reason if stop else 'no more cycles'}, after {reason}")
