@@ -15,6 +15,7 @@ from shakedown.bounds.certificate import (
     significant,
 )
 from shakedown.bounds.energy.row_ball import energy_ball as energy_ball
+from shakedown.bounds.energy.row_ball import no_ball_holds as no_ball_holds
 from shakedown.bounds.energy.row_bound import energy_bound as energy_bound
 from shakedown.bounds.energy.row_bound import strictly_inside as strictly_inside
 from shakedown.bounds.results import (

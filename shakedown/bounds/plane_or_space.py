@@ -91,6 +91,11 @@ class Methods(Protocol):
     ) -> EnergyBall:
         """The largest ball of the closed nodes, or the one that holds a state (dk,) of these best."""
 
+    def no_ball_holds(
+        self, zone: Zone, load_factor: float, state: FloatArray, tolerances: Tolerances
+    ) -> bool:
+        """Whether it is proved, sooner than λ_E is found, that no ball holds a state (dk,) of these."""
+
 
 def takes_long(problem: Problem) -> bool:
     """Whether runs of a joint take so long that fewer are made, less accurately, in several threads."""

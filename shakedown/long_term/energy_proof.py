@@ -18,7 +18,7 @@ from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.known_bounds import bound_of_start, bound_proves, is_known
+from shakedown.long_term.known_bounds import is_known, proving_bound
 from shakedown.long_term.passage import Approach, Passage
 from shakedown.motion.checked_law import path_resolution, scales
 
@@ -146,7 +146,7 @@ def energy_proof(passage: Passage, approach: Approach) -> EnergyProof:
     # A ball that holds the start also holds the state at rest, so where none does λ_E is not computed.
     known = is_known(passage)
     asked = best or ball is not None or known
-    if asked and bound_proves(bound_of_start(passage), passage.load_factor):
+    if asked and proving_bound(passage) is not None:
         return EnergyProof(True, cycles=0, by=ENERGY)
     slip = slip_proof(passage, approach)
     if slip is not None:

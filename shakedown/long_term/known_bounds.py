@@ -5,6 +5,7 @@ from typing import TypeGuard
 
 from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound
 from shakedown.bounds.collapse.box_bound import BoxBound, box_bound
+from shakedown.bounds.energy.energy_ball import no_ball_holds
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
 from shakedown.bounds.plane_or_space import methods_of
 from shakedown.bounds.upper import upper_bound
@@ -41,6 +42,15 @@ def bound_of_start(begun: Passage) -> EnergyBound | Missing:
 def is_known(begun: Passage) -> bool:
     """Whether λ_E of the start is known already."""
     return _key(begun) in _known_bounds(begun.problem)
+
+
+def proving_bound(begun: Passage) -> EnergyBound | None:
+    """λ_E of the start where it proves shakedown; not worked out where no ball is seen to hold the start."""
+    asked = begun.problem, begun.load_factor, begun.start, begun.open_nodes, begun.tolerances
+    if not is_known(begun) and allowed(no_ball_holds, *asked):
+        return None
+    bound = bound_of_start(begun)
+    return bound if bound_proves(bound, begun.load_factor) else None
 
 
 def note_bound(begun: Passage, bound: EnergyBound) -> None:

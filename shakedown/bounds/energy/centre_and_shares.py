@@ -229,10 +229,31 @@ def holding(
         held = inside(value(found), found.radius)
         if held or best:
             return held
-        about, end = found.about, found.end
-        return _held_by_none(found.limits, about, about.margin_program(), end.discs, end.rows)
+        about, end, alone = found.about, found.end, not found.limits.share.any()
+        return _held_by_none(found.limits, about, about.margin_program(), end.discs, end.rows) or (
+            split and alone and held_by_none(limits, load_factor, state)
+        )
 
     return _by_turns(limits, one, value, None, tolerances, split=split, load_factor=load_factor, enough=known)
+
+
+def held_by_none(limits: DiscLimits, load_factor: float, state: FloatArray) -> bool:
+    """Whether multipliers prove that no ball at a load factor holds a state, whatever the shares.
+
+    Those of the discs with a = 1 and s = f γ at its least, which allow all that any shares allow.
+    """
+    least = replace(limits, share=np.zeros_like(limits.share), own=np.zeros_like(limits.own))
+    about = discs_about(least, state).at_load(load_factor)
+    program = about.margin_program()
+
+    def refuted(discs: FloatArray, rows: FloatArray) -> bool:
+        return _held_by_none(least, about, program, discs, rows)
+
+    def known(y: FloatArray, multipliers: FloatArray) -> bool:
+        return bool(_largest_margin(about, y)[-1] > 0.0) or refuted(*program.parts(multipliers)[:2])
+
+    end = sought(proved_solution, program, lambda y: _largest_margin(about, y), (), known)
+    return not isinstance(end, Missing) and refuted(end.discs, end.rows)
 
 
 def _held_by_none(

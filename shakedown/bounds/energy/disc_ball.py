@@ -6,7 +6,7 @@ from math import inf, nan
 import numpy as np
 
 from shakedown.bounds.energy.ball_limits import DiscLimits, disc_limits, without_margin
-from shakedown.bounds.energy.centre_and_shares import full_share, holding, largest, widest
+from shakedown.bounds.energy.centre_and_shares import full_share, held_by_none, holding, largest, widest
 from shakedown.bounds.energy.energy_metric import EnergyMetric
 from shakedown.bounds.energy.energy_results import (
     ALL_ADMISSIBLE,
@@ -116,6 +116,12 @@ def energy_ball(
         share=found.share,
         shortfall=found.shortfall * limits.metric.unit,
     )
+
+
+def no_ball_holds(zone: Zone, load_factor: float, state: FloatArray, tolerances: Tolerances) -> bool:
+    """Whether multipliers prove that no ball of the closed nodes holds a state, before any transient."""
+    limits = disc_limits(zone, tolerances=tolerances)
+    return not without_margin(limits) and held_by_none(limits, load_factor, limits.rigid.relative(state))
 
 
 def _slack_of(limits: DiscLimits, ball: BestBall, state: FloatArray | None) -> float:

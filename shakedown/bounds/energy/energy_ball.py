@@ -94,6 +94,19 @@ def holding_ball(
     return _in_zone(zone, load_factor, state, tolerances, transient=False, split=True, best=False)
 
 
+def no_ball_holds(
+    problem: Problem,
+    load_factor: float,
+    state: FloatArray,
+    open_nodes: tuple[int, ...],
+    tolerances: Tolerances,
+) -> bool:
+    """Whether it is proved, sooner than λ_E is found, that no ball holds a state before the transient."""
+    zone = contact_zone(problem, open_nodes, tolerances=tolerances)
+    held = state[problem.layout.slips_of(zone.closed_nodes)]
+    return methods_of(problem).no_ball_holds(zone, load_factor, held, tolerances)
+
+
 def _in_zone(
     zone: Zone,
     load_factor: float,

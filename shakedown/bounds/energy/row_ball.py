@@ -47,6 +47,11 @@ def energy_ball(
     return ball_around(rows, load_factor, held, tolerances)
 
 
+def no_ball_holds(zone: Zone, load_factor: float, state: FloatArray, tolerances: Tolerances) -> bool:
+    """False: with nothing to be shared λ_E is one program, and says so itself."""
+    return False
+
+
 def largest_ball(rows: EnergyRows, load_factor: float, tolerances: Tolerances = DEFAULT) -> EnergyBall:
     """The largest ball that keeps its slack at every row, of whatever kind the rows are."""
     right = rows.g - load_factor * rows.d

@@ -22,9 +22,8 @@ from shakedown.long_term.known_bounds import (
     BELOW,
     beyond_all,
     bound_of_all,
-    bound_of_start,
-    bound_proves,
     known_limits,
+    proving_bound,
 )
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.space.return_search import VARIES_LITTLE
@@ -94,14 +93,14 @@ def proof_of_bounds(begun: Passage, reached: State) -> str:
     reached
         A state between two of its cycles.
     """
-    load_factor, bound = begun.load_factor, bound_of_start(begun)
-    if bound_proves(bound, load_factor):
+    bound = proving_bound(begun)
+    if bound is not None:
         return f"below λ_E = {short(bound.load_factor)} of its start"
     if further_from_start(begun) < inf:
         return "below λ_S of its start"
     if not (reached.contact == OPEN).any():
         every = _bound_of_every_state(begun.problem)
-        if load_factor < BELOW * every:
+        if begun.load_factor < BELOW * every:
             return f"below λ_U = {short(every)}, from every state"
     return ""
 

@@ -12,7 +12,7 @@ import shakedown
 from shakedown import Problem, energy_ball, energy_bound
 from shakedown.bounds.energy.ball_watch import BallWatch
 from shakedown.bounds.energy.disc_ball import closed_radius
-from shakedown.bounds.energy.energy_ball import holding_ball
+from shakedown.bounds.energy.energy_ball import holding_ball, no_ball_holds
 from shakedown.bounds.energy.exact_discs import ExactDiscs
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.loading import loading
@@ -240,3 +240,18 @@ def test_the_first_ball_that_holds_a_state_is_no_larger_than_the_best(name):
         assert first.contains(state) == best.contains(state)
         assert first.margin(state) <= best.margin(state) * (1 + 1e-9)
         assert first.residual <= 1e-9
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_ball_is_refuted_that_the_energy_bound_finds(seed):
+    """Where λ_E proves a state a ball holds it; well above λ_E one program tells that none does."""
+    problem = space_joint(seed, 2 + seed % 2)
+    generator, refuted = np.random.default_rng(seed), 0
+    base = energy_bound(problem, certify=False)
+    for size in (0.0, 0.3, 1.0):
+        state = base.slip + size * generator.normal(size=2 * problem.n)
+        bound = energy_bound(problem, state, certify=False)
+        if bound.status == "optimal":
+            assert not no_ball_holds(problem, bound.load_factor * (1 - 1e-9), state, (), DEFAULT)
+            refuted += no_ball_holds(problem, 2.0 * bound.load_factor, state, (), DEFAULT)
+    assert refuted > 0
