@@ -3,9 +3,9 @@
 Reading order: ``checked_law`` (Coulomb's law and its violation, the judge of every path),
 ``course`` (the load path that compiled loops follow, and how these end), ``event_history``, ``cycle_record``
 (what is kept), ``violation`` (the law along a path), ``steady_slide`` (rigid motions that nothing ends),
-``viscous_jump`` (chapter VI), ``method`` (where a motion begins, what every way to follow it has in common),
-``fixed_steps`` (load steps, by Gauss–Seidel or each solved at once), ``evolution`` (from event to event,
-jumps included), ``evolve`` (the public function).
+``jump_steps`` (how long the implicit steps of a jump are), ``viscous_jump`` (chapter VI), ``method`` (where
+a motion begins, what every way to follow it has in common), ``fixed_steps`` (load steps, by Gauss–Seidel or
+each solved at once), ``evolution`` (from event to event, jumps included), ``evolve`` (the public function).
 Below them ``plane/`` and ``space/``, the compiled loops of one and of two tangential directions.
 
 Between two events, call by call:

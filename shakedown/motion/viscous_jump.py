@@ -7,8 +7,8 @@ static problems with the stiffness κ + D/Δt, and each of them is solved by
 the exact evolution of that stiffer system, from the reactions of the step before to
 those that the viscous system has at the end of the step. Steps adapt: they are
 halved where the stiffer system is itself above a threshold (an implicit step
-that long would step over the instability) or where the rates change much, and
-they grow without limit as the motion dies out. The end state is then solved for
+that long would step over the instability) and shortened where the path turns
+(:mod:`.jump_steps`), and they grow without limit as the motion dies out. The end state is then solved for
 exactly from its contact states; it depends on D only through nodes that come to
 rest before the others. A motion without an end tends to a rigid one, which
 is solved for as well (:mod:`.steady_slide`).
@@ -21,13 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import PER_CENT, ROUND_OFF, SIX_DIGITS
+from shakedown.ground.round_off import NEGLIGIBLE, PER_CENT, ROUND_OFF, SIX_DIGITS
 from shakedown.ground.status import OPEN
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
 from shakedown.joint.result import Result
 from shakedown.motion.checked_law import Scales, law_violation
 from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED, Precision, course
+from shakedown.motion.jump_steps import StepLengths, Stride
 from shakedown.motion.plane.active_set import ActiveSet, active_set, factorize, solve
 from shakedown.motion.plane.event_loop import follow_straight
 from shakedown.motion.plane.moving_state import begin, empty_record, motion_at_rest
@@ -41,7 +42,6 @@ FAR = (
     1 / SIX_DIGITS
 )  # motion, relative to the length scale and earlier slips, beyond which a body slides away
 SETTLED = 10 * ROUND_OFF  # violation of the law at the end, relative
-ACCURACY = 0.05  # accepted change of the rates over a step, relative to the motion so far
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -170,18 +170,17 @@ class Relaxation:
         shortest = 1e-9 * dt
         far = FAR * self.scale.length + FAR * np.abs(self.start).max()
         longest = FAR * FAR * dt
+        lengths = StepLengths(self.scale.length, dt)
         while self.steps < MAX_STEPS and shortest < dt < longest and np.abs(self.u - self.start).max() < far:
-            if not self._step(dt):
-                dt *= 0.5
-                continue
-            self.steps += 1
-            rest = self._rest()
-            if rest is not None:
-                return rest
-            self.endless = self._slides_for_ever()
-            if self.endless:
-                return None
-            dt *= 1.5
+            if self._step(lengths):
+                self.steps += 1
+                rest = self._rest()
+                if rest is not None:
+                    return rest
+                self.endless = self._slides_for_ever()
+                if self.endless:
+                    return None
+            dt = lengths.duration
         self.endless = bool(dt >= longest or np.abs(self.u - self.start).max() >= far)
         return None
 
@@ -194,19 +193,24 @@ class Relaxation:
         joint = ViscousJoint(self.kappa, self.law, self.load, self.damping, self.scale)
         return steady_slide(joint, self.u, self.velocity, self.contact) is not None
 
-    def _step(self, dt: float) -> bool:
-        """One implicit step; False, and nothing changed, where it is too long."""
+    def _step(self, lengths: StepLengths) -> bool:
+        """One implicit step; False, and nothing changed, where it is too long: the next one is shorter."""
+        dt = lengths.duration
         stiffer = self.kappa + np.diag(self.damping / dt)
         path = np.stack([self.reaction - stiffer @ self.u, self.load - self.damping / dt * self.u])
         end = self._end(stiffer, path)
         if end is None:
+            lengths.shorten()
             return False
         velocity = (end.u - self.u) / dt
-        motion = max(float(np.abs(end.u - self.start).max()), 1e-9 * self.scale.length)
-        change = float(np.abs(velocity - self.velocity).max())
-        if change * dt > ACCURACY * motion and self.steps > 0:
-            return False
         before, fastest = float(np.abs(self.velocity).max()), float(np.abs(velocity).max())
+        motion = max(float(np.abs(end.u - self.start).max()), NEGLIGIBLE * self.scale.length)
+        goes_on = before > 0.0 and fastest > 0.0
+        turn = float(np.abs(velocity / fastest - self.velocity / before).max()) if goes_on else 0.0
+        changes = bool((end.contact != self.contact).any())
+        if not lengths.accepts(Stride(fastest * dt, fastest, motion, turn, changes)):
+            return False
+        change = float(np.abs(velocity - self.velocity).max())
         self.slows_down = self.steps == 0 or fastest <= (1.0 - PER_CENT) * before or fastest == 0.0
         self.turned = change / fastest if fastest > 0.0 else np.inf
         self.u, self.velocity, self.contact = end.u, velocity, end.contact
