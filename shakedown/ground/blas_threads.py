@@ -4,13 +4,13 @@ In matrices of the size of a contact the threads of linear algebra mostly wait f
 """
 
 import os
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache, wraps
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 if TYPE_CHECKING:
-    from threadpoolctl import ThreadpoolController
+    from threadpoolctl import LibController
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -37,19 +37,27 @@ def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
     return limited
 
 
-def threads_of_blas(count: int) -> AbstractContextManager[object]:
+@contextmanager
+def threads_of_blas(count: int) -> Iterator[None]:
     """Limit the threads of BLAS to a number while a block runs."""
-    limited: AbstractContextManager[object] = _libraries().limit(limits=count, user_api="blas")
-    return limited
+    libraries = [library for library in _libraries() if library.get_num_threads() != count]
+    before = [library.get_num_threads() for library in libraries]
+    try:
+        for library in libraries:
+            library.set_num_threads(count)
+        yield
+    finally:
+        for library, threads in zip(libraries, before, strict=True):
+            library.set_num_threads(threads)
 
 
 @cache
-def _libraries() -> "ThreadpoolController":
+def _libraries() -> "list[LibController]":
     """The BLAS libraries of NumPy and SciPy, found once, as that takes a millisecond or two."""
     import scipy.linalg  # noqa: F401 -- loads code, as the next line: not before there is work
     from threadpoolctl import ThreadpoolController
 
-    return ThreadpoolController()
+    return ThreadpoolController().select(user_api="blas").lib_controllers
 
 
 def all_cores() -> int:
