@@ -40,13 +40,13 @@ def node_sets():
     }
 
 
-def deck(xyz, *, tetrahedra=False, more=()):
+def deck(xyz, *, kind="C3D8", more=()):
     """The deck of both blocks, the foot of the lower one held; ``more`` (node set, direction) too."""
     lines = ["*NODE"] + [f"{k}, " + ", ".join(map(repr, p)) for k, p in enumerate(xyz.tolist(), start=1)]
     elements = hexahedra()
-    if tetrahedra:
+    if kind == "C3D4":
         elements = elements[:, TETRAHEDRA].reshape(-1, 4)
-    lines.append(f"*ELEMENT, TYPE={'C3D4' if tetrahedra else 'C3D8'}, ELSET=BLOCKS")
+    lines.append(f"*ELEMENT, TYPE={kind}, ELSET=BLOCKS")
     lines += [", ".join(map(str, (k, *nodes))) for k, nodes in enumerate(elements.tolist(), start=1)]
     for name, nodes in node_sets().items():
         lines += [f"*NSET, NSET={name}", *(f"{node}," for node in nodes)]
@@ -87,6 +87,25 @@ def stiffness(xyz, held=("FOOT",)):
     dofs = np.array([(node, d) for node in range(1, len(xyz) + 1) for d in (1, 2, 3)])
     free = ~np.isin(dofs[:, 0], np.concatenate([sets[name] for name in held]))
     return K[np.ix_(free, free)], dofs[free]
+
+
+def with_modes(xyz, seed=0):
+    """(K, dofs) as :func:`stiffness`, each element with nine unknowns of its own that no rigid motion moves."""
+    K, dofs = stiffness(xyz)
+    rows = {key: k for k, key in enumerate(map(tuple, dofs.tolist()))}
+    rng, columns, stiff = np.random.default_rng(seed), [], []
+    for nodes in hexahedra():
+        own = element_stiffness(xyz[nodes - 1])
+        for forces in (own @ rng.normal(size=(24, 9))).T:
+            column = np.zeros(len(K))
+            for key, force in zip(product(nodes.tolist(), (1, 2, 3)), forces, strict=True):
+                if key in rows:
+                    column[rows[key]] = force
+            columns.append(column)
+            stiff.append(1e3 * np.abs(own).max())
+    K_cm, labels = np.array(columns).T, len(xyz) + 1 + np.arange(len(columns)) // 3
+    made = np.column_stack([labels, np.arange(len(columns)) % 3 + 1])
+    return np.block([[K, K_cm], [K_cm.T, np.diag(stiff)]]), np.vstack([dofs, made])
 
 
 def write_model(folder, xyz):

@@ -54,19 +54,20 @@ def dissection(graph: sparse.csr_array, places: FloatArray | None = None) -> lis
     where = _by_distances(graph) if places is None else places
     mark = np.zeros(graph.shape[0], dtype=np.int8)
 
-    def cut(nodes: IntArray) -> int | None:
+    def cut(nodes: IntArray) -> tuple[int, ...]:
+        """Pieces of these nodes below no other: one, or those of parts that nothing couples."""
         if not nodes.size:
-            return None
+            return ()
         if len(nodes) <= LEAF:
-            return _add(nodes, ())
+            return (_add(nodes, ()),)
         axis = int(np.argmax(np.ptp(where[nodes], axis=0)))
         order = nodes[np.argsort(where[nodes, axis], kind="stable")]
         one, other = order[: len(order) // 2], order[len(order) // 2 :]
         between, own = min((_facing(one, other), 0), (_facing(other, one), 1), key=lambda side: len(side[0]))
         sides = [one, other]
         sides[own] = np.setdiff1d(sides[own], between, assume_unique=True)
-        children = tuple(child for child in map(cut, sides) if child is not None)
-        return _add(between, children) if between.size or len(children) != 1 else children[0]
+        children = cut(sides[0]) + cut(sides[1])
+        return (_add(between, children),) if between.size else children
 
     def _facing(side: IntArray, beyond: IntArray) -> IntArray:
         """Nodes of one side that are coupled to the other."""

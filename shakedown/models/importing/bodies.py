@@ -14,7 +14,7 @@ from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.result import Result
 from shakedown.models.condensation.loose_motion import motions_in_words
 from shakedown.models.importing.contact_section import ContactSection
-from shakedown.models.readers.mesh import Mesh
+from shakedown.models.readers.mesh import CALCULIX, Mesh
 from shakedown.models.readers.stiffness import Stiffness
 
 _ORDER = ("first", "second")
@@ -71,7 +71,8 @@ def bodies_of(
         rows = np.flatnonzero(part == own)
         name = f"{_ORDER[number]} body" if two else "body" if len(order) == 1 else f"body {number + 1}"
         free = free_motions(stiffness, rows, held, places, axial=mesh is not None and mesh.axisymmetric)
-        bodies.append(ModelBody(name, np.unique(stiffness.dofs[rows, 0]), free, met.count(own)))
+        nodes = np.unique(stiffness.dofs[rows, 0])
+        bodies.append(ModelBody(name, nodes[nodes > 0], free, met.count(own)))  # without internal ones
     return tuple(bodies)
 
 
@@ -114,8 +115,8 @@ def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: Sequence[int])
     know the coordinates of every node with rows, or the rows are not displacements (multipliers, modes).
     """
     moving = np.isin(stiffness.dofs[:, 1], axes)
-    if mesh is not None:  # sections of bolts stay as long as they are
-        moving &= ~np.isin(-stiffness.dofs[:, 0], mesh.sections)
+    if mesh is not None and mesh.matrix_by == CALCULIX:  # sections of bolts and incompatible modes stay
+        moving &= stiffness.dofs[:, 0] > 0
     places = known_places(mesh, stiffness.dofs[moving, 0])
     if places is None or mesh is None:
         return float("nan")

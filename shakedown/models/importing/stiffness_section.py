@@ -15,7 +15,7 @@ from shakedown.models.importing.model_section import Model, Values
 from shakedown.models.readers.calculix_reactions import Order, unit_displacement_stiffness
 from shakedown.models.readers.circumference import HOOP, circumference_factor
 from shakedown.models.readers.input_files import InputFiles
-from shakedown.models.readers.mesh import CALCULIX
+from shakedown.models.readers.mesh import CALCULIX, Mesh
 from shakedown.models.readers.nastran_bulk import is_bulk_data, read_analysis_set, read_grids
 from shakedown.models.readers.nastran_cards import cards, of_superelement
 from shakedown.models.readers.reactions_table import read_nodal_vectors
@@ -26,6 +26,7 @@ from shakedown.models.readers.text import read_lines
 from shakedown.models.readers.toml_table import TomlTable
 
 _BESIDE = {"numbered": (".dof",), "op4": (".pch", ".asm")}  # maps that codes write beside the matrix
+MODES = 3  # nodes that CalculiX makes for the incompatible modes of an element C3D8I
 
 
 class Pick(NamedTuple):
@@ -88,24 +89,33 @@ def stiffness_section(
     return replace(
         stiffness,
         K=scale * factor * stiffness.K,
-        dofs=_with_sections(stiffness.dofs, model, table.where),
+        dofs=_with_internal_nodes(stiffness.dofs, model.mesh, table.where),
         superelement=stiffness.superelement or allow_sparse,
         circumference=factor,
     )
 
 
-def _with_sections(dofs: NDArray[np.intp], model: Model, where: str) -> NDArray[np.intp]:
-    """The rows, with those of pre-tension sections, which are no displacements, as internal nodes."""
-    if model.mesh is None or not model.mesh.sections:
+def _with_internal_nodes(dofs: NDArray[np.intp], mesh: Mesh | None, where: str) -> NDArray[np.intp]:
+    """The rows, those that are no displacements as internal nodes: bolts' sections, incompatible modes."""
+    if mesh is None:
         return dofs
-    if model.mesh.matrix_by != CALCULIX:
+    if mesh.sections and mesh.matrix_by != CALCULIX:
         raise ProblemError(
             f"{where}: expected a *PRE-TENSION SECTION in decks of CalculiX only, found one of "
-            f"{model.mesh.matrix_by or 'another code'}, whose matrix is not known to have it; leave the bolt "
+            f"{mesh.matrix_by or 'another code'}, whose matrix is not known to have it; leave the bolt "
             "out of the model and say [[bolt]] with 'head', 'nut' and 'stiffness'"
         )
-    own = np.isin(dofs[:, 0], model.mesh.sections)
+    own = np.isin(dofs[:, 0], [*mesh.sections, *_of_modes(dofs, mesh)])
     return np.where(own[:, None] & [True, False], -dofs, dofs)
+
+
+def _of_modes(dofs: NDArray[np.intp], mesh: Mesh) -> list[int]:
+    """Nodes that CalculiX makes for incompatible modes, three an element; none where others are unknown, too."""
+    if not mesh.incompatible or mesh.matrix_by != CALCULIX:
+        return []
+    unknown = np.setdiff1d(dofs[:, 0], mesh.labels)
+    are_made = len(unknown) == MODES * mesh.incompatible and unknown.min() > mesh.labels.max()
+    return unknown.tolist() if are_made else []
 
 
 def _check_whole(stiffness: Stiffness, map_name: str | None, where: str) -> None:

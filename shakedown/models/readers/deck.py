@@ -133,6 +133,7 @@ class _Deck:
     sides: dict[str, list[tuple[str, str, int]]] = field(default_factory=dict)
     surface_nodes: dict[str, list[Members]] = field(default_factory=dict)
     sections: list[int] = field(default_factory=list)
+    incompatible: int = 0  # how many elements C3D8I
     rotated: list[tuple[str, str, Orientation]] = field(default_factory=list)
     equations: list[tuple[str, list[str]]] = field(default_factory=list)
     parts: int = 0
@@ -249,6 +250,7 @@ class _Deck:
             labels.append(fields[0])
             self.element_labels += integers(fields[:1], where)
             fields = []
+        self.incompatible += len(labels) * element_type.startswith("C3D8I")
         if fields and shape:
             raise ProblemError(
                 f"{data[-1][0]}: expected {count} nodes of an element, found {len(fields) - 1}"
@@ -326,6 +328,7 @@ class _Deck:
             self.systems,
             tuple(self.young) if all(value > 0 for value in self.young) else (),
             tuple(self.sections),
+            self.incompatible,
         )
 
     def _nodes_of(self, name: str, element_sets: dict[str, NDArray[np.intp]]) -> list[int]:

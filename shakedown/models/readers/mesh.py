@@ -75,6 +75,8 @@ class Mesh:
         Local coordinate systems (``*ORIENTATION``) by their names in upper case, as the deck has them.
     sections : tuple of int
         Nodes of ``*PRE-TENSION SECTION``: their displacement in direction 1 is the shortening of the section.
+    incompatible : int
+        How many elements have incompatible modes (C3D8I), for which CalculiX makes three nodes each.
     """
 
     name: str
@@ -90,6 +92,7 @@ class Mesh:
     systems: Mapping[str, Orientation] = field(default_factory=dict)
     young: tuple[float, ...] = ()
     sections: tuple[int, ...] = ()
+    incompatible: int = 0
 
     @classmethod
     def of_nodes(cls, labels: NDArray[np.intp], coordinates: FloatArray, name: str) -> "Mesh":

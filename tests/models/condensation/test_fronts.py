@@ -72,7 +72,8 @@ def _below(pieces, number):
 def test_parts_that_are_not_connected_and_places_that_are_the_same():
     one, places = grid((5, 5, 4))
     K = sparse.block_diag([one, one], format="csr")
-    for where in (None, np.vstack([places, places]), np.zeros((200, 3))):
+    beside = np.vstack([places, places + np.array([9.0, 0.0, 0.0])])  # the first cut separates the parts
+    for where in (None, np.vstack([places, places]), beside, np.zeros((200, 3))):
         plan, _ = planned(K, where, kept=3)
         dense = K.toarray()
         expected = np.linalg.inv(np.linalg.inv(dense)[-3:, -3:])

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import solids
+import writers
 from calculix import ccx, needs_ccx
 from command import run
 
@@ -339,16 +340,32 @@ def test_what_was_read_is_shown(folder, made):
 
 
 @needs_ccx
-@pytest.mark.parametrize("tetrahedra", [False, True])
-def test_calculix_stores_what_is_imported(tmp_path, made, tetrahedra):
-    """Its own C3D8 and C3D4: the same joint as from this element, to the digits of the file; six rigid motions."""
-    text = solids.deck(solids.places(), tetrahedra=tetrahedra)
-    (tmp_path / "job.inp").write_text(text if tetrahedra else text.replace("*STEP", f"{TRANSFORMS}*STEP"))
+@pytest.mark.parametrize("kind", ["C3D8", "C3D8I", "C3D4"])
+def test_calculix_stores_what_is_imported(tmp_path, made, kind):
+    """Its own C3D8: the same joint as from this element, to the digits of the file; of all, six rigid motions."""
+    text = solids.deck(solids.places(), kind=kind)
+    (tmp_path / "job.inp").write_text(text if kind == "C3D4" else text.replace("*STEP", f"{TRANSFORMS}*STEP"))
     ccx(tmp_path, "job")
     found = import_model(configuration(tmp_path))
-    assert found.condensation.zero_modes == 6
+    assert (found.condensation.zero_modes, found.problem.warnings) == (6, ())
     for load in found.loads:
         np.testing.assert_allclose(load.contact, -load.applied, atol=1e-9 * np.abs(load.applied).max())
     size = np.abs(made.problem.kappa).max()
     apart = np.abs(found.problem.kappa - made.problem.kappa).max() / size
-    assert (apart < 1e-8) != tetrahedra
+    assert (apart < 1e-8) == (kind == "C3D8")
+
+
+def test_nodes_of_incompatible_modes_are_no_strangers(tmp_path):
+    """CalculiX gives every C3D8I three nodes: they stay where they are when a body moves rigidly."""
+    xyz = solids.places()
+    K, dofs = solids.with_modes(xyz)
+    sti, dof = writers.calculix_storage(K, dofs)
+    for name, text in (("job.inp", solids.deck(xyz, kind="C3D8I")), ("job.sti", sti), ("job.dof", dof)):
+        (tmp_path / name).write_text(text)
+    found = import_model(configuration(tmp_path))
+    assert (found.condensation.zero_modes, found.problem.warnings) == (6, ())
+    first, second = found.evidence.bodies
+    assert (len(first.free), len(first.nodes), len(second.nodes)) == (6, 24, 24 - 12)
+    assert 0.0 < found.rigid_residual < np.inf
+    (tmp_path / "job.inp").write_text(solids.deck(xyz))  # of elements that have none
+    assert any("share no element" in doubt for doubt in import_model(configuration(tmp_path)).warnings)
