@@ -14,7 +14,7 @@ from shakedown.long_term.node_table import STATUSES
 from shakedown.report.assessment_words import at_load_factor, loads_of_numbers, numbers_in_words
 from shakedown.report.limit_words import digits_of_transient_limit, onsets_in_words
 from shakedown.report.node_words import no_node_ever_slips, node_columns, node_in_words
-from shakedown.report.page_tables import PageTable, transient_is_proved
+from shakedown.report.page_tables import PageTable, no_state_in_words, transient_is_proved
 
 HOW = {
     "stick": "stick",
@@ -56,7 +56,7 @@ def _node_rows(v: Verification) -> list[list[str]]:
     """The largest results per node for the nominal load, each with its node."""
     nodes = v.nodes
     if not nodes.period:
-        return [["results per node", "–", f"no long-term state at λ = 1: {nodes.reason}"]]
+        return [["results per node", "–", no_state_in_words(v)]]
     units = units_of(v.problem)
     columns = node_columns(nodes, v.problem)
     slip, path, taken = (columns[word] for word in ("slip_range", "accumulated_slip", "work"))

@@ -95,7 +95,9 @@ def digits_of_transient_limit(limit: TransientLimit) -> int:
     """How many digits its bisection has made certain; all that are shown where shakedown is proved there."""
     if limit.proved >= limit.load_factor:
         return DIGITS
-    return certain_digits(limit.load_factor, limit.high)
+    least = certain_digits(limit.load_factor, limit.high)
+    told = (each for each in range(least, DIGITS) if not limit.proved > float(down(limit.load_factor, each)))
+    return next(told, DIGITS)  # no fewer than say that it is not below what is proved
 
 
 def transient_in_words(

@@ -86,7 +86,8 @@ def undecided_in_words(found: InitialStateMap, begin: str = "") -> str:
         + ("" if looked_at == one.count == count else f" ({_of(one.count, looked_at)} looked at again)")
         for one in reasons
     ]
-    advice = "More --cycles may decide them." if any(one.more_cycles for one in reasons) else ""
+    them = "it" if count == 1 else "them"
+    advice = f"More --cycles may decide {them}." if any(one.more_cycles for one in reasons) else ""
     return f"{begin}{who} undecided: {'; '.join(why)}. {advice}".rstrip()
 
 
@@ -110,6 +111,10 @@ def uniqueness_in_words(found: InitialStateMap) -> list[str]:
     untried = ""
     if found.same_outcome:
         untried = " Of states not tried only λ_U says something (solve)."
+        if found.impossible_everywhere:
+            untried = (
+                " This load factor lies above λ_max: while all nodes stay in contact no state shakes down."
+            )
         if found.proved_everywhere:
             untried = (
                 " This load factor lies below λ_U: proved for all states with all nodes in contact and "

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.assessment.three_numbers import ENERGY
+from shakedown.assessment.three_numbers import ENERGY, admitted_up_to
 from shakedown.ground.errors import Missing
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Said, Status
@@ -41,13 +41,28 @@ def margin_in_words(found: Assessment, simulated: float = np.nan) -> str:
     proved = max(every, here)
     if found.details.open_nodes:
         return ""
+    less = _why_less(found, every, here)
     if proved > 1:
-        return _larger(found, every, here, simulated)
+        return _larger(found, every, here, simulated) + less
     known = _smaller(found, every, here)
     if 0 < simulated < 1 and percent(simulated, up) != percent(proved, up):
         shakes_down = "it does so" if known else "it shakes down"
         known.append(f"{percent(simulated, up)} smaller {shakes_down} in the simulation")
-    return f"With the varying part of the load {', '.join(known)}." if known else ""
+    return f"With the varying part of the load {', '.join(known)}.{less}" if known else ""
+
+
+def _why_less(found: Assessment, every: float, here: float) -> str:
+    """Why less is proved of the state that is asked about than of every state; empty where it is not so."""
+    limits = found.details
+    if not 0 < here < every or limits.distance > 0 or limits.universal.after_transient:
+        return ""
+    slip = limits.energy.initial_slip
+    admitted = admitted_up_to(limits.problem, slip, limits.tolerances)
+    above = f" above λ = {down(admitted)}" * (admitted > 0)
+    return (
+        f" Every state means each within its friction limits; {start_in_words(slip)} the first load step "
+        f"exceeds them{above}."
+    )
 
 
 def starting_in_words(found: Assessment) -> str:

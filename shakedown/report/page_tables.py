@@ -209,9 +209,11 @@ def worst_nodes(v: Verification) -> list[int]:
     return worst_first(v.nodes, v.problem)[:WORST]
 
 
-def worst_table(v: Verification) -> PageTable:
-    """Results of the worst nodes in the long term under the nominal load."""
+def worst_table(v: Verification) -> PageTable | None:
+    """Results of the worst nodes in the long term under the nominal load; None where that is not known."""
     problem, nodes = v.problem, v.nodes
+    if not nodes.period:
+        return None
     labels = {} if problem.label is None else {"FE label": problem.label}
     columns = node_columns(nodes, problem)
     names = {word: with_unit(word.replace("_", " "), nodes.units[word]) for word in columns}
@@ -221,8 +223,15 @@ def worst_table(v: Verification) -> PageTable:
     return PageTable(list(shown), rows, words=tuple(range(1, 2 + len(labels))))
 
 
+def no_state_in_words(v: Verification) -> str:
+    """Why there are no results per node."""
+    return f"no long-term state at λ = 1: {v.nodes.reason}"
+
+
 def nodes_note(v: Verification) -> str:
     """Which nodes the first table of nodes shows, and where to find all of them."""
+    if not v.nodes.period:
+        return f"There are no results per node: {no_state_in_words(v)}."
     shown = "Every node" if v.problem.n <= WORST else f"The {WORST} worst nodes of {v.problem.n}"
     return (
         f"{shown} over one period of the long-term state at λ = 1, the largest slip range first, then the "

@@ -137,8 +137,10 @@ def contact_to_turn(v: Verification) -> dict[str, str] | None:
 
 def no_pictures(v: Verification) -> str:
     """Why some pictures are missing; empty where none are."""
-    if as_given_state(v) is None:
+    if v.as_given.simulation.long_term is None:
         return "No state is drawn: the simulations did not go from event to event."
+    if as_given_state(v) is None and cycling_state(v) is None:
+        return "No state is drawn: at λ = 1 no long-term state was found."
     if cycling_state(v) is None:
         loops = _family(v.problem).loops
         return f"There are no {loops} to draw: no simulated state from this start slips in every cycle."

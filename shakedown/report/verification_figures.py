@@ -280,11 +280,19 @@ def _moves(v: Verification, group: Group) -> bool:
 
 
 def _without_slip(v: Verification, groups: Sequence[Group]) -> str:
-    """The load factors at which nothing is drawn, because no node slips."""
-    factors = {
-        run.simulation.load_factor for group in groups if not _moves(v, group) for run in group.runs.values()
-    }
-    return f" At {', '.join(map(at_lambda, sorted(factors)))} no node slips in any run." if factors else ""
+    """The load factors at which nothing is drawn, as no node slips, or no run comes to the end of a cycle."""
+    said = {"no node slips in any run": set[float](), "no run comes to the end of a cycle": set[float]()}
+    at_rest, stopped = said.values()
+    for group in groups:
+        if not _moves(v, group):
+            runs = [run.simulation for run in group.runs.values()]
+            ended = any(len(run.cycles.slip) for run in runs)
+            (at_rest if ended else stopped).update(run.load_factor for run in runs)
+    return "".join(
+        f" At {', '.join(map(at_lambda, sorted(factors)))} {what}."
+        for what, factors in said.items()
+        if factors
+    )
 
 
 def _none(v: Verification, group: Group) -> float:

@@ -206,6 +206,15 @@ class InitialStateMap(Result):
         found = allowed(universal_bound, self.problem, certify=False, tolerances=self.search.tolerances)
         return not isinstance(found, Missing) and self.load_factor < (1.0 - NEGLIGIBLE) * found.load_factor
 
+    @cached_property
+    def impossible_everywhere(self) -> bool:
+        """Whether the load factor lies above λ_max: no state shakes down while all nodes stay in contact."""
+        from shakedown.bounds.upper import upper_bound  # needed in no worker
+
+        found = allowed(upper_bound, self.problem, certify=False, tolerances=self.search.tolerances)
+        beyond = 1.0 + self.search.tolerances.agreement
+        return not isinstance(found, Missing) and self.load_factor > beyond * found.load_factor
+
     @property
     def tells_stability(self) -> bool:
         """Whether the stability of limit cycles is computed, as in the plane."""

@@ -258,6 +258,12 @@ def test_below_the_limit_of_every_state_a_map_says_that_all_are_proved():
     assert "This load factor lies below λ_U: proved for all states" in " ".join(text.split())
 
 
+def test_above_what_is_safe_for_any_state_a_map_says_so():
+    code, text, _ = run("map", "two-node", "--load-factor", "0.8", "--states", "4", "-q")
+    assert code == 0
+    assert "lies above λ_max: while all nodes stay in contact no state shakes down." in " ".join(text.split())
+
+
 def test_a_sample_in_which_all_agree_claims_nothing_of_other_states():
     code, text, _ = run("map", "three-node", "--load-factor", "2.45", "--states", "16", "-q")
     assert code == 0

@@ -17,6 +17,7 @@ from shakedown.report.assessment_words import beside_one
 from shakedown.report.first_page import large_numbers, rest_table
 from shakedown.report.html import render, write_report
 from shakedown.report.limit_words import sensitivities_in_words
+from shakedown.report.next_words import margin_in_words
 from shakedown.report.page_tables import WORST, worst_table
 from tests.report.test_page import Page, nominal
 
@@ -216,6 +217,14 @@ def test_of_a_load_domain_what_is_simulated_is_said_to_be_one_path():
     v = verified(domain)
     assert ", with the corners of the load domain in their order" in answer_in_words(v)
     assert "one path of many" in Page(render(v)).text[:2500]
+
+
+def test_a_state_that_is_none_of_those_that_every_state_means_says_why():
+    joint = shakedown.example("two-node")
+    inside, outside = (shakedown.assess(joint, slip) for slip in ([0.5, 0.0], [-2.0, 0.0]))
+    assert outside.proved_from_this_state < outside.proved_from_every_state
+    assert "from the given slip the first load step exceeds them." in margin_in_words(outside)
+    assert "Every state means" not in margin_in_words(inside)
 
 
 def test_a_proof_of_another_zone_is_no_margin():

@@ -415,6 +415,10 @@ def test_a_body_that_slides_away_has_its_page():
     assert "slides away" in page
     assert "given relative to node 0, where slip is set to zero.</p>" in page  # one full stop
     assert banner_class(found) != "agree"
+    text = page.replace("\N{NO-BREAK SPACE}", " ")
+    assert "λ = 1 no run comes to the end of a cycle." in text
+    assert "No state is drawn: at λ = 1 no long-term state was found." in text
+    assert "There are no results per node: no long-term state at λ = 1: the body slides away" in text
 
 
 def test_a_limit_is_the_same_number_everywhere_on_the_page(two, two_page, block, block_page):

@@ -183,3 +183,6 @@ def test_where_shakedown_is_proved_the_simulated_limit_is_not_cut_below_that():
     near = replace(limit, load_factor=0.7315934, high=0.7315939, proved=np.nan)
     assert transient_limit_as_text(near) == "0.731593"
     assert transient_limit_as_text(replace(near, proved=near.load_factor)) == "0.7315934"
+    short = replace(near, load_factor=0.15742009, low=0.15742009, high=0.1575, proved=0.15740009)
+    assert transient_limit_as_text(replace(short, proved=np.nan)) == "0.1574"
+    assert transient_limit_as_text(short) == "0.15742"  # not below what is proved
