@@ -11,7 +11,7 @@ from shakedown import Outcome, Problem, Tolerances
 from shakedown.joint.loading import slip_reach
 from shakedown.long_term.space.fading import Fading, Mark
 from shakedown.long_term.space.leap_methods import Measure
-from shakedown.long_term.space.local_map import PeriodStep
+from shakedown.long_term.space.local_map import Moving, PeriodStep
 from shakedown.long_term.space.slope_leaps import Along
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
@@ -455,6 +455,16 @@ def test_a_cycle_that_leaps_come_no_nearer_to_is_told_with_its_error():
     assert np.abs(found.final_slip - ends_at).max() <= found.error <= 1e-3 * np.abs(found.final_slip).max()
 
 
+def test_open_nodes_follow_the_leaps_of_others():
+    problem = random_joint(np.random.default_rng([44, 77]), "stiff and soft", 4)
+    found = shakedown.long_term_state(problem, 3.4193401044142373)
+    ends_at = [20.0258698, -1.3723793, -494.2777126, -11.5431224, 0.2191306, -0.366571]  # 40,000 plain cycles
+    assert found.outcome == Outcome.CYCLIC_SLIP
+    assert found.open_nodes == (0,)
+    assert found.cycles_simulated < 2000
+    assert np.abs(found.final_slip - ends_at).max() <= min(found.error, 1e-3)
+
+
 def test_nodes_that_all_but_stick_leave_no_room_for_a_drift():
     problem = random_joint(np.random.default_rng([22, 3, 1]), "floating, stiff and soft", 4)
     found = shakedown.long_term_state(problem, 1.385201882930608)  # 1e-5 above λ_max
@@ -474,10 +484,9 @@ def test_leaps_by_slopes_say_how_far_they_are_off_a_bent_way(narrow):
         return PeriodStep(np.append(step(u), 0.0), 1)
 
     measure = Measure(np.eye(2, 3), np.zeros((3, 0)), np.ones(1), 1.5)
+    moving = Moving.of(np.eye(3), np.arange(2), np.arange(0))
     along, start, went = Along(), np.array([1.0, -1.0, 0.0]), []
-    landing = along.leap(
-        period, lambda: went.append(along.periods), start, period(start), np.arange(2), measure
-    )
+    landing = along.leap(period, lambda: went.append(along.periods), start, period(start), moving, measure)
     u = start[:2].copy()
     for _ in range(sum(went)):
         u += step(u)
@@ -501,10 +510,9 @@ def test_a_leap_by_slopes_follows_an_affine_map(drifts):
 
     measure = Measure(np.eye(k, k + k // 2), np.zeros((k + k // 2, 0)), np.ones(k // 2), 2.0)
     start, along = np.append(rng.normal(size=k), np.zeros(k // 2)), Along()
+    moving = Moving.of(np.eye(k + k // 2), np.arange(k), np.arange(0))
     went = []
-    landing = along.leap(
-        period, lambda: went.append(along.periods), start, period(start), np.arange(k), measure
-    )
+    landing = along.leap(period, lambda: went.append(along.periods), start, period(start), moving, measure)
     many = np.linalg.matrix_power(np.block([[J, c[:, None]], [np.zeros(k), 1.0]]), sum(went))
     end, start = many[:k, :k] @ start[:k] + many[:k, k], landing.start
     assert len(went) >= 8

@@ -29,6 +29,34 @@ class PeriodStep(NamedTuple):
 Period = Callable[[FloatArray], PeriodStep | None]  # from a state on; None where the motion stops
 
 
+class Moving(NamedTuple):
+    """The slips that a map is of, and what follows them.
+
+    Attributes
+    ----------
+    places : (k,)
+        Where the slips of closed nodes that move stand in a state.
+    follow : (N, k)
+        What each moves of the state: itself, and open nodes, which stay in equilibrium.
+    """
+
+    places: NDArray[np.intp]
+    follow: FloatArray
+
+    @classmethod
+    def of(cls, stiffness: FloatArray, places: NDArray[np.intp], free: NDArray[np.intp]) -> "Moving":
+        """By the stiffness (N, N), with the places of slips and gaps of open nodes."""
+        follow = np.zeros((len(stiffness), len(places)))
+        follow[places, np.arange(len(places))] = 1.0
+        if len(free):
+            follow[free] = -np.linalg.lstsq(stiffness[np.ix_(free, free)], stiffness[np.ix_(free, places)])[0]
+        return cls(places, follow)
+
+    def is_like(self, other: "Moving") -> bool:
+        """Whether both are of the same slips, with the same nodes open."""
+        return self.follow.shape == other.follow.shape and bool((self.follow == other.follow).all())
+
+
 @dataclass(frozen=True)
 class LocalMap:
     """What a period changes next to a state u: F(u + y) = F + D y + r(y), for changes y of some slips.
@@ -41,8 +69,8 @@ class LocalMap:
         What counts of a change.
     start : (N,)
         u [length].
-    places : (k,)
-        Where the slips stand in u.
+    moving
+        Which slips, and what follows them.
     change : (k,)
         F [length].
     slopes : (k, k)
@@ -54,16 +82,14 @@ class LocalMap:
     period: Period
     measure: Measure
     start: FloatArray
-    places: NDArray[np.intp]
+    moving: Moving
     change: FloatArray
     slopes: FloatArray
     signature: int
 
     def at(self, y: FloatArray) -> FloatArray:
         """The state u + y."""
-        state = self.start.copy()
-        state[self.places] += y
-        return state
+        return np.asarray(self.start + self.moving.follow @ y)
 
     def size(self, y: FloatArray) -> float:
         """Of a change, by energy; inf where it is out of all bounds, as drift of very many periods is."""
@@ -80,12 +106,11 @@ class LocalMap:
         there = self.period(self.at(y)) if self.size(y) < np.inf else None
         if there is None or self._is_elsewhere(there.change):
             return PeriodStep(np.full_like(y, np.nan), 0)
-        return PeriodStep(there.change[self.places] - self.linear(y), there.signature)
+        return PeriodStep(there.change[self.moving.places] - self.linear(y), there.signature)
 
     def _is_elsewhere(self, change: FloatArray) -> bool:
         """Whether a clear share of a change is not at these places."""
-        other = change.copy()
-        other[self.places] = 0.0
+        other = change - self.moving.follow @ change[self.moving.places]
         return bool(other.any()) and self.measure.size(other) > THREE_DIGITS * self.measure.size(change)
 
     def seen(self, y: FloatArray, bent: FloatArray) -> "Foresight | None":
@@ -93,9 +118,7 @@ class LocalMap:
         there = self.period(self.at(y))
         if there is None:
             return None
-        foreseen = np.zeros_like(self.start)
-        foreseen[self.places] = self.linear(y) + bent
-        return Foresight(there.change, foreseen)
+        return Foresight(there.change, np.asarray(self.moving.follow @ (self.linear(y) + bent)))
 
     def ahead(self, periods: int, bends: FloatArray, share: float = 1.0) -> FloatArray:
         """y after a share of so many periods, if r = Σ bends[i] sⁱ⁺¹ after the share s of them."""

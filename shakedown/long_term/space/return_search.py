@@ -17,10 +17,10 @@ from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import FirstCycles
 from shakedown.long_term.space.fading import Fading, Mark
 from shakedown.long_term.space.leap_methods import STATE_ROUND_OFF, Ahead, Crawl, Leap, measure_of
-from shakedown.long_term.space.local_map import PeriodStep
+from shakedown.long_term.space.local_map import Moving, PeriodStep
 from shakedown.long_term.space.slope_leaps import Along, Landing
 from shakedown.motion.cycle_record import Checkpoint, CycleRecord, State, Stop
-from shakedown.motion.evolution import Evolution
+from shakedown.motion.evolution import Evolution, closed_stiffness
 from shakedown.motion.viscous_jump import Jump
 
 MORE = 3  # budget of extra cycles for slopes, as a multiple of the cycles allowed
@@ -522,11 +522,13 @@ class ReturnSearch:
         return size(self.states[0].u - before.state.u) * float(np.abs(end - start).max())
 
     def _go_along(self) -> bool:
-        """Leap by the slopes of a period, if few nodes move and none is open."""
+        """Leap by the slopes of a period, if few nodes move."""
         p, contact = self.period, self.motion.state.contact
-        places = self.layout.slips_of(np.flatnonzero(self._slip(1, p) > 0.0))
-        if (contact == OPEN).any() or not 0 < len(places) <= self.along.MOST_SLIPS:
+        free = self.layout.of_nodes(np.flatnonzero(contact == OPEN))
+        places = self.layout.slips_of(np.flatnonzero((self._slip(1, p) > 0.0) & (contact != OPEN)))
+        if not 0 < len(places) <= self.along.MOST_SLIPS:
             return False
+        moving = Moving.of(closed_stiffness(self.motion.problem), places, free)
         before = self._begin_leap(p)
 
         def last() -> PeriodStep:
@@ -544,7 +546,7 @@ class ReturnSearch:
             lambda: self.fading.note(self._mark(p)),
             before.states[-1 - p].u,
             last(),
-            places,
+            moving,
             self.measure,
         )
         self.gathered = gathered  # states that only show slopes are not passed through

@@ -10,12 +10,11 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS, MUCH, NEGLIGIBLE, PER_CENT, RESOLVED, THREE_DIGITS
 from shakedown.long_term.space.leap_methods import PRICE, STATE_ROUND_OFF, WORTH, Measure, longer
-from shakedown.long_term.space.local_map import BEHIND_IT, Behind, LocalMap, Period, PeriodStep, Way
+from shakedown.long_term.space.local_map import BEHIND_IT, Behind, LocalMap, Moving, Period, PeriodStep, Way
 
 # Finite-difference step for slopes, relative to all slip (energy norm); at least round-off of the state.
 PROBE = 10.0 * NEGLIGIBLE
@@ -29,11 +28,11 @@ TESTED = 0.75, 1.0  # shares of a way at which its bends are put to the test
 
 
 class Waypoint(NamedTuple):
-    """Where a leap began: a state (N,), the change (k,) in a period from there at places (k,), and when."""
+    """Where a leap began: a state (N,), the change (k,) in a period from there of moving slips, and when."""
 
     state: FloatArray
     change: FloatArray
-    places: NDArray[np.intp]
+    moving: Moving
     periods: int
 
 
@@ -102,7 +101,7 @@ class Along:
         landed: Callable[[], None],
         start: FloatArray,
         first: PeriodStep,
-        places: NDArray[np.intp],
+        moving: Moving,
         measure: Measure,
     ) -> Landing | None:
         """As far as what it foresees comes, again and again by the same slopes; None where that is not far.
@@ -115,14 +114,14 @@ class Along:
             Called at every state that was foreseen, after the period from there.
         start, first
             A state, (N,) [length], and the period from there.
-        places : (k,)
-            Where the slips of the nodes that move stand in it.
+        moving
+            The slips of the nodes that move, and what follows them.
         measure
             What counts of a change.
         """
         if self.path and not self._follows(start, first, measure):
             self.path.clear()
-        local = self._seen(period, start, first, places, measure)
+        local = self._seen(period, start, first, moving, measure)
         landing, unsure = None, 0.0
         while local is not None and self.periods >= WORTH:
             found, strain = self._landing(local, self.periods)
@@ -130,7 +129,7 @@ class Along:
                 landed()
                 unsure += found.unsure
                 landing, self.wait = found._replace(unsure=unsure), 0
-                self.path.append(Waypoint(local.start, local.change, places, self.gone))
+                self.path.append(Waypoint(local.start, local.change, moving, self.gone))
                 self.gone, self.end = self.gone + self.periods, found.start
                 local = replace(local, start=found.start, change=found.change)
             self.periods = self._next(strain, found is None)
@@ -155,27 +154,26 @@ class Along:
         return min(int(self.periods * min(max(times, least), less if failed else more)), FARTHEST)
 
     def _seen(
-        self, period: Period, start: FloatArray, first: PeriodStep, places: NDArray[np.intp], measure: Measure
+        self, period: Period, start: FloatArray, first: PeriodStep, moving: Moving, measure: Measure
     ) -> LocalMap | None:
         """The map next to a state, from a period of each of the states next to it."""
+        places, follow = moving
         most = PROBE * measure.size(start)
         least = STATE_ROUND_OFF * float(np.abs(start).max())
-        sizes = np.maximum(most / np.linalg.norm(measure.root[:, places], axis=0), least)
+        sizes = np.maximum(most / np.linalg.norm(measure.root @ follow, axis=0), least)
         change, slopes = first.change[places], np.zeros((len(places), len(places)))
         # A little behind the nodes that creep on: they slip in all the states next to it.
         toward = change.reshape(-1, measure.directions)
         away = np.linalg.norm(toward, axis=1, keepdims=True)
         ways = (toward / np.where(away > 0.0, away, 1.0)).ravel()
-        behind = start.copy()
-        behind[places] -= BEHIND * sizes * ways
+        behind = start - follow @ (BEHIND * sizes * ways)
         here, base = start, first
         there = period(behind)
         if there is not None and there.signature == first.signature:
             here, base = behind, there
         for k, place in enumerate(places):
             for share in TRIED:
-                moved = here.copy()
-                moved[place] += share * sizes[k]
+                moved = here + share * sizes[k] * follow[:, k]
                 there = period(moved)
                 if there is None:
                     return None
@@ -185,20 +183,21 @@ class Along:
         rigid = measure.rigid[places]
         if np.linalg.norm(rigid) ** 2 > rigid.shape[1] * (1.0 - THREE_DIGITS):  # all nodes move
             slopes -= (slopes @ rigid) @ rigid.T
-        slopes += self._by_trail(slopes, start, first, places, measure)
+        slopes += self._by_trail(slopes, start, first, moving, measure)
         self.trail.append((start, first))
-        return LocalMap(period, measure, start, places, change, slopes, first.signature)
+        return LocalMap(period, measure, start, moving, change, slopes, first.signature)
 
     def _by_trail(
         self,
         slopes: FloatArray,
         start: FloatArray,
         first: PeriodStep,
-        places: NDArray[np.intp],
+        moving: Moving,
         measure: Measure,
     ) -> FloatArray:
         """What slopes (k, k) lack along the way from an earlier state, if that tells more than probes."""
-        root, far = measure.root[:, places], RESOLVED * PROBE * measure.size(start)
+        places, root = moving.places, measure.root @ moving.follow
+        far = RESOLVED * PROBE * measure.size(start)
         for state, there in reversed(self.trail):
             way = (start - state)[places]
             seen = root @ way
@@ -226,7 +225,7 @@ class Along:
             left = max(local.measure.size(seen.change), self.LEFT * now)
             strain = max(strain, local.measure.misses(*seen, left) / min(self.SURE, sure * now / left))
             unsure = max(unsure, float(np.abs(seen.change - seen.foreseen).max()) * size / now)
-            change = seen.change[local.places]
+            change = seen.change[local.moving.places]
         if left > self.GROWN * now or not strain <= 1.0:
             return None, strain
         rate = min((left / now) ** (1.0 / periods), 1.0)
@@ -253,9 +252,9 @@ class Along:
         shares, rests = [], []
         for point in reversed(self.path):
             back = (self.gone - point.periods) / periods
-            if 1.0 / NEXT_TO_IT <= back <= NEXT_TO_IT and np.array_equal(point.places, local.places):
+            if 1.0 / NEXT_TO_IT <= back <= NEXT_TO_IT and point.moving.is_like(local.moving):
                 shares.append(-back)
-                rests.append(point.change - local.linear((point.state - local.start)[local.places]))
+                rests.append(point.change - local.linear((point.state - local.start)[local.moving.places]))
         return Behind(np.array(shares), np.array(rests).reshape(-1, len(local.change))).first(BEHIND_IT)
 
     def _sure(self, local: LocalMap, way: float) -> float:
