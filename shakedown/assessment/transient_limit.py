@@ -241,9 +241,14 @@ class _Histories:
         )
 
     def is_open(self, load_factor: float) -> bool:
-        """Whether a state in space is undecided; where such states begin depends on the cycles allowed."""
+        """Whether a state in space is undecided; where such states begin depends on the cycles allowed.
+
+        Where a body begins to slide away does not.
+        """
         found = self.runs.get(load_factor)
-        return self.problem.directions > 1 and found is not None and found.outcome == Outcome.UNDECIDED
+        if self.problem.directions == 1 or found is None:
+            return False
+        return found.outcome == Outcome.UNDECIDED and not found.slides_away
 
     def _followed(self, load_factor: float) -> LongTermState:
         return long_term_state(

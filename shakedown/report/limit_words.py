@@ -131,7 +131,8 @@ def transient_in_words(
         if np.isfinite(limit.cycling):
             proved += f"{';' if there else ','} at λ = {cycling} {_found_above(limit)}"
     if limit.at_high is not None and limit.at_high.outcome == "undecided":
-        proved += f"; just above λ_T it is undecided after {limit.at_high.cycles_simulated} cycles"
+        undecided = f"it is undecided after {limit.at_high.cycles_simulated} cycles"
+        proved += f"; just above λ_T {'the body slides away' if limit.at_high.slides_away else undecided}"
         if proved_below > limit.load_factor:
             proved += f", and yet proved to shake down below λ = {down(proved_below)}"
     return (

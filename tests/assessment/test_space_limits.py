@@ -144,3 +144,16 @@ def test_below_the_transient_limit_the_largest_load_factor_with_a_proof_is_found
     farther = min(each for each in BELOW if each >= share)
     above = (1.0 - (share - 0.25 * (farther - nearer))) * limit.low
     assert not shakedown.long_term_state(joint, above).proved
+
+
+def test_where_a_body_begins_to_slide_away_is_found_to_all_digits():
+    one, t = np.eye(2), 2 * np.pi * np.arange(8) / 8
+    q = np.zeros((8, 4))
+    q[:, 0], q[:, 2] = 0.4 + 0.1 * np.cos(t), 0.3 + 0.2 * np.cos(t)
+    free = np.block([[one, -one], [-one, one]])
+    joint = shakedown.Problem(
+        A=free, B=np.zeros((2, 4)), C=one, f=0.5, q_w=q, p_w=np.ones((8, 2))
+    )  # friction 0.5 · 2 holds 0.7 + 0.3 λ
+    limit = shakedown.transient_limit(joint)
+    assert limit.at_high.slides_away
+    assert limit.low <= 1.0 <= limit.high <= limit.low + 1e-8

@@ -128,6 +128,8 @@ def test_the_state_found_above_the_limit_is_named() -> None:
         limit, at_high=replace(limit.at_high, outcome=shakedown.Outcome.UNDECIDED, cycles_simulated=1000)
     )
     assert "; just above λ_T it is undecided after 1000 cycles (" in transient_in_words(slow)
+    slides = replace(slow, at_high=replace(slow.at_high, slides_away=True))
+    assert "; just above λ_T the body slides away (" in transient_in_words(slides)
     above = f"after 1000 cycles, and yet proved to shake down below λ = {down(1.1 * slow.load_factor)} ("
     assert above in transient_in_words(slow, proved_below=1.1 * slow.load_factor)
     assert "and yet" not in transient_in_words(slow, proved_below=slow.load_factor)
