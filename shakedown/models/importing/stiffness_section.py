@@ -110,7 +110,7 @@ def _with_internal_nodes(dofs: NDArray[np.intp], mesh: Mesh | None, where: str) 
 
 
 def _of_modes(dofs: NDArray[np.intp], mesh: Mesh) -> list[int]:
-    """Nodes that CalculiX makes for incompatible modes, three an element; none where others are unknown, too."""
+    """Nodes of CalculiX for incompatible modes, three an element; none where others are unknown, too."""
     if not mesh.incompatible or mesh.matrix_by != CALCULIX:
         return []
     unknown = np.setdiff1d(dofs[:, 0], mesh.labels)
