@@ -25,7 +25,7 @@ from shakedown.motion.space.moving_state import CompiledJoint, empty_curve_recor
 from shakedown.motion.space.space_run import Measures, begin, run_in_space
 from shakedown.motion.viscous_jump import Relaxation, StepEnd
 
-LABOUR = 10_000_000  # operations after which the steps of integration are counted
+LABOUR = 1_000_000  # operations after which the steps of integration are counted
 MOST_TAKEN = 1_000  # largest number of these in an implicit step; beyond that it is solved as a whole
 FEW_TURNS = 4  # of sweeps and Newton's method in such a solution: one that takes more is of a step too long
 

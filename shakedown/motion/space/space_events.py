@@ -26,9 +26,9 @@ from shakedown.motion.cycle_record import Checkpoint, State, Totals
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.space.curved_history import CurvedHistory
 from shakedown.motion.space.curved_loop import follow_curve
-from shakedown.motion.space.directed_jump import DirectedJump, end_at_once
+from shakedown.motion.space.directed_jump import FEW_TURNS, DirectedJump, end_at_once
 from shakedown.motion.space.exchange import MOST_EXCHANGES
-from shakedown.motion.space.implicit_step import ImplicitJoint
+from shakedown.motion.space.implicit_step import TURNS, ImplicitJoint
 from shakedown.motion.space.moving_state import DEGREE, empty_curve_record
 from shakedown.motion.space.space_run import Measures, SpaceRun, begin, resume, run_in_space
 from shakedown.motion.viscous_jump import StepEnd
@@ -172,7 +172,9 @@ class SpaceEvents:
             return False
         allowed, share = self.measures.accuracy * self.scale.length, PER_CENT * rest
         for _ in range(MOST_SHORTENED):
-            steps = self._implicit_steps(load + np.outer([0.0, 0.5 * share, share], after - before))
+            steps = self._implicit_steps(
+                load + np.outer([0.0, 0.5 * share, share], after - before), FEW_TURNS
+            )
             ends = [mo.u, *(step.u for step in steps)]
             uneven = float(np.abs(np.diff(ends, 2, axis=0)).max()) if len(steps) == 2 else np.inf
             if uneven <= allowed:
@@ -190,12 +192,16 @@ class SpaceEvents:
         little = (self.problem.f > 0.0) & (pressure <= self.measures.near / THREE_DIGITS)
         return bool((little & (self.contact != OPEN)).any())
 
-    def _implicit_steps(self, loads: FloatArray) -> list[StepEnd]:
-        """The ends of implicit steps from the present state between welded reactions, as far as there are."""
+    def _implicit_steps(self, loads: FloatArray, turns: int = TURNS) -> list[StepEnd]:
+        """The ends of implicit steps from the present state between welded reactions, as far as there are.
+
+        Each is found in so many turns, or not at all.
+        """
         layout, u, ends = self.problem.layout, self.u, list[StepEnd]()
         A, B, C = layout.blocks(self.kappa)
         body = A, B, C if self.problem.C is not None else None
         joint = ImplicitJoint(*body, self.problem.f, self.scale.force, self.tolerances)
+        joint.turns = turns
         for path in pairwise(loads):
             end = end_at_once(joint, layout, u, np.stack(path))
             if end is None:
