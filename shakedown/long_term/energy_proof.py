@@ -18,7 +18,7 @@ from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.known_bounds import is_known, proving_bound
+from shakedown.long_term.known_bounds import beyond_slip_of_start, is_known, proving_bound
 from shakedown.long_term.passage import Approach, Passage
 from shakedown.motion.checked_law import path_resolution, scales
 
@@ -66,7 +66,9 @@ def slip_proof(passage: Passage, approach: Approach) -> SlipProof | None:
 
 def further_from_start(passage: Passage) -> float:
     """The bound on the total slip of any node from the start; inf where it is not known."""
-    return inf if passage.open_nodes else _further(passage.problem, passage, passage.start, 0.0)
+    if passage.open_nodes or beyond_slip_of_start(passage):
+        return inf
+    return _further(passage.problem, passage, passage.start, 0.0)
 
 
 def _further(problem: Problem, passage: Passage, slip: FloatArray, error: float) -> float:

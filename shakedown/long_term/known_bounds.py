@@ -3,7 +3,7 @@
 from math import inf
 from typing import TypeGuard
 
-from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound
+from shakedown.bounds.accumulated.accumulated_bound import ACCURACY, AccumulatedBound
 from shakedown.bounds.collapse.box_bound import BoxBound, box_bound
 from shakedown.bounds.energy.energy_ball import no_ball_holds
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
@@ -11,6 +11,7 @@ from shakedown.bounds.plane_or_space import methods_of
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
@@ -76,6 +77,15 @@ def note_box(begun: Passage, box: BoxBound) -> None:
 def slip_of_start(begun: Passage) -> AccumulatedBound | Missing:
     """λ_S of the start, where it is known already."""
     return _known_slips(begun.problem).get(_key(begun), Missing("not worked out"))
+
+
+def beyond_slip_of_start(begun: Passage) -> bool:
+    """Whether λ_S of the start is known and lower: then nothing bounds the total slip from there."""
+    known = slip_of_start(begun)
+    if isinstance(known, Missing) or known.status == Status.INFEASIBLE:
+        return not isinstance(known, Missing)
+    found_to = 1.0 + 2.0 * ACCURACY[begun.problem.directions]
+    return known.status == Status.OPTIMAL and begun.load_factor > found_to * known.load_factor
 
 
 def note_slip(begun: Passage, slip: AccumulatedBound) -> None:

@@ -7,7 +7,12 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.rigid_slips import can_drift
+from shakedown.long_term import energy_proof
+from shakedown.long_term.energy_proof import further_from_start
+from shakedown.long_term.known_bounds import note_slip
+from shakedown.long_term.passage import Passage
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.evolve import evolve
@@ -200,6 +205,19 @@ def test_slip_next_to_round_off_of_the_loads_at_rest_is_not_told(name):
     assert "round-off" in state.reason
     assert shakedown.long_term_states(problem, above, np.zeros((1, len(problem.A)))).outcome == "undecided"
     assert shakedown.verify(problem, random_states=0, load_factors=[above]).disagreements == ()
+
+
+def test_total_slip_is_not_asked_about_above_its_bound(monkeypatch):
+    joint = shakedown.example("three-node")
+    bound = shakedown.accumulated_bound(joint)
+    below, above = (
+        Passage(joint, share * bound.load_factor, DEFAULT, np.zeros(3), ()) for share in (0.9, 1.1)
+    )
+    assert further_from_start(below) < further_from_start(above) == np.inf
+    note_slip(above, bound)
+    assert further_from_start(below) < np.inf
+    monkeypatch.setattr(energy_proof, "total_slip_bound", None)
+    assert further_from_start(above) == np.inf
 
 
 def test_an_undecided_run_says_what_is_known_above_the_upper_bound():

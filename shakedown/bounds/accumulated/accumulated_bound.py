@@ -166,14 +166,15 @@ def accumulated_bound(
     """
     start = _checked_start(problem, initial_slip, start_error)
     found, why = None, None
-    try:
-        for parts in PARTS[problem.directions]:
-            if found is None or found.load_factor < inf:
+    for parts in PARTS[problem.directions]:
+        if found is None or found.load_factor < inf:
+            try:
                 found, why = _farthest(_search(problem, start, parts), found)
-    except NoLids as reason:
-        if found is None:
-            return _nothing(start, reason)
-    assert found is not None
+            except NoLids as reason:  # narrower sectors may still prove something
+                why = why or reason
+    if found is None:
+        assert why is not None
+        return _nothing(start, why)
     return _confirmed(problem, start, found, why)
 
 

@@ -229,6 +229,18 @@ def test_what_is_not_proved_is_a_status() -> None:
             shakedown.accumulated_bound(problem, start_error=error)
 
 
+def test_narrower_sectors_are_tried_where_wide_ones_prove_nothing() -> None:
+    assert shakedown.accumulated_bound(drawn_joint_in_space(3, 17)).status == "optimal"
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_nothing_is_proved_above_the_bound(number: int) -> None:
+    problem = random_joint(np.random.default_rng(number), 2)
+    bound = shakedown.accumulated_bound(problem)
+    ends = [0.0, 1.0] if bound.status == "infeasible" else [(1 + 3e-4) * bound.load_factor]
+    assert all(total_slip_bound(problem, end).status == "infeasible" for end in ends)
+
+
 def test_transient_load_steps_and_given_means_count() -> None:
     problem = shakedown.example("two-node")
     here = shakedown.accumulated_bound(problem)
