@@ -84,6 +84,28 @@ def test_states_that_come_together_have_no_longer_period(rate):
     assert (found.outcome, found.period) == (Outcome.CYCLIC_SLIP, 1)
 
 
+class Parting:
+    """A motion of two nodes: one comes to rest, the slip of the other grows from next to nothing to 1e-3."""
+
+    may_jump, stop = True, None
+    problem = Turning(1, 0.0, 0.0).problem
+
+    def __init__(self, slip: float) -> None:
+        self.state = State(np.array([5.0 * slip, 0.1 * slip, 0.0, 0.0]), np.zeros(2, dtype=np.int64))
+
+    def cycle(self) -> CycleRecord:
+        to_rest, away = self.state.u[:2]
+        left, slip = 0.8 * to_rest, np.array([0.2 * to_rest, away])
+        self.state = State(np.array([left, min(1.007 * away, 1e-3), 0.0, 0.0]), self.state.contact)
+        none = np.zeros(2, dtype=bool)
+        return CycleRecord(self.state.u[:2], slip, slip, 1.0, 0.0, none, ~none, 1, 1, ())
+
+
+def test_a_node_that_comes_to_rest_does_not_hide_one_whose_slip_grows():
+    rules = ReturnRules(20000, 8, 1e-7, np.ones(2))
+    assert ReturnSearch(Parting(1e-7), rules).settle().outcome == Outcome.CYCLIC_SLIP
+
+
 def test_no_leap_leads_from_one_cycle_to_another():
     """States that turn back along two sequences of contact states, next to a cycle of period one."""
     *data, load_factor, start = FAMILY[0]

@@ -276,6 +276,22 @@ def test_a_node_that_slips_far_does_not_hide_a_drift_beside_it():
     assert found.slip_per_cycle[2] > 1e7
 
 
+@pytest.mark.parametrize("stiffer", [1e4, 1e6, 1e7])
+def test_a_node_that_settles_slowly_does_not_hide_a_drift_beside_it(stiffer):
+    """A pair that walks, a soft node that slips far, and one that slides to the middle in thousands of cycles."""
+    turn = 2.0 * np.pi * np.arange(12) / 12
+    wave, none = np.cos(turn), np.zeros(12)
+    turns = np.where(np.arange(12) < 6, 1.0, -1.0)
+    A, held = np.zeros((8, 8)), np.diag([1.0, 1.0, stiffer, 0.02 * stiffer])
+    A[:4, :4], A[4:, 4:] = stiffer * np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(2)), held
+    q_w = np.stack([0.501 * turns, none, -0.501 * turns, none, wave, none, 1.01 * wave, none], axis=1)
+    p_w = np.stack([2.0 - turns, 2.0 + turns, none + 1.0, none + 1.0], axis=1)
+    joint = Problem(A=A, B=np.zeros((4, 8)), f=[0.5, 0.5, 0.5, 1.0], q_w=q_w, p_w=p_w)
+    found = shakedown.long_term_state(joint, 1.0, [0.0] * 7 + [0.5 / stiffer])
+    assert found.outcome == Outcome.RATCHETTING, found.reason
+    assert stiffer * np.abs(found.drift[:4:2]) == pytest.approx(2e-3, rel=1e-3)
+
+
 def test_a_fast_approach_does_not_hide_a_slow_one():
     """A node slides to the middle, 0.05 away, in tens of thousands of cycles; one beside it slips far more."""
     fast, load_factor = shakedown.example("one-node-3d"), 1.3

@@ -106,7 +106,8 @@ class Fading:
         if end is None or before is None:
             return False
         fallen = now.slip.max() <= MUCH * before.slip.max()
-        return fallen and bool((np.abs(end.slip) <= np.maximum(MUCH * now.slip, none)).all())
+        grown = now.slip > np.maximum(before.slip, THREE_DIGITS * none)  # that leads away from rest
+        return fallen and bool((~grown & (np.abs(end.slip) <= np.maximum(MUCH * now.slip, none))).all())
 
     def drift_lasts(self, now: Mark) -> bool:
         """Whether the drift stays where the change falls to nothing."""

@@ -259,13 +259,12 @@ class ReturnSearch:
     def _verdict_at_rest(self) -> Settled | None:
         """Whether nothing slips any more: exactly for one cycle, or for two within the accuracy."""
         last = list(self.records)[-2:]
-        slips = [float((record.slip * self.rules.stiffness).max()) for record in last]
-        exact = slips[-1] == 0.0 and not self._change(1).any()
+        most = [float((record.slip * self.rules.stiffness).max()) for record in last]
+        exact = most[-1] == 0.0 and not self._change(1).any()
         noise = self.rules.noise
-        still = THREE_DIGITS * noise  # slip below it that grows is round-off
-        if not exact and (len(last) < 2 or max(slips) > noise or slips[1] > max(slips[0], still)):
-            return None  # growth below the noise leads away from rest
-        if self.leaps and not exact and slips[1] > still and self._to_come(1)[0] > noise:
+        if not exact and (len(last) < 2 or max(most) > noise or self._grows()):
+            return None
+        if self.leaps and not exact and most[1] > THREE_DIGITS * noise and self._to_come(1)[0] > noise:
             return None
         breathing = np.flatnonzero(last[-1].opened & last[-1].closed)
         if breathing.size:
@@ -277,6 +276,14 @@ class ReturnSearch:
             return self._undecided(VARIES_LITTLE)
         how = "in the last cycle" if exact else "beyond the accuracy in the last two cycles"
         return self._found(Outcome.SHAKEDOWN, f"no frictional slip {how}{self._way()}", 1)
+
+    def _grows(self) -> bool:
+        """Whether a node has slipped more than in the cycle before, which leads away from rest.
+
+        Node by node, as another's slip may hide it. Slip far below the noise that grows is round-off.
+        """
+        before, now = (self.records[-k].slip for k in (2, 1))
+        return bool((now > np.maximum(before, THREE_DIGITS * self.none)).any())
 
     def _way(self) -> str:
         """The known cycles that led to the last state."""
@@ -377,19 +384,31 @@ class ReturnSearch:
         lasts = f"the same slip every {every}{self._way()}"
         floats = can_drift(self.motion.problem)
         drifts = floats and self._drifts_on(p, error)
-        if np.abs(now.change).max() <= SIX_DIGITS * most and not (drifts and self._has_drifted(now)):
+        walks = floats and self._walks(p, now, error)
+        if np.abs(now.change).max() <= SIX_DIGITS * most and not walks:
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
-        held = not floats or self._is_held(p, slip) or (long_foreseen and self.fading.drift_ends(now))
+        ends = long_foreseen and not walks and self.fading.drift_ends(now)
+        held = not floats or self._is_held(p, slip) or ends
         if held and (long_foreseen or self.fading.slip_lasts(now)):
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
-        if drifts or (floats and self.fading.drift_lasts(now)):
+        if drifts or walks or (floats and self.fading.drift_lasts(now)):
             return self._found(Outcome.RATCHETTING, f"the same drift every {every}{self._way()}", p)
         return None
 
-    def _has_drifted(self, now: Mark) -> bool:
-        """Whether a period has moved a node rigidly by a share of its own slip that counts."""
-        rigid = self._slips_in(self.measure.rigid @ now.drift)
-        return bool((rigid > np.maximum(SIX_DIGITS * now.slip, self.none)).any())
+    def _walks(self, p: int, now: Mark, error: float) -> bool:
+        """Whether the rigid slip of a node goes on, by a share of its own slip that counts.
+
+        Node by node, as a slow change of others, in which no rigid slip is, may hide it.
+        """
+        kappa, known = closed_stiffness(self.motion.problem), self._known(p, error)
+        before = self.states[-1 - p].u - self.states[-1 - 2 * p].u
+        rigid, earlier = (self.measure.rigid @ drift for drift in (now.drift, self.measure.rigid.T @ before))
+        size = self._slips_in(rigid)
+        counts = size > np.maximum(np.maximum(SIX_DIGITS * now.slip, self.none), known)
+        lasts = self._slips_in(rigid - earlier) <= SIX_DIGITS * size + known
+        terms = self._slips_in(np.abs(kappa) @ np.abs(now.change))
+        free = self._slips_in(kappa @ now.change) <= THREE_DIGITS * terms
+        return bool((counts & lasts & free).any())
 
     def _is_held(self, p: int, slip: FloatArray) -> bool:
         """Whether nodes that stick, or all but stick, leave no room for a rigid slip, while none opens."""
@@ -404,10 +423,13 @@ class ReturnSearch:
     def _drifts_on(self, p: int, error: float) -> bool:
         """Whether a rigid slip goes on, by more than the error, no less than before: else drift may fade."""
         drift, before = self._change(p), self.states[-1 - p].u - self.states[-1 - 2 * p].u
-        known = p * error + STATE_ROUND_OFF * float(np.abs(self.states[-1].u).max())
-        size = float(np.abs(drift).max())
+        size, known = float(np.abs(drift).max()), self._known(p, error)
         lasts = np.abs(drift - before).max() <= SIX_DIGITS * size + known
         return bool(size > known and lasts and self.measure.is_rigid(drift))
+
+    def _known(self, p: int, error: float) -> float:
+        """Up to how much the change of a period is not known, by the error of a cycle [length]."""
+        return p * error + STATE_ROUND_OFF * float(np.abs(self.states[-1].u).max())
 
     def _find_rhythm(self, u: FloatArray) -> None:
         """The period after which changes recur, where those of consecutive cycles differ."""
