@@ -18,7 +18,12 @@ from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.known_bounds import beyond_slip_of_start, is_known, proving_bound
+from shakedown.long_term.known_bounds import (
+    is_known,
+    note_slip_unbounded,
+    proving_bound,
+    slip_unbounded_from,
+)
 from shakedown.long_term.passage import Approach, Passage
 from shakedown.motion.checked_law import path_resolution, scales
 
@@ -50,7 +55,7 @@ def slip_proof(passage: Passage, approach: Approach) -> SlipProof | None:
     if further < inf:
         return SlipProof(0, further)
     loop = _after_transient(passage.problem)
-    if approach.open_nodes or not _further(loop, passage, approach.final_slip, 0.0) < inf:
+    if approach.open_nodes or not _further(loop, passage.load_factor, approach.final_slip, 0.0) < inf:
         return None
     known = path_resolution(loop, passage.tolerances) * scales(loop, passage.load_factor).length
     for state in passage.passed(approach.first_cycles, min(approach.most, MOST)):
@@ -58,22 +63,31 @@ def slip_proof(passage: Passage, approach: Approach) -> SlipProof | None:
             break
         if state.open_nodes or state.cycles & (state.cycles - 1):
             continue
-        further = _further(loop, passage, state.slip, known + state.error)
+        further = _further(loop, passage.load_factor, state.slip, known + state.error)
         if further < inf:
             return SlipProof(state.cycles, further)
     return None
 
 
 def further_from_start(passage: Passage) -> float:
-    """The bound on the total slip of any node from the start; inf where it is not known."""
-    if passage.open_nodes or beyond_slip_of_start(passage):
-        return inf
-    return _further(passage.problem, passage, passage.start, 0.0)
+    """The bound on the total slip of any node from the start; inf where it is not known.
+
+    At λ = 0 it is asked for first, as where there is none there it is told soonest.
+    """
+    further = inf
+    if passage.open_nodes or passage.load_factor >= slip_unbounded_from(passage):
+        return further
+    for load_factor in (0.0, passage.load_factor):
+        further = _further(passage.problem, load_factor, passage.start, 0.0)
+        if further == inf:
+            note_slip_unbounded(passage, load_factor)
+            break
+    return further
 
 
-def _further(problem: Problem, passage: Passage, slip: FloatArray, error: float) -> float:
+def _further(problem: Problem, load_factor: float, slip: FloatArray, error: float) -> float:
     """The bound on the total slip of any node from a closed state known to an error; inf where unknown."""
-    found = total_slip_bound(problem, passage.load_factor, slip, start_error=error)
+    found = total_slip_bound(problem, load_factor, slip, start_error=error)
     return float(found.total_slip.max()) if found.status == Status.OPTIMAL else inf
 
 

@@ -79,18 +79,32 @@ def slip_of_start(begun: Passage) -> AccumulatedBound | Missing:
     return _known_slips(begun.problem).get(_key(begun), Missing("not worked out"))
 
 
-def beyond_slip_of_start(begun: Passage) -> bool:
-    """Whether λ_S of the start is known and lower: then nothing bounds the total slip from there."""
-    known = slip_of_start(begun)
-    if isinstance(known, Missing) or known.status == Status.INFEASIBLE:
-        return not isinstance(known, Missing)
-    found_to = 1.0 + 2.0 * ACCURACY[begun.problem.directions]
-    return known.status == Status.OPTIMAL and begun.load_factor > found_to * known.load_factor
+def slip_unbounded_from(begun: Passage) -> float:
+    """The least load factor known at which nothing bounds the total slip from the start; inf unknown.
+
+    Nothing does at larger ones either, as the conditions of a bound cover all smaller load factors.
+    """
+    known, asked = slip_of_start(begun), _asked_slips(begun.problem).get(_key(begun), inf)
+    if isinstance(known, Missing) or known.status not in (Status.OPTIMAL, Status.INFEASIBLE):
+        return asked
+    found_to = (1.0 + 2.0 * ACCURACY[begun.problem.directions]) * known.load_factor
+    return min(asked, found_to if known.status == Status.OPTIMAL else 0.0)
+
+
+def note_slip_unbounded(begun: Passage, load_factor: float) -> None:
+    """Store a load factor, less than those known, at which nothing bounds the total slip from a start."""
+    _asked_slips(begun.problem)[_key(begun)] = load_factor
 
 
 def note_slip(begun: Passage, slip: AccumulatedBound) -> None:
     """Store λ_S of a start."""
     _known_slips(begun.problem).setdefault(_key(begun), slip)
+
+
+@once_per_problem
+def _asked_slips(problem: Problem) -> dict[object, float]:
+    """The least load factor asked about at which total slip has no bound, by the start."""
+    return {}
 
 
 @once_per_problem
