@@ -12,6 +12,7 @@ from shakedown.joint.loading import slip_reach
 from shakedown.long_term.space.fading import Fading, Mark
 from shakedown.long_term.space.leap_methods import Measure
 from shakedown.long_term.space.local_map import Moving, PeriodStep
+from shakedown.long_term.space.mean_leaps import OnAverage
 from shakedown.long_term.space.slope_leaps import Along
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
@@ -534,3 +535,48 @@ def test_a_leap_by_slopes_follows_an_affine_map(drifts):
     assert len(went) >= 8
     assert np.abs(start[:k] - end).max() <= 1e-6 * np.abs(end).max()
     assert landing.unsure <= 1e-6 * np.abs(end).max()
+
+
+def test_a_motion_along_a_kink_is_leapt_by_its_mean():
+    """A node follows a slow one once it is behind by so much: no period tells the next one."""
+    measure, fades = Measure(np.eye(2, 3), np.zeros((3, 0)), np.ones(1), 1.5), 1e-5
+
+    def period(u):
+        ahead, behind = fades * (6.0 - u[0]), u[0] - u[1]
+        follows = behind > 8e-5 * (6.0 - u[0])
+        return PeriodStep(np.array([ahead, behind if follows else 0.0, 0.0]), int(follows))
+
+    means = []
+    landing = OnAverage().leap(period, means.append, np.array([5.0, 5.0, 0.0]), measure)
+    left = 6.0 - landing.start[0]
+    assert len(means) == OnAverage.LEAPS
+    assert left < 0.9  # after 10,000 periods
+    assert means[-1][:2] == pytest.approx(fades * left * np.ones(2), rel=1e-2)
+    assert landing.unsure < 1e-3
+    assert abs(landing.start[1] - landing.start[0]) < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("seeds", "kind", "load_factor", "outcome", "ends_at"),
+    [  # after 200,000 plain cycles, and after 1,500,000
+        (
+            [14, 0, 4],
+            "held",
+            1.4052314793706906,
+            "shakedown",
+            [0.3139784, -0.678754, 0.1930508, -0.4243569, 0.9937294, -0.2398136, -0.2144145, -1.078331],
+        ),
+        (
+            [15, 3, 3],
+            "floating, stiff and soft",
+            2.227216082529295,
+            "cyclic-slip",
+            [-0.1386723, 0.1297511, -0.0012606, -0.0339428, -0.6432303, 0.0442996, 0.2420472, 0.1986236],
+        ),
+    ],
+)
+def test_a_motion_along_a_kink_comes_to_its_end(seeds, kind, load_factor, outcome, ends_at):
+    found = shakedown.long_term_state(random_joint(np.random.default_rng(seeds), kind, 4), load_factor)
+    assert found.outcome == outcome
+    assert np.abs(found.final_slip - ends_at).max() <= 1e-5
+    assert found.error < 1e-3

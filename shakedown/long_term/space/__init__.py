@@ -2,7 +2,8 @@
 
 Reading order: ``extrapolation`` (the continuation of a sequence of states), ``leap_methods`` (leaps over
 many cycles), ``local_map`` (what a period changes next to a state), ``slope_leaps`` (leaps by the slopes
-of that), ``fading`` (how the change falls on the way, and what is left where it ends), ``return_search``
-(cycles and leaps until the outcome is clear, and the verdict), ``proved_verdict`` (verdicts, also those in
-the plane, compared with what is proved), ``returned_state`` (the answer).
+of that), ``mean_leaps`` (leaps along a kink, by what many periods do on average), ``fading`` (how the change
+falls on the way, and what is left where it ends), ``return_search`` (cycles and leaps until the outcome is
+clear, and the verdict), ``proved_verdict`` (verdicts, also those in the plane, compared with what is proved),
+``returned_state`` (the answer).
 """

@@ -1,6 +1,7 @@
 """Cycles, with leaps along slow approaches, until the long-term state of a joint is clear."""
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -17,7 +18,8 @@ from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import FirstCycles
 from shakedown.long_term.space.fading import Fading, Mark
 from shakedown.long_term.space.leap_methods import STATE_ROUND_OFF, Ahead, Crawl, Leap, measure_of
-from shakedown.long_term.space.local_map import Moving, PeriodStep
+from shakedown.long_term.space.local_map import Moving, Period, PeriodStep
+from shakedown.long_term.space.mean_leaps import OnAverage
 from shakedown.long_term.space.slope_leaps import Along, Landing
 from shakedown.motion.cycle_record import Checkpoint, CycleRecord, State, Stop
 from shakedown.motion.evolution import Evolution, closed_stiffness
@@ -25,6 +27,7 @@ from shakedown.motion.viscous_jump import Jump
 
 MORE = 3  # budget of extra cycles for slopes, as a multiple of the cycles allowed
 STUCK = 200  # cycles after which slopes of a period are measured, one cycle each
+AT_A_KINK = 35  # cycles to wait after the last leap by slopes: more of them have failed in a row
 WINDOW = 7  # largest number of states one period apart that a leap starts from
 # Change per period, relative to its slip, below which a state counts as periodic: the way to rest is at
 # least half that slip, and would take 1 / (2 FOR_EVER) periods.
@@ -197,7 +200,9 @@ class ReturnSearch:
         self.begun = motion.state.u
         self.rest_foretold = self.cycle_foretold = 0  # cycle from which on it is foreseen
         self.period, self.crawl, self.ahead, self.along = 1, Crawl(care), Ahead(care), Along(care)
+        self.average = OnAverage(care)
         self.fadings = [Fading() for _ in range(longest)]  # by period
+        self.mean: Mark | None = None  # what the last leap has come to, if on average
         self.passed: list[tuple[CycleRecord, State]] = []  # before the first leap
         self.jumps: list[Jump] = []
 
@@ -245,10 +250,11 @@ class ReturnSearch:
         """The slip of the nodes in cycles, counted back from the last."""
         return np.sum([self.records[-k].slip for k in range(first, last + 1)], axis=0)
 
-    @property
-    def fading(self) -> Fading:
-        """What has faded on the way, by changes of the present period."""
-        return self.fadings[self.period - 1]
+    def _faded(self, period: int) -> tuple[Fading, Mark]:
+        """What has faded on the way, and what the last period has done, or periods do on average."""
+        if self.mean is not None and period == 1:
+            return self.fadings[0], self.mean
+        return self.fadings[self.period - 1], self._mark(period)
 
     def _mark(self, period: int) -> Mark:
         """What the last period has done."""
@@ -318,13 +324,13 @@ class ReturnSearch:
 
     def _verdict_of_approach(self) -> Settled | None:
         """The outcome where the change falls along a line to a cycle that is next to the state."""
-        p = self.period
+        p = 1 if self.mean is not None else self.period
         if not self.leaps or len(self.states) <= p:
             return None
-        now = self._mark(p)
-        ahead = self.fading.to_come(now, self.measure)
+        fading, now = self._faded(p)
+        ahead = fading.to_come(now, self.measure)
         left = np.inf if ahead is None else self._share_left(ahead)
-        if self.fading.slip_ends(now, self.none) and not self.records[-1].opened.any():
+        if fading.slip_ends(now, self.none) and not self.records[-1].opened.any():
             if left <= FOUR_DIGITS and not self.rest_foretold:
                 self.rest_foretold = self.cycles
             if left <= CLOSE or self._is_unseen(now):
@@ -332,9 +338,9 @@ class ReturnSearch:
         slip = float(np.linalg.norm(now.slip * self.measure.slips))
         if now.size > SIX_DIGITS * slip:
             return None
-        if left <= NEAR and self.fading.slip_lasts(now):
+        if left <= NEAR and fading.slip_lasts(now):
             return self._verdict_of_period(p, now.slip)
-        if not self.fading.comes_to_a_cycle(now, self.measure, FOR_EVER * slip):
+        if not fading.comes_to_a_cycle(now, self.measure, FOR_EVER * slip):
             self.cycle_foretold = 0
         elif not self.cycle_foretold:
             self.cycle_foretold = self.cycles
@@ -380,18 +386,18 @@ class ReturnSearch:
         error = max(record.error for record in list(self.records)[-p:])
         if error > clear or np.abs(self._slip(p + 1, 2 * p) - slip).max() > THREE_DIGITS * most:
             return None
-        now = self._mark(p)
+        fading, now = self._faded(p)
         lasts = f"the same slip every {every}{self._way()}"
         floats = can_drift(self.motion.problem)
         drifts = floats and self._drifts_on(p, error)
         walks = floats and self._walks(p, now, error)
         if np.abs(now.change).max() <= SIX_DIGITS * most and not walks:
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
-        ends = long_foreseen and not walks and self.fading.drift_ends(now)
+        ends = long_foreseen and not walks and fading.drift_ends(now)
         held = not floats or self._is_held(p, slip) or ends
-        if held and (long_foreseen or self.fading.slip_lasts(now)):
+        if held and (long_foreseen or fading.slip_lasts(now)):
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
-        if drifts or walks or (floats and self.fading.drift_lasts(now)):
+        if drifts or walks or (floats and fading.drift_lasts(now)):
             return self._found(Outcome.RATCHETTING, f"the same drift every {every}{self._way()}", p)
         return None
 
@@ -401,11 +407,15 @@ class ReturnSearch:
         Node by node, as a slow change of others, in which no rigid slip is, may hide it.
         """
         kappa, known = closed_stiffness(self.motion.problem), self._known(p, error)
-        before = self.states[-1 - p].u - self.states[-1 - 2 * p].u
-        rigid, earlier = (self.measure.rigid @ drift for drift in (now.drift, self.measure.rigid.T @ before))
+        rigid = self.measure.rigid @ now.drift
         size = self._slips_in(rigid)
         counts = size > np.maximum(np.maximum(SIX_DIGITS * now.slip, self.none), known)
-        lasts = self._slips_in(rigid - earlier) <= SIX_DIGITS * size + known
+        if now is self.mean:
+            lasts = np.full(len(size), self.fadings[0].drift_lasts(now))
+        else:
+            before = self.states[-1 - p].u - self.states[-1 - 2 * p].u
+            earlier = self.measure.rigid @ (self.measure.rigid.T @ before)
+            lasts = self._slips_in(rigid - earlier) <= SIX_DIGITS * size + known
         terms = self._slips_in(np.abs(kappa) @ np.abs(now.change))
         free = self._slips_in(kappa @ now.change) <= THREE_DIGITS * terms
         return bool((counts & lasts & free).any())
@@ -455,8 +465,8 @@ class ReturnSearch:
         window = self._window()
         if self._comes_back(window):
             return False
-        stuck = self.cycles >= max(STUCK, self.along.since) and not self._awaits()
-        if stuck and len(window) > 1 and self._go_along():
+        stuck = self.cycles >= STUCK and not self._awaits() and len(window) > 1
+        if stuck and ((self.cycles >= self.along.since and self._go_along()) or self._go_on_average()):
             return True
         missed = self.crawl.rigid_miss(window, self.measure)
         if missed is not None:
@@ -503,7 +513,7 @@ class ReturnSearch:
         A jump may take minutes to follow, and is not foreseen where cycles had none.
         """
         records = list(self.records)
-        self.fading.note(self._mark(self.period))
+        self.fadings[self.period - 1].note(self._mark(self.period))
         self.motion.may_jump = any(record.jumps for record in records[-last:])
         return _Before(self.motion.state, self.states, records, len(self.passed), len(self.jumps))
 
@@ -520,7 +530,7 @@ class ReturnSearch:
             self.motion.state, self.states = before.state, before.states
             self.records = deque(before.records, maxlen=self.records.maxlen)
             return
-        self.leaps += 1
+        self.leaps, self.mean = self.leaps + 1, None
         self.unsure += max(leap.unsure, self._passed_kinks(before))
         self.rate = leap.rate ** (1.0 / self.period)
         self.repeated = [0] * self.rules.longest_period
@@ -551,32 +561,55 @@ class ReturnSearch:
         if not 0 < len(places) <= self.along.MOST_SLIPS:
             return False
         moving = Moving.of(closed_stiffness(self.motion.problem), places, free)
-        before = self._begin_leap(p)
+        start, first = self.states[-1 - p].u, self._last_step()
 
-        def last() -> PeriodStep:
-            return PeriodStep(self._change(p), sum(record.signature for record in list(self.records)[-p:]))
+        def landed() -> None:
+            self.fadings[p - 1].note(self._mark(p))
+
+        self._look_ahead(
+            self.along,
+            lambda period: self.along.leap(period, landed, start, first, moving, self.measure),
+        )
+        return True
+
+    def _go_on_average(self) -> bool:
+        """Leap by what periods do on average, if contact states change from one to the next."""
+        if not self.along.wait > AT_A_KINK or self.cycles < self.average.since:
+            return False
+        if len(set(_signatures(list(self.records)))) == 1:
+            return False
+        self.period, start, mean = 1, self.states[-1].u, self.mean
+
+        def landed(change: FloatArray) -> None:
+            nonlocal mean
+            size, drift = self.measure.size(change), self.measure.rigid.T @ change
+            mean = self._mark(1)._replace(change=change, size=size, drift=drift)
+            self.fadings[0].note(mean)
+
+        self._look_ahead(self.average, lambda period: self.average.leap(period, landed, start, self.measure))
+        self.mean = mean
+        return True
+
+    def _last_step(self) -> PeriodStep:
+        """What the last period has changed."""
+        p = self.period
+        return PeriodStep(self._change(p), sum(record.signature for record in list(self.records)[-p:]))
+
+    def _look_ahead(self, way: Along | OnAverage, leap: Callable[[Period], Landing | None]) -> None:
+        """Leap by periods that are followed to see what they do, from states that are not passed through."""
+        before, p, contact = self._begin_leap(self.period), self.period, self.motion.state.contact
+        cycles, gathered = self.cycles, self.gathered
 
         def period(start: FloatArray) -> PeriodStep | None:
             self._go_to(State(start, contact))
-            if not all(self._cycle() for _ in range(p)):
-                return None
-            return last()
+            return self._last_step() if all(self._cycle() for _ in range(p)) else None
 
-        cycles, gathered = self.cycles, self.gathered
-        landing = self.along.leap(
-            period,
-            lambda: self.fading.note(self._mark(p)),
-            before.states[-1 - p].u,
-            last(),
-            moving,
-            self.measure,
-        )
-        self.gathered = gathered  # states that only show slopes are not passed through
+        landing = leap(period)
+        self.gathered = gathered
         self._end_leap(before, landing)
-        self.along.since, self.looked = self.cycles + self.along.wait, self.looked + self.cycles - cycles
+        way.since, self.looked = self.cycles + way.wait, self.looked + self.cycles - cycles
         if landing is not None:
             self.crawl.forget()
-        return True
 
     def _to_come(self, period: int, drifts: bool = False) -> tuple[float, float]:
         """What later periods may add to a state, as changes fade, and by which factor per cycle they do.
@@ -599,7 +632,8 @@ class ReturnSearch:
         (left, rate), start = self._to_come(period, outcome == Outcome.RATCHETTING), self.motion.state
         goes_on = outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
         if outcome == Outcome.CYCLIC_SLIP and self.leaps:
-            ahead = self.fadings[period - 1].to_come_at_most(self._mark(period))
+            fading, now = self._faded(period)
+            ahead = fading.to_come_at_most(now)
             left = max(left, MISJUDGED * float(np.abs(ahead).max()))
         if goes_on and not all(self._cycle() for _ in range(period)):
             stop = self.motion.stop

@@ -1,0 +1,209 @@
+"""Leaps of a motion that creeps along a kink of the map of a period: by what it does on average.
+
+There a node slips in one period and rests in some, again and again in the same order, so that no period tells
+the next. A mean of many, weighted by a smooth bump, changes no more than the way demands.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import exp, expm1, log, sqrt
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import EPS, FOUR_DIGITS, THREE_DIGITS
+from shakedown.long_term.space.leap_methods import PRICE, Measure, longer
+from shakedown.long_term.space.local_map import Period, PeriodStep
+from shakedown.long_term.space.slope_leaps import FARTHEST, Landing
+
+
+class Mean(NamedTuple):
+    """What many periods do.
+
+    Attributes
+    ----------
+    change : (N,)
+        Of the state in one, on average [length].
+    after
+        Periods from the middle of them to the end of the last.
+    start : (N,)
+        The state before the last [length].
+    last
+        That period.
+    """
+
+    change: FloatArray
+    after: float
+    start: FloatArray
+    last: PeriodStep
+
+    @property
+    def end(self) -> FloatArray:
+        """The state after the last (N,) [length]."""
+        return np.asarray(self.start + self.last.change)
+
+
+class Trend(NamedTuple):
+    """How the mean change F goes on: its size is an exponential of time, and what turns it fades alike.
+
+    Attributes
+    ----------
+    change : (N,)
+        F at time zero [length].
+    growth
+        Of its size per period, relative; negative where it fades.
+    turning : (N,)
+        Change of F per period across it [length].
+    """
+
+    change: FloatArray
+    growth: float
+    turning: FloatArray
+
+    @classmethod
+    def between(cls, before: FloatArray, now: FloatArray, periods: float, measure: Measure) -> "Trend":
+        """From mean changes (N,) so many periods apart."""
+        seen, earlier = measure.seen(now), measure.seen(before)
+        share = float(seen @ earlier) / float(seen @ seen)  # of F in F before
+        growth = -log(share) / periods if share > 0.0 else 0.0
+        return cls(now, growth, (share * now - before) / periods)
+
+    def at(self, time: float) -> FloatArray:
+        """F (N,) after a time [length]."""
+        return np.asarray(self.change * exp(self.growth * time) + self.turning * _integral(self.growth, time))
+
+    def way(self, since: float, until: float) -> FloatArray:
+        """What it adds up to, (N,) [length]."""
+        once = _integral(self.growth, until) - _integral(self.growth, since)
+        twice = _twice(self.growth, until) - _twice(self.growth, since)
+        return np.asarray(self.change * once + self.turning * twice)
+
+
+def _integral(rate: float, time: float) -> float:
+    """Of e^(rate t) over a time from zero on."""
+    return time if rate == 0.0 else expm1(rate * time) / rate
+
+
+def _twice(rate: float, time: float) -> float:
+    """The integral of that."""
+    if abs(rate * time) <= FOUR_DIGITS:
+        return 0.5 * time * time * (1.0 + rate * time / 3.0)
+    return (expm1(rate * time) / rate - time) / rate
+
+
+@dataclass
+class OnAverage:
+    """Leaps along the mean change of a period, as that has changed on the last leap.
+
+    Attributes
+    ----------
+    care
+        Share of what leaps may be unsure by otherwise.
+    periods
+        How far the next one is tried to go.
+    trend
+        Of the mean change after the last leap.
+    since, wait
+        From which cycle on the next one is tried, and how many after the last that led nowhere.
+    """
+
+    OVER: ClassVar[int] = 48  # periods of which a mean is
+    SETTLE: ClassVar[int] = 16  # after a leap, before that, and at most after it, until …
+    ALIKE: ClassVar[int] = 3  # … so many in a row have the same contact states, as at other marks of the way
+    LEAPS: ClassVar[int] = 8  # in a row, before others are tried again
+    FADES: ClassVar[float] = 2.0  # exponents by which the mean change fades or grows on a leap, at most
+    SURE: ClassVar[float] = 0.03  # of the mean change: what it may miss after a leap, and …
+    AT_EASE: ClassVar[float] = 0.3  # … of that is aimed at
+    TIMES: ClassVar[tuple[float, float]] = 0.25, 2.0  # as long: least, most
+
+    care: float = 1.0
+    periods: int = 2 * OVER
+    trend: Trend | None = None
+    since: int = 0
+    wait: int = 0
+
+    def leap(
+        self, period: Period, landed: Callable[[FloatArray], None], start: FloatArray, measure: Measure
+    ) -> Landing | None:
+        """As far as means foresee what comes, leap after leap; None where that is not far.
+
+        Parameters
+        ----------
+        period
+            Follows one.
+        landed
+            Called with the mean change, (N,) [length], at the end of every leap.
+        start
+            A state, (N,) [length].
+        measure
+            What counts of a change.
+        """
+        here, landing, unsure = self._mean(period, start, 0), None, 0.0
+        for _ in range(self.LEAPS):
+            if here is None:
+                break
+            trend = self._onward(here)
+            n = min(self.periods, int(self.FADES / abs(trend.growth)) if trend.growth else FARTHEST)
+            way = trend.way(here.after, here.after + n)
+            there = self._mean(period, here.end + way, self.SETTLE)
+            if there is None:
+                self.periods //= 2
+                break
+            time = here.after + n + self.SETTLE + 0.5 * self.OVER
+            strain = self._strain(there.change, trend.at(time), start, way, measure)
+            self.periods = self._next(n, strain)
+            if not strain <= 1.0:
+                break
+            landed(there.change)
+            unsure += 0.5 * n * float(np.abs(there.change - trend.at(time)).max())
+            rate = (measure.size(there.change) / measure.size(here.change)) ** (1.0 / n)
+            landing = Landing(there.start, unsure, min(rate, 1.0), there.last.change)
+            self.trend = Trend.between(here.change, there.change, time, measure)
+            here = there
+        if landing is None:
+            self.wait = longer(self.wait)
+        else:
+            self.wait = 0
+            period(landing.start)  # so that it is the last
+        if self.periods < self.OVER:
+            self.periods, self.trend = self.OVER, None
+        return landing
+
+    def _onward(self, here: Mean) -> Trend:
+        """The trend from a mean on: that of the last leap, if there is one."""
+        if self.trend is None:
+            return Trend(here.change, 0.0, np.zeros_like(here.change))
+        return self.trend._replace(change=here.change)
+
+    def _next(self, n: int, strain: float) -> int:
+        """How many periods to try next, after a leap of n with this strain."""
+        least, most = self.TIMES
+        times = sqrt(self.AT_EASE / max(strain, EPS))
+        return min(int(n * min(max(times, least), most)), FARTHEST)
+
+    def _mean(self, period: Period, state: FloatArray, settle: int) -> Mean | None:
+        """Of many periods from a state on, after some to settle; None where the motion stops."""
+        t = (np.arange(self.OVER) + 0.5) / self.OVER
+        weights = np.exp(-1.0 / (t * (1.0 - t)))
+        weights /= weights.sum()
+        change, alike, signature = np.zeros_like(state), 0, -1
+        for k in range(-settle, self.OVER + self.SETTLE):
+            there = period(state)
+            if there is None:
+                return None
+            start, step = state, there
+            state = start + step.change
+            if 0 <= k < self.OVER:
+                change += weights[k] * step.change
+            alike, signature = alike + 1 if step.signature == signature else 1, step.signature
+            if k >= self.OVER - 1 and alike >= self.ALIKE:
+                break
+        return Mean(change, k + 1 - 0.5 * self.OVER, start, step)
+
+    def _strain(
+        self, change: FloatArray, foreseen: FloatArray, start: FloatArray, way: FloatArray, measure: Measure
+    ) -> float:
+        """What a mean change misses what was foreseen by, relative to what it may."""
+        sure = self.care * max(THREE_DIGITS, PRICE * measure.size(start) / measure.size(way))
+        return measure.misses(change, foreseen, measure.size(change)) / min(self.SURE, sure)
