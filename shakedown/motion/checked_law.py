@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import EPS
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.law import Law
@@ -142,6 +143,11 @@ def reactions(
         C = problem.layout.blocks(problem.kappa)[2]
         q, p = q + w @ problem.B, p + w @ C
     return q, p
+
+
+def reaction_round_off(kappa: FloatArray, u: FloatArray, scale: Scales) -> float:
+    """Round-off of the reactions to displacements, relative: far away it exceeds that of the loads."""
+    return EPS * float((np.abs(kappa) @ np.abs(u)).max()) / scale.force
 
 
 @checked

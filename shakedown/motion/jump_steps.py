@@ -115,7 +115,7 @@ class StepLengths:
         return min(way / speed, longest) if speed > 0.0 else longest
 
     def _speeds_ahead(self) -> "Speeds":
-        """What the last speeds let expect: the parabola through them, where they grow ever faster."""
+        """What the last speeds let expect: the parabola through them where they grow faster and faster."""
         slopes = list[float]()
         for (before, slow), (at, fast) in pairwise(self.passed):
             if at == before:
@@ -124,5 +124,5 @@ class StepLengths:
         way, speed = self.passed[-1]
         if not slopes:
             return Speeds(speed)
-        curve = max(slopes[-1] - slopes[0], 0.0) / (way - self.passed[0][0])
+        curve = max(slopes[-1] - slopes[0], 0.0) / (way - self.passed[0][0]) if slopes[-1] > 0.0 else 0.0
         return Speeds(speed, slopes[-1], curve, way - self.passed[-2][0])

@@ -16,7 +16,7 @@ from shakedown.ground.round_off import NEGLIGIBLE, NEWTON_ROUNDS, PER_CENT, ROUN
 from shakedown.ground.status import OPEN, STICK
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.law import Law
-from shakedown.motion.checked_law import Scales, law_violation
+from shakedown.motion.checked_law import Scales, law_violation, reaction_round_off
 
 HOLDS = 10 * ROUND_OFF  # violation of the law, relative
 
@@ -106,7 +106,8 @@ def _holds(joint: ViscousJoint, slide: SteadySlide, contact: NDArray[np.int64]) 
     slip, opening = layout.split(way)
     slip = np.where(np.repeat(contact == OPEN, layout.d), 0.0, slip) * joint.scale.length / SIX_DIGITS
     violation = law_violation(joint.law.f, q, p, slide.u[layout.gaps], slip, joint.scale)
-    return bool(violation.max() <= HOLDS and (opening >= -NEGLIGIBLE).all())
+    most = max(HOLDS, reaction_round_off(joint.kappa, slide.u, joint.scale))
+    return bool(violation.max() <= most and (opening >= -NEGLIGIBLE).all())
 
 
 class _SlideEquations:

@@ -26,7 +26,7 @@ from shakedown.ground.status import OPEN
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
 from shakedown.joint.result import Result
-from shakedown.motion.checked_law import Scales, law_violation
+from shakedown.motion.checked_law import Scales, law_violation, reaction_round_off
 from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED, Precision, course
 from shakedown.motion.jump_steps import StepLengths, Stride
 from shakedown.motion.plane.active_set import ActiveSet, active_set, factorize, solve
@@ -231,7 +231,8 @@ class Relaxation:
             return None
         layout, slips = self.layout, self.layout.slips
         (v, w), (q, p) = layout.split(u), layout.split(self.load + self.kappa @ u)
-        if law_violation(self.law.f, q, p, w, np.zeros_like(v), self.scale).max() > SETTLED:
+        violation = law_violation(self.law.f, q, p, w, np.zeros_like(v), self.scale).max()
+        if violation > max(SETTLED, reaction_round_off(self.kappa, u, self.scale)):
             return None
         last = layout.by_node(v - self.u[slips])
         last = np.where((self.contact == OPEN)[:, None], 0.0, last)

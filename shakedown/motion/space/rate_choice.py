@@ -15,7 +15,7 @@ the problem until it has left the cone or is found outside.
 import numpy as np
 
 from shakedown.ground.named_state import inner, summing
-from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF
 from shakedown.ground.size_limits import DIRECTIONS
 from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.motion.course import CLOSES, ENUMERABLE, OPENS, Course
@@ -226,6 +226,8 @@ def choose_slipping(run: SpaceRun) -> bool:
         or (c <= ENUMERABLE and enumerate_choices(course, rates, sp, c, largest))
     ):
         return False
+    if slides_freely(joint, rates, sp, c, largest):
+        return False
     all_slip = True
     for a in range(c):
         i = sp.node[a]
@@ -239,6 +241,20 @@ def choose_slipping(run: SpaceRun) -> bool:
     sp.factored = True  # by the last solution of the problem, whose active nodes these are, in the same order
     spread_rates(sp, st, 0)
     return True
+
+
+@inner
+def slides_freely(joint: CompiledJoint, rates: SpaceRates, sp: Slipping, c: int, largest: float) -> bool:
+    """Whether a node slips so fast that round-off of its stiffness is all that resists it: nothing does."""
+    row, N = 0, 3 * joint.n
+    for a in range(c):
+        if rates.active[a] == 1:
+            x = 2 * sp.node[a]
+            stiffness = max(joint.kappa[x * N + x], joint.kappa[(x + 1) * N + x + 1])
+            if abs(sp.speed[row]) * stiffness * ROUND_OFF > largest:
+                return True
+            row += 1
+    return False
 
 
 @inner
