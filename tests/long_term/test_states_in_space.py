@@ -359,6 +359,13 @@ def test_a_drift_that_fades_is_no_ratchetting():
         assert state.slip_per_cycle.max() == pytest.approx(slip, rel=1e-4)
 
 
+def test_a_drift_that_fades_to_round_off_is_no_ratchetting():
+    problem = random_joint(np.random.default_rng([310, 3, 1]), "floating, stiff and soft", 4)
+    found = shakedown.long_term_state(problem, 1.6835531929890037)  # after 200,000 plain cycles: no drift
+    assert found.outcome == Outcome.CYCLIC_SLIP
+    assert found.slip_per_cycle.max() == pytest.approx(0.0807463)
+
+
 def test_a_drift_that_stays_is_ratchetting():
     """The two nodes without a hold that walk in the plane walk in space, too."""
     q, p = np.array([[0.9, -0.9], [-0.9, 0.9]]), np.array([[1.0, 3.0], [3.0, 1.0]])

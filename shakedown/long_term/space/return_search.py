@@ -390,10 +390,10 @@ class ReturnSearch:
         lasts = f"the same slip every {every}{self._way()}"
         floats = can_drift(self.motion.problem)
         drifts = floats and self._drifts_on(p, error)
-        walks = floats and self._walks(p, now, error)
+        walks = floats and not fading.drift_ends(now) and self._walks(p, now, error)
         if np.abs(now.change).max() <= SIX_DIGITS * most and not walks:
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
-        ends = long_foreseen and not walks and fading.drift_ends(now)
+        ends = long_foreseen and fading.drift_ends(now)
         held = not floats or self._is_held(p, slip) or ends
         if held and (long_foreseen or fading.slip_lasts(now)):
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
