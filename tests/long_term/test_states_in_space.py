@@ -307,6 +307,18 @@ def test_a_fast_approach_does_not_hide_a_slow_one():
     assert abs(found.final_slip[3]) < found.error
 
 
+@pytest.mark.parametrize("slower", [1e-1, 1e-2, 1e-3])
+def test_the_error_has_the_way_of_the_slowest_node(slower):
+    """A node slips far, two slide to the middle: the slower one still has all its way to go."""
+    wave, none = np.cos(2.0 * np.pi * np.arange(12) / 12), np.zeros(12)
+    A = np.diag([1.0, 1.0, 1.0, 0.02, 1.0, 0.02])
+    q_w = np.stack([10.0 * wave, none, 1.03 * wave, none, (1.0 + 0.03 * slower) * wave, none], axis=1)
+    joint = Problem(A=A, B=np.zeros((3, 6)), f=1.0, q_w=q_w, p_w=np.ones((12, 3)))
+    found = shakedown.long_term_state(joint, 1.0, [0.0, 0.0, 0.0, 0.2, 0.0, 0.2])
+    assert found.outcome == Outcome.CYCLIC_SLIP
+    assert np.abs(found.final_slip[[3, 5]]).max() < found.error
+
+
 def test_the_error_of_a_state_at_rest_has_what_is_still_to_come():
     """Exactly at λ_max the way left falls like one over the number of cycles: the slip across goes to 1/7.5."""
     problem = Problem(

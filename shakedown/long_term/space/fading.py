@@ -69,10 +69,9 @@ class Fading:
         before = self._line(now, measure, LINEAR, PER_CENT * now.size)
         return None if before is None else _way(now, before)
 
-    def to_come_at_most(self, now: Mark) -> FloatArray:
-        """The way (N,) to where there is no change [length], by the last mark that tells; zero if none."""
-        before = self._before(now, CLEARLY)
-        return np.zeros_like(now.change) if before is None else _way(now, before)
+    def clearly_before(self, now: Mark) -> Mark | None:
+        """The last mark that tells a slope."""
+        return self._before(now, CLEARLY)
 
     def comes_to_a_cycle(self, now: Mark, measure: Measure, none: float) -> bool:
         """Whether the change falls to none [energy norm], nearer to a line than a square; slip stays."""

@@ -627,14 +627,30 @@ class ReturnSearch:
         most = np.divide(2.0, 1.0 - rates, out=np.full_like(last, float(self.cycles)), where=rates < 1.0)
         return float((last * most).max()), float(rates[np.argmax(last)]) ** (1.0 / period)
 
+    def _farthest(self, period: int, drifts: bool) -> float:
+        """How far a node has still to go, as the changes of all fall, and as its own does [length].
+
+        Beside fast ones a slow one may have come no nearer to its end. Rigid drift does not count.
+        """
+        fading, now = self._faded(period)
+        before = fading.clearly_before(now)
+        if before is None:
+            return 0.0
+        rigid = self.measure.rigid if drifts else np.zeros((self.layout.size, 0))
+        way, first, last = (
+            self._slips_in(each - rigid @ (rigid.T @ each))
+            for each in (now.state - before.state, before.change, now.change)
+        )
+        fallen = np.maximum(first - last, NEGLIGIBLE * last)
+        own = np.divide(way * last, fallen, out=np.zeros_like(way), where=last > 0.0)
+        return float(np.maximum(own, way * now.size / (before.size - now.size)).max())
+
     def _found(self, outcome: Outcome, reason: str, period: int) -> Settled:
         """The answer; for a cycle the period is followed again from the end of the search."""
         (left, rate), start = self._to_come(period, outcome == Outcome.RATCHETTING), self.motion.state
         goes_on = outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
-        if outcome == Outcome.CYCLIC_SLIP and self.leaps:
-            fading, now = self._faded(period)
-            ahead = fading.to_come_at_most(now)
-            left = max(left, MISJUDGED * float(np.abs(ahead).max()))
+        if goes_on and self.leaps:
+            left = max(left, MISJUDGED * self._farthest(period, outcome == Outcome.RATCHETTING))
         if goes_on and not all(self._cycle() for _ in range(period)):
             stop = self.motion.stop
             return self._undecided(f"{stop.reason if stop else 'no more cycles'}, after {reason}")
