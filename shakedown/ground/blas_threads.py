@@ -40,14 +40,14 @@ def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
 @contextmanager
 def threads_of_blas(count: int) -> Iterator[None]:
     """Limit the threads of BLAS to a number while a block runs."""
-    libraries = [library for library in _libraries() if library.get_num_threads() != count]
-    before = [library.get_num_threads() for library in libraries]
+    counts = [(library, library.get_num_threads()) for library in _libraries()]
+    others = [(library, threads) for library, threads in counts if threads != count]
     try:
-        for library in libraries:
+        for library, _ in others:
             library.set_num_threads(count)
         yield
     finally:
-        for library, threads in zip(libraries, before, strict=True):
+        for library, threads in others:
             library.set_num_threads(threads)
 
 
