@@ -599,3 +599,21 @@ def test_a_motion_along_a_kink_comes_to_its_end(seeds, kind, load_factor, outcom
     assert found.outcome == outcome
     assert np.abs(found.final_slip - ends_at).max() <= 1e-5
     assert found.error < 1e-3
+
+
+def test_a_body_that_moves_only_where_nodes_open_slips_in_a_cycle():
+    """κ has a zero mode, and no rigid slip: the search took the room that no node leaves it for a number."""
+    rng, t = np.random.default_rng(84), 2 * np.pi * np.arange(12)[:, None] / 12
+    root, free = rng.normal(size=(6, 6)), rng.normal(size=6)
+    held = np.eye(6) - np.outer(free, free) / (free @ free)
+    kappa = held @ (root @ root.T / 6 + 0.3 * np.eye(6)) @ held
+    kappa = 0.5 * (kappa + kappa.T)
+    q_w = rng.normal(size=4) * np.cos(t) + rng.normal(size=4) * np.sin(t)
+    p_w = 4.0 + 0.5 * rng.normal(size=2) * np.sin(t)
+    joint = Problem(A=kappa[:4, :4], B=kappa[4:, :4], C=kappa[4:, 4:], f=0.4, q_w=q_w, p_w=p_w)
+    load_factor = 1.003 * shakedown.upper_bound(joint, certify=False).load_factor
+    state, motion = shakedown.long_term_state(joint, load_factor), Evolution(joint, load_factor)
+    for _ in range(400):
+        motion.cycle()
+    assert state.outcome == Outcome.CYCLIC_SLIP
+    assert np.abs(state.final_slip - motion.state.u[:4]).max() <= state.error

@@ -422,8 +422,9 @@ class ReturnSearch:
 
     def _is_held(self, p: int, slip: FloatArray) -> bool:
         """Whether nodes that stick, or all but stick, leave no room for a rigid slip, while none opens."""
-        if opened_and_closed(tuple(self.records)[-p:])[0].any():
-            return False
+        opens = bool(opened_and_closed(tuple(self.records)[-p:])[0].any())
+        if opens or not self.measure.rigid.shape[1]:  # a body that moves only where nodes open
+            return not opens
         least = SIX_DIGITS * float(slip.max())
         stuck = np.flatnonzero(slip <= np.minimum(least, self.none))
         room = np.linalg.svd(self.measure.rigid[self.layout.slips_of(stuck)], compute_uv=False)
