@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.independent_bounds import SecondBounds, second_bounds
+from shakedown.assessment.runs import MOST_WORK
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_load_factors
@@ -18,6 +19,7 @@ from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds
 from shakedown.campaign.recorded_steps import LEISURE, RecordedSteps
 from shakedown.ground.errors import Missing, present
+from shakedown.ground.work_limit import limited_work
 
 CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
 SHOWN_EVERY = 15.0  # seconds between intermediate pages, or more where writing one takes long
@@ -144,6 +146,16 @@ class OtherEvidence(NamedTuple):
         for name, found in evidence.items():
             if isinstance(found, Missing):
                 yield f"{name} is missing: {found.reason}"
+
+
+def limited(step: Callable[[], T], most: float = MOST_WORK) -> Callable[[], T]:
+    """A piece of work whose motions take so much at most."""
+
+    def within() -> T:
+        with limited_work(most):
+            return step()
+
+    return within
 
 
 def second_step(limits: JointLimits) -> Callable[[], SecondBounds]:

@@ -12,10 +12,15 @@ from shakedown.bounds.collapse.lower import LowerBound
 from shakedown.ground.errors import Missing, present
 from shakedown.ground.shown_values import at_lambda, nodes_in_words, plain, short
 from shakedown.ground.status import Guarantee, Outcome
+from shakedown.ground.work_limit import limited_work
 from shakedown.joint.result import Result
 from shakedown.long_term.energy_proof import proof_in
 from shakedown.long_term.simulation import Simulation, simulate
 
+MOST_WORK = 2e10  # multiplications and additions that a run may take: ten seconds or so
+OF_NOMINAL_RUN, OF_TRANSIENT_LIMIT = 2 * MOST_WORK, 4 * MOST_WORK  # the nominal load; λ_T in all
+LEAST_WORK = 1e6  # of a cycle that is followed for its code only
+GO_ON = "simulate, which has no such limit, goes on with it"
 WORKED_OUT = ("proved", "energy_margin", "residual", "jumps")  # of a simulation when it is asked for
 
 
@@ -79,11 +84,17 @@ class Run(Result):
 
 def compile_loops(limits: JointLimits, method: str) -> None:
     """Follow a joint through one cycle at λ = 0, so that no run's time includes compilation."""
-    simulate(limits.problem, 0.0, cycles=1, method=method)
+    with limited_work(LEAST_WORK):
+        simulate(limits.problem, 0.0, cycles=1, method=method)
 
 
-def run_of(limits: JointLimits, case: Case, cycles: int, method: str) -> Run:
-    """Simulate a case, and compare the result with the prediction and with the plan's ball."""
+def run_of(limits: JointLimits, case: Case, cycles: int, method: str, most: float = MOST_WORK) -> Run:
+    """Simulate a case with so much work at most, and compare it with the prediction and the plan's ball."""
+    with limited_work(most):
+        return _run_of(limits, case, cycles, method)
+
+
+def _run_of(limits: JointLimits, case: Case, cycles: int, method: str) -> Run:
     began, problem = time.perf_counter(), limits.problem
     if case.after_transient:
         problem = replace(problem, q_transient=None, p_transient=None)
@@ -120,6 +131,12 @@ def _agreement(case: Case, run: Simulation) -> bool | None:
     return False if shakes_down else None
 
 
+def _is_spent(found: Simulation) -> bool:
+    """Whether a run was given up because it took more work than is allowed."""
+    stop = None if found.long_term is None else found.long_term.stop
+    return found.outcome == Outcome.UNDECIDED and stop is not None and stop.spent
+
+
 def disagreements(runs: Sequence[Run], lower: LowerBound | Missing) -> Iterator[str]:
     """One sentence for each run that contradicts its prediction."""
     for run in runs:
@@ -141,7 +158,7 @@ def open_questions(runs: Sequence[Run]) -> Iterator[str]:
         found = run.simulation
         where = f"{run.initial} at {at_lambda(found.load_factor)}"
         if found.outcome == Outcome.UNDECIDED:
-            yield f"{where}: {found.reason}"
+            yield f"{where}: {found.reason}{'; ' * _is_spent(found)}{GO_ON * _is_spent(found)}"
         elif run.agrees is None and run.predicted != "either":
             named = nodes_in_words(found.open_nodes)
             yield f"{where}: shakes down with {named} open: a zone that λ_max is not about (open_nodes)"

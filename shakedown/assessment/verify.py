@@ -19,10 +19,19 @@ from shakedown.assessment.recorded_work import (
     RecordedWork,
     SideBySide,
     evidence_steps,
+    limited,
     other_evidence,
     second_step,
 )
-from shakedown.assessment.runs import Run, compile_loops, disagreements, open_questions, run_of
+from shakedown.assessment.runs import (
+    OF_NOMINAL_RUN,
+    OF_TRANSIENT_LIMIT,
+    Run,
+    compile_loops,
+    disagreements,
+    open_questions,
+    run_of,
+)
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.three_numbers import open_ends
 from shakedown.assessment.transient_limit import TransientLimit
@@ -246,7 +255,8 @@ def verify(
         (``slip_after_transient``), and the seed these are drawn with. None: 3, and 1 of joints in
         space of more than 50 node pairs.
     cycles, method
-        As for :func:`shakedown.simulate`.
+        As for :func:`shakedown.simulate`. In space a run is undecided, too, once it has taken 2e10 operations
+        (λ = 1: twice, λ_T: four times as many), ten seconds or so; ``simulate`` has no such limit.
     budget
         Enumerate the critical load factors where there are at most so many subsets.
     slip_below
@@ -380,11 +390,13 @@ def _simulated(
     """Every simulation, λ_T, and the other evidence; shown while they come."""
     limits, how = found.details, (settings.cycles, settings.method)
     nominal = threads.add(lambda: _nominal_run(limits, *how))
-    transient = threads.add(lambda: limits.transient)  # early, as its simulations follow from each other
+    transient = threads.add(  # early, as its simulations follow from each other
+        limited(lambda: limits.transient, OF_TRANSIENT_LIMIT)
+    )
     plan = plan_steps(limits, asked.load_factors, settings.random_states, settings.seed)
-    planned = [threads.add(step) for step in plan]
+    planned = [threads.add(limited(step)) for step in plan]
     evidence = evidence_steps(limits, asked.budget, asked.slip_below)
-    others = [threads.add(step, AT_LEISURE) for step in evidence]
+    others = [threads.add(limited(step), AT_LEISURE) for step in evidence]
 
     runs: list[Run] = [work.steps.done(nominal)]
     show = functools.partial(_so_far, found, runs, settings)
@@ -410,7 +422,7 @@ def _simulated(
 
 def _nominal_run(limits: JointLimits, cycles: int, method: str) -> Run:
     """The nominal load, with the period of its long-term state, which every page shows."""
-    run = run_of(limits, case_as_given(limits), cycles, method)
+    run = run_of(limits, case_as_given(limits), cycles, method, OF_NOMINAL_RUN)
     _ = run.simulation.settled.history  # followed in this thread, and kept
     return run
 

@@ -19,7 +19,7 @@ from shakedown.joint.problem import Problem
 from shakedown.programs.program import Program
 from shakedown.programs.solver import solve
 
-LARGEST = 300  # closed nodes; above this the program takes longer than all others
+LARGEST = 300  # slips of closed nodes; above this the program takes longer than all others
 WITHIN = 0.5  # share of the tolerance by which rows may be violated, as the set at λ_max may be flat
 NOT_FOUND = (
     "no contact zone that was tried has a safe slip, and not all were: "
@@ -110,9 +110,9 @@ def _least_slip(zone: Zone, load_factor: float, known: FloatArray, tolerances: T
     Where no more than its open nodes hold a body safe slips may be far away, and many: the program of λ_max
     ends in any of them. This one minimises t, |v_i| ≤ t at every node, v in every row.
     """
-    if len(zone.closed_nodes) > LARGEST:
-        return known
     rows = zone.constraints
+    if rows.n > LARGEST:
+        return known
     G, right, slips = rows.coefficients, rows.g - load_factor * rows.d, rows.n
     terms = np.maximum(np.abs(right), np.abs(G) @ np.abs(known))
     right[rows.heads] += WITHIN * tolerances.feasibility * np.maximum.reduceat(terms, rows.heads)

@@ -4,7 +4,8 @@ Reading order: ``errors`` (one tree; what is missing where an optional step fail
 ``regular_file`` (what is opened for reading), ``visible_text`` (text that a terminal or a page can show),
 ``shown_values`` (numbers and results in short), ``argument_kinds`` (arguments of callers, numbers of any
 kind, checked by annotation), ``tolerances`` (one settings object), ``round_off`` (what is negligible,
-and when an iteration has failed), ``size_limits`` (how much is too much), ``status`` (how a program ended,
+and when an iteration has failed), ``size_limits`` (how much is too much), ``work_limit`` (what motions may
+take), ``status`` (how a program ended,
 what a node does, the names of limits), ``blas_threads`` (one thread for small
 matrices). Of compiled loops: ``code_cache`` (where compiled code is kept, and whether it is of the present
 sources; what is compiled into its callers alone), ``named_state`` (how functions are compiled and a state

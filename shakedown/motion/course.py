@@ -8,6 +8,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import NamedState, Reals
 
 DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED = range(7)  # ends of a loop
+OUT_OF_WORK = 7  # what motions may take is spent (ground.work_limit)
 EFFORT = 200_000_000  # multiplications and additions after which a loop returns, about a fifth of a second
 ENUMERABLE = 10  # nodes up to which all combinations of two states are tried
 RECORD_ROWS = 256  # rows of a path after which a loop returns so that they are read

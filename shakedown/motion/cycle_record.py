@@ -26,12 +26,15 @@ class Stop:
         The node concerned; −1 where it is none alone.
     slides_away
         Whether the body slides away for good: friction and stiffness do not hold it.
+    spent
+        Whether no more than the work allowed was in the way (:mod:`shakedown.ground.work_limit`).
     """
 
     reason: str
     cycle: float
     node: int
     slides_away: bool = False
+    spent: bool = False
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.work_limit import count_work, work_is_left
 from shakedown.joint.arguments import checked_damping, require_problem
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
@@ -20,6 +21,7 @@ from shakedown.motion.course import (
     LIFTS_OFF,
     NO_RATES,
     NOT_SETTLED,
+    OUT_OF_WORK,
     PAUSED,
     RECORD_FULL,
     TOO_MANY_EVENTS,
@@ -142,15 +144,25 @@ class Evolution(Motion):
         if not self.held:
             self.say_why(NOT_SETTLED, method.progress())
             return False
+        if not work_is_left():
+            self.say_why(OUT_OF_WORK, method.progress())
+            return False
         while True:  # ends, as events per load step, jumps per cycle and cycles are limited
             status = method.follow(1 if before == 0 else cycles)
             now = method.progress()
+            count_work(method.effort)
             found = status in method.passable and method.finds_way_on(now, self.path)
             self.pieces += method.recorded(before)
             self.done = before + now.passes
+            if status != DONE and not work_is_left():
+                status = OUT_OF_WORK
+                break
             if found or status in (RECORD_FULL, PAUSED):
                 continue
-            if status != NO_RATES or not self.jump(now):
+            if status != NO_RATES:
+                break
+            if not self.jump(now):
+                status = status if work_is_left() else OUT_OF_WORK
                 break
         if status != DONE:
             self.say_why(status, now)
@@ -266,8 +278,9 @@ class Evolution(Motion):
             LIFTS_OFF: f"node {now.concerned} lifts off, and the problem has no C",
             TOO_MANY_EVENTS: "events accumulate within one load step",
             NOT_SETTLED: "the moving nodes are not held: their stiffness is singular to round-off",
+            OUT_OF_WORK: "the work allowed for a motion is spent",
         }
-        if self.left:
+        if self.left and status != OUT_OF_WORK:
             reasons[status] = "the body leaves: every node is open and nothing else holds it"
         if self.slides:
             reasons[status] = SLIDES_AWAY
@@ -275,4 +288,6 @@ class Evolution(Motion):
             reasons[status] = reasons[NOT_SETTLED]
         when = f"at time {time:.6g} cycles" if time >= 0 else "on the way to the first period"
         why = ": friction and stiffness do not hold it" * self.slides
-        self.stop = Stop(f"{reasons[status]} {when}{why}", time, now.concerned, self.slides)
+        self.stop = Stop(
+            f"{reasons[status]} {when}{why}", time, now.concerned, self.slides, status == OUT_OF_WORK
+        )

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, PER_CENT, ROUND_OFF, SIX_DIGITS
 from shakedown.ground.status import OPEN
+from shakedown.ground.work_limit import BY_BLAS, count_work, work_is_left
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
 from shakedown.joint.result import Result
@@ -172,6 +173,9 @@ class Relaxation:
         longest = FAR * FAR * dt
         lengths = StepLengths(self.scale.length, dt)
         while self.steps < MAX_STEPS and shortest < dt < longest and np.abs(self.u - self.start).max() < far:
+            if not work_is_left():
+                return None
+            count_work(BY_BLAS * len(self.u) ** 3)
             if self._step(lengths):
                 self.steps += 1
                 rest = self._rest()

@@ -10,7 +10,9 @@ from command import run
 import shakedown
 from shakedown import Problem
 from shakedown.ground.errors import Missing
+from shakedown.ground.work_limit import limited_work
 from shakedown.motion.evolution import Evolution
+from shakedown.motion.space import space_events
 
 
 @pytest.fixture(scope="module")
@@ -106,3 +108,20 @@ def test_transient_load_steps_come_first():
     found = shakedown.verify(before, random_states=0, load_factors=[0.5])
     assert found.agrees
     assert found.runs[0].simulation.outcome == "shakedown"
+
+
+def test_runs_that_take_too_much_work_are_said_to_be_open(monkeypatch):
+    """Within their first cycle: nothing is claimed of them, and what is known without them stays."""
+    monkeypatch.setattr(space_events, "EFFORT", 1)
+    for place in ("runs", "recorded_work"):
+        monkeypatch.setattr(f"shakedown.assessment.{place}.limited_work", lambda _: limited_work(1e3))
+    cut = shakedown.verify(shakedown.example("two-node-3d"), random_states=1)
+    open_runs = [each for each in cut.runs if each.simulation.outcome == "undecided"]
+    assert open_runs
+    assert all(each.agrees is None for each in open_runs)
+    assert not cut.disagreements
+    said = [text for text in cut.open_questions if "the work allowed for a motion is spent" in text]
+    assert len(said) == len(open_runs)
+    assert all(text.endswith("; simulate, which has no such limit, goes on with it") for text in said)
+    assert cut.limits.upper.load_factor > 0.0
+    assert cut.to_dict()

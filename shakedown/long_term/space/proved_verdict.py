@@ -13,6 +13,7 @@ from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.round_off import SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import OPEN, Outcome
+from shakedown.ground.work_limit import work_again
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import can_drift
@@ -44,7 +45,8 @@ def heeding_proofs(state: S) -> S:
     the motion began, from every state, and from where it has got to; the numbers are then those of the cycle
     from there.
     """
-    if state.outcome == Outcome.SHAKEDOWN or state.stop is not None or _closes(state, CLEAR):
+    stopped = state.stop is not None and not state.stop.spent
+    if state.outcome == Outcome.SHAKEDOWN or stopped or _closes(state, CLEAR):
         return state
     if not (state.goal.contact == OPEN).any() and beyond_all(state.begun):
         return _proved_to_slip(state)
@@ -154,7 +156,8 @@ def _proved_at_rest(state: S, proof: str) -> S:
 def _with_last_cycle(state: S, outcome: Outcome, reason: str) -> S:
     """An outcome with the numbers of one cycle from the end of the search."""
     motion, length = state.motion(), scales(state.begun.problem, state.load_factor).length
-    record = motion.cycle()
+    with work_again():
+        record = motion.cycle()
     if record is None:
         return state
     return replace(

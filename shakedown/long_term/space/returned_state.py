@@ -10,6 +10,7 @@ from shakedown.campaign.recorded_steps import StepProgress
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import DISTINCT, RESOLVED
 from shakedown.ground.status import Outcome
+from shakedown.ground.work_limit import work_again
 from shakedown.long_term.limit_search import OUTCOMES
 from shakedown.long_term.passage import FirstCycles, Passage
 from shakedown.long_term.plane.search import Answers
@@ -137,8 +138,9 @@ def _period_path(motion: Evolution, found: Settled) -> list[PathSteps]:
     motion.pieces.clear()
     motion.state = found.start
     motion.enter_cycle(max(found.cycles - found.period, 1))
-    for _ in cycles_of(motion, found.period, record=True):
-        pass
+    with work_again():
+        for _ in cycles_of(motion, found.period, record=True):
+            pass
     return motion.recorded()
 
 

@@ -70,6 +70,7 @@ class PlaneEvents:
     """
 
     passable = (NO_RATES,)
+    effort = 0  # not counted: a cycle takes milliseconds
 
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
         self.problem, self.kappa, self.tolerances = problem, kappa, tolerances

@@ -78,6 +78,7 @@ HALF_WAY = 0.5  # share of the time to an apex at the present rate that explicit
 NEARER = 0.4  # least exponent with which the error of a step to an apex decreases with its length
 PAST = 0.8  # share of a Radau step at which a pressure vanishes, and its allowed length
 GAIN = 5.0  # cost of such a step relative to an explicit one
+LONG = 1000.0  # length of such a step relative to an explicit one from which on none is waited for
 TURNS, MANY = 1.5, 0.05  # rotation in an explicit step, and its share of the rest, from which on it is tried
 FINEST = (
     1e-7  # share of the rest: if even such explicit steps turn too far, only their error limits their length
@@ -112,7 +113,7 @@ def follow_curve(run: SpaceRun, effort: int) -> int:
 @inner
 def load_step(run: SpaceRun) -> int:
     """Carry the state from event to event to the end of its load step."""
-    joint, course, mo, rates, sp, ct = run.joint, run.course, run.motion, run.rates, run.slipping, run.control
+    joint, course, mo, rates, ct = run.joint, run.course, run.motion, run.rates, run.control
     N, status = 3 * joint.n, AT_EVENT
     for k in range(N):
         rates.welded[k] = course.path[(mo.step + 1) * N + k] - course.path[mo.step * N + k]
@@ -124,24 +125,35 @@ def load_step(run: SpaceRun) -> int:
             mo.resting[i], rates.arrived[i] = 0, 0
         mo.entered = True
     while status == AT_EVENT:
-        if mo.crowd > 1000 + 200 * joint.n:
-            return TOO_MANY_EVENTS
-        found = choose_rates(run)
-        leaving = leaving_node(joint, mo, rates, found)
-        if not course.separable and leaving >= 0:
-            mo.concerned = leaving
-            return LIFTS_OFF
-        if not found:
-            return NO_RATES
-        ct.effort += 2 * sp.s * sp.s * sp.s + 100
-        ct.apex_ahead = np.inf
+        if not mo.under_way:
+            status = begin_path(run)
+            if status != AT_EVENT:
+                return status
         status = smooth_path(run)
+        mo.under_way = status in (PAUSED, RECORD_FULL)
         if status == AT_EVENT and ct.effort > ct.allowed:
             return PAUSED
     if status == DONE:
         mo.step, mo.time, mo.crowd, mo.entered = mo.step + 1, 0.0, 0, False
         mo.kind, mo.node, mo.came_kind, mo.came_node = LOAD_STEP, -1, LOAD_STEP, -1
     return status
+
+
+@inner
+def begin_path(run: SpaceRun) -> int:
+    """Choose the rates with which the path goes on: AT_EVENT, or why it does not."""
+    joint, course, mo, rates, ct = run.joint, run.course, run.motion, run.rates, run.control
+    if mo.crowd > 1000 + 200 * joint.n:
+        return TOO_MANY_EVENTS
+    found = choose_rates(run)
+    leaving = leaving_node(joint, mo, rates, found)
+    if not course.separable and leaving >= 0:
+        mo.concerned = leaving
+        return LIFTS_OFF
+    if not found:
+        return NO_RATES
+    ct.apex_ahead = np.inf
+    return AT_EVENT
 
 
 @inner
@@ -268,7 +280,8 @@ def choose_step(run: SpaceRun, rest: float) -> float:
     st.method, ct.capped = EXPLICIT, h > most
     short = min(h, most)
     jumps = far > HALF_WAY * apex and apex < ct.apex_ahead
-    stiff = ct.wait == 0 and short < MANY * rest and short * fastest > TURNS and far > GAIN * short
+    worth = far > (GAIN if ct.wait == 0 else LONG) * short
+    stiff = worth and short < MANY * rest and short * fastest > TURNS
     if jumps or stiff:
         st.method = RADAU
         return far
@@ -284,7 +297,7 @@ def take_step(run: SpaceRun, h: float) -> float:
     if error >= 0.0:
         end_of_step(run, h)
     ct.taken += 1
-    ct.effort += 6 * (sp.s * sp.s * sp.s + 20 * sp.s * sp.s) + 12 * st.n * sp.s + 500
+    ct.effort += 120 * sp.s * sp.s + 12 * st.n * sp.s + 500
     return error
 
 

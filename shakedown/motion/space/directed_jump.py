@@ -15,6 +15,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEWTON_ROUNDS, SIX_DIGITS
 from shakedown.ground.size_limits import BLOCK
 from shakedown.ground.status import OPEN, SLIP, STICK
+from shakedown.ground.work_limit import BY_BLAS, count_work
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
 from shakedown.motion.course import DONE, PAUSED, course
@@ -32,6 +33,7 @@ FEW_TURNS = 4  # of sweeps and Newton's method in such a solution: one that take
 
 def end_at_once(joint: ImplicitJoint, layout: Layout, u: FloatArray, path: FloatArray) -> StepEnd | None:
     """The end of an implicit step between two welded reactions (2, 3n); None where none is found."""
+    count_work(BY_BLAS * layout.size**3)
     joint.begin(*layout.split(u), *layout.split(path[0]))
     found = joint.step(*layout.split(path[1]))
     if found.status != StepStatus.SOLVED:
@@ -101,6 +103,7 @@ class DirectedJump(Relaxation):
         status = PAUSED
         while status == PAUSED:
             status = follow_curve(run, LABOUR)
+            count_work(run.control.effort)
             self.at_once = status == PAUSED and run.control.taken > MOST_TAKEN
             if self.at_once:
                 return None

@@ -70,7 +70,8 @@ class SpaceMotion(NamedState):
     passes
         How often the whole course has been passed.
     step, time
-        Load steps done, and share done of the next, which has been ``entered``.
+        Load steps done, and share done of the next, which has been ``entered``; whether the motion is
+        ``under_way`` there, on a path whose rates are chosen.
     node, kind
         The event ahead, or not yet dealt with.
     came_node, came_kind
@@ -98,6 +99,7 @@ class SpaceMotion(NamedState):
     step: int
     time: float
     entered: bool
+    under_way: bool
     node: int
     kind: int
     came_node: int

@@ -130,7 +130,9 @@ def rises_from_nothing(run: SpaceRun, apexes: int) -> bool:
 def find_all_rates(run: SpaceRun) -> bool:
     """Find rates with the nodes at the apex unchanged; False where there are none."""
     joint, course, mo, rates, sp, st = run.joint, run.course, run.motion, run.rates, run.slipping, run.step
-    if not (take_contact(joint, course, mo, rates) and choose_slipping(run)):
+    held = take_contact(joint, course, mo, rates) and choose_slipping(run)
+    run.control.effort += 2 * sp.s * sp.s * sp.s + 100
+    if not held:
         return False
     move(joint, sp, st.k, 0, rates.rate)
     for i in range(3 * joint.n):

@@ -142,6 +142,11 @@ class SpaceEvents:
         status: int = follow_curve(self.run, EFFORT)
         return status
 
+    @property
+    def effort(self) -> int:
+        """What the loop has taken since it was last entered [multiplications and additions]."""
+        return int(self.run.control.effort)
+
     def progress(self) -> Progress:
         """Where the present cycle has got to."""
         return progress(self.run.motion)

@@ -100,7 +100,9 @@ def begin(run: SpaceRun) -> None:
     motion = run.motion
     for counted in (motion.slip, motion.work, motion.opened, motion.closed):
         counted[:] = 0
-    motion.set(passes=0, step=0, time=0.0, entered=False, concerned=-1, crowd=0, events=0, error=0.0)
+    motion.set(
+        passes=0, step=0, time=0.0, entered=False, under_way=False, concerned=-1, crowd=0, events=0, error=0.0
+    )
     motion.set(node=-1, kind=LOAD_STEP, came_node=-1, came_kind=LOAD_STEP)
     motion.set(signature=0, last_states=0)
     run.step.set(method=EXPLICIT)
@@ -110,5 +112,5 @@ def begin(run: SpaceRun) -> None:
 def resume(run: SpaceRun, time: float, kind: int = JUMPS) -> None:
     """Continue after a jump or another change of the state, from a given share of the load step."""
     motion = run.motion
-    motion.set(time=time, node=-1, kind=kind, entered=False, came_node=-1, came_kind=kind)
-    motion.set(events=motion.events + 1)
+    motion.set(time=time, node=-1, kind=kind, came_node=-1, came_kind=kind)
+    motion.set(entered=False, under_way=False, events=motion.events + 1)

@@ -218,6 +218,7 @@ def rates_along(sp: Slipping, st: Step, ct: StepControl, stage: int) -> bool:
         for t in range(s * s):
             sp.M[t] = sp.limits[t]
         sp.factored = factor(sp, s) > 0
+        ct.effort += s * s * s
         if not sp.factored:
             return False
         for a in range(s):
