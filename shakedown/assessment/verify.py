@@ -255,7 +255,7 @@ def verify(
         (``slip_after_transient``), and the seed these are drawn with. None: 3, and 1 of joints in
         space of more than 50 node pairs.
     cycles, method
-        As for :func:`shakedown.simulate`. In space a run is undecided, too, once it has taken 2e10 operations
+        As for :func:`shakedown.simulate`. In space a run is undecided, too, once it has taken 4e10 operations
         (λ = 1: twice, λ_T: four times as many), ten seconds or so; ``simulate`` has no such limit.
     budget
         Enumerate the critical load factors where there are at most so many subsets.
