@@ -210,7 +210,7 @@ class Evolution(Motion):
         moving = method.relaxation(before, reaction, load, self.damping)
         rest = moving.to_rest()
         if rest is None:
-            self.left = bool((moving.contact == OPEN).all())
+            self.left = moving.endless and bool((moving.contact == OPEN).all())
             self.slides = moving.endless and not self.left
             return False
         cycle = self.done + (self.problem.m - len(path) + step + time) / self.problem.m

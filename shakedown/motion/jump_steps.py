@@ -12,6 +12,8 @@ from itertools import pairwise
 from math import floor, inf, log, sqrt
 from typing import NamedTuple
 
+from shakedown.ground.round_off import SETTLED
+
 ACCURACY = 0.01  # accepted departure of a step from a straight path, relative to the motion so far
 CHANGING = 0.4  # length of a step in which nodes change their contact states, relative to the motion so far
 RUNG = 1.5  # ratio of the distances aimed at; speeds like the third power of the way let a step reach that
@@ -70,12 +72,15 @@ class StepLengths:
         Scale of the scene [length].
     duration
         Of the next step.
+    size
+        Of displacements [length].
     passed
         Ways at the ends of the last steps, three at most, with the speeds there.
     """
 
     length: float
     duration: float
+    size: float
     passed: list[tuple[float, float]] = field(default_factory=list)
 
     def shorten(self, factor: float = 0.5) -> None:
@@ -96,7 +101,9 @@ class StepLengths:
         return True
 
     def _next(self, last: Stride) -> float:
-        """The duration in which the next step will end where it is to end."""
+        """The duration in which the next step will end where it is to end; longer where none is seen."""
+        if last.way <= SETTLED * self.size:  # speeds are round-off
+            return LONGER * self.duration
         straight = AIMED * last.way / sqrt(last.bend) if last.bend > 0.0 else inf
         longest, speeds, way = LONGER * self.duration, self._speeds_ahead(), 0.0
         rung = floor(log(last.motion / self.length) / log(RUNG) + 0.5)

@@ -171,7 +171,8 @@ class Relaxation:
         shortest = 1e-9 * dt
         far = FAR * self.scale.length + FAR * np.abs(self.start).max()
         longest = FAR * FAR * dt
-        lengths = StepLengths(self.scale.length, dt)
+        size = max(self.scale.length, float(np.abs(self.start).max()))
+        lengths = StepLengths(self.scale.length, dt, size)
         while self.steps < MAX_STEPS and shortest < dt < longest and np.abs(self.u - self.start).max() < far:
             if not work_is_left():
                 return None

@@ -8,7 +8,7 @@ from benchmarks.space_verdicts import KINDS, random_joint
 from shakedown import Outcome
 from shakedown.motion import evolution, jump_steps
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.jump_steps import StepLengths, Stride
+from shakedown.motion.jump_steps import LONGER, StepLengths, Stride
 
 LOAD_FACTOR = 0.93  # above λ_max
 
@@ -76,7 +76,7 @@ def test_shorter_steps_lead_to_the_same_end(monkeypatch, drifting):
 def test_a_motion_that_grows_takes_few_steps(power):
     """Implicit steps Δx = Δt v(x + Δx), v = b + xᵖ with b = 1e-9, of a motion from 0 to 1; few have no end."""
     offset, at, steps, failed = 1e-9, 0.0, 0, 0
-    lengths = StepLengths(1.0, 0.05)
+    lengths = StepLengths(1.0, 0.05, 1.0)
     while at < 1.0:
         duration = lengths.duration
         parabola = [1.0, 2.0 * at - 1.0 / duration, at**2 + offset]
@@ -94,8 +94,16 @@ def test_a_motion_that_grows_takes_few_steps(power):
 
 
 def test_a_step_that_turns_is_taken_shorter():
-    lengths = StepLengths(1.0, 1.0)
+    lengths = StepLengths(1.0, 1.0, 1.0)
     assert lengths.accepts(Stride(1.0, 1.0, 1.0, 0.0, False))
     duration = lengths.duration
     assert not lengths.accepts(Stride(1.0, 1.0, 2.0, 0.5, False))
     assert 0.1 * duration <= lengths.duration <= 0.5 * duration
+
+
+def test_a_motion_within_round_off_takes_longer_steps_whatever_its_speeds_seem_to_do():
+    lengths = StepLengths(1.0, 1.0, 1.0)
+    for speed in (1e-6, 1e-17, 1e-16, 1e-18):
+        before = lengths.duration
+        assert lengths.accepts(Stride(speed * before, speed, 1e-6, 0.0, False))
+    assert lengths.duration == LONGER * before
