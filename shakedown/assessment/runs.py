@@ -17,8 +17,8 @@ from shakedown.joint.result import Result
 from shakedown.long_term.energy_proof import proof_in
 from shakedown.long_term.simulation import Simulation, simulate
 
-MOST_WORK = 4e10  # multiplications and additions that a run may take, 10 s or so
-OF_NOMINAL_RUN, OF_TRANSIENT_LIMIT = 2 * MOST_WORK, 4 * MOST_WORK  # the nominal load; λ_T in all
+MOST_WORK = 8e10  # multiplications and additions that a run may take, and λ_T in all: half a minute or so
+AFTER_SPENT = 0.25 * MOST_WORK  # where they were too few for λ = 1
 LEAST_WORK = 1e6  # of a cycle that is followed for its code only
 GO_ON = "simulate, which has no such limit, goes on with it"
 WORKED_OUT = ("proved", "energy_margin", "residual", "jumps")  # of a simulation when it is asked for
@@ -131,7 +131,7 @@ def _agreement(case: Case, run: Simulation) -> bool | None:
     return False if shakes_down else None
 
 
-def _is_spent(found: Simulation) -> bool:
+def is_spent(found: Simulation) -> bool:
     """Whether a run was given up because it took more work than is allowed."""
     stop = None if found.long_term is None else found.long_term.stop
     return found.outcome == Outcome.UNDECIDED and stop is not None and stop.spent
@@ -158,7 +158,7 @@ def open_questions(runs: Sequence[Run]) -> Iterator[str]:
         found = run.simulation
         where = f"{run.initial} at {at_lambda(found.load_factor)}"
         if found.outcome == Outcome.UNDECIDED:
-            yield f"{where}: {found.reason}{'; ' * _is_spent(found)}{GO_ON * _is_spent(found)}"
+            yield f"{where}: {found.reason}{'; ' * is_spent(found)}{GO_ON * is_spent(found)}"
         elif run.agrees is None and run.predicted != "either":
             named = nodes_in_words(found.open_nodes)
             yield f"{where}: shakes down with {named} open: a zone that λ_max is not about (open_nodes)"

@@ -24,11 +24,12 @@ from shakedown.assessment.recorded_work import (
     second_step,
 )
 from shakedown.assessment.runs import (
-    OF_NOMINAL_RUN,
-    OF_TRANSIENT_LIMIT,
+    AFTER_SPENT,
+    MOST_WORK,
     Run,
     compile_loops,
     disagreements,
+    is_spent,
     open_questions,
     run_of,
 )
@@ -255,8 +256,8 @@ def verify(
         (``slip_after_transient``), and the seed these are drawn with. None: 3, and 1 of joints in
         space of more than 50 node pairs.
     cycles, method
-        As for :func:`shakedown.simulate`. In space a run is undecided, too, once it has taken 4e10 operations
-        (λ = 1: twice, λ_T: four times as many), ten seconds or so; ``simulate`` has no such limit.
+        As for :func:`shakedown.simulate`. In space a run is undecided, too, after 8e10 operations, half a
+        minute or so (2e10 where that was too few for λ = 1); ``simulate`` has no such limit.
     budget
         Enumerate the critical load factors where there are at most so many subsets.
     slip_below
@@ -390,21 +391,22 @@ def _simulated(
     """Every simulation, λ_T, and the other evidence; shown while they come."""
     limits, how = found.details, (settings.cycles, settings.method)
     nominal = threads.add(lambda: _nominal_run(limits, *how))
-    transient = threads.add(  # early, as its simulations follow from each other
-        limited(lambda: limits.transient, OF_TRANSIENT_LIMIT)
-    )
+    transient = threads.add(
+        limited(lambda: limits.transient)
+    )  # early: its simulations follow from each other
     plan = plan_steps(limits, asked.load_factors, settings.random_states, settings.seed)
     planned = [threads.add(limited(step)) for step in plan]
     evidence = evidence_steps(limits, asked.budget, asked.slip_below)
     others = [threads.add(limited(step), AT_LEISURE) for step in evidence]
 
     runs: list[Run] = [work.steps.done(nominal)]
+    most = AFTER_SPENT if is_spent(runs[0].simulation) else MOST_WORK
     show = functools.partial(_so_far, found, runs, settings)
     work.show(limits, functools.partial(show, "all other runs"))  # before the other runs are planned
     cases, ends = list[Case](), list[Callable[[], Run]]()
     for step in planned:  # what one load factor has begins while the next one is planned
         new = planned_cases(limits, work.steps.done(step))
-        ends += [threads.add(functools.partial(run_of, limits, case, *how)) for case in new]
+        ends += [threads.add(functools.partial(run_of, limits, case, *how, most)) for case in new]
         cases += new
     work.count, work.pieces = len(runs), len(runs) + len(cases) + 2 + len(others)
     work.show(limits, functools.partial(show, "all other runs"))  # in case it was too early before
@@ -422,7 +424,7 @@ def _simulated(
 
 def _nominal_run(limits: JointLimits, cycles: int, method: str) -> Run:
     """The nominal load, with the period of its long-term state, which every page shows."""
-    run = run_of(limits, case_as_given(limits), cycles, method, OF_NOMINAL_RUN)
+    run = run_of(limits, case_as_given(limits), cycles, method)
     _ = run.simulation.settled.history  # followed in this thread, and kept
     return run
 

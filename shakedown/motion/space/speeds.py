@@ -20,6 +20,7 @@ FEW = 12  # slipping nodes up to which equations are always solved anew, and wit
 MOST_CORRECTIONS = 9  # corrections of speeds with the factors of an earlier stage
 CONTRACTS = 0.25  # share of a rate of slack that may remain after each
 RATE_ROUND_OFF = ROUND_OFF / 10  # relative round-off of rates
+LAPACK = 10  # operations of a factorisation in the time of one in a loop
 TRANSPOSED = ord("T")
 SHARES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0)  # of a step, of its first stages
 
@@ -218,7 +219,7 @@ def rates_along(sp: Slipping, st: Step, ct: StepControl, stage: int) -> bool:
         for t in range(s * s):
             sp.M[t] = sp.limits[t]
         sp.factored = factor(sp, s) > 0
-        ct.effort += s * s * s
+        ct.effort += s * s * s // LAPACK
         if not sp.factored:
             return False
         for a in range(s):
