@@ -631,20 +631,20 @@ class ReturnSearch:
     def _farthest(self, period: int, drifts: bool) -> float:
         """How far a node has still to go, as the changes of all fall, and as its own does [length].
 
-        Beside fast ones a slow one may have come no nearer to its end. Rigid drift does not count.
+        Beside fast ones a slow one may have come no nearer to its end. Rigid drift that lasts does not count.
         """
         fading, now = self._faded(period)
         before = fading.clearly_before(now)
         if before is None:
             return 0.0
-        rigid = self.measure.rigid if drifts else np.zeros((self.layout.size, 0))
+        rigid, gone = self.measure.rigid, now.state - before.state
         way, first, last = (
-            self._slips_in(each - rigid @ (rigid.T @ each))
-            for each in (now.state - before.state, before.change, now.change)
+            self._slips_in(each - rigid @ (rigid.T @ each)) for each in (gone, before.change, now.change)
         )
         fallen = np.maximum(first - last, NEGLIGIBLE * last)
         own = np.divide(way * last, fallen, out=np.zeros_like(way), where=last > 0.0)
-        return float(np.maximum(own, way * now.size / (before.size - now.size)).max())
+        as_all = (way if drifts else self._slips_in(gone)) * now.size / (before.size - now.size)
+        return float(np.maximum(own, as_all).max())
 
     def _found(self, outcome: Outcome, reason: str, period: int) -> Settled:
         """The answer; for a cycle the period is followed again from the end of the search."""
