@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.work_limit import count_work, work_is_left
@@ -210,9 +210,13 @@ class Evolution(Motion):
         moving = method.relaxation(before, reaction, load, self.damping)
         rest = moving.to_rest()
         if rest is None:
-            self.left = moving.endless and bool((moving.contact == OPEN).all())
+            goes = moving.endless or moving.moved > SIX_DIGITS * self.scale.length
+            self.left = goes and bool((moving.contact == OPEN).all())
             self.slides = moving.endless and not self.left
-            return False
+            if goes:
+                return False
+            self._nudged = (step, now.time, retries)
+            return self.jump(now)  # it stands still next to where it was: a larger change of load leads away
         cycle = self.done + (self.problem.m - len(path) + step + time) / self.problem.m
         jump = jump_of(cycle, self.problem.layout, self.kappa, load, before.u, rest)
         self.state = State(rest.u, rest.contact)

@@ -74,6 +74,8 @@ class StepLengths:
         Of the next step.
     size
         Of displacements [length].
+    idle
+        How many steps have moved no more than their round-off.
     passed
         Ways at the ends of the last steps, three at most, with the speeds there.
     """
@@ -81,6 +83,7 @@ class StepLengths:
     length: float
     duration: float
     size: float
+    idle: int = 0
     passed: list[tuple[float, float]] = field(default_factory=list)
 
     def shorten(self, factor: float = 0.5) -> None:
@@ -103,6 +106,7 @@ class StepLengths:
     def _next(self, last: Stride) -> float:
         """The duration in which the next step will end where it is to end; longer where none is seen."""
         if last.way <= SETTLED * self.size:  # speeds are round-off
+            self.idle += 1
             return LONGER * self.duration
         straight = AIMED * last.way / sqrt(last.bend) if last.bend > 0.0 else inf
         longest, speeds, way = LONGER * self.duration, self._speeds_ahead(), 0.0

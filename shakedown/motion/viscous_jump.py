@@ -39,6 +39,7 @@ from shakedown.motion.plane.run import run_along
 from shakedown.motion.steady_slide import ViscousJoint, steady_slide
 
 MAX_STEPS = 2000
+MOST_IDLE = 16  # of these within round-off of where they begin: it stands between states that do not last
 FAR = (
     1 / SIX_DIGITS
 )  # motion, relative to the length scale and earlier slips, beyond which a body slides away
@@ -173,7 +174,12 @@ class Relaxation:
         longest = FAR * FAR * dt
         size = max(self.scale.length, float(np.abs(self.start).max()))
         lengths = StepLengths(self.scale.length, dt, size)
-        while self.steps < MAX_STEPS and shortest < dt < longest and np.abs(self.u - self.start).max() < far:
+        while (
+            self.steps < MAX_STEPS
+            and lengths.idle < MOST_IDLE
+            and shortest < dt < longest
+            and self.moved < far
+        ):
             if not work_is_left():
                 return None
             count_work(BY_BLAS * len(self.u) ** 3)
@@ -186,15 +192,19 @@ class Relaxation:
                 if self.endless:
                     return None
             dt = lengths.duration
-        self.endless = bool(dt >= longest or np.abs(self.u - self.start).max() >= far)
+        self.endless = bool(dt >= longest or self.moved >= far)
         return None
+
+    @property
+    def moved(self) -> float:
+        """How far it has come [length]."""
+        return float(np.abs(self.u - self.start).max())
 
     def _slides_for_ever(self) -> bool:
         """Whether the motion tends to a rigid one that nothing ends; asked when its way has doubled."""
-        moved = float(np.abs(self.u - self.start).max())
-        if moved <= self.asked_at or self.turned > PER_CENT:
+        if self.moved <= self.asked_at or self.turned > PER_CENT:
             return False
-        self.asked_at = 2.0 * moved
+        self.asked_at = 2.0 * self.moved
         joint = ViscousJoint(self.kappa, self.law, self.load, self.damping, self.scale)
         return steady_slide(joint, self.u, self.velocity, self.contact) is not None
 

@@ -107,3 +107,16 @@ def test_a_motion_within_round_off_takes_longer_steps_whatever_its_speeds_seem_t
         before = lengths.duration
         assert lengths.accepts(Stride(speed * before, speed, 1e-6, 0.0, False))
     assert lengths.duration == LONGER * before
+
+
+@pytest.mark.parametrize(
+    ("seed", "number", "load_factor"), [(10, 0, 2.1069736009012625), (32, 1, 2.371089086131227)]
+)
+def test_a_jump_that_stands_still_is_tried_from_farther_away(seed, number, load_factor):
+    """Within 1e-9 of where it began it stood, next to an apex, and was called one that does not come to rest."""
+    problem = random_joint(
+        np.random.default_rng([seed, KINDS.index("stiff and soft"), number]), "stiff and soft", 4
+    )
+    found = shakedown.long_term_state(problem, load_factor)
+    assert found.outcome == Outcome.CYCLIC_SLIP
+    assert found.jumps
