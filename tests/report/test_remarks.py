@@ -8,6 +8,7 @@ import pytest
 import shakedown
 from shakedown.bounds.collapse.single_node_cycle import single_node_cycle
 from shakedown.ground.shown_values import down, up
+from shakedown.motion.cycle_record import Stop
 from shakedown.report.answer_words import banner_class, margin_of_answer, verdict_in_words
 from shakedown.report.assessment_words import quickly_in_words
 from shakedown.report.bound_words import bounds_in_words
@@ -130,6 +131,10 @@ def test_the_state_found_above_the_limit_is_named() -> None:
     assert "; just above λ_T it is undecided after 1000 cycles (" in transient_in_words(slow)
     slides = replace(slow, at_high=replace(slow.at_high, slides_away=True))
     assert "; just above λ_T the body slides away (" in transient_in_words(slides)
+    cut = replace(
+        slow, at_high=replace(slow.at_high, stop=Stop("the work allowed is spent", 0.5, -1, spent=True))
+    )
+    assert "; just above λ_T nothing is known, as the work allowed is spent (" in transient_in_words(cut)
     above = f"after 1000 cycles, and yet proved to shake down below λ = {down(1.1 * slow.load_factor)} ("
     assert above in transient_in_words(slow, proved_below=1.1 * slow.load_factor)
     assert "and yet" not in transient_in_words(slow, proved_below=slow.load_factor)
