@@ -444,6 +444,9 @@ def test_the_end_of_a_way_is_known_where_the_change_falls_along_a_line(power):
     assert fading.to_come(slower, measure) is None
     assert not fading.slip_ends(now, np.zeros(1))
     assert not fading.slip_lasts(now)
+    still = now._replace(change=np.zeros(2), size=0.0)
+    fading.note(still)
+    assert fading.clearly_before(still).size > 0.0
 
 
 @pytest.mark.parametrize(
@@ -573,6 +576,17 @@ def test_a_motion_along_a_kink_is_leapt_by_its_mean():
     assert means[-1][:2] == pytest.approx(fades * left * np.ones(2), rel=1e-2)
     assert landing.unsure < 1e-3
     assert abs(landing.start[1] - landing.start[0]) < 1e-4
+
+
+@pytest.mark.parametrize("ends", [0, 60])
+def test_a_motion_that_comes_to_rest_has_no_mean_to_leap_along(ends):
+    measure, steps = Measure(np.eye(2, 3), np.zeros((3, 0)), np.ones(1), 1.5), iter(range(1000))
+
+    def period(u):
+        moving = next(steps) < ends
+        return PeriodStep(np.array([1e-5 * moving, 0.0, 0.0]), int(moving))
+
+    assert OnAverage().leap(period, lambda _: None, np.array([5.0, 5.0, 0.0]), measure) is None
 
 
 @pytest.mark.parametrize(

@@ -122,7 +122,7 @@ class Fading:
 
     def _before(self, mark: Mark, times: float) -> Mark | None:
         """The last mark of so many times the change."""
-        return next((each for each in reversed(self.marks) if each.size >= times * mark.size), None)
+        return next((each for each in reversed(self.marks) if 0.0 < each.size >= times * mark.size), None)
 
     def _foreseen(self, now: Mark) -> End | None:
         """The end of the way, told by the last mark that tells a slope; None where there is none."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS, FOUR_DIGITS, THREE_DIGITS
-from shakedown.long_term.space.leap_methods import PRICE, Measure, longer
+from shakedown.long_term.space.leap_methods import PRICE, WORTH, Measure, longer
 from shakedown.long_term.space.local_map import Period, PeriodStep
 from shakedown.long_term.space.slope_leaps import FARTHEST, Landing
 
@@ -139,14 +139,16 @@ class OnAverage:
         measure
             What counts of a change.
         """
-        here, landing, unsure = self._mean(period, start, 0), None, 0.0
+        here, landing, unsure = self._mean(period, start, 0, measure), None, 0.0
         for _ in range(self.LEAPS):
             if here is None:
                 break
             trend = self._onward(here)
             n = min(self.periods, int(self.FADES / abs(trend.growth)) if trend.growth else FARTHEST)
+            if n < WORTH:
+                break
             way = trend.way(here.after, here.after + n)
-            there = self._mean(period, here.end + way, self.SETTLE)
+            there = self._mean(period, here.end + way, self.SETTLE, measure)
             if there is None:
                 self.periods //= 2
                 break
@@ -182,8 +184,8 @@ class OnAverage:
         times = sqrt(self.AT_EASE / max(strain, EPS))
         return min(int(n * min(max(times, least), most)), FARTHEST)
 
-    def _mean(self, period: Period, state: FloatArray, settle: int) -> Mean | None:
-        """Of many periods from a state on, after some to settle; None where the motion stops."""
+    def _mean(self, period: Period, state: FloatArray, settle: int, measure: Measure) -> Mean | None:
+        """Of many periods from a state on, after some to settle; None where it stops, or does not move."""
         t = (np.arange(self.OVER) + 0.5) / self.OVER
         weights = np.exp(-1.0 / (t * (1.0 - t)))
         weights /= weights.sum()
@@ -199,6 +201,8 @@ class OnAverage:
             alike, signature = alike + 1 if step.signature == signature else 1, step.signature
             if k >= self.OVER - 1 and alike >= self.ALIKE:
                 break
+        if not measure.size(change) > 0.0:
+            return None
         return Mean(change, k + 1 - 0.5 * self.OVER, start, step)
 
     def _strain(
