@@ -15,7 +15,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS, FOUR_DIGITS, THREE_DIGITS
 from shakedown.long_term.space.leap_methods import PRICE, WORTH, Measure, longer
 from shakedown.long_term.space.local_map import Period, PeriodStep
-from shakedown.long_term.space.slope_leaps import FARTHEST, Landing
+from shakedown.long_term.space.slope_leaps import FARTHEST, Along, Landing
 
 
 class Mean(NamedTuple):
@@ -44,7 +44,7 @@ class Mean(NamedTuple):
         return np.asarray(self.start + self.last.change)
 
 
-class Trend(NamedTuple):
+class MeanTrend(NamedTuple):
     """How the mean change F goes on: its size is an exponential of time, and what turns it fades alike.
 
     Attributes
@@ -62,7 +62,7 @@ class Trend(NamedTuple):
     turning: FloatArray
 
     @classmethod
-    def between(cls, before: FloatArray, now: FloatArray, periods: float, measure: Measure) -> "Trend":
+    def between(cls, before: FloatArray, now: FloatArray, periods: float, measure: Measure) -> "MeanTrend":
         """From mean changes (N,) so many periods apart."""
         seen, earlier = measure.seen(now), measure.seen(before)
         share = float(seen @ earlier) / float(seen @ seen)  # of F in F before
@@ -113,13 +113,10 @@ class OnAverage:
     ALIKE: ClassVar[int] = 3  # … so many in a row have the same contact states, as at other marks of the way
     LEAPS: ClassVar[int] = 8  # in a row, before others are tried again
     FADES: ClassVar[float] = 2.0  # exponents by which the mean change fades or grows on a leap, at most
-    SURE: ClassVar[float] = 0.03  # of the mean change: what it may miss after a leap, and …
-    AT_EASE: ClassVar[float] = 0.3  # … of that is aimed at
-    TIMES: ClassVar[tuple[float, float]] = 0.25, 2.0  # as long: least, most
 
     care: float = 1.0
     periods: int = 2 * OVER
-    trend: Trend | None = None
+    trend: MeanTrend | None = None
     since: int = 0
     wait: int = 0
 
@@ -161,7 +158,7 @@ class OnAverage:
             unsure += 0.5 * n * float(np.abs(there.change - trend.at(time)).max())
             rate = (measure.size(there.change) / measure.size(here.change)) ** (1.0 / n)
             landing = Landing(there.start, unsure, min(rate, 1.0), there.last.change)
-            self.trend = Trend.between(here.change, there.change, time, measure)
+            self.trend = MeanTrend.between(here.change, there.change, time, measure)
             here = there
         if landing is None:
             self.wait = longer(self.wait)
@@ -172,16 +169,16 @@ class OnAverage:
             self.periods, self.trend = self.OVER, None
         return landing
 
-    def _onward(self, here: Mean) -> Trend:
+    def _onward(self, here: Mean) -> MeanTrend:
         """The trend from a mean on: that of the last leap, if there is one."""
         if self.trend is None:
-            return Trend(here.change, 0.0, np.zeros_like(here.change))
+            return MeanTrend(here.change, 0.0, np.zeros_like(here.change))
         return self.trend._replace(change=here.change)
 
     def _next(self, n: int, strain: float) -> int:
         """How many periods to try next, after a leap of n with this strain."""
-        least, most = self.TIMES
-        times = sqrt(self.AT_EASE / max(strain, EPS))
+        least, _, most = Along.TIMES
+        times = sqrt(Along.AT_EASE / max(strain, EPS))
         return min(int(n * min(max(times, least), most)), FARTHEST)
 
     def _mean(self, period: Period, state: FloatArray, settle: int, measure: Measure) -> Mean | None:
@@ -210,4 +207,4 @@ class OnAverage:
     ) -> float:
         """What a mean change misses what was foreseen by, relative to what it may."""
         sure = self.care * max(THREE_DIGITS, PRICE * measure.size(start) / measure.size(way))
-        return measure.misses(change, foreseen, measure.size(change)) / min(self.SURE, sure)
+        return measure.misses(change, foreseen, measure.size(change)) / min(Along.SURE, sure)

@@ -17,7 +17,14 @@ from shakedown.ground.status import OPEN, Outcome
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import FirstCycles
 from shakedown.long_term.space.fading import Fading, Mark
-from shakedown.long_term.space.leap_methods import STATE_ROUND_OFF, Ahead, Crawl, Leap, measure_of
+from shakedown.long_term.space.leap_methods import (
+    LONGEST_WAIT,
+    STATE_ROUND_OFF,
+    Ahead,
+    Crawl,
+    Leap,
+    measure_of,
+)
 from shakedown.long_term.space.local_map import Moving, Period, PeriodStep
 from shakedown.long_term.space.mean_leaps import OnAverage
 from shakedown.long_term.space.slope_leaps import Along, Landing
@@ -27,7 +34,6 @@ from shakedown.motion.viscous_jump import Jump
 
 MORE = 3  # budget of extra cycles for slopes, as a multiple of the cycles allowed
 STUCK = 200  # cycles after which slopes of a period are measured, one cycle each
-AT_A_KINK = 35  # cycles to wait after the last leap by slopes: more of them have failed in a row
 WINDOW = 7  # largest number of states one period apart that a leap starts from
 # Change per period, relative to its slip, below which a state counts as periodic: the way to rest is at
 # least half that slip, and would take 1 / (2 FOR_EVER) periods.
@@ -575,7 +581,7 @@ class ReturnSearch:
 
     def _go_on_average(self) -> bool:
         """Leap by what periods do on average, if contact states change from one to the next."""
-        if not self.along.wait > AT_A_KINK or self.cycles < self.average.since:
+        if self.along.wait < LONGEST_WAIT or self.cycles < self.average.since:
             return False
         if len(set(_signatures(list(self.records)))) == 1:
             return False
