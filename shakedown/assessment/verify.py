@@ -391,9 +391,8 @@ def _simulated(
     """Every simulation, λ_T, and the other evidence; shown while they come."""
     limits, how = found.details, (settings.cycles, settings.method)
     nominal = threads.add(lambda: _nominal_run(limits, *how))
-    transient = threads.add(
-        limited(lambda: limits.transient)
-    )  # early: its simulations follow from each other
+    # early: its simulations follow from each other
+    transient = threads.add(limited(lambda: limits.transient))
     plan = plan_steps(limits, asked.load_factors, settings.random_states, settings.seed)
     planned = [threads.add(limited(step)) for step in plan]
     evidence = evidence_steps(limits, asked.budget, asked.slip_below)

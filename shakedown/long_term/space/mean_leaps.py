@@ -6,16 +6,16 @@ the next. A mean of many, weighted by a smooth bump, changes no more than the wa
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import exp, expm1, log, sqrt
+from math import exp, expm1, log
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import EPS, FOUR_DIGITS, THREE_DIGITS
-from shakedown.long_term.space.leap_methods import PRICE, WORTH, Measure, longer
+from shakedown.ground.round_off import FOUR_DIGITS
+from shakedown.long_term.space.leap_methods import WORTH, Measure, longer
 from shakedown.long_term.space.local_map import Period, PeriodStep
-from shakedown.long_term.space.slope_leaps import FARTHEST, Along, Landing
+from shakedown.long_term.space.slope_leaps import FARTHEST, FarLeaps, Landing
 
 
 class Mean(NamedTuple):
@@ -93,32 +93,24 @@ def _twice(rate: float, time: float) -> float:
 
 
 @dataclass
-class OnAverage:
+class OnAverage(FarLeaps):
     """Leaps along the mean change of a period, as that has changed on the last leap.
 
     Attributes
     ----------
-    care
-        Share of what leaps may be unsure by otherwise.
-    periods
-        How far the next one is tried to go.
     trend
         Of the mean change after the last leap.
-    since, wait
-        From which cycle on the next one is tried, and how many after the last that led nowhere.
     """
 
     OVER: ClassVar[int] = 48  # periods of which a mean is
     SETTLE: ClassVar[int] = 16  # after a leap, before that, and at most after it, until …
     ALIKE: ClassVar[int] = 3  # … so many in a row have the same contact states, as at other marks of the way
     LEAPS: ClassVar[int] = 8  # in a row, before others are tried again
+    ORDER: ClassVar[int] = 2
     FADES: ClassVar[float] = 2.0  # exponents by which the mean change fades or grows on a leap, at most
 
-    care: float = 1.0
     periods: int = 2 * OVER
     trend: MeanTrend | None = None
-    since: int = 0
-    wait: int = 0
 
     def leap(
         self, period: Period, landed: Callable[[FloatArray], None], start: FloatArray, measure: Measure
@@ -150,8 +142,9 @@ class OnAverage:
                 self.periods //= 2
                 break
             time = here.after + n + self.SETTLE + 0.5 * self.OVER
-            strain = self._strain(there.change, trend.at(time), start, way, measure)
-            self.periods = self._next(n, strain)
+            sure = min(self.SURE, self.sure(start, measure.size(way), measure))
+            strain = measure.misses(there.change, trend.at(time), measure.size(there.change)) / sure
+            self.periods = self.next_length(n, strain)
             if not strain <= 1.0:
                 break
             landed(there.change)
@@ -175,12 +168,6 @@ class OnAverage:
             return MeanTrend(here.change, 0.0, np.zeros_like(here.change))
         return self.trend._replace(change=here.change)
 
-    def _next(self, n: int, strain: float) -> int:
-        """How many periods to try next, after a leap of n with this strain."""
-        least, _, most = Along.TIMES
-        times = sqrt(Along.AT_EASE / max(strain, EPS))
-        return min(int(n * min(max(times, least), most)), FARTHEST)
-
     def _mean(self, period: Period, state: FloatArray, settle: int, measure: Measure) -> Mean | None:
         """Of many periods from a state on, after some to settle; None where it stops, or does not move."""
         t = (np.arange(self.OVER) + 0.5) / self.OVER
@@ -201,10 +188,3 @@ class OnAverage:
         if not measure.size(change) > 0.0:
             return None
         return Mean(change, k + 1 - 0.5 * self.OVER, start, step)
-
-    def _strain(
-        self, change: FloatArray, foreseen: FloatArray, start: FloatArray, way: FloatArray, measure: Measure
-    ) -> float:
-        """What a mean change misses what was foreseen by, relative to what it may."""
-        sure = self.care * max(THREE_DIGITS, PRICE * measure.size(start) / measure.size(way))
-        return measure.misses(change, foreseen, measure.size(change)) / min(Along.SURE, sure)

@@ -58,8 +58,8 @@ class Landing(NamedTuple):
 
 
 @dataclass
-class Along:
-    """Leaps along the map of a period: its slopes, and what states on the way tell of its bends.
+class FarLeaps:
+    """How far leaps go whose end is foreseen from what periods do on the way and before it.
 
     Attributes
     ----------
@@ -67,33 +67,55 @@ class Along:
         Share of what leaps may be unsure by otherwise.
     periods
         How far the next one is tried to go.
+    since, wait
+        From which cycle on the next one is tried, and how many after the last that led nowhere.
+    """
+
+    SURE: ClassVar[float] = 0.03  # of the change at the end of a leap: what it may miss
+    AT_EASE: ClassVar[float] = 0.3  # strain that is aimed at: what is missed, relative to what may be …
+    ORDER: ClassVar[int]  # … as this power of the length of a leap, at least, it grows
+    TIMES: ClassVar[tuple[float, ...]] = 0.25, 0.5, 2.0  # as long: least, most after a failure, most
+
+    care: float = 1.0
+    periods: int = int(WORTH)
+    since: int = 0
+    wait: int = 0
+
+    def next_length(self, periods: int, strain: float, failed: bool = False) -> int:
+        """How many periods to try next, after a leap of so many with this strain."""
+        least, less, more = self.TIMES
+        times = (self.AT_EASE / max(strain, EPS)) ** (1.0 / self.ORDER)
+        return min(int(periods * min(max(times, least), less if failed else more)), FARTHEST)
+
+    def sure(self, start: FloatArray, way: float, measure: Measure) -> float:
+        """What the change at the end of a leap may miss, relative to the change at its beginning."""
+        return self.care * max(THREE_DIGITS, PRICE * measure.size(start) / way)
+
+
+@dataclass
+class Along(FarLeaps):
+    """Leaps along the map of a period: its slopes, and what states on the way tell of its bends.
+
+    Attributes
+    ----------
     trail
         States at which slopes were seen, with their first period.
     path, gone, end
         Where the last leaps began, how many periods they have gone in all, and to which state.
-    since, wait
-        From which cycle on the next one is tried, and how many after the last that led nowhere.
     """
 
     MOST_SLIPS: ClassVar[int] = 64  # of moving nodes: each takes a period to see its slope
     SWEEPS: ClassVar[int] = 8  # in which bends are seen, each time on the way that the last ones lead …
     SHRINKS: ClassVar[float] = 0.5  # … while they change it so much less than two sweeps before, and never …
     BENT: ClassVar[float] = 0.5  # … by more than this, relative
-    SURE: ClassVar[float] = 0.03  # of the way, and of the change there: what bends may miss them by
     LEFT: ClassVar[float] = 1e-3  # of the change: less of it is not told from none
     GROWN: ClassVar[float] = 4.0  # and most: nodes may begin and cease to slip between what is looked at
-    AT_EASE: ClassVar[float] = 0.3  # strain that is aimed at: with more, slopes are seen anew …
-    ORDER: ClassVar[int] = 5  # … as this power of the length of a leap, at least, it grows
-    TIMES: ClassVar[tuple[float, ...]] = 0.25, 0.5, 2.0  # as long: least, most after a failure, most
+    ORDER: ClassVar[int] = 5
 
-    care: float = 1.0
-    periods: int = int(WORTH)
     trail: deque[tuple[FloatArray, PeriodStep]] = field(default_factory=lambda: deque(maxlen=TRAIL))
     path: deque[Waypoint] = field(default_factory=lambda: deque(maxlen=TRAIL))
     gone: int = 0
     end: FloatArray = field(default_factory=lambda: np.zeros(0))
-    since: int = 0
-    wait: int = 0
 
     def leap(
         self,
@@ -132,7 +154,7 @@ class Along:
                 self.path.append(Waypoint(local.start, local.change, moving, self.gone))
                 self.gone, self.end = self.gone + self.periods, found.start
                 local = replace(local, start=found.start, change=found.change)
-            self.periods = self._next(strain, found is None)
+            self.periods = self.next_length(self.periods, strain, found is None)
             if found is None and landing is not None:
                 period(landing.start)  # so that it is the last
             if strain > self.AT_EASE and landing is not None:
@@ -146,12 +168,6 @@ class Along:
     def _follows(self, start: FloatArray, first: PeriodStep, measure: Measure) -> bool:
         """Whether a state is where the last leap has ended, but for a few periods."""
         return measure.size(start - self.end) <= WORTH * measure.size(first.change)
-
-    def _next(self, strain: float, failed: bool) -> int:
-        """How many periods to try next, after a leap with this strain."""
-        least, less, more = self.TIMES
-        times = (self.AT_EASE / max(strain, EPS)) ** (1.0 / self.ORDER)
-        return min(int(self.periods * min(max(times, least), less if failed else more)), FARTHEST)
 
     def _seen(
         self, period: Period, start: FloatArray, first: PeriodStep, moving: Moving, measure: Measure
@@ -212,7 +228,7 @@ class Along:
         if way is None:
             return None, np.inf
         now, size, change = local.size(local.change), local.size(way.end), local.change
-        sure, unsure, left = self._sure(local, size), 0.0, now
+        sure, unsure, left = self.sure(local.start, size, local.measure), 0.0, now
         if way.smooth:
             strain, unsure = MUCH * local.size(way.miss) / size / sure, MUCH * float(np.abs(way.miss).max())
         for share in TESTED[-1:] if way.smooth else TESTED:
@@ -243,7 +259,10 @@ class Along:
             off.append(local.size(way.end - before.end) / size)
             if not off[-1] <= self.BENT:  # what lies behind misleads, unless something begins or ends to slip
                 return self._bent(local, periods, behind.first(0)) if way.smooth else None
-            if off[-1] <= PER_CENT * self._sure(local, size) or off[-1] > self.SHRINKS * off[-3]:
+            if (
+                off[-1] <= PER_CENT * self.sure(local.start, size, local.measure)
+                or off[-1] > self.SHRINKS * off[-3]
+            ):
                 break
         return way._replace(miss=way.end - foreseen.end) if off[-1] <= self.SURE else None
 
@@ -256,7 +275,3 @@ class Along:
                 shares.append(-back)
                 rests.append(point.change - local.linear((point.state - local.start)[local.moving.places]))
         return Behind(np.array(shares), np.array(rests).reshape(-1, len(local.change))).first(BEHIND_IT)
-
-    def _sure(self, local: LocalMap, way: float) -> float:
-        """What the change at the end of a leap may miss, relative to the change at its beginning."""
-        return self.care * max(THREE_DIGITS, PRICE * local.measure.size(local.start) / way)
