@@ -95,7 +95,7 @@ class DirectedJump(Relaxation):
         run = self.run
         run.course.path[:] = path
         run.joint.kappa[:] = stiffer
-        run.joint.set(known=False, exchanges=MOST_EXCHANGES + 1)  # all is worked out anew
+        run.joint.set(known=False, keeps=False, exchanges=MOST_EXCHANGES + 1)  # all is worked out anew
         begin(run)
         mo = run.motion
         mo.u[:], mo.contact[:], mo.direction[:] = self.u, self.contact, 0.0

@@ -16,35 +16,72 @@ from shakedown.ground.named_state import inner, summing
 from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.status import OPEN
 from shakedown.motion.course import Course
-from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
+from shakedown.motion.space.moving_state import TOGETHER, CompiledJoint, SpaceMotion
 from shakedown.motion.space.step_state import Slipping, SpaceRates
 
 MOST_EXCHANGES = 60  # exchanges after which the matrix is recomputed, as each adds round-off
 
 
+@inner
+def exchange(joint: CompiledJoint, count: int) -> bool:
+    """Exchange so many ``changing`` places, in increasing order; False where nothing else holds one of them.
+
+    That one stays as it is.
+    """
+    held = True
+    for k in range(count):
+        held = exchange_row(joint, count, k) and held
+    pass_rows(joint, count)
+    return held
+
+
 @summing
-def exchange(joint: CompiledJoint, place: int) -> bool:
-    """Exchange one place; False, with nothing changed, where nothing else holds it."""
-    N, S = 3 * joint.n, joint.exchanged
-    row = place * N
-    pivot, size = S[row + place], 0.0
+def exchange_row(joint: CompiledJoint, count: int, k: int) -> bool:
+    """Exchange one of the changing places in their rows; False where nothing else holds it."""
+    N, S, place, start = 3 * joint.n, joint.exchanged, joint.changing[k], k * 3 * joint.n
+    row, old, size = place * N, joint.old_rows, 0.0
+    pivot = S[row + place]
+    joint.pivots[k] = 0.0
     if joint.free[place] == 0:
         for j in range(N):
             size = max(size, abs(joint.kappa[row + j]))
         if pivot <= ROUND_OFF * size:
             return False
-    for i in range(N):
-        x = S[i * N + place] / pivot
-        if i != place and x != 0.0:
-            for j in range(N):
-                S[i * N + j] -= x * S[row + j]
-            S[i * N + place] = x
+    joint.pivots[k] = pivot
+    for j in range(N):
+        old[start + j] = S[row + j]
+    for other in range(count):
+        if other != k:
+            pass_row(S, joint.changing[other] * N, old, start, N, place, pivot)
     for j in range(N):
         S[row + j] /= -pivot
     S[row + place] = 1.0 / pivot
     joint.free[place] = 1 - joint.free[place]
     joint.exchanges += 1
     return True
+
+
+@summing
+def pass_row(S: FloatArray, row: int, old: FloatArray, start: int, N: int, place: int, pivot: float) -> None:
+    """What the exchange of a place makes of a row, from the place's row before it."""
+    x = S[row + place] / pivot
+    if x != 0.0:
+        for j in range(N):
+            S[row + j] -= x * old[start + j]
+        S[row + place] = x
+
+
+@inner
+def pass_rows(joint: CompiledJoint, count: int) -> None:
+    """What the exchanges make of all other rows, row by row, each of which stays in the cache meanwhile."""
+    N, S, changing, t = 3 * joint.n, joint.exchanged, joint.changing, 0
+    for i in range(N):
+        if t < count and changing[t] == i:
+            t += 1
+            continue
+        for k in range(count):
+            if joint.pivots[k] != 0.0:
+                pass_row(S, i * N, joint.old_rows, k * N, N, changing[k], joint.pivots[k])
 
 
 @inner
@@ -59,8 +96,15 @@ def is_free(joint: CompiledJoint, mo: SpaceMotion, place: int) -> bool:
 
 @inner
 def arrange(joint: CompiledJoint, mo: SpaceMotion) -> bool:
-    """Exchange places until those free by their contact states are; False where nothing holds one."""
-    N, held, afresh = 3 * joint.n, True, joint.exchanges > MOST_EXCHANGES
+    """Exchange places until those free by their contact states are; False where nothing holds one.
+
+    What a cycle begins with is kept, as most begin with the same places free as the last.
+    """
+    N, held, count, before = 3 * joint.n, True, 0, joint.exchanges
+    afresh = before > MOST_EXCHANGES
+    if afresh and is_kept(joint, mo):
+        recall(joint)
+        return True
     if afresh:
         for k in range(N * N):
             joint.exchanged[k] = joint.kappa[k]
@@ -68,11 +112,47 @@ def arrange(joint: CompiledJoint, mo: SpaceMotion) -> bool:
             joint.free[place] = 0
     for place in range(N):
         if is_free(joint, mo, place) != (joint.free[place] == 1):
-            held = exchange(joint, place) and held
+            joint.changing[count] = place
+            count += 1
+        if count == TOGETHER or (place == N - 1 and count > 0):
+            held, count = exchange(joint, count) and held, 0
     if afresh:
+        if held and joint.exchanges > before and mo.step == 0 and mo.time == 0.0:
+            keep(joint)
         # Exchanges of the recomputation do not count, or many open nodes would trigger it every time.
         joint.exchanges = 0
     return held
+
+
+@inner
+def is_kept(joint: CompiledJoint, mo: SpaceMotion) -> bool:
+    """Whether the matrix made afresh for the present contact states is at hand."""
+    kept = joint.keeps
+    for place in range(3 * joint.n):
+        kept = kept and is_free(joint, mo, place) == (joint.kept_free[place] == 1)
+    return kept
+
+
+@inner
+def keep(joint: CompiledJoint) -> None:
+    """Keep the matrix that has been made afresh."""
+    N = 3 * joint.n
+    for k in range(N * N):
+        joint.kept[k] = joint.exchanged[k]
+    for place in range(N):
+        joint.kept_free[place] = joint.free[place]
+    joint.keeps = True
+
+
+@inner
+def recall(joint: CompiledJoint) -> None:
+    """Go back to the matrix that is kept."""
+    N = 3 * joint.n
+    for k in range(N * N):
+        joint.exchanged[k] = joint.kept[k]
+    for place in range(N):
+        joint.free[place] = joint.kept_free[place]
+    joint.exchanges = 0
 
 
 @summing

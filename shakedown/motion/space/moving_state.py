@@ -8,6 +8,7 @@ from shakedown.ground.size_limits import BLOCK, DENSE_FROM
 
 REACHES_LIMIT, STOPS, CURVES = range(6, 9)  # kinds of event, after those of motion.course
 DEGREE = 4  # of the polynomial between the ends of a step
+TOGETHER = 16  # places exchanged in one pass through the matrix
 
 
 class CompiledJoint(NamedState):
@@ -29,6 +30,10 @@ class CompiledJoint(NamedState):
         1 where a place is free.
     exchanges
         Made since ``exchanged`` was made afresh.
+    changing, pivots, old_rows : (p,), (p,), (p, N)
+        Places that are exchanged together, their pivots, and their rows just before.
+    kept, kept_free, keeps : (N, N), (N,)
+        ``exchanged`` and ``free`` as made afresh at the beginning of a cycle; whether κ is as it was then.
     pressed, displaced, known
         κ u, (N,), and u it is of, (N,); whether it has been worked out.
     part, parts : …, (N / part, N)
@@ -41,6 +46,12 @@ class CompiledJoint(NamedState):
     free: Flags
     n: int
     exchanges: int
+    changing: Integers
+    pivots: Reals
+    old_rows: Reals
+    kept: Reals
+    kept_free: Flags
+    keeps: bool
     pressed: Reals
     displaced: Reals
     part: int
@@ -146,8 +157,10 @@ def compiled_joint(kappa: FloatArray, friction: FloatArray) -> CompiledJoint:
     """The joint of a stiffness (3n, 3n) and friction coefficients (n,), nothing free."""
     N = len(kappa)
     part = DENSE_FROM if kappa.size > BLOCK else N
+    shapes = {"parts": (-(-N // part), N), "old_rows": (TOGETHER, N), "kept": (N, N)}
+    of_places = dict.fromkeys(("free", "kept_free", "pressed", "displaced"), N)
     joint = CompiledJoint(
-        dict.fromkeys(("free", "pressed", "displaced"), N) | {"parts": (-(-N // part), N)},
+        of_places | dict.fromkeys(("changing", "pivots"), TOGETHER) | shapes,
         kappa=np.array(kappa, dtype=float, order="C"),
         exchanged=np.array(kappa, dtype=float, order="C"),
         friction=np.array(friction, dtype=float),
