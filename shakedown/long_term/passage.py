@@ -17,7 +17,6 @@ from shakedown.joint.loading import first_load, loading, loop_path, transient_pa
 from shakedown.joint.problem import Problem
 from shakedown.motion.cycle_record import CycleRecord, State
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.evolve import evolve
 from shakedown.motion.method import cycles_of
 
 LONGEST_TRANSIENT = 12  # random load steps
@@ -207,5 +206,9 @@ def slip_after_transient(
         q_transient=before_q,
         p_transient=before_p,
     )
-    slips = evolve(passed, 0.0, tolerances=tolerances).history.v
-    return np.asarray(slips[-1]) if len(slips) else np.zeros(problem.layout.slip_size)
+    motion = Evolution(passed, 0.0, None, tolerances)
+    if motion.cycle(record=True) is not None:
+        u = motion.method.u
+    else:
+        u = motion.pieces[-1].u[-1] if motion.pieces else np.zeros(problem.layout.size)
+    return u[problem.layout.slips].copy()
