@@ -211,14 +211,16 @@ def _assembled(
         first = child.beyond[:split] - front.start
         second = np.searchsorted(front.beyond, child.beyond[split:])
         _add(corner, part[:split, :split], first)
-        below[np.ix_(second, first)] += part[split:, :split]
+        for k, place in enumerate(first.tolist()):
+            below.T[place][second] += part[split:, k]
         _add(rest, part[split:, split:], second)
     return corner, below, rest
 
 
 def _add(target: FloatArray, part: FloatArray, places: NDArray[np.intp]) -> None:
-    if len(places):
-        target[np.ix_(places, places)] += part
+    """Add a lower triangle to places of a larger one, column by column, as both lie in memory."""
+    for k, place in enumerate(places.tolist()):
+        target.T[place][places[k:]] += part[k:, k]
 
 
 MATRICES = 8  # matrices of the size of κ held at one time by the problem and the bounds

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -47,13 +48,17 @@ class Stiffness:
 
     def rows(self, keys: ArrayLike) -> NDArray[np.intp]:
         """Rows of (node, direction) pairs, (k,); ``ProblemError`` names the first that has none."""
-        index = {(int(node), int(direction)): k for k, (node, direction) in enumerate(self.dofs)}
-        found = []
+        index, found = self._row_of, []
         for node, direction in np.asarray(keys, dtype=np.intp).reshape(-1, 2).tolist():
             if (node, direction) not in index:
                 raise ProblemError(f"expected a row for direction {direction} of node {node}, found none")
             found.append(index[node, direction])
         return np.array(found, dtype=np.intp)
+
+    @cached_property
+    def _row_of(self) -> dict[tuple[int, int], int]:
+        """The row of every (node, direction)."""
+        return {(node, direction): k for k, (node, direction) in enumerate(self.dofs.tolist())}
 
     def in_basic_directions(self, frames: Mapping[int, FloatArray]) -> "Stiffness":
         """The stiffness with all displacements in the directions x, y, z of the model.
@@ -161,8 +166,9 @@ def completed(half: sparse.coo_array) -> sparse.csr_array:
     """
     i, j = half.coords
     off = i != j
-    mirrored = np.isin(i[off] * half.shape[0] + j[off], j[off] * half.shape[0] + i[off])
-    if mirrored.any():
+    one_triangle = (i >= j).all() or (i <= j).all()
+    size = half.shape[0]
+    if not one_triangle and np.isin(i[off] * size + j[off], j[off] * size + i[off]).any():
         return half.tocsr()
     mirror = sparse.coo_array((half.data[off], (j[off], i[off])), shape=half.shape)
     return (half + mirror).tocsr()
