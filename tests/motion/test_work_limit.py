@@ -1,5 +1,7 @@
 """What motions may take is counted in operations: within a cycle and within a jump, and no pause changes a path."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -77,3 +79,14 @@ def test_what_is_proved_needs_no_more_work():
     assert found.cycles_simulated < whole.cycles_simulated
     assert found.outcome == whole.outcome == Outcome.CYCLIC_SLIP
     assert found.reason.startswith("proved, above λ_max")
+
+
+def test_what_holds_the_start_proves_nothing_before_the_transient():
+    joint = shakedown.example("block-3x3")
+    highest = shakedown.upper_bound(joint).load_factor
+    before = {"q_transient": 3.0 * highest * joint.q_w[:1], "p_transient": joint.p_w[:1]}
+    joint, start = replace(joint, **before), shakedown.safe_slip(joint, 0.9 * highest).slip
+    with limited_work(0.0):
+        found = shakedown.long_term_state(joint, 0.9 * highest, start)
+    assert (found.outcome, found.stop.spent) == (Outcome.UNDECIDED, True)
+    assert shakedown.long_term_state(joint, 0.9 * highest, start).outcome == Outcome.CYCLIC_SLIP

@@ -15,6 +15,7 @@ from shakedown.ground.shown_values import short
 from shakedown.ground.status import OPEN, Outcome
 from shakedown.ground.work_limit import work_again
 from shakedown.joint.derived import once_per_problem
+from shakedown.joint.loading import transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.energy_proof import further_from_start
@@ -43,16 +44,20 @@ def heeding_proofs(state: S) -> S:
     A cycle that returns to its start and slips is its own proof: no energy ball with margins beyond
     what it misses holds it (docs/energy.md, section 9). All else is held against what is proved from where
     the motion began, from every state, and from where it has got to; the numbers are then those of the cycle
-    from there.
+    from there. Before the first cycle is done, the transient may still be to come, and only the start counts.
     """
     stopped = state.stop is not None and not state.stop.spent
     if state.outcome == Outcome.SHAKEDOWN or stopped or _closes(state, CLEAR):
         return state
-    if not (state.goal.contact == OPEN).any() and beyond_all(state.begun):
+    begun, has_begun = state.begun, state.cycles_simulated > 0
+    if not has_begun and len(transient_path(begun.problem)):
+        proof = proof_from_start(begun)
+        return _proved_at_rest(state, proof) if proof else state
+    if not (state.goal.contact == OPEN).any() and beyond_all(begun):
         return _proved_to_slip(state)
-    proof = proof_of_bounds(state.begun, state.goal)
-    if not proof and not _closes(state, THREE_DIGITS):
-        proof = proof_by_ball(state.begun, state.goal)
+    proof = proof_from_start(begun) or proof_from_every_state(begun, state.goal)
+    if not proof and has_begun and not _closes(state, THREE_DIGITS):  # of the start, λ_E has told
+        proof = proof_by_ball(begun, state.goal)
     return _proved_at_rest(state, proof) if proof else _proved_to_slip(state)
 
 
@@ -85,26 +90,21 @@ def _proved_to_slip(state: S) -> S:
 
 
 @on_one_thread
-def proof_of_bounds(begun: Passage, reached: State) -> str:
-    """What proves that a motion shakes down, by the load factor, in words; empty where nothing does.
-
-    Parameters
-    ----------
-    begun
-        Where it began.
-    reached
-        A state between two of its cycles.
-    """
+def proof_from_start(begun: Passage) -> str:
+    """What proves that a motion shakes down from its start, in words; empty where nothing does."""
     bound = proving_bound(begun)
     if bound is not None:
         return f"below λ_E = {short(bound.load_factor)} of its start"
-    if further_from_start(begun) < inf:
-        return "below λ_S of its start"
-    if not (reached.contact == OPEN).any():
-        every = _bound_of_every_state(begun.problem)
-        if begun.load_factor < BELOW * every:
-            return f"below λ_U = {short(every)}, from every state"
-    return ""
+    return "below λ_S of its start" if further_from_start(begun) < inf else ""
+
+
+@on_one_thread
+def proof_from_every_state(begun: Passage, reached: State) -> str:
+    """What proves it from every state in which all nodes are closed, where the one reached is such a one."""
+    if (reached.contact == OPEN).any():
+        return ""
+    every = _bound_of_every_state(begun.problem)
+    return f"below λ_U = {short(every)}, from every state" if begun.load_factor < BELOW * every else ""
 
 
 @on_one_thread
