@@ -15,7 +15,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT, Tolerances
 from shakedown.joint.arguments import require_problem
-from shakedown.joint.conjugate_loads import without_loads
+from shakedown.joint.conjugate_loads import NO_LOADS
 from shakedown.joint.constraints import Constraints, Side, constraints, through_transient
 from shakedown.joint.layout import Layout
 from shakedown.joint.loading import loading
@@ -203,7 +203,8 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
     A, B, C = closed.blocks(_condensed(*parts, closed, _accuracy(problem)))
     given = problem.initial_slip
     joint = replace(
-        without_loads(problem),  # these work along displacements of the whole joint
+        problem,
+        **NO_LOADS,  # these work along displacements of the whole joint
         A=A,
         B=B,
         C=C,
