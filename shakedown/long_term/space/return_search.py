@@ -395,8 +395,9 @@ class ReturnSearch:
         fading, now = self._faded(p)
         lasts = f"the same slip every {every}{self._way()}"
         floats = can_drift(self.motion.problem)
-        drifts = floats and self._drifts_on(p, error)
-        walks = floats and not fading.drift_ends(now) and self._walks(p, now, error)
+        stays = floats and not fading.drift_ends(now)
+        drifts = stays and self._drifts_on(p, error)
+        walks = stays and self._walks(p, now, error)
         if np.abs(now.change).max() <= SIX_DIGITS * most and not walks:
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
         ends = long_foreseen and fading.drift_ends(now)
