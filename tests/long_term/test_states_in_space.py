@@ -378,6 +378,23 @@ def test_a_drift_that_fades_to_round_off_is_no_ratchetting():
     assert found.slip_per_cycle.max() == pytest.approx(0.0807463)
 
 
+def test_a_drift_that_has_all_but_faded_is_no_ratchetting():
+    problem = random_joint(np.random.default_rng([504, 3, 0]), "floating, stiff and soft", 4)
+    found = shakedown.long_term_state(problem, 0.7932063739562108)
+    assert found.outcome == Outcome.CYCLIC_SLIP  # which 5,000 plain cycles come to, and close exactly
+
+
+@pytest.mark.parametrize(("left", "stays"), [(0.0, False), (0.04, False), (1.0, True)])
+def test_a_drift_stays_that_does_not_fall_with_the_change(left, stays):
+    fading, marks = Fading(), []
+    for size in (1.0, 0.1, 0.01):
+        change = np.array([size, 0.0])
+        marks.append(Mark(change, change, size, np.ones(1), np.array([size + 0.01 * left])))
+        fading.note(marks[-1])
+    assert fading.drift_stays(marks[-1]) == stays
+    assert fading.drift_left(marks[-1]) == pytest.approx(0.01 * left, abs=1e-12)
+
+
 def test_a_drift_that_stays_is_ratchetting():
     """The two nodes without a hold that walk in the plane walk in space, too."""
     q, p = np.array([[0.9, -0.9], [-0.9, 0.9]]), np.array([[1.0, 3.0], [3.0, 1.0]])
@@ -475,13 +492,19 @@ def test_a_slow_way_to_rest_ends_within_its_error(joint, load_factor, ends_at):
 
 
 @pytest.mark.parametrize(
-    ("seeds", "load_factor"), [([46, 3, 1], 1.2087401848025185), ([42, 3, 2], 1.2615198344604477)]
+    ("seeds", "load_factor", "within"),
+    [
+        ([46, 3, 1], 1.2087401848025185, 1e-3),
+        ([42, 3, 2], 1.2615198344604477, 1e-3),
+        ([22, 3, 3], 1.1621263377167997, 3e-3),  # after 4 million plain cycles 4e-4 away
+        ([405, 3, 1], 0.696357512172074, 3e-3),
+    ],
 )
-def test_the_last_of_a_way_to_rest_is_gone_though_round_off_is_near(seeds, load_factor):
+def test_the_last_of_a_way_to_rest_is_gone_though_round_off_is_near(seeds, load_factor, within):
     problem = random_joint(np.random.default_rng(seeds), "floating, stiff and soft", 4)
     found = shakedown.long_term_state(problem, load_factor)
     assert found.outcome == Outcome.SHAKEDOWN
-    assert found.error <= 1e-3 * np.abs(found.final_slip).max()
+    assert found.error <= within * np.abs(found.final_slip).max()
 
 
 def test_a_cycle_that_leaps_come_no_nearer_to_is_told_with_its_error():

@@ -17,6 +17,7 @@ from shakedown.long_term.space.leap_methods import STATE_ROUND_OFF, Measure
 CLEARLY = 4.0  # ratio of two changes from which on they tell a slope
 # Of the slope before it, which is ½ of that along a square: less is no line, or is not nearer to one.
 LINEAR, NEARLY = 0.9, 0.75
+STAYS = 0.5  # share of a drift that is foreseen to be left, from which on it is one that lasts
 
 
 class Mark(NamedTuple):
@@ -64,9 +65,12 @@ class Fading:
         if not self.marks or mark.size <= 0.5 * self.marks[-1].size:
             self.marks.append(mark)
 
-    def to_come(self, now: Mark, measure: Measure) -> FloatArray | None:
-        """The way (N,) to where there is no change [length]; None where it falls along no line."""
-        before = self._line(now, measure, LINEAR, PER_CENT * now.size)
+    def to_come(self, now: Mark, measure: Measure, lost: float = 0.0) -> FloatArray | None:
+        """The way (N,) to where there is no change [length]; None where it falls along no line.
+
+        Changes of up to ``lost`` are round-off [energy norm].
+        """
+        before = self._line(now, measure, LINEAR, max(PER_CENT * now.size, lost))
         return None if before is None else _way(now, before)
 
     def clearly_before(self, now: Mark) -> Mark | None:
@@ -96,8 +100,8 @@ class Fading:
         end = self._foreseen(now)
         return end is not None and bool(np.abs(end.slip - now.slip).max() <= share * now.slip.max())
 
-    def slip_ends(self, now: Mark, none: FloatArray) -> bool:
-        """Whether the slip falls to nothing with the change, and has done so on the way.
+    def slip_ends(self, now: Mark, none: FloatArray, share: float = MUCH) -> bool:
+        """Whether the slip falls to nothing with the change, but for a share, and has done so on the way.
 
         At every node, as a soft one may hide a stiff one, or to what counts as none, (n,) [length].
         """
@@ -106,7 +110,7 @@ class Fading:
             return False
         fallen = now.slip.max() <= MUCH * before.slip.max()
         grown = now.slip > np.maximum(before.slip, THREE_DIGITS * none)  # that leads away from rest
-        return fallen and bool((~grown & (np.abs(end.slip) <= np.maximum(MUCH * now.slip, none))).all())
+        return fallen and bool((~grown & (np.abs(end.slip) <= np.maximum(share * now.slip, none))).all())
 
     def drift_lasts(self, now: Mark) -> bool:
         """Whether the drift stays where the change falls to nothing."""
@@ -119,6 +123,15 @@ class Fading:
         """Whether the drift falls to nothing with the change."""
         end = self._foreseen(now)
         return end is not None and bool(np.linalg.norm(end.drift) <= PER_CENT * np.linalg.norm(now.drift))
+
+    def drift_stays(self, now: Mark) -> bool:
+        """Whether most of the drift is left where the change falls to nothing, as far as that is foreseen."""
+        return bool(np.linalg.norm(self.drift_left(now)) >= STAYS * np.linalg.norm(now.drift))
+
+    def drift_left(self, now: Mark) -> FloatArray:
+        """The drift (r,) where the change falls to nothing; that of the mark where nothing tells."""
+        end = self._foreseen(now)
+        return now.drift if end is None else end.drift
 
     def _before(self, mark: Mark, times: float) -> Mark | None:
         """The last mark of so many times the change."""

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from shakedown.campaign.recorded_steps import StepProgress
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import FOUR_DIGITS, MISJUDGED, NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS
+from shakedown.ground.round_off import FOUR_DIGITS, MISJUDGED, NEGLIGIBLE, PER_CENT, SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import OPEN, Outcome
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import FirstCycles
-from shakedown.long_term.space.fading import Fading, Mark
+from shakedown.long_term.space.fading import STAYS, Fading, Mark
 from shakedown.long_term.space.leap_methods import (
     LONGEST_WAIT,
     STATE_ROUND_OFF,
@@ -228,7 +228,8 @@ class ReturnSearch:
             leapt = self._leap()
             if progress is not None and not leapt:  # a state leapt to is followed once before
                 progress.note(self._checkpoint)
-        return self._undecided(f"no periodic state within {self.rules.most_cycles} cycles")
+        spent = f"no periodic state within {self.rules.most_cycles} cycles"
+        return self._verdict_in_round_off() or self._undecided(spent)
 
     def _checkpoint(self) -> tuple[dict[str, Any], Checkpoint]:
         """How far the search has got, and the motion."""
@@ -334,13 +335,12 @@ class ReturnSearch:
         if not self.leaps or len(self.states) <= p:
             return None
         fading, now = self._faded(p)
-        ahead = fading.to_come(now, self.measure)
-        left = np.inf if ahead is None else self._share_left(ahead)
+        left = self._share_left(fading.to_come(now, self.measure))
         if fading.slip_ends(now, self.none) and not self.records[-1].opened.any():
             if left <= FOUR_DIGITS and not self.rest_foretold:
                 self.rest_foretold = self.cycles
             if left <= CLOSE or self._is_unseen(now):
-                return self._found(Outcome.SHAKEDOWN, f"slip fades away with the changes{self._way()}", 1)
+                return self._slip_fades()
         slip = float(np.linalg.norm(now.slip * self.measure.slips))
         if now.size > SIX_DIGITS * slip:
             return None
@@ -354,11 +354,26 @@ class ReturnSearch:
             return self._verdict_of_period(p, now.slip, long_foreseen=True)
         return None
 
-    def _share_left(self, ahead: FloatArray) -> float:
-        """The largest share that is left of the way of a node, but for ways that count as none.
+    def _verdict_in_round_off(self) -> Settled | None:
+        """Rest, where the slip falls to none with changes that are round-off of the state."""
+        if not self.leaps or len(self.states) < 2 or self.records[-1].opened.any():
+            return None
+        fading, now = self._faded(1)
+        lost = STATE_ROUND_OFF * self.measure.terms(now.state)
+        near = now.size <= lost and self._share_left(fading.to_come(now, self.measure, lost)) <= PER_CENT
+        return self._slip_fades() if near and fading.slip_ends(now, self.none, 0.0) else None
+
+    def _slip_fades(self) -> Settled:
+        """Rest, as it is foreseen."""
+        return self._found(Outcome.SHAKEDOWN, f"slip fades away with the changes{self._way()}", 1)
+
+    def _share_left(self, ahead: FloatArray | None) -> float:
+        """The largest share that is left of the way of a node, but for ways that count as none; ∞ if untold.
 
         Relative to its own way since the search began, as another one may have gone far and may hide it.
         """
+        if ahead is None:
+            return np.inf
         left, come = self._slips_in(ahead), self._slips_in(self.states[-1].u - self.begun)
         counts = left > self.none
         return float((left[counts] / np.maximum(come, self.none)[counts]).max(initial=0.0))
@@ -395,9 +410,8 @@ class ReturnSearch:
         fading, now = self._faded(p)
         lasts = f"the same slip every {every}{self._way()}"
         floats = can_drift(self.motion.problem)
-        stays = floats and not fading.drift_ends(now)
-        drifts = stays and self._drifts_on(p, error)
-        walks = stays and self._walks(p, now, error)
+        drifts = floats and fading.drift_stays(now) and self._drifts_on(p, error)
+        walks = floats and self._walks(p, now, error)
         if np.abs(now.change).max() <= SIX_DIGITS * most and not walks:
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
         ends = long_foreseen and fading.drift_ends(now)
@@ -414,11 +428,12 @@ class ReturnSearch:
         Node by node, as a slow change of others, in which no rigid slip is, may hide it.
         """
         kappa, known = closed_stiffness(self.motion.problem), self._known(p, error)
-        rigid = self.measure.rigid @ now.drift
+        fading, rigid = self._faded(p)[0], self.measure.rigid @ now.drift
         size = self._slips_in(rigid)
         counts = size > np.maximum(np.maximum(SIX_DIGITS * now.slip, self.none), known)
+        counts &= self._slips_in(self.measure.rigid @ fading.drift_left(now)) >= STAYS * size
         if now is self.mean:
-            lasts = np.full(len(size), self.fadings[0].drift_lasts(now))
+            lasts = np.full(len(size), fading.drift_lasts(now))
         else:
             before = self.states[-1 - p].u - self.states[-1 - 2 * p].u
             earlier = self.measure.rigid @ (self.measure.rigid.T @ before)
