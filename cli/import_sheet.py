@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from shakedown.models.condensation.surface_coupling import SurfaceCoupling
     from shakedown.models.importing.load_evidence import LoadEvidence, LoadPart
 
-ROUND_OFF = 1e-9  # of the largest resultant of a load: less is shown as 0
 LONGEST_LOAD = 28  # characters of the name of a load
 SAME_SIZE = 0.05  # relative difference up to which facets of two surfaces count as equal in size
 
@@ -151,7 +150,7 @@ def _cells(load: LoadEvidence, extent: float | None) -> Iterator[tuple[LoadPart,
 
 
 def _rounded(value: float, largest: float) -> str:
-    return "-" if value != value else f"{value if abs(value) > ROUND_OFF * largest else 0.0:.5g}"
+    return "-" if value != value else f"{value if abs(value) > NEGLIGIBLE * largest else 0.0:.5g}"
 
 
 def _echo_nodes(made: shakedown.Import, length: str) -> None:

@@ -104,6 +104,10 @@ class Layout:
         """Slips or tangential reactions (…, dn) node by node, (…, n, d), as a view."""
         return slip.reshape(*slip.shape[:-1], self.n, self.d)
 
+    def ways(self, change: FloatArray) -> FloatArray:
+        """How far each node slips in a change of a state ((d + 1) n,), (n,) [length]."""
+        return np.asarray(np.linalg.norm(self.by_node(change[self.slips]), axis=1))
+
 
 @cache
 def layout_of(n: int, d: int) -> Layout:

@@ -6,10 +6,9 @@ from shakedown.bounds.every_state.least_pressures import LeastPressures
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint
 from shakedown.bounds.every_state.sectors import Sectors, turned
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import EPS, SIX_DIGITS
+from shakedown.ground.round_off import EPS, MUCH, SIX_DIGITS
 
 SAMPLES = 17  # samples of the curve of a sector; in between its curvature is bounded
-EVEN = 0.1  # ends whose ratio is beyond this factor are covered by one circle
 
 
 def sector_rows(joint: ScaledJoint, least: LeastPressures, half: float) -> tuple[Sectors, FloatArray]:
@@ -44,7 +43,8 @@ def _covering(base: FloatArray, wave: FloatArray, half: float) -> FloatArray:
     swing = np.hypot(wave[:, 0], wave[:, 1])
     highest = np.maximum(base + swing, SIX_DIGITS)
     at_ends = np.stack([_curve(base, wave, angle) for angle in (-half, half)], axis=1)
-    uneven = at_ends.min(axis=1) < EVEN * highest
+    # Ends whose ratio is beyond that are covered by one circle.
+    uneven = at_ends.min(axis=1) < MUCH * highest
     ends = np.where(uneven[:, None], highest[:, None], at_ends)
     first, second = 1.0 / ends[:, 0], 1.0 / ends[:, 1]
     even, odd = 0.5 * (first + second) / np.cos(half), 0.5 * (second - first) / np.sin(half)

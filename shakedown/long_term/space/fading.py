@@ -17,7 +17,6 @@ from shakedown.long_term.space.leap_methods import STATE_ROUND_OFF, Measure
 CLEARLY = 4.0  # ratio of two changes from which on they tell a slope
 # Of the slope before it, which is ½ of that along a square: less is no line, or is not nearer to one.
 LINEAR, NEARLY = 0.9, 0.75
-STAYS = 0.5  # share of a drift that is foreseen to be left, from which on it is one that lasts
 
 
 class Mark(NamedTuple):
@@ -123,10 +122,6 @@ class Fading:
         """Whether the drift falls to nothing with the change."""
         end = self._foreseen(now)
         return end is not None and bool(np.linalg.norm(end.drift) <= PER_CENT * np.linalg.norm(now.drift))
-
-    def drift_stays(self, now: Mark) -> bool:
-        """Whether most of the drift is left where the change falls to nothing, as far as that is foreseen."""
-        return bool(np.linalg.norm(self.drift_left(now)) >= STAYS * np.linalg.norm(now.drift))
 
     def drift_left(self, now: Mark) -> FloatArray:
         """The drift (r,) where the change falls to nothing; that of the mark where nothing tells."""

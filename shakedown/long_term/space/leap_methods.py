@@ -12,7 +12,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import EPS, MISJUDGED, NEGLIGIBLE, THREE_DIGITS
+from shakedown.ground.round_off import EPS, MISJUDGED, MUCH, NEGLIGIBLE, THREE_DIGITS
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
@@ -24,7 +24,6 @@ PRICE = 1e-5  # uncertainty allowed in a leap, relative to the total slip so far
 REMEMBERED = 64  # sizes of changes
 STATE_ROUND_OFF = 64.0 * EPS  # relative to a state: smaller changes are none
 LONGEST_WAIT = 64  # periods
-MOST_TURN = 0.1  # largest deviation of a change from its prediction, relative
 
 
 @dataclass(frozen=True)
@@ -299,7 +298,7 @@ class Crawl:
         self.planned = Site(left, gone, toward, turning, np.nan)
         passed = measure.size(window[-1] - window[1])
         self.bending = (toward - changes[0] / measure.size(changes[0])) / passed
-        turn = self.care * min(MOST_TURN, max(THREE_DIGITS, PRICE * measure.size(window[-1]) / gone))
+        turn = self.care * min(MUCH, max(THREE_DIGITS, PRICE * measure.size(window[-1]) / gone))
         return Leap(
             start=window[-1] + gone * (toward + 0.5 * gone * turning),
             fits=self._fits(size * (toward + gone * turning), turn, measure),
@@ -334,7 +333,7 @@ class Crawl:
         left = self.site.share ** (1.0 / self.bend)
         slope = self.bend * (1.0 - left) / left * now / self.site.gone
         turned = measure.size(changes[-1] / now - changes[-2] / before)
-        return slope if turned <= MOST_TURN and slope <= self.SLOW else None
+        return slope if turned <= MUCH and slope <= self.SLOW else None
 
     def _fits(
         self, foreseen: FloatArray, turn: float, measure: Measure

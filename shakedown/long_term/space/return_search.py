@@ -11,12 +11,22 @@ from numpy.typing import NDArray
 
 from shakedown.campaign.recorded_steps import StepProgress
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import FOUR_DIGITS, MISJUDGED, NEGLIGIBLE, PER_CENT, SIX_DIGITS, THREE_DIGITS
+from shakedown.ground.round_off import (
+    FOUR_DIGITS,
+    MISJUDGED,
+    MUCH,
+    NEGLIGIBLE,
+    PER_CENT,
+    SEVEN_DIGITS,
+    SIX_DIGITS,
+    THREE_DIGITS,
+)
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import OPEN, Outcome
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import FirstCycles
-from shakedown.long_term.space.fading import STAYS, Fading, Mark
+from shakedown.long_term.space.drift import Drift, holds
+from shakedown.long_term.space.fading import Fading, Mark
 from shakedown.long_term.space.leap_methods import (
     LONGEST_WAIT,
     STATE_ROUND_OFF,
@@ -38,10 +48,8 @@ WINDOW = 7  # largest number of states one period apart that a leap starts from
 # Change per period, relative to its slip, below which a state counts as periodic: the way to rest is at
 # least half that slip, and would take 1 / (2 FOR_EVER) periods.
 FOR_EVER = 10 * NEGLIGIBLE
-ALTERNATES = 0.1  # ratio to the change between consecutive periods below which a later one recurs
 APART = 4.0  # times the fading part; twice that separates states on both sides of their limit
-# What may be left of the way to a cycle, and to rest while that is seen, along a line; of that so far.
-NEAR, CLOSE = 1e-5, 1e-7
+NEAR = 1e-5  # what may be left of the way to a cycle along a line, of that so far
 VARIES_LITTLE = "the varying part of the loads is next to round-off beside the constant part"
 
 
@@ -339,7 +347,7 @@ class ReturnSearch:
         if fading.slip_ends(now, self.none) and not self.records[-1].opened.any():
             if left <= FOUR_DIGITS and not self.rest_foretold:
                 self.rest_foretold = self.cycles
-            if left <= CLOSE or self._is_unseen(now):
+            if left <= SEVEN_DIGITS or self._is_unseen(now):
                 return self._slip_fades()
         slip = float(np.linalg.norm(now.slip * self.measure.slips))
         if now.size > SIX_DIGITS * slip:
@@ -374,18 +382,14 @@ class ReturnSearch:
         """
         if ahead is None:
             return np.inf
-        left, come = self._slips_in(ahead), self._slips_in(self.states[-1].u - self.begun)
+        left, come = self.layout.ways(ahead), self.layout.ways(self.states[-1].u - self.begun)
         counts = left > self.none
         return float((left[counts] / np.maximum(come, self.none)[counts]).max(initial=0.0))
-
-    def _slips_in(self, change: FloatArray) -> FloatArray:
-        """How far each node slips in a change of the state, (n,) [length]."""
-        return np.asarray(np.linalg.norm(self.layout.by_node(change[self.layout.slips]), axis=1))
 
     def _is_unseen(self, now: Mark) -> bool:
         """Whether rest has long been foreseen, and no node changes by more than the accuracy of motion."""
         long = 0 < self.rest_foretold <= self.cycles - STUCK
-        return long and bool((self._slips_in(now.change) <= self.none).all())
+        return long and bool((self.layout.ways(now.change) <= self.none).all())
 
     def _awaits(self) -> bool:
         """Whether states have begun to repeat that no verdict has been asked of."""
@@ -405,64 +409,38 @@ class ReturnSearch:
         most, every = float(slip.max()), cycles_in_words(p)
         clear = THREE_DIGITS * float((slip * self.rules.stiffness).max())
         error = max(record.error for record in list(self.records)[-p:])
-        if error > clear or np.abs(self._slip(p + 1, 2 * p) - slip).max() > THREE_DIGITS * most:
-            return None
         fading, now = self._faded(p)
+        differs = np.abs(self._slip(p + 1, 2 * p) - slip).max() > THREE_DIGITS * most
+        if error > clear or differs or fading.slip_ends(now, self.none):
+            return None
         lasts = f"the same slip every {every}{self._way()}"
         floats = can_drift(self.motion.problem)
-        drifts = floats and fading.drift_stays(now) and self._drifts_on(p, error)
-        walks = floats and self._walks(p, now, error)
+        drift = self._drift(p, fading, now, error) if floats else None
+        walks = drift is not None and drift.of_a_node()
         if np.abs(now.change).max() <= SIX_DIGITS * most and not walks:
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
         ends = long_foreseen and fading.drift_ends(now)
         held = not floats or self._is_held(p, slip) or ends
         if held and (long_foreseen or fading.slip_lasts(now)):
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
-        if drifts or walks or (floats and fading.drift_lasts(now)):
+        if walks or (drift is not None and (drift.of_all() or fading.drift_lasts(now))):
             return self._found(Outcome.RATCHETTING, f"the same drift every {every}{self._way()}", p)
         return None
 
-    def _walks(self, p: int, now: Mark, error: float) -> bool:
-        """Whether the rigid slip of a node goes on, by a share of its own slip that counts.
-
-        Node by node, as a slow change of others, in which no rigid slip is, may hide it.
-        """
-        kappa, known = closed_stiffness(self.motion.problem), self._known(p, error)
-        fading, rigid = self._faded(p)[0], self.measure.rigid @ now.drift
-        size = self._slips_in(rigid)
-        counts = size > np.maximum(np.maximum(SIX_DIGITS * now.slip, self.none), known)
-        counts &= self._slips_in(self.measure.rigid @ fading.drift_left(now)) >= STAYS * size
-        if now is self.mean:
-            lasts = np.full(len(size), fading.drift_lasts(now))
-        else:
-            before = self.states[-1 - p].u - self.states[-1 - 2 * p].u
-            earlier = self.measure.rigid @ (self.measure.rigid.T @ before)
-            lasts = self._slips_in(rigid - earlier) <= SIX_DIGITS * size + known
-        terms = self._slips_in(np.abs(kappa) @ np.abs(now.change))
-        free = self._slips_in(kappa @ now.change) <= THREE_DIGITS * terms
-        return bool((counts & lasts & free).any())
+    def _drift(self, p: int, fading: Fading, now: Mark, error: float) -> Drift:
+        """The drift of the last period of p cycles, each known to an error [length]."""
+        last, before = self._change(p), self.states[-1 - p].u - self.states[-1 - 2 * p].u
+        known = p * error + STATE_ROUND_OFF * float(np.abs(self.states[-1].u).max())
+        lasts = fading.drift_lasts(now) if now is self.mean else None
+        stiffness, left = closed_stiffness(self.motion.problem), fading.drift_left(now)
+        return Drift(self.layout, stiffness, self.measure, self.none, now, left, last, before, known, lasts)
 
     def _is_held(self, p: int, slip: FloatArray) -> bool:
         """Whether nodes that stick, or all but stick, leave no room for a rigid slip, while none opens."""
         opens = bool(opened_and_closed(tuple(self.records)[-p:])[0].any())
         if opens or not self.measure.rigid.shape[1]:  # a body that moves only where nodes open
             return not opens
-        least = SIX_DIGITS * float(slip.max())
-        stuck = np.flatnonzero(slip <= np.minimum(least, self.none))
-        room = np.linalg.svd(self.measure.rigid[self.layout.slips_of(stuck)], compute_uv=False)
-        held = len(room) == self.measure.rigid.shape[1] and room[-1] > NEGLIGIBLE
-        return bool(held and slip[stuck].max() <= least * room[-1])
-
-    def _drifts_on(self, p: int, error: float) -> bool:
-        """Whether a rigid slip goes on, by more than the error, no less than before: else drift may fade."""
-        drift, before = self._change(p), self.states[-1 - p].u - self.states[-1 - 2 * p].u
-        size, known = float(np.abs(drift).max()), self._known(p, error)
-        lasts = np.abs(drift - before).max() <= SIX_DIGITS * size + known
-        return bool(size > known and lasts and self.measure.is_rigid(drift))
-
-    def _known(self, p: int, error: float) -> float:
-        """Up to how much the change of a period is not known, by the error of a cycle [length]."""
-        return p * error + STATE_ROUND_OFF * float(np.abs(self.states[-1].u).max())
+        return holds(self.layout, self.measure.rigid, slip, self.none)
 
     def _find_rhythm(self, u: FloatArray) -> None:
         """The period after which changes recur, where those of consecutive cycles differ."""
@@ -471,8 +449,8 @@ class ReturnSearch:
         if len(apart) < self.rules.longest_period - 1:
             return
         before, self.period = self.period, 1
-        if apart.size and apart[0] > ALTERNATES * np.linalg.norm(changes[0]):
-            alike = np.flatnonzero(apart <= ALTERNATES * apart[0])
+        if apart.size and apart[0] > MUCH * np.linalg.norm(changes[0]):
+            alike = np.flatnonzero(apart <= MUCH * apart[0])
             self.period = int(alike[0]) + 1 if alike.size else 1
         if self.period != before:
             self.crawl.forget()
@@ -661,11 +639,11 @@ class ReturnSearch:
             return 0.0
         rigid, gone = self.measure.rigid, now.state - before.state
         way, first, last = (
-            self._slips_in(each - rigid @ (rigid.T @ each)) for each in (gone, before.change, now.change)
+            self.layout.ways(each - rigid @ (rigid.T @ each)) for each in (gone, before.change, now.change)
         )
         fallen = np.maximum(first - last, NEGLIGIBLE * last)
         own = np.divide(way * last, fallen, out=np.zeros_like(way), where=last > 0.0)
-        as_all = (way if drifts else self._slips_in(gone)) * now.size / (before.size - now.size)
+        as_all = (way if drifts else self.layout.ways(gone)) * now.size / (before.size - now.size)
         return float(np.maximum(own, as_all).max())
 
     def _found(self, outcome: Outcome, reason: str, period: int) -> Settled:

@@ -17,7 +17,7 @@ the ends of a step, may be in error by the whole of it.
 import numpy as np
 
 from shakedown.ground.named_state import entered, inner, summing
-from shakedown.ground.round_off import ROUND_OFF, SIX_DIGITS, THREE_DIGITS
+from shakedown.ground.round_off import ROUND_OFF, SEVEN_DIGITS, SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.course import (
     DONE,
@@ -80,9 +80,6 @@ PAST = 0.8  # share of a Radau step at which a pressure vanishes, and its allowe
 GAIN = 5.0  # cost of such a step relative to an explicit one
 LONG = 1000.0  # length of such a step relative to an explicit one from which on none is waited for
 TURNS, MANY = 1.5, 0.05  # rotation in an explicit step, and its share of the rest, from which on it is tried
-FINEST = (
-    1e-7  # share of the rest: if even such explicit steps turn too far, only their error limits their length
-)
 MOST_PATIENCE = 16 * PATIENCE  # most explicit steps after a rejected Radau step
 GAUSS = 0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)  # shares of a step …
 GAUSS_WEIGHTS = 5 / 18, 8 / 18, 5 / 18  # … at which speeds give a length
@@ -275,7 +272,7 @@ def choose_step(run: SpaceRun, rest: float) -> float:
     event = expected(run)
     h, far = next_length(sp, rest, ct.h, event), next_length(sp, rest, ct.long, event)
     most = HALF_WAY * apex
-    if fastest * FINEST * rest < STABLE:
+    if fastest * SEVEN_DIGITS * rest < STABLE:  # even such fine steps may turn too far: errors limit them
         most = min(most, STABLE / fastest if fastest > 0.0 else np.inf)
     st.method, ct.capped = EXPLICIT, h > most
     short = min(h, most)

@@ -8,7 +8,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import inner, summing
-from shakedown.ground.round_off import PER_CENT
+from shakedown.ground.round_off import MUCH, PER_CENT
 from shakedown.motion.course import Course
 from shakedown.motion.space.moving_state import DEGREE, SpaceMotion
 from shakedown.motion.space.space_run import SpaceRun
@@ -57,7 +57,6 @@ BETWEEN = np.stack(
 )  # weights of the rates at the stages in the powers of the share of a step
 ENDS = np.stack([WEIGHTS[-1], OF_RADAU.sum(axis=1)])  # weights for the whole step
 MOST_RETURNS = 8  # iterations that return to the cones
-RETURNS = 0.1  # share of the distance that may remain each time; otherwise directions are renewed
 FAILED = -1.0  # instead of an error: the motion is unstable somewhere in the step
 
 
@@ -116,7 +115,7 @@ def return_to_cones(course: Course, mo: SpaceMotion, sp: Slipping, st: Step, h: 
             worst = max(worst, abs(left))
         if worst <= course.force:
             break
-        if last < np.inf and worst > RETURNS * last:
+        if last < np.inf and worst > MUCH * last:  # the directions are to be renewed
             find_directions(course, mo, sp, q)
             find_matrix(sp, sp.M)
             if factor(sp, s) <= 0:

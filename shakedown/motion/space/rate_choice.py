@@ -18,12 +18,12 @@ from shakedown.ground.named_state import inner, summing
 from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF
 from shakedown.ground.size_limits import DIRECTIONS
 from shakedown.ground.status import OPEN, SLIP, STICK
+from shakedown.ground.work_limit import BY_BLAS
 from shakedown.motion.course import CLOSES, ENUMERABLE, OPENS, Course
 from shakedown.motion.space.exchange import arrange, compute_base, compute_out, move
 from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
 from shakedown.motion.space.space_run import SpaceRun
 from shakedown.motion.space.speeds import (
-    LAPACK,
     factor,
     find_directions,
     find_matrix,
@@ -132,7 +132,7 @@ def find_all_rates(run: SpaceRun) -> bool:
     """Find rates with the nodes at the apex unchanged; False where there are none."""
     joint, course, mo, rates, sp, st = run.joint, run.course, run.motion, run.rates, run.slipping, run.step
     held = take_contact(joint, course, mo, rates) and choose_slipping(run)
-    run.control.effort += 2 * sp.s * sp.s * sp.s // LAPACK + 100
+    run.control.effort += int(2 * BY_BLAS * sp.s * sp.s * sp.s) + 100
     if not held:
         return False
     move(joint, sp, st.k, 0, rates.rate)

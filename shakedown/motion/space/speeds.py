@@ -11,6 +11,7 @@ import numpy as np
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Shorts, inner, summing
 from shakedown.ground.round_off import FOUR_DIGITS, ROUND_OFF
+from shakedown.ground.work_limit import BY_BLAS
 from shakedown.motion.course import Course
 from shakedown.motion.space.dense_solver import address, call
 from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
@@ -20,7 +21,6 @@ FEW = 12  # slipping nodes up to which equations are always solved anew, and wit
 MOST_CORRECTIONS = 9  # corrections of speeds with the factors of an earlier stage
 CONTRACTS = 0.25  # share of a rate of slack that may remain after each
 RATE_ROUND_OFF = ROUND_OFF / 10  # relative round-off of rates
-LAPACK = 10  # operations of a factorisation in the time of one in a loop
 TRANSPOSED = ord("T")
 SHARES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0)  # of a step, of its first stages
 
@@ -219,7 +219,7 @@ def rates_along(sp: Slipping, st: Step, ct: StepControl, stage: int) -> bool:
         for t in range(s * s):
             sp.M[t] = sp.limits[t]
         sp.factored = factor(sp, s) > 0
-        ct.effort += s * s * s // LAPACK
+        ct.effort += int(BY_BLAS * s * s * s)
         if not sp.factored:
             return False
         for a in range(s):
