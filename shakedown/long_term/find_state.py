@@ -19,8 +19,8 @@ from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSear
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.plane.search import BLURRED, BROKEN, LEFT, SHAKEDOWN, UNDECIDED, SearchState
 from shakedown.long_term.space.proved_verdict import heeding_proofs
-from shakedown.long_term.space.return_search import VARIES_LITTLE
 from shakedown.long_term.space.returned_state import returned_state
+from shakedown.long_term.space.settled import VARIES_LITTLE
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.cycle_record import State
 from shakedown.motion.evolution import Evolution

@@ -6,7 +6,8 @@ import pytest
 import shakedown
 from shakedown.ground.status import Outcome
 from shakedown.long_term.space.extrapolation import recurrence_of
-from shakedown.long_term.space.return_search import ReturnRules, ReturnSearch, Settled
+from shakedown.long_term.space.return_search import ReturnSearch
+from shakedown.long_term.space.settled import ReturnRules, Settled
 from shakedown.motion.checked_law import scales
 from shakedown.motion.cycle_record import CycleRecord, State
 from shakedown.motion.evolution import Evolution

@@ -4,6 +4,7 @@ Reading order: ``extrapolation`` (the continuation of a sequence of states), ``l
 many cycles), ``local_map`` (what a period changes next to a state), ``slope_leaps`` (leaps by the slopes
 of that), ``mean_leaps`` (leaps along a kink, by what many periods do on average), ``fading`` (how the change
 falls on the way, and what is left where it ends), ``drift`` (whether rigid slip goes on for ever),
-``return_search`` (cycles and leaps until the outcome is clear, the verdict), ``proved_verdict`` (verdicts,
-also those in the plane, compared with what is proved), ``returned_state`` (the answer).
+``settled`` (what a search goes by, and comes to), ``return_search`` (cycles and leaps until the outcome is
+clear), ``proved_verdict`` (verdicts, also those in the plane, compared with what is proved),
+``returned_state`` (the answer).
 """

@@ -28,7 +28,7 @@ from shakedown.long_term.known_bounds import (
     proving_bound,
 )
 from shakedown.long_term.passage import Passage
-from shakedown.long_term.space.return_search import VARIES_LITTLE
+from shakedown.long_term.space.settled import VARIES_LITTLE
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.checked_law import scales
 from shakedown.motion.cycle_record import State

@@ -15,7 +15,8 @@ from shakedown.long_term.limit_search import OUTCOMES
 from shakedown.long_term.passage import FirstCycles, Passage
 from shakedown.long_term.plane.search import Answers
 from shakedown.long_term.space.proved_verdict import heeding_proofs
-from shakedown.long_term.space.return_search import ReturnRules, ReturnSearch, Settled, opened_and_closed
+from shakedown.long_term.space.return_search import ReturnSearch
+from shakedown.long_term.space.settled import ReturnRules, Settled, opened_and_closed
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.checked_law import Scales, law_resolution, scales, swing
 from shakedown.motion.evolution import Evolution
