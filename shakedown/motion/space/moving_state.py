@@ -157,12 +157,13 @@ def compiled_joint(kappa: FloatArray, friction: FloatArray) -> CompiledJoint:
     """The joint of a stiffness (3n, 3n) and friction coefficients (n,), nothing free."""
     N = len(kappa)
     part = DENSE_FROM if kappa.size > BLOCK else N
-    shapes = {"parts": (-(-N // part), N), "old_rows": (TOGETHER, N), "kept": (N, N)}
+    shapes = {"parts": (-(-N // part), N), "old_rows": (TOGETHER, N)}
     of_places = dict.fromkeys(("free", "kept_free", "pressed", "displaced"), N)
     joint = CompiledJoint(
         of_places | dict.fromkeys(("changing", "pivots"), TOGETHER) | shapes,
         kappa=np.array(kappa, dtype=float, order="C"),
         exchanged=np.array(kappa, dtype=float, order="C"),
+        kept=np.empty((N, N)),
         friction=np.array(friction, dtype=float),
     )
     joint.set(n=len(friction), part=part)
