@@ -238,11 +238,8 @@ def holding(
 
 
 def held_by_none(limits: DiscLimits, load_factor: float, state: FloatArray) -> bool:
-    """Whether multipliers prove that no ball at a load factor holds a state, whatever the shares.
-
-    Those of the discs with a = 1 and s = f γ at its least, which allow all that any shares allow.
-    """
-    least = replace(limits, share=np.zeros_like(limits.share), own=np.zeros_like(limits.own))
+    """Whether multipliers prove that no ball at a load factor holds a state, whatever the shares."""
+    least = at_least(limits)
     about = discs_about(least, state).at_load(load_factor)
     program = about.margin_program()
 
@@ -254,6 +251,11 @@ def held_by_none(limits: DiscLimits, load_factor: float, state: FloatArray) -> b
 
     end = sought(proved_solution, program, lambda y: _largest_margin(about, y), (), known)
     return not isinstance(end, Missing) and refuted(end.discs, end.rows)
+
+
+def at_least(limits: DiscLimits) -> DiscLimits:
+    """The discs with a = 1 and s = f γ at its least, which allow all that any shares allow."""
+    return replace(limits, share=np.zeros_like(limits.share), own=np.zeros_like(limits.own))
 
 
 def _held_by_none(
@@ -346,7 +348,10 @@ def _first_solution(
     margin_of: Callable[[DiscLimits], BallMargin],
     tolerances: Tolerances,
 ) -> Found | None:
-    """A solution with shares other than zero, None where none is found."""
+    """A solution with shares other than zero, None where none is found, or there is none for any shares."""
+    loosest = sought(one, at_least(limits), ())
+    if not isinstance(loosest, Missing) and loosest.status == Status.INFEASIBLE:
+        return None
     each = limits.shared(0.5 * full_share(limits))
     for _ in range(ALTERNATIONS):
         margin, slip, load_factor, radius = margin_of(each)
