@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import FOUR_DIGITS, SIX_DIGITS
+from shakedown.ground.round_off import FOUR_DIGITS, MUCH, SIX_DIGITS
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.importing.bodies import coupled_nodes, rigid_motions
 from shakedown.models.importing.contact_section import ContactSection
@@ -19,7 +19,6 @@ from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.text import LOOKED_AT
 
 _UNALIKE = 200.0  # ratio beyond which units differ: mm for m gives 1,000, element shapes or ν = 0.499 less
-_FEWEST = 0.1  # share of interior nodes, below which springs, equations or unknown elements may explain it
 
 
 def model_doubts(stiffness: Stiffness, contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:
@@ -79,7 +78,7 @@ def _strange(
         axis=1
     ) > 0  # internal nodes have none
     share = strange[inside].mean()
-    if share <= _FEWEST:
+    if share <= MUCH:  # springs, equations or unknown elements may explain so few
         return ()
     return (
         f"the matrix couples nodes that share no element of the deck ({100 * share:.0f} % of those inside, "
@@ -102,7 +101,7 @@ def _resisting(
     if not count:
         return ()
     share, most = count / inside.sum(), labels[np.argmax(resisted)]
-    cause = "are coordinates and matrix of one model?" if share > _FEWEST else "springs, or damaged entries?"
+    cause = "are coordinates and matrix of one model?" if share > MUCH else "springs, or damaged entries?"
     return (
         f"rigid motions of the deck's nodes meet resistance at {count} of {inside.sum()} nodes inside the "
         f"model, most at {most}: {cause}",
