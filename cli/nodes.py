@@ -10,6 +10,7 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.files.vtk_points import series_paths
+from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.shown_values import few, sized
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.units import units_of
@@ -63,6 +64,7 @@ LONGEST_LABEL, WIDTH = 11, 80
 )
 @output_options
 @click.pass_context
+@on_one_thread
 def nodes(
     context: click.Context,
     problem: Problem,

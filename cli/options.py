@@ -143,8 +143,7 @@ def run_options(command: F) -> F:
         "--initial",
         metavar="STATE",
         help="zero, safe (through the transient too, where there is such a slip), witness (the critical slip "
-        "state of λ_1), given, given:K "
-        "(state K of the file) or PATH.npy. "
+        "state of λ_1, in the plane), given, given:K (state K of the file) or PATH.npy. "
         "Default: given where the file has initial_slip, else zero.",
     )
     opened = click.option(

@@ -10,6 +10,7 @@ import numpy as np
 
 import shakedown
 from shakedown import Problem
+from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.shown_values import few
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.units import units_of
@@ -65,6 +66,7 @@ IN_SPACE = "x, y: the two tangential directions of a node; Σ|Δv|: its slip per
 )
 @output_options
 @click.pass_context
+@on_one_thread
 def simulate(
     context: click.Context,
     problem: Problem,
@@ -144,7 +146,7 @@ def _proof_facts(run: shakedown.Simulation) -> list[tuple[str, str, str]]:
     """What is proved of a shakedown, and which nodes stay open."""
     facts = []
     if run.open_nodes:
-        facts.append(("open throughout", open_in_words(tuple(run.open_nodes)), ""))
+        facts.append(("open throughout", str(len(run.open_nodes)), open_in_words(tuple(run.open_nodes))))
     if run.outcome == shakedown.Outcome.SHAKEDOWN:
         facts.append(("shakedown proved", "yes" if run.proved else "no", ""))
     return facts

@@ -9,6 +9,7 @@ import click
 
 import shakedown
 from shakedown import Problem
+from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import Missing
 from shakedown.ground.shown_values import down, plain
 from shakedown.ground.visible_text import shortened
@@ -102,6 +103,7 @@ def load_factor_of(text: str) -> float | None:
 @average_option
 @output_options
 @click.pass_context
+@on_one_thread
 def solve(
     context: click.Context,
     problem: Problem,

@@ -45,7 +45,7 @@ def named_start(
         if problem.directions > 1:
             raise UsageError(
                 "initial slip 'witness': expected one tangential direction, found two "
-                "(it is of a first collapse)"
+                "(it is of a first collapse; zero, safe and given are there in space, too)"
             )
         slip = lower_bound(problem, guarantee=False).slip
         return _existing(slip, "a critical slip state of the first collapse", load_factor)

@@ -211,7 +211,7 @@ def from_here_in_words(limits: JointLimits) -> str:
         return f"; {start} the joint is proved to shake down there"
     if energy.least_load_factor < 1 < energy.load_factor:
         return f", and below λ_E: {start} the joint is proved to shake down"
-    return f"; {start} shakedown is not proved there"
+    return f"; {start} no bound proves shakedown there"
 
 
 def reservations_in_words(limits: JointLimits) -> list[str]:

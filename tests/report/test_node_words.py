@@ -77,7 +77,7 @@ def scaled(factor: float):
             "lies below λ_U: proved from every initial state with all nodes in contact and within their friction limits.",
         ),
         (0.7, "lies between λ_1 and λ_max; starting without slip the joint is proved to shake down there."),
-        (0.735, "lies between λ_1 and λ_max; starting without slip shakedown is not proved there."),
+        (0.735, "lies between λ_1 and λ_max; starting without slip no bound proves shakedown there."),
         (0.8, "lies at or above λ_max."),
     ],
 )

@@ -144,7 +144,7 @@ class ReturnSearch:
         """What has faded on the way, and what the last period has done, or periods do on average."""
         if self.mean is not None and period == 1:
             return self.fadings[0], self.mean
-        return self.fadings[self.period - 1], self._mark(period)
+        return self.fadings[period - 1], self._mark(period)
 
     def _mark(self, period: int) -> Mark:
         """What the last period has done."""
