@@ -282,7 +282,7 @@ class Evolution(Motion):
             LIFTS_OFF: f"node {now.concerned} lifts off, and the problem has no C",
             TOO_MANY_EVENTS: "events accumulate within one load step",
             NOT_SETTLED: "the moving nodes are not held: their stiffness is singular to round-off",
-            OUT_OF_WORK: "the work allowed for a motion is spent",
+            OUT_OF_WORK: "the computation allowed for a run is spent",
         }
         if self.left and status != OUT_OF_WORK:
             reasons[status] = "the body leaves: every node is open and nothing else holds it"

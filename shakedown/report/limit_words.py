@@ -133,7 +133,7 @@ def transient_in_words(
     if limit.at_high is not None and limit.at_high.outcome == "undecided":
         undecided = f"it is undecided after {limit.at_high.cycles_simulated} cycles"
         if limit.at_high.stop is not None and limit.at_high.stop.spent:
-            undecided = "nothing is known, as the work allowed is spent"
+            undecided = "nothing is known, as the computation allowed is spent"
         proved += f"; just above λ_T {'the body slides away' if limit.at_high.slides_away else undecided}"
         if proved_below > limit.load_factor:
             proved += f", and yet proved to shake down below λ = {down(proved_below)}"

@@ -120,7 +120,7 @@ def test_runs_that_take_too_much_work_are_said_to_be_open(monkeypatch):
     assert open_runs
     assert all(each.agrees is None for each in open_runs)
     assert not cut.disagreements
-    said = [text for text in cut.open_questions if "the work allowed for a motion is spent" in text]
+    said = [text for text in cut.open_questions if "the computation allowed for a run is spent" in text]
     assert len(said) == len(open_runs)
     assert all(text.endswith("; simulate, which has no such limit, goes on with it") for text in said)
     assert cut.limits.upper.load_factor > 0.0

@@ -52,7 +52,7 @@ def test_a_motion_stops_within_its_cycle_and_its_jump(monkeypatch, jumping, shar
         assert limit.taken == before
     assert before <= most + 1e4
     assert motion.stop.spent
-    assert motion.stop.reason.startswith("the work allowed for a motion is spent")
+    assert motion.stop.reason.startswith("the computation allowed for a run is spent")
     assert Evolution(jumping, LOAD_FACTOR).cycle() is not None  # outside nothing is limited
 
 

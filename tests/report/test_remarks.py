@@ -132,9 +132,12 @@ def test_the_state_found_above_the_limit_is_named() -> None:
     slides = replace(slow, at_high=replace(slow.at_high, slides_away=True))
     assert "; just above λ_T the body slides away (" in transient_in_words(slides)
     cut = replace(
-        slow, at_high=replace(slow.at_high, stop=Stop("the work allowed is spent", 0.5, -1, spent=True))
+        slow,
+        at_high=replace(slow.at_high, stop=Stop("the computation allowed is spent", 0.5, -1, spent=True)),
     )
-    assert "; just above λ_T nothing is known, as the work allowed is spent (" in transient_in_words(cut)
+    assert "; just above λ_T nothing is known, as the computation allowed is spent (" in transient_in_words(
+        cut
+    )
     above = f"after 1000 cycles, and yet proved to shake down below λ = {down(1.1 * slow.load_factor)} ("
     assert above in transient_in_words(slow, proved_below=1.1 * slow.load_factor)
     assert "and yet" not in transient_in_words(slow, proved_below=slow.load_factor)
