@@ -150,6 +150,7 @@ def _cells(load: LoadEvidence, extent: float | None) -> Iterator[tuple[LoadPart,
 
 
 def _rounded(value: float, largest: float) -> str:
+    """A value, shown as 0 where it is negligible beside the largest resultant of a load."""
     return "-" if value != value else f"{value if abs(value) > NEGLIGIBLE * largest else 0.0:.5g}"
 
 

@@ -158,9 +158,8 @@ def open_questions(runs: Sequence[Run]) -> Iterator[str]:
         found = run.simulation
         where = f"{run.initial} at {at_lambda(found.load_factor)}"
         if found.outcome == Outcome.UNDECIDED:
-            why = (
-                found.reason.partition(":")[0] if found.slides_away else found.reason
-            )  # which the answer says
+            # Why a body slides away is in the answer.
+            why = found.reason.partition(":")[0] if found.slides_away else found.reason
             yield f"{where}: {why}{'; ' * is_spent(found)}{GO_ON * is_spent(found)}"
         elif run.agrees is None and run.predicted != "either":
             named = nodes_in_words(found.open_nodes)

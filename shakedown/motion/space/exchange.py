@@ -12,7 +12,7 @@ and the other is not the matrix is antisymmetric, elsewhere symmetric, so that i
 """
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.named_state import inner, summing
+from shakedown.ground.named_state import Flags, Reals, inner, summing
 from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.status import OPEN
 from shakedown.motion.course import Course
@@ -136,23 +136,24 @@ def is_kept(joint: CompiledJoint, mo: SpaceMotion) -> bool:
 @inner
 def keep(joint: CompiledJoint) -> None:
     """Keep the matrix that has been made afresh."""
-    N = 3 * joint.n
-    for k in range(N * N):
-        joint.kept[k] = joint.exchanged[k]
-    for place in range(N):
-        joint.kept_free[place] = joint.free[place]
+    copy(joint.exchanged, joint.free, joint.kept, joint.kept_free, 3 * joint.n)
     joint.keeps = True
 
 
 @inner
 def recall(joint: CompiledJoint) -> None:
     """Go back to the matrix that is kept."""
-    N = 3 * joint.n
-    for k in range(N * N):
-        joint.exchanged[k] = joint.kept[k]
-    for place in range(N):
-        joint.free[place] = joint.kept_free[place]
+    copy(joint.kept, joint.kept_free, joint.exchanged, joint.free, 3 * joint.n)
     joint.exchanges = 0
+
+
+@inner
+def copy(matrix: Reals, free: Flags, other: Reals, free_there: Flags, N: int) -> None:
+    """Copy a matrix (N, N), and which places are free in it."""
+    for k in range(N * N):
+        other[k] = matrix[k]
+    for place in range(N):
+        free_there[place] = free[place]
 
 
 @summing
