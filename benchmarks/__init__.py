@@ -38,6 +38,7 @@ STUDIES: tuple[str, ...] = (
     "evolution",
     "floating_adversary",
     "floating_joints",
+    "rigid_motions",
     "hard_cases",
     "initial_states",
     "lap_joint",

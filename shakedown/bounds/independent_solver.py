@@ -21,9 +21,10 @@ from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, node_numbers, require_plane
 from shakedown.joint.constraints import Constraints, Side, constraints, step_loads
-from shakedown.joint.contact_zone import MOTION_ROUND_OFF, contact_zone
+from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.joint.rigid_slips import MOTION_ROUND_OFF
 from shakedown.programs.conic import ClarabelSettings, by_clarabel, by_cvxpy, interior_points
 from shakedown.programs.program import Program
 from shakedown.programs.scaling import ProgramScales

@@ -31,7 +31,7 @@ class UpperBound(Result):
     status
         Optimal; infeasible (no safe slip at any load factor); unbounded (safe slips
         exist at arbitrarily large load factors); undecided where a search found no zone with a safe slip,
-        and not all zones were tried.
+        and not all zones were tried, or where that there is no limit rests on a resistance in doubt.
     load_factor
         λ_max; NaN where infeasible, inf where unbounded.
     slip : (dn,)

@@ -16,6 +16,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.problem import Problem
+from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.program import Program
 from shakedown.programs.solver import solve
 
@@ -82,6 +83,12 @@ def upper_bound(
     found = methods_of(problem).upper(zone, transient, certify, tolerances)
     if zone.open_nodes:
         found = _in_zone(zone, found, tolerances)
+    doubt = rigid_slips(zone.joint).doubt
+    if (
+        found.status == Status.UNBOUNDED and doubt
+    ):  # a resistance in doubt may hold the body at any load factor
+        no_slip = np.full_like(found.slip, np.nan)
+        return replace(found, status=Status.UNDECIDED, load_factor=np.nan, direction=no_slip, reason=doubt)
     if others_left and found.status == Status.INFEASIBLE:
         return replace(found, status=Status.UNDECIDED, reason=NOT_FOUND, active=(), exact=False)
     return found

@@ -13,17 +13,16 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT, Tolerances
+from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.conjugate_loads import NO_LOADS
 from shakedown.joint.constraints import Constraints, Side, constraints, through_transient
 from shakedown.joint.layout import Layout
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
-from shakedown.joint.rigid_slips import NO_STIFFNESS, rigid_slips
+from shakedown.joint.rigid_slips import MOTION_ROUND_OFF, NO_STIFFNESS, rigid_slips, stiffness_error
 
 Places = NDArray[np.intp]
-MOTION_ROUND_OFF = 16 * np.finfo(float).eps  # relative round-off of a displacement of an open node
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,8 +216,8 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
 
 def _accuracy(problem: Problem) -> float:
     """The round-off of the condensed stiffness, relative to the terms of its difference."""
-    given = problem.stiffness_accuracy
-    return NO_STIFFNESS if given is None else max(FIRST_DIGIT * given, MOTION_ROUND_OFF)
+    error = stiffness_error(problem)
+    return max(error, NO_STIFFNESS if problem.stiffness_accuracy is None else MOTION_ROUND_OFF)
 
 
 def _condensed(

@@ -13,6 +13,7 @@ from shakedown.joint.arguments import real_array, require_problem
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.joint.rigid_slips import free_stiffness
 
 LARGEST_FORCE = LARGEST**0.5  # its square is still finite
 MEAN_ROUND_OFF = 4 * np.finfo(float).eps  # round-off of a mean, relative to the largest sample
@@ -104,9 +105,9 @@ def ramp_start(problem: Problem, first: FloatArray, start: FloatArray) -> FloatA
     """
     layout = problem.layout
     v, w = layout.split(start)
-    locked_q, locked_p = problem.A @ v, problem.B @ v
-    if w.any():
-        locked_q, locked_p = layout.split(problem.kappa @ start)
+    kappa = free_stiffness(problem)
+    A, B, _ = layout.blocks(kappa)
+    locked_q, locked_p = layout.split(kappa @ start) if w.any() else (A @ v, B @ v)
     return layout.joined(-locked_q, np.abs(first[layout.gaps] + locked_p) - locked_p)
 
 

@@ -1,6 +1,7 @@
 """Checks of the numbers of a problem: real, finite, of a usable size, and consistent."""
 
 from collections.abc import Mapping
+from decimal import Decimal
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,8 @@ SMALLEST = 1 / LARGEST  # smallest admissible value of the largest nonzero entry
 NEGLIGIBLE = 1e-30  # entries so much smaller than the largest of their array are taken as zero
 LARGEST_FRICTION = 1e12
 LARGEST_LENGTH = 1e75  # largest slip, force over stiffness
+LEAST_PRINTED, MOST_PRINTED = 5, 12  # digits: numbers of fewer are as good as exact, of more as round-off
+SAMPLED = 4096  # entries looked at, whether they are short
 CANCELLED = 2**12 * EPS  # relative to the largest stiffness: the rest where larger ones cancel each other
 
 
@@ -127,9 +130,42 @@ def check_definiteness(arrays: Mapping[str, FloatArray], rounding: float) -> Non
     if _clearly_definite(scaled):
         return
     eigenvalues = np.linalg.eigvalsh(scaled)
+    rounding = rounding or printed_error(matrix)
     printed = rounding * float(np.abs(scaled).sum(axis=0).max())
     if eigenvalues[0] < -max(DEFAULT.definiteness * max(eigenvalues[-1], -eigenvalues[0]), printed):
         raise ProblemError(f"{expected}, found the eigenvalue {eigenvalues[0] * scale:.6g}")
+
+
+def printed_error(*matrices: FloatArray) -> float:
+    """Relative error of entries that seem to be printed with 5 to 12 digits; 0 where they do not.
+
+    None needs more digits. Where most need as many decimals as any, but not as many digits, the error is
+    relative to the largest, and grows with the number of columns.
+
+    Examples
+    --------
+    >>> exact = np.outer([1.0, 3.0], [1 / 7, 1 / 9])
+    >>> printed_error(exact), printed_error(np.round(exact, 8)) < 1e-7, printed_error(np.eye(3))
+    (0.0, True, 0.0)
+    """
+    entries = np.concatenate([each[each != 0.0] for each in matrices])
+    digits, decimals = list[int](), list[int]()
+    for entry in entries[:: len(entries) // SAMPLED + 1].tolist():
+        number = Decimal(repr(entry)).normalize().as_tuple()
+        digits.append(len(number.digits))
+        decimals.append(-int(number.exponent))
+        if digits[-1] > MOST_PRINTED:
+            return 0.0
+    if not digits or max(digits) < LEAST_PRINTED:
+        return 0.0
+    if _mostly(digits) or not _mostly(decimals):
+        return 5.0 * 10.0 ** -max(digits)
+    return float(0.5 * 10.0 ** -max(decimals) / np.abs(entries).max() * np.sqrt(matrices[0].shape[1]))
+
+
+def _mostly(counts: list[int]) -> bool:
+    """Whether half of some counts, at least, are the largest one or one less."""
+    return 2 * sum(count >= max(counts) - 1 for count in counts) >= len(counts)
 
 
 def _clearly_definite(matrix: FloatArray) -> bool:

@@ -14,11 +14,15 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, RESOLVED, SIX_DIGITS
 from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT
 from shakedown.joint.derived import once_per_problem
+from shakedown.joint.layout import Layout
+from shakedown.joint.numbers import printed_error
 from shakedown.joint.problem import Problem
 
 NO_STIFFNESS = 2.0**-30  # largest relative stiffness of a rigid motion, as condensation costs a few digits
 CLEAR = 1e4  # ratio by which true resistance exceeds round-off or printing errors
-CLEARLY_HELD = 1 / CLEAR  # smallest eigenvalue of the scaled A, relative, that needs no closer look
+CLEARLY_HELD = 1 / CLEAR  # smallest eigenvalue of a scaled stiffness, relative, that needs no closer look
+MOTION_ROUND_OFF = 16 * np.finfo(float).eps  # relative round-off of a projected stiffness
+ASKED = ": give stiffness_accuracy"
 INVERSE_ITERATIONS = 3  # each gains eight digits at least
 
 
@@ -94,25 +98,72 @@ def rigid_slips(problem: Problem) -> RigidSlips:
     >>> found.pinned, found.motions.ravel()
     ((0,), array([1., 1.]))
     """
-    n, accuracy = problem.layout.slip_size, problem.stiffness_accuracy
-    held = RigidSlips(np.zeros((n, 0)), ())
-    A, lengths, power = _scaled(problem)
-    if accuracy is None and _clearly_held(A):
-        return held
+    n = problem.layout.slip_size
+    A, lengths, power = _scaled(problem, problem.A)
+    if problem.stiffness_accuracy is None and _clearly_held(A):
+        return RigidSlips(np.zeros((n, 0)), ())
     M = np.vstack([A, _coupling(problem, lengths, power)])
-    R = np.asarray(np.linalg.qr(M, mode="r"))
-    values = np.linalg.svd(R, compute_uv=False)
     size = np.abs(M)
     most = float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))
     if most == 0.0:
         return _pinned(np.eye(n), lengths, "")
-    relative = values[::-1] / most
-    count, doubt = (
-        _without_resistance(relative) if accuracy is None else _below(relative, FIRST_DIGIT * accuracy)
-    )
+    motions = _closed(_motions_of_a_body(problem), problem.layout)
+    known = _unresisted(M / most, motions / lengths[:, None], problem)
+    R = np.asarray(np.linalg.qr(M - (M @ known) @ known.T, mode="r"))
+    values = np.linalg.svd(R, compute_uv=False)[::-1]
+    count, doubt = _without_resistance(values / most, problem.stiffness_accuracy, stiffness_error(problem))
     if not count:
-        return replace(held, doubt=doubt)
-    return _pinned(_softest(R, values[::-1], count), lengths, doubt)
+        return RigidSlips(np.zeros((n, 0)), (), doubt)
+    return _pinned(_softest(R, values, count), lengths, doubt)
+
+
+@once_per_problem
+def free_stiffness(problem: Problem) -> FloatArray:
+    """κ = [[A, Bᵀ], [B, C]] without what round-off or printing left of the stiffness against rigid motions.
+
+    ((d + 1) n, (d + 1) n) [force/length]; zeros for C where no node may open. All motions of a joint are
+    followed with it: a body that friction does not hold slides away, whatever the last digits are.
+
+    Examples
+    --------
+    >>> loop = {"f": 0.5, "q_w": [[1.0, 0.0]], "p_w": [[3.0, 3.0]]}
+    >>> A, B = [[1.0 + 1e-12, -1.0], [-1.0, 1.0]], [[0.2, -0.2], [0.1, -0.1]]
+    >>> int(np.linalg.matrix_rank(free_stiffness(Problem(A=A, B=B, **loop))[:2]))
+    1
+    """
+    kappa, basis, lengths = _stiffness(problem), _rigid_motions(problem)[0], _lengths(problem)
+    if not basis.shape[1]:
+        return kappa
+    scaled = _deflated(kappa * lengths * lengths[:, None], basis) / lengths / lengths[:, None]
+    # what was no coupling at all remains none
+    noise = MOTION_ROUND_OFF * np.sqrt(np.outer(np.diag(kappa), np.diag(kappa)))
+    return np.where((kappa == 0.0) & (np.abs(scaled) <= noise), 0.0, scaled)
+
+
+@once_per_problem
+def _rigid_motions(problem: Problem) -> tuple[FloatArray, str]:
+    """The motions ((d + 1) n, r) in scaled units that meet no resistance, and what is doubtful about it.
+
+    An orthonormal basis; those that keep all nodes closed are the ones of :func:`rigid_slips`.
+    """
+    layout, slips, lengths = problem.layout, rigid_slips(problem), _lengths(problem)
+    basis = np.zeros((layout.size, len(slips.pinned)))
+    basis[layout.slips] = slips.motions
+    basis = np.linalg.qr(basis / lengths[:, None])[0]
+    if problem.C is None:
+        return basis, slips.doubt
+    scaled = _scaled(problem, problem.kappa)[0]
+    if not slips.pinned and problem.stiffness_accuracy is None and _clearly_held(scaled):
+        return basis, slips.doubt
+    most = float(np.abs(scaled).sum(axis=0).max())
+    scaled = _deflated(scaled, basis) / most
+    known = _unresisted(scaled, _motions_of_a_body(problem) / lengths[:, None], problem)
+    values, vectors = np.linalg.eigh(_deflated(scaled, known))
+    order = np.argsort(np.abs(values))
+    count, doubt = _without_resistance(
+        np.abs(values)[order], problem.stiffness_accuracy, stiffness_error(problem)
+    )
+    return vectors[:, order[:count]], slips.doubt or doubt
 
 
 @once_per_problem
@@ -136,11 +187,10 @@ def with_free_rigid_slips(problem: Problem) -> Problem:
     return replace(problem, A=0.5 * (A + A.T), B=problem.B[:, kept] @ relative, C=None)
 
 
-@once_per_problem
 def can_drift(problem: Problem) -> bool:
     """Whether some motion of the nodes changes no reaction: only then may slips grow for ever.
 
-    A zero mode of κ, or of A where nodes cannot open (docs/energy.md, section 9), or one in doubt.
+    A zero mode of κ, or of A and B where nodes cannot open (docs/energy.md, section 9), or one in doubt.
 
     Examples
     --------
@@ -148,29 +198,73 @@ def can_drift(problem: Problem) -> bool:
     >>> can_drift(shakedown.example("two-node"))
     False
     """
-    stiffness = problem.A if problem.C is None else problem.kappa
-    lengths = 1.0 / np.sqrt(np.where(np.diag(stiffness) > 0, np.diag(stiffness), 1.0))
-    values = np.abs(np.linalg.eigvalsh(stiffness * lengths * lengths[:, None]))
-    accuracy, most = problem.stiffness_accuracy, float(values.max())
-    relative = np.sort(values) / most if most > 0.0 else values
-    count, doubt = (
-        _without_resistance(relative) if accuracy is None else _below(relative, FIRST_DIGIT * accuracy)
-    )
-    return count > 0 or bool(doubt)
+    basis, doubt = _rigid_motions(problem)
+    return bool(basis.shape[1] or doubt)
 
 
-def _without_resistance(values: FloatArray) -> tuple[int, str]:
-    """How many of the singular values, in increasing order, are round-off, and what is doubtful about it."""
+def _without_resistance(values: FloatArray, accuracy: float | None, printed: float) -> tuple[int, str]:
+    """How many of the singular values, in increasing order, are no resistance, and what is doubtful about it.
+
+    ``printed``: the error of numbers that seem to be printed. Where no accuracy is given, what is soft by
+    that, or below six digits and by a clear gap, counts as none too, but in doubt.
+    """
+    if accuracy is not None:
+        return _below(values, FIRST_DIGIT * accuracy)
     floor = len(values) * np.finfo(float).eps
     steps = np.maximum(np.append(values, np.inf), floor)
-    jumps = steps[1:] / steps[:-1]
-    rounded = np.where(values <= NO_STIFFNESS, jumps, 0.0)
-    count, doubt = int(np.argmax(rounded)) + 1, ""
-    if rounded[count - 1] < CLEAR:
-        count, doubt = _below(values, floor)
-    # the stiffness went through seven printed digits, and does not say so
-    printed = (values[count:] <= SIX_DIGITS) & (jumps[count:] >= CLEAR)
-    return count, doubt or (_doubt(values[count]) if printed.any() else "")
+    clear = np.flatnonzero((values <= SIX_DIGITS) & (steps[1:] / steps[:-1] >= CLEAR))
+    count, doubt = (int(clear[-1]) + 1, "") if clear.size else _below(values, floor)
+    count = max(count, int(np.count_nonzero(values <= printed)))
+    if count and values[count - 1] > NO_STIFFNESS:
+        doubt = doubt or f"{_meets(values[count - 1])} and is taken for rigid{ASKED}"
+    return count, doubt
+
+
+@once_per_problem
+def stiffness_error(problem: Problem) -> float:
+    """Relative error of the entries of A and B: as given, or as they were printed with few digits; else 0."""
+    given = problem.stiffness_accuracy
+    return printed_error(problem.A, problem.B) if given is None else FIRST_DIGIT * given
+
+
+def _unresisted(matrix: FloatArray, motions: FloatArray, problem: Problem) -> FloatArray:
+    """An orthonormal basis of those of some motions (N, k) that a matrix (…, N) of size 1 does not resist."""
+    basis, sizes, _ = np.linalg.svd(motions, full_matrices=False)
+    basis = basis[:, sizes > DEFAULT.printed_digits * sizes.max(initial=0.0)]
+    _, resistance, turn = np.linalg.svd(matrix @ basis, full_matrices=False)
+    least = NO_STIFFNESS if problem.stiffness_accuracy is None else 0.0
+    return np.asarray(basis @ turn[resistance <= max(stiffness_error(problem), least)].T)
+
+
+def _motions_of_a_body(problem: Problem) -> FloatArray:
+    """Slips and gaps ((d + 1) n, 6) in motions of one body as a whole; (…, 0) where places are not known.
+
+    Three translations of size 1 and three rotations in which no node moves further.
+    """
+    layout, normal, places = problem.layout, problem.normal, problem.coordinates
+    tangents = problem.tangents if problem.directions > 1 else problem.tangent
+    if normal is None or places is None or tangents is None:
+        return np.zeros((layout.size, 0))
+    arm = places - places.mean(axis=0)
+    arm = arm / (float(np.linalg.norm(arm, axis=1).max()) or 1.0)
+    moved = np.concatenate([np.tile(np.eye(3), (problem.n, 1, 1)), np.cross(np.eye(3), arm[:, None])], axis=1)
+    slips = np.einsum("ikx,idx->idk", moved, tangents.reshape(problem.n, -1, 3))
+    gaps = np.einsum("ikx,ix->ik", moved, normal)
+    return np.concatenate([slips.reshape(layout.slip_size, 6), gaps])
+
+
+def _closed(motions: FloatArray, layout: Layout) -> FloatArray:
+    """The slips (dn, k) in those combinations of some motions that keep all nodes closed."""
+    slips, gaps = motions[layout.slips], motions[layout.gaps]
+    sizes, turn = np.linalg.svd(np.vstack([gaps, np.zeros((gaps.shape[1],) * 2)]))[1:]
+    return np.asarray(slips @ turn[sizes <= DEFAULT.printed_digits * np.sqrt(layout.n)].T)
+
+
+def _deflated(matrix: FloatArray, basis: FloatArray) -> FloatArray:
+    """A symmetric matrix without what it has in the directions of an orthonormal basis (N, r)."""
+    left = matrix - (matrix @ basis) @ basis.T
+    left = left - basis @ (basis.T @ left)
+    return np.asarray(0.5 * (left + left.T))
 
 
 def _softest(R: FloatArray, values: FloatArray, count: int) -> FloatArray:
@@ -196,20 +290,31 @@ def _below(values: FloatArray, accuracy: float) -> tuple[int, str]:
     """The rigid slips where the accuracy of the data is known."""
     noise = max(accuracy, len(values) * np.finfo(float).eps)
     count = int(np.count_nonzero(values <= noise))
-    return count, _doubt(values[count]) if np.any(values[count:] <= RESOLVED * noise) else ""
+    near = np.any(values[count:] <= RESOLVED * noise)
+    return count, f"{_meets(values[count])}, hardly more than its error{ASKED}" if near else ""
 
 
-def _scaled(problem: Problem) -> tuple[FloatArray, FloatArray, int]:
-    """A with every slip in units in which its stiffness is 1, these units, and the power of two of A.
+def _stiffness(problem: Problem) -> FloatArray:
+    """κ as stored, with zeros for C where no node may open."""
+    C = np.zeros((problem.n, problem.n)) if problem.C is None else problem.C
+    return problem.layout.of_blocks(problem.A, problem.B, C)
+
+
+def _lengths(problem: Problem) -> FloatArray:
+    """The units in which the stiffness of every slip and gap is 1, ((d + 1) n,)."""
+    return _scaled(problem, _stiffness(problem))[1]
+
+
+def _scaled(problem: Problem, stiffness: FloatArray) -> tuple[FloatArray, FloatArray, int]:
+    """A or κ with displacements in units in which their stiffness is 1, these units, the power of two of A.
 
     Nothing of this is stored, so powers of two in the units cancel.
     """
-    diagonal = np.diagonal(problem.A)
-    largest = float(diagonal.max(initial=0.0))
-    relative = np.ldexp(diagonal, -int(np.frexp(largest)[1]))
-    lengths = 1.0 / np.sqrt(np.where(diagonal > 0, relative, 1.0))
+    largest = float(np.diagonal(problem.A).max(initial=0.0))
     power = int(np.frexp(largest or float(np.abs(problem.B).max(initial=0.0)))[1])
-    return np.ldexp(problem.A, -power) * lengths * lengths[:, None], lengths, power
+    relative = np.ldexp(np.diagonal(stiffness), -power)
+    lengths = 1.0 / np.sqrt(np.where(relative > 0, relative, 1.0))
+    return np.ldexp(stiffness, -power) * lengths * lengths[:, None], lengths, power
 
 
 def _coupling(problem: Problem, lengths: FloatArray, power: int) -> FloatArray:
@@ -219,17 +324,19 @@ def _coupling(problem: Problem, lengths: FloatArray, power: int) -> FloatArray:
     return np.asarray(B / np.maximum(np.abs(B).max(axis=1, keepdims=True), 1.0))
 
 
-def _clearly_held(A: FloatArray) -> bool:
-    """Whether A alone shows that there is nothing rigid; quick."""
-    values = np.linalg.eigvalsh(A)
-    return bool(values[0] > CLEARLY_HELD * values[-1])
+def _clearly_held(stiffness: FloatArray) -> bool:
+    """Whether a scaled stiffness shows at once that there is nothing rigid; quick."""
+    shift = CLEARLY_HELD * float(np.abs(stiffness).sum(axis=0).max())
+    try:
+        np.linalg.cholesky(stiffness - shift * np.eye(len(stiffness)))
+    except np.linalg.LinAlgError:
+        values = np.linalg.eigvalsh(stiffness)
+        return bool(values[0] > CLEARLY_HELD * values[-1])
+    return True
 
 
-def _doubt(softest: float) -> str:
-    return (
-        f"a slip that keeps all nodes closed meets {softest:.0e} of the stiffness, too little to be a "
-        "support and too much to be round-off: give stiffness_accuracy"
-    )
+def _meets(resistance: float) -> str:
+    return f"a rigid motion of a body meets {resistance:.0e} of the stiffness"
 
 
 def _pinned(basis: FloatArray, lengths: FloatArray, doubt: str) -> RigidSlips:
@@ -257,13 +364,16 @@ def _sorted(motions: FloatArray, pinned: list[int], doubt: str) -> RigidSlips:
     return RigidSlips(motions, tuple(nodes), doubt)
 
 
-def zero_modes(stiffness: FloatArray) -> int:
-    """Number of eigenvalues of a symmetric matrix that are zero to round-off.
+def zero_modes(stiffness: FloatArray, accuracy: float | None = None) -> int:
+    """Number of motions that a symmetric stiffness does not resist, by the rule of :func:`rigid_slips`.
 
     Examples
     --------
     >>> zero_modes(np.array([[1.0, -1.0], [-1.0, 1.0]]))
     1
     """
-    eigenvalues = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))
-    return int((np.abs(eigenvalues) <= DEFAULT.zero_mode * np.abs(eigenvalues).max()).sum())
+    diagonal = np.diagonal(stiffness)
+    own = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    scaled = 0.5 * (stiffness + stiffness.T) / own / own[:, None]
+    values = np.sort(np.abs(np.linalg.eigvalsh(scaled / (np.abs(scaled).sum(axis=0).max() or 1.0))))
+    return _without_resistance(values, accuracy, 0.0 if accuracy else printed_error(stiffness))[0]

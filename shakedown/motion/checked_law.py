@@ -14,6 +14,7 @@ from shakedown.joint.law import Law
 from shakedown.joint.loading import first_load, loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.joint.rigid_slips import free_stiffness
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -114,8 +115,9 @@ def admissible(
     array([ True, False])
     """
     law, (q_w, p_w) = problem.law, problem.layout.split(first_load(problem, load_factor))
-    q, q_terms = q_w + slips @ problem.A.T, np.abs(q_w) + np.abs(slips) @ np.abs(problem.A).T
-    p, p_terms = p_w + slips @ problem.B.T, np.abs(p_w) + np.abs(slips) @ np.abs(problem.B).T
+    A, B, _ = problem.layout.blocks(free_stiffness(problem))
+    q, q_terms = q_w + slips @ A.T, np.abs(q_w) + np.abs(slips) @ np.abs(A).T
+    p, p_terms = p_w + slips @ B.T, np.abs(p_w) + np.abs(slips) @ np.abs(B).T
     within = law.excess(q, p) <= tolerances.feasibility * (law.size(q_terms) + law.limit(p_terms))
     return np.asarray((within & (p >= -tolerances.feasibility * p_terms)).all(axis=1))
 
@@ -138,10 +140,10 @@ def reactions(
     q, p : (..., dn), (..., n)
         Tangential and normal reactions [force], compression positive.
     """
-    q, p = q_w + v @ problem.A, p_w + v @ problem.B.T
+    A, B, C = problem.layout.blocks(free_stiffness(problem))
+    q, p = q_w + v @ A, p_w + v @ B.T
     if np.any(w):
-        C = problem.layout.blocks(problem.kappa)[2]
-        q, p = q + w @ problem.B, p + w @ C
+        q, p = q + w @ B, p + w @ C
     return q, p
 
 

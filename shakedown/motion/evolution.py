@@ -13,8 +13,8 @@ from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.work_limit import count_work, work_is_left
 from shakedown.joint.arguments import checked_damping, require_problem
-from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
+from shakedown.joint.rigid_slips import free_stiffness
 from shakedown.motion.checked_law import law_violation
 from shakedown.motion.course import (
     DONE,
@@ -36,13 +36,6 @@ from shakedown.motion.viscous_jump import Jump, default_damping, jump_of
 
 MOST_RETRIES = 20  # at one instant, each with a larger change of load
 MOST_JUMPS = 20  # per node and load step of a cycle
-
-
-@once_per_problem
-def closed_stiffness(problem: Problem) -> FloatArray:
-    """κ, with zeros for C where no node may open."""
-    C = np.zeros((problem.n, problem.n)) if problem.C is None else problem.C
-    return problem.layout.of_blocks(problem.A, problem.B, C)
 
 
 class Evolution(Motion):
@@ -92,7 +85,7 @@ class Evolution(Motion):
     ) -> None:
         require_problem(problem)
         self.problem, self.tolerances = problem, tolerances
-        self.kappa, self._damping = closed_stiffness(problem), checked_damping(problem, damping)
+        self.kappa, self._damping = free_stiffness(problem), checked_damping(problem, damping)
         method = PlaneEvents if problem.directions == 1 else SpaceEvents
         self.method = method(problem, self.kappa, tolerances)
         self.left: bool  # contact is lost for good

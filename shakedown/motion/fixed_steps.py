@@ -13,6 +13,7 @@ from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, SLIP, STI
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.problem import Problem
+from shakedown.joint.rigid_slips import free_stiffness
 from shakedown.motion.checked_law import Scales, law_violation, reactions
 from shakedown.motion.cycle_record import SLIDES_AWAY, Checkpoint, CycleRecord, State, Stop
 from shakedown.motion.event_history import EventHistory, EventKind
@@ -217,9 +218,9 @@ class SweptSteps:
         """What "small" is measured against."""
         problem, self.scale = self.problem, scale
         self.tolerance = tolerances.convergence * scale.length
-        C = np.zeros((problem.n, problem.n)) if problem.C is None else problem.C
         tension, separable = 16 * np.finfo(float).eps * scale.force, problem.C is not None
-        self.stiffness = PlaneStiffness(problem.A, problem.B, C, problem.f, separable, tension).compact()
+        blocks = problem.layout.blocks(free_stiffness(problem))
+        self.stiffness = PlaneStiffness(*blocks, problem.f, separable, tension).compact()
 
     def set_state(self, state: State) -> None:
         """Go to a state."""
@@ -284,7 +285,9 @@ class SolvedSteps:
     def begin(self, load: FloatArray, scale: Scales, tolerances: Tolerances) -> None:
         """Begin before the first load; states set here are those under the last load of the period."""
         problem, self.scale, self._last = self.problem, scale, load
-        self.joint = ImplicitJoint(problem.A, problem.B, problem.C, problem.f, scale.force, tolerances)
+        A, B, C = problem.layout.blocks(free_stiffness(problem))
+        normal = None if problem.C is None else C
+        self.joint = ImplicitJoint(A, B, normal, problem.f, scale.force, tolerances)
         self.begun = False  # whether the first load has been applied
 
     def set_state(self, state: State) -> None:

@@ -47,7 +47,7 @@ def stiffness_rows(problem: Problem, coupling_ratio: float) -> list[tuple[str, s
     """(what was checked, what was found, what it means)."""
     whole, name = (problem.A, "A") if problem.C is None else (problem.kappa, "κ = [[A, Bᵀ], [B, C]]")
     values = np.linalg.eigvalsh(whole)
-    free = zero_modes(whole)
+    free = zero_modes(whole, problem.stiffness_accuracy)
     unit = units_of(problem).stiffness
     rows = [
         (

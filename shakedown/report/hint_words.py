@@ -22,14 +22,14 @@ ONE_PATH = (
 
 
 def simulated_path_in_words(problem: Problem) -> list[str]:
-    """Along which of many paths a load domain was simulated; nothing for a loop, which has only one."""
-    return [ONE_PATH] if problem.is_domain else []
+    """What is simulated: a stiffness in doubt, or one of the many paths of a load domain; else nothing."""
+    return [*last_digit_in_words(problem), *([ONE_PATH] if problem.is_domain else [])]
 
 
 def last_digit_in_words(problem: Problem) -> list[str]:
     """A warning where it is not clear whether the joint can move as a whole; otherwise nothing."""
     doubt = rigid_slips(problem).doubt
-    return [f"All of this is about the stiffness to its last stored digit: {doubt}."] if doubt else []
+    return [f"All of this is in doubt: {doubt}."] if doubt else []
 
 
 def doubts_in_words(problem: Problem) -> list[str]:

@@ -48,6 +48,7 @@ SMALLER = {
     "adversary": {"CYCLES": 20},
     "constants": {"JOINTS": ("two-node",)},
     "floating_joints": {"EACH": 3},
+    "rigid_motions": {"EACH": 1},
 }
 
 # Studies whose loops, here, take seconds to compile and, for these cases, tenths of a second as Python.

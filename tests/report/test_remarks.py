@@ -176,7 +176,7 @@ def test_what_rests_on_a_stiffness_of_unknown_accuracy_says_so_first():
     assert "give stiffness_accuracy" in energy.uncertified
     first, about = quickly_in_words(energy, upper, unclear)
     assert "proved" in first
-    assert about.startswith("All of this is about the stiffness to its last stored")
+    assert about.startswith("All of this is in doubt: a rigid motion of a body meets")
     clear = replace(unclear, stiffness_accuracy=1e-7)
     assert len(quickly_in_words(energy, upper, clear)) == 1
 

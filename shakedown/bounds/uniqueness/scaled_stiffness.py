@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.tolerances import Tolerances
+from shakedown.ground.tolerances import FIRST_DIGIT, Tolerances
 from shakedown.joint.layout import Layout
 from shakedown.joint.problem import Problem
-from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.joint.rigid_slips import rigid_slips, stiffness_error
 
 SPREAD = 4.0  # largest error of eigenvalues of scaled matrices, in units of the error of their entries
 
@@ -94,8 +94,8 @@ def scaled_stiffness(problem: Problem, friction: FloatArray, tolerances: Toleran
 
 def _of_the_data(problem: Problem, tolerances: Tolerances) -> Tolerances:
     """The tolerances, with nothing below the accuracy of the data counted as resistance."""
-    accuracy = 0.0 if problem.stiffness_accuracy is None else problem.stiffness_accuracy
-    return replace(tolerances, zero_mode=max(tolerances.zero_mode, SPREAD * accuracy))
+    error = stiffness_error(problem) / FIRST_DIGIT
+    return replace(tolerances, zero_mode=max(tolerances.zero_mode, SPREAD * error))
 
 
 def exponent(size: float) -> int:

@@ -15,9 +15,8 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS, MISJUDGED, MUCH, NEGLIGIBLE, THREE_DIGITS
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
-from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.joint.rigid_slips import free_stiffness, rigid_slips
 from shakedown.long_term.space.extrapolation import recurrence_of, seen_by
-from shakedown.motion.evolution import closed_stiffness
 
 WORTH = 8.0  # periods that a leap must gain at least, as it costs some, and so does its preparation
 PRICE = 1e-5  # uncertainty allowed in a leap, relative to the total slip so far
@@ -94,7 +93,7 @@ class Measure:
 @once_per_problem
 def measure_of(problem: Problem) -> Measure:
     """The measure for changes of the states of a joint."""
-    stiffness, layout = closed_stiffness(problem), problem.layout
+    stiffness, layout = free_stiffness(problem), problem.layout
     # In a unit of its own, as roots of odd powers of two are rounded.
     stiffness = np.ldexp(stiffness, -np.frexp(np.diag(stiffness).max())[1])
     if problem.C is None:  # gaps stay zero

@@ -21,7 +21,7 @@ from shakedown.ground.round_off import (
 )
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import OPEN, Outcome
-from shakedown.joint.rigid_slips import can_drift
+from shakedown.joint.rigid_slips import can_drift, free_stiffness
 from shakedown.long_term.passage import FirstCycles
 from shakedown.long_term.space.drift import Drift, holds
 from shakedown.long_term.space.fading import Fading, Mark
@@ -38,7 +38,7 @@ from shakedown.long_term.space.mean_leaps import OnAverage
 from shakedown.long_term.space.settled import VARIES_LITTLE, ReturnRules, Settled, opened_and_closed
 from shakedown.long_term.space.slope_leaps import Along, Landing
 from shakedown.motion.cycle_record import Checkpoint, CycleRecord, State
-from shakedown.motion.evolution import Evolution, closed_stiffness
+from shakedown.motion.evolution import Evolution
 from shakedown.motion.viscous_jump import Jump
 
 MORE = 3  # budget of extra cycles for slopes, as a multiple of the cycles allowed
@@ -307,7 +307,7 @@ class ReturnSearch:
         last, before = self._change(p), self.states[-1 - p].u - self.states[-1 - 2 * p].u
         known = p * error + STATE_ROUND_OFF * float(np.abs(self.states[-1].u).max())
         lasts = fading.drift_lasts(now) if now is self.mean else None
-        stiffness, left = closed_stiffness(self.motion.problem), fading.drift_left(now)
+        stiffness, left = free_stiffness(self.motion.problem), fading.drift_left(now)
         return Drift(self.layout, stiffness, self.measure, self.none, now, left, last, before, known, lasts)
 
     def _is_held(self, p: int, slip: FloatArray) -> bool:
@@ -436,7 +436,7 @@ class ReturnSearch:
         places = self.layout.slips_of(np.flatnonzero((self._slip(1, p) > 0.0) & (contact != OPEN)))
         if not 0 < len(places) <= self.along.MOST_SLIPS:
             return False
-        moving = Moving.of(closed_stiffness(self.motion.problem), places, free)
+        moving = Moving.of(free_stiffness(self.motion.problem), places, free)
         start, first = self.states[-1 - p].u, self._last_step()
 
         def landed() -> None:

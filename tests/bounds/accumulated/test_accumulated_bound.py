@@ -63,7 +63,8 @@ def test_gross_slip_is_not_held_by_round_off_of_the_data() -> None:
 
 def test_what_may_be_rigid_is_not_certified() -> None:
     unclear, clear = (shakedown.accumulated_bound(pulled_chain(1e-6, known)) for known in (None, 1e-12))
-    assert unclear.load_factor == clear.load_factor > 2.0
+    assert clear.load_factor > 2.5  # after slips of a million: a resistance in doubt counts as none
+    assert unclear.load_factor == pytest.approx(2.0, rel=1e-6)
     assert clear.certified
     assert not unclear.certified
 

@@ -1,0 +1,120 @@
+"""Rigid motions of joints that friction alone holds: found beside round-off and few digits, and free in all motions."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from benchmarks.floating_joints import floating_block, rational_joint
+from benchmarks.rigid_motions import floating_joint, floating_solid, rounded, stiffened, without_places
+from shakedown import Problem
+from shakedown.joint.numbers import printed_error
+from shakedown.joint.rigid_slips import can_drift, free_stiffness, rigid_slips, zero_modes
+
+SHARES = [sign * 10.0**power for power in (-17, -15, -13, -11, -9) for sign in (1.0, -1.0)]
+
+
+@pytest.mark.parametrize("share", SHARES)
+def test_a_body_slides_away_whatever_round_off_resists_it(share: float) -> None:
+    """With +1e-15 of the largest stiffness it was followed for 1e7 lengths of its slip, and then undecided."""
+    block = floating_block(3)
+    rough = stiffened(block, share)
+    for load_factor in (0.9, 5.0):
+        true, found = (shakedown.simulate(one, load_factor * 3.0) for one in (block, rough))
+        assert (found.outcome, found.slides_away) == (true.outcome, true.slides_away)
+        np.testing.assert_allclose(
+            found.final_slip, true.final_slip, rtol=1e-6, atol=1e-6 * np.abs(true.final_slip).max()
+        )
+    assert bool(rigid_slips(without_places(rough)).doubt) == (abs(share) >= 1e-9)
+
+
+@pytest.mark.parametrize("kind", ["block", "solid"])
+@pytest.mark.parametrize("digits", [5, 7])
+def test_with_places_few_digits_are_no_doubt(kind: str, digits: int) -> None:
+    problem = floating_joint(kind, 1)
+    rough, most = rounded(problem, digits), shakedown.upper_bound(problem).load_factor
+    assert not rigid_slips(rough).doubt
+    assert len(rigid_slips(rough).pinned) == len(rigid_slips(problem).pinned)
+    assert shakedown.upper_bound(rough).load_factor == pytest.approx(most, rel=100 * 10.0**-digits)
+
+
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("digits", [5, 7])
+def test_few_digits_without_places_give_the_same_limits_in_doubt(seed: int, digits: int) -> None:
+    """25 of 59 joints of five digits had another λ_max, certified, and some of seven had none at all."""
+    joint = rational_joint(seed, 3 + seed % 5, 1).rounded
+    rough, most = rounded(joint, digits), shakedown.upper_bound(joint)
+    found = shakedown.upper_bound(rough, certify=True)
+    assert found.load_factor == pytest.approx(most.load_factor, rel=1000 * 10.0**-digits)
+    if rigid_slips(rough).doubt:
+        assert (found.certified, found.exact) == (None, False)
+        assert "taken for rigid" in found.uncertified
+    known = shakedown.upper_bound(replace(rough, stiffness_accuracy=10.0**-digits))
+    assert known.load_factor == pytest.approx(found.load_factor, rel=1e-9)
+
+
+def test_no_load_factor_is_said_to_be_without_limit_in_doubt() -> None:
+    """Slip of both nodes wedges the joint, if what resists it, 0.0005, is more than an error."""
+    A, loads = np.array([[1.0005, -1.0], [-1.0, 1.0005]]), {"q_w": np.eye(2), "p_w": np.full((2, 2), 3.0)}
+    clear = Problem(A=A, B=0.5 * A, f=4.0, **loads)
+    assert shakedown.upper_bound(clear).status == "unbounded"
+    assert not rigid_slips(clear).doubt
+    doubtful = replace(clear, stiffness_accuracy=1e-5)
+    assert rigid_slips(doubtful).doubt
+    upper = shakedown.upper_bound(doubtful)
+    assert (upper.status, np.isnan(upper.load_factor)) == ("undecided", True)
+    assert "give stiffness_accuracy" in upper.reason
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("kind", ["matrices", "block", "matrices in space", "solid"])
+def test_free_stiffness_is_that_of_the_joint_but_for_rigid_motions(kind: str, seed: int) -> None:
+    problem = floating_joint(kind, seed)
+    layout, kappa = problem.layout, free_stiffness(problem)
+    Z = rigid_slips(problem).motions
+    moved = np.vstack([Z, np.zeros((problem.n, Z.shape[1]))])
+    np.testing.assert_allclose(kappa, problem.kappa, atol=1e-12 * np.abs(kappa).max())
+    assert np.abs(kappa @ moved).max() < 1e-14 * np.abs(kappa).max() * np.abs(moved).max() * layout.size
+    assert can_drift(problem)
+    away = zero_modes(problem.kappa)
+    assert zero_modes(kappa) == away >= Z.shape[1]
+
+
+def test_no_coupling_comes_from_round_off() -> None:
+    """Two bodies of similar materials, uncoupled in the normal direction: B stays 0."""
+    chain = np.array([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]]) / 3.0
+    loads = {"f": 0.3, "q_w": np.outer([1.0, -1.0], np.ones(6)), "p_w": np.full((2, 6), 10.0)}
+    twice = np.kron(np.eye(2), chain)
+    kappa = free_stiffness(Problem(A=twice, B=np.zeros((6, 6)), C=twice, **loads))
+    assert not kappa[:6, 6:].any()
+    assert not kappa[:3, 3:6].any()
+
+
+def test_a_joint_that_is_held_keeps_every_bit() -> None:
+    for name in ("two-node", "block-9", "four-node-3d", "press-fit"):
+        joint = shakedown.example(name)
+        assert (free_stiffness(joint) == joint.kappa).all()
+
+
+def test_the_motions_of_a_body_are_those_of_its_stiffness() -> None:
+    """Of a brick on a plane: two translations and a turn keep it closed, a translation and two turns do not."""
+    brick = floating_solid(0)
+    assert (len(rigid_slips(brick).pinned), zero_modes(brick.kappa)) == (3, 6)
+    rough = rounded(brick, 5)
+    assert np.linalg.matrix_rank(free_stiffness(rough), tol=1e-9 * rough.kappa.max()) == len(rough.kappa) - 6
+
+
+def test_digits_are_those_of_most_entries() -> None:
+    rng = np.random.default_rng(2)
+    matrix = rng.normal(size=(6, 6))
+    for digits in range(5, 12):
+        short = np.array([[float(f"{x:.{digits - 1}e}") for x in row] for row in matrix])
+        assert printed_error(short) == pytest.approx(5.0 * 10.0**-digits)
+        assert np.abs(short / matrix - 1.0).max() <= printed_error(short)
+    decimals = np.round(1e3 * matrix, 4)
+    assert (
+        np.linalg.norm(decimals - 1e3 * matrix, 2)
+        <= printed_error(decimals) * np.abs(decimals).max() * 6**0.5
+    )
+    assert printed_error(matrix) == printed_error(np.array([[1.5, -1.0], [-1.0, 2.0]])) == 0.0
