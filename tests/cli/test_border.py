@@ -276,9 +276,9 @@ def test_targets_are_checked_before_the_work(tmp_path, command, target):
         "simulate": ["simulate", "--load-factor", "1", "--cycles", "1"],
         "import": ["import", "none.toml"],
     }[command]
-    before = time.monotonic()
+    before = time.process_time()
     refused(*words, "-o", target, cwd=tmp_path, message="")
-    assert time.monotonic() - before < 5
+    assert time.process_time() - before < 5
     assert list(tmp_path.iterdir()) == []
 
 
@@ -322,9 +322,9 @@ def bomb(path, method, size):
 )
 def test_a_bomb_is_refused_by_its_headers(tmp_path, method, message):
     bomb(tmp_path / "p.npz", method, 60 << 20 if method == zipfile.ZIP_DEFLATED else 1 << 20)
-    before = time.monotonic()
+    before = time.process_time()
     refused("solve", "p.npz", cwd=tmp_path, message=message)
-    assert time.monotonic() - before < 2
+    assert time.process_time() - before < 2
 
 
 def test_shapes_are_compared_before_anything_is_read(tmp_path, monkeypatch):
