@@ -37,12 +37,11 @@ def real_numbers(key: str, value: ArrayLike) -> NDArray[np.float64]:
         raise ProblemError(f"key '{key}': expected real numbers, found {kind(array)}")
     with np.errstate(over="ignore", invalid="ignore"):  # overflow is reported as not finite below
         array = np.array(array, dtype=np.float64)
-    bad = np.argwhere(~(np.isfinite(array) | (np.isnan(array) & (key in MAY_BE_NAN))))
-    if bad.size:
-        place = "".join(f"[{i}]" for i in bad[0])
-        raise ProblemError(
-            f"key '{key}': expected finite numbers, found {array[tuple(bad[0])]} at {key}{place}"
-        )
+    bad = ~(np.isfinite(array) | (np.isnan(array) & (key in MAY_BE_NAN)))
+    if bad.any():
+        first = np.unravel_index(int(bad.argmax()), bad.shape)
+        place = "".join(f"[{i}]" for i in first)
+        raise ProblemError(f"key '{key}': expected finite numbers, found {array[first]} at {key}{place}")
     return array
 
 

@@ -13,6 +13,7 @@ import pytest
 
 import shakedown
 from shakedown import Problem, ProblemError, load_problem, save_problem
+from shakedown.joint.field_table import ARRAYS
 
 
 def valid() -> dict:
@@ -166,6 +167,22 @@ def test_refused(tmp_path, kind):
     assert message in text
     assert text.startswith(str(path))
     assert "\n" not in text
+
+
+@pytest.mark.parametrize("value", [nan, inf, -inf])
+@pytest.mark.parametrize("key", ARRAYS)
+def test_one_number_that_is_none_is_refused_for_every_key(tmp_path, key, value):
+    """Without axes, as NumPy stores a single number; the line names the key, or one that it needs."""
+    path = written(tmp_path / "bad.npz", **{key: np.array(value)})
+    with pytest.raises(ProblemError, match=f"'{key}'") as caught:
+        load_problem(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_one_friction_coefficient_that_is_no_number_is_named(tmp_path):
+    for value in (nan, inf):
+        with pytest.raises(ProblemError, match=f"key 'f': expected finite numbers, found {value} at f$"):
+            Problem(A=[[2.0]], B=[[0.5]], f=value, q_w=[[1.0]], p_w=[[3.0]])
 
 
 def truncated(path):
