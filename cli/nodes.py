@@ -21,7 +21,7 @@ from shakedown.report.node_words import (
     without_round_off,
     worst_first,
 )
-from shakedown.report.run_words import SEPARATED
+from shakedown.report.run_words import separated_in_words
 from shakedown.report.text_table import table
 
 from .claims import NODE_FILES, SERIES_FILES, OutputFile, writes_whole
@@ -85,6 +85,9 @@ def nodes(
     edge pressure, wear and τ δ of the last node depend on the mesh, however fine it is; slips
     and the sum of the work do not.
     """
+    if problem.node_area is None and (tractions or wear_coefficient is not None):
+        option = "--tractions" if tractions else "--wear-coefficient"
+        raise click.UsageError(f"{option}: expected a joint with areas of its nodes, found no 'node_area'")
     if instants is not None:
         _claim_series(context, output, instants)
     word, opened, start = start_of(problem, load_factor, initial, open_nodes)
@@ -120,7 +123,7 @@ def _text(problem: Problem, found: NodeResults, initial: str) -> str:
     lines = [
         headline(problem),
         "",
-        *[SEPARATED] * (set(found.status) == {"open"}),
+        *[separated_in_words(problem)] * (set(found.status) == {"open"}),
         paragraph(begun),
         paragraph(f"({found.reason}).", "  "),
     ]

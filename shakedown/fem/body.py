@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
 from typing import Literal, Protocol
 
 import numpy as np
@@ -63,7 +64,7 @@ class Material:
     Raises
     ------
     ProblemError
-        Unless young > 0, −1 < poisson < 0.5 and density > 0.
+        Unless young > 0, −1 < poisson < 0.5 and density > 0, all finite.
 
     Examples
     --------
@@ -77,13 +78,13 @@ class Material:
 
     def __post_init__(self) -> None:
         check_fields(self, ProblemError)
-        if not (self.young > 0 and -1 < self.poisson < 0.5):
+        if not (0 < self.young < inf and -1 < self.poisson < 0.5):
             raise ProblemError(
-                "material: expected Young's modulus > 0 and -1 < Poisson's ratio < 0.5, "
+                "material: expected a finite Young's modulus > 0 and -1 < Poisson's ratio < 0.5, "
                 f"found {self.young}, {self.poisson}"
             )
-        if self.density is not None and not self.density > 0:
-            raise ProblemError(f"material: expected a density > 0, found {self.density}")
+        if self.density is not None and not 0 < self.density < inf:
+            raise ProblemError(f"material: expected a finite density > 0, found {self.density}")
 
     def lame(self, plane: str) -> tuple[float, float]:
         """Lamé parameters (λ, μ) [force/length²]; a solid has those of plane strain."""
@@ -170,8 +171,8 @@ class ElasticBody:
             raise ProblemError(f"plane: expected 'strain' or 'stress', found '{self.plane}'")
         if self.order not in (1, 2):
             raise ProblemError(f"order: expected 1 or 2, found {self.order}")
-        if not self.thickness > 0:
-            raise ProblemError(f"thickness: expected > 0, found {self.thickness}")
+        if not 0 < self.thickness < inf:
+            raise ProblemError(f"thickness: expected a finite one > 0, found {self.thickness}")
         if not isinstance(self.mesh, tuple(ELEMENTS)):
             known = ", ".join(kind.__name__ for kind in ELEMENTS)
             raise ProblemError(f"mesh: expected one of {known}, found {type(self.mesh).__name__}")

@@ -3,9 +3,11 @@
 import io
 import os
 import re
+from collections.abc import Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
 from functools import partial
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -69,11 +71,7 @@ def block_mesh(
     >>> int(mesh.nvertices), sorted(mesh.boundaries)
     (27, ['bottom', 'left', 'right', 'top'])
     """
-    if nx < 1 or ny < 1 or not (width > 0 and height > 0):
-        raise ProblemError(
-            "block_mesh: expected positive sides and at least one element, "
-            f"found {width} x {height}, {nx} x {ny}"
-        )
+    _check_block("block_mesh", (width, height), (nx, ny), (*origin, angle))
     x, y = np.linspace(0, width, nx + 1), np.linspace(0, height, ny + 1)
     mesh = MeshQuad.init_tensor(x, y).with_boundaries(
         {
@@ -115,11 +113,7 @@ def brick_mesh(
     >>> int(mesh.nvertices), sorted(mesh.boundaries)
     (30, ['back', 'bottom', 'front', 'left', 'right', 'top'])
     """
-    if min(elements) < 1 or not min(sides) > 0:
-        raise ProblemError(
-            "brick_mesh: expected positive sides and at least one element along each, found "
-            f"{' x '.join(map(str, sides))}, {' x '.join(map(str, elements))}"
-        )
+    _check_block("brick_mesh", sides, elements, origin)
     points = [
         start + np.linspace(0, side, count + 1)
         for start, side, count in zip(origin, sides, elements, strict=True)
@@ -134,6 +128,15 @@ def brick_mesh(
         for name, end in zip(pair, (0, -1), strict=True)
     }
     return mesh.with_boundaries(where)
+
+
+def _check_block(what: str, sides: Sequence[float], elements: Sequence[int], place: Sequence[float]) -> None:
+    """Raise ``ProblemError`` unless a block has finite sides, elements along each, and a finite place."""
+    if min(elements) < 1 or not all(0 < side < inf for side in sides) or not all(map(isfinite, place)):
+        raise ProblemError(
+            f"{what}: expected finite sides > 0, at least one element along each and a finite origin and "
+            f"angle, found {' x '.join(map(str, sides))}, {' x '.join(map(str, elements))} at {tuple(place)}"
+        )
 
 
 def _at(axis: int, place: float, reach: float, p: FloatArray) -> FloatArray:

@@ -143,7 +143,8 @@ def test_nodes_without_a_place_stand_in_a_row_and_whole_labels_are_numbers(tmp_p
 
 def test_the_text_shows_the_worst_nodes_within_80_columns(named):
     for joint in ("block-33", "press-fit", "two-node", named):
-        code, out, err = run("nodes", joint, "--load-factor", "2", "--wear-coefficient", "1e-8")
+        wear = ("--wear-coefficient", "1e-8") if joint == "press-fit" else ()
+        code, out, err = run("nodes", joint, "--load-factor", "2", *wear)
         assert (code, err) == (0, "")
         lines = out.splitlines()
         assert max(map(len, lines)) <= 80
@@ -177,6 +178,15 @@ def test_what_cannot_be_asked_is_refused_in_one_line(more, message, tmp_path):
     code, out, err = run("nodes", *AT_TWO, *more, cwd=tmp_path)
     assert (code, out, len(err.splitlines())) == (2, "", 1)
     assert message in err
+
+
+@pytest.mark.parametrize("option", [("--wear-coefficient", "1e-8"), ("--tractions",)])
+def test_what_needs_areas_is_refused_of_a_joint_without_them(option, tmp_path):
+    """All of its column would be empty."""
+    code, out, err = run("nodes", "two-node", *option, "-o", "n.csv", cwd=tmp_path)
+    assert (code, out, list(tmp_path.iterdir())) == (2, "", [])
+    expected = f"{option[0]}: expected a joint with areas of its nodes, found no 'node_area'"
+    assert err == f"shakedown-bounds: {expected}\n"
 
 
 @pytest.mark.parametrize(("below", "met"), [("1e-3", False), ("2e-3", True)])
