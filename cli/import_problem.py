@@ -82,8 +82,6 @@ def import_problem_command(
     if not check:
         say(f"wrote {output}")
     say(headline(made.problem))
-    for doubt in made.doubts[len(made.warnings) :]:
-        say(paragraph(f"warning: {doubt}"))
     if check:
         say(go_or_not(made))
     for note in made.notes:

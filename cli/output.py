@@ -14,6 +14,7 @@ from shakedown import Problem
 from shakedown.ground.shown_values import DIGITS, down, sized
 from shakedown.ground.visible_text import LONGEST_NAME, one_line, visible
 from shakedown.joint.units import loads_in_words
+from shakedown.report.hint_words import doubts_in_words
 from shakedown.report.json_documents import as_text
 from shakedown.report.node_words import label_column
 from shakedown.report.text_table import table
@@ -120,7 +121,7 @@ def node_table(problem: Problem, more: Mapping[str, Sequence[str]]) -> str:
 
 
 def headline(problem: Problem) -> str:
-    """Name, size and friction of a problem; on lines of their own its loads and its warnings."""
+    """Name, size and friction of a problem; on lines of their own its loads, and what is doubtful."""
     f = problem.f
     friction = f"f = {f[0]:g}" if (f == f[0]).all() else f"f = {f.min():g} … {f.max():g}"
     nodes = f"{problem.n} node{'s' * (problem.n != 1)}"
@@ -132,7 +133,7 @@ def headline(problem: Problem) -> str:
     name = one_line(problem.name, LONGEST_NAME) or "unnamed problem"
     lines = [paragraph(f"{name}: {nodes}, {steps}, {friction}{units}")]
     lines += [paragraph(f"loads at λ = 1: {loads_in_words(problem)}")] if problem.loads else []
-    lines += [paragraph(f"warning: {warning}") for warning in problem.warnings]
+    lines += [paragraph(f"warning: {doubt}") for doubt in doubts_in_words(problem)]
     return "\n".join(lines)
 
 

@@ -16,7 +16,7 @@ from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.units import units_of
 from shakedown.report.hint_words import simulated_path_in_words
 from shakedown.report.node_words import by_direction, open_in_words, resolution, without_round_off
-from shakedown.report.run_words import SEPARATED, SEPARATION, margin_at_rest, sliding_in_words
+from shakedown.report.run_words import SEPARATION, margin_at_rest, separated_in_words, sliding_in_words
 
 from .claims import OutputFile, TableFile, record_of
 from .initial import start_of
@@ -158,7 +158,7 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
 
     none_of_slip, none_of_work = resolution(problem, run.load_factor)
     (dissipation,) = without_round_off([run.dissipation_per_cycle], none_of_work)
-    lines = [headline(problem), "", *[SEPARATED] * run.separated]
+    lines = [headline(problem), "", *[separated_in_words(problem)] * run.separated]
     factor = load_factor_in_words(problem, run.load_factor)
     lines.append(paragraph(f"{factor}, initial state {shortened(initial)}: {run.outcome}"))
     reason = sliding_in_words(run) if run.slides_away else run.reason

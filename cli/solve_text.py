@@ -20,7 +20,7 @@ from shakedown.report.assessment_words import (
 )
 from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.friction_words import friction_in_words
-from shakedown.report.hint_words import doubts_in_words, relative_in_words
+from shakedown.report.hint_words import last_digit_in_words, relative_in_words
 from shakedown.report.limit_words import (
     coupling_in_words,
     curve_in_words,
@@ -83,7 +83,7 @@ def solve_text(found: shakedown.Assessment, file: str, *, details: bool, follow:
     if follow:
         numbers.insert(2, proved_by_following(found.details))
     sentences = [
-        *doubts_in_words(found.problem),
+        *last_digit_in_words(found.problem),
         " ".join(filter(None, [said_as_given_in_words(found), margin_in_words(found)])),
         mesh_warning_in_words(found),
         decides_in_words(found),

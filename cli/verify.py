@@ -14,7 +14,7 @@ from shakedown.joint.units import units_of
 from shakedown.report.assessment_words import certain_in_words
 from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.friction_words import friction_in_words
-from shakedown.report.hint_words import doubts_in_words, relative_in_words
+from shakedown.report.hint_words import last_digit_in_words, relative_in_words
 from shakedown.report.json_documents import verification_document
 from shakedown.report.limit_words import transient_beside_in_words
 from shakedown.report.mesh_words import averaged_in_words, mesh_warning_in_words
@@ -199,7 +199,7 @@ def _text(problem: Problem, result: shakedown.Verification, details: bool) -> st
         lines += [paragraph(verdict_in_words(result))]
         lines += [paragraph(f"- {finding}", "  ") for finding in findings]
         lines += [""]
-    sentences = [*doubts_in_words(problem), *transient_beside_in_words(result)]
+    sentences = [*last_digit_in_words(problem), *transient_beside_in_words(result)]
     if result.slip_limit is not None:
         sentences.append(slip_limit_in_words(result.slip_limit, problem))
     lines += [paragraph(sentence) for sentence in sentences]

@@ -24,7 +24,7 @@ from shakedown.joint.problem import Problem
 from shakedown.models.condensation.condense import Condensation, condensed_stiffness
 from shakedown.models.condensation.contact_frame import node_names
 from shakedown.models.condensation.coupled_frame import hat_areas
-from shakedown.models.condensation.load_case import LoadCase
+from shakedown.models.condensation.load_case import LoadCase, without_closing
 from shakedown.models.condensation.shanks import with_shanks
 from shakedown.models.condensation.surface_coupling import SurfaceCoupling, surface_coupling
 from shakedown.models.condensation.tangent_pairs import patch_positions
@@ -87,7 +87,9 @@ def contact_problem(
     gap : (), (n,) or a function of the nodes' coordinates (2, n) or (3, n), optional
         Initial gap between the bodies [length]; negative is interference.
     steps
-        Number of load steps m at which time functions are sampled.
+        Number of load steps m at which time functions are sampled. Those given as arrays have as many
+        factors; without it, a last one that repeats the first, in all of them, is left out, and
+        ``warnings`` of the problem says so: the period closes by itself.
     name, units
         As in :class:`shakedown.Problem`.
     announce
@@ -96,7 +98,7 @@ def contact_problem(
     Raises
     ------
     ProblemError
-        If the bodies do not match, are not held, or a load does not fit.
+        If the bodies do not match, are not held, or a load or the length of its history does not fit.
 
     Examples
     --------
@@ -110,7 +112,7 @@ def contact_problem(
     """
     f, gap = real_array("f", f), gap if callable(gap) else real_array("gap", gap)
     joint = _assembled(_Bodies(body, boundary, against, bolts, coupling, reach), tangent, announce)
-    cases = joint.cases(steps, modal)
+    cases, closing = without_closing(joint.cases(steps, modal), steps)
     frame = joint.reduced.frame
     plane = frame.directions == 1
     x = _along(joint.place) if plane else patch_positions(joint.place, frame.normals, tangent)
@@ -131,7 +133,7 @@ def contact_problem(
             Contact(
                 f, gap, steps, bolts, coupling, joint.free, [(load.mode, load.frequency) for load in modal]
             ),
-            (*bearing_no_pressure(area, label), *joint.warnings),
+            (*closing, *bearing_no_pressure(area, label), *joint.warnings),
         ),
     )
     return _with_gap(made, joint, gap)

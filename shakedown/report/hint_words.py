@@ -33,8 +33,8 @@ def last_digit_in_words(problem: Problem) -> list[str]:
 
 
 def doubts_in_words(problem: Problem) -> list[str]:
-    """Doubts about the data that affect every number."""
-    return [*last_digit_in_words(problem), *doubtful_data(problem)]
+    """What is doubtful of the model that a problem was made from, and in its data."""
+    return [*problem.warnings, *doubtful_data(problem)]
 
 
 def relative_in_words(problem: Problem, open_nodes: tuple[int, ...] = ()) -> str:

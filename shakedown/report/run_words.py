@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from shakedown.long_term.simulation import Simulation
 
 APART = "All nodes are open: the bodies separate."
-SEPARATED = f"{APART} Is the sign of p_w right?"
+SEPARATED = f"{APART} Is the sign of p_w right, or does an initial gap stay open?"
 SEPARATION = (
     "Separation: within the period nodes open and close, and none slips while it is closed, except "
     "perhaps in a jump."

@@ -5,7 +5,7 @@ import pytest
 from command import document, run
 
 import shakedown
-from shakedown.report.run_words import APART, SEPARATED
+from shakedown.report.run_words import APART, separated_in_words
 
 A = np.array([[4.0, -1.0, 0.0], [-1.0, 4.0, -1.0], [0.0, -1.0, 4.0]])
 
@@ -20,16 +20,25 @@ def apart(tmp_path_factory):
 
 
 @pytest.mark.parametrize("words", ["simulate", "nodes"])
-def test_the_first_sentence_asks_for_the_sign(apart, words):
+def test_the_sign_or_a_gap_is_asked_for_once_before_the_first_sentence(apart, words):
     code, out, _ = run(words, apart, "--load-factor", "1")
     assert code == 0
-    assert out.splitlines()[2] == SEPARATED
+    before, _, after = out.partition(APART)
+    assert "Is its sign right? Or does an initial gap stay open?" in " ".join(before.split())
+    assert "Is the sign" not in after
+
+
+def test_where_only_some_nodes_are_pulled_the_sentence_asks_itself():
+    mixed = shakedown.Problem(
+        A=A, B=0.3 * np.eye(3), C=A, f=0.4, q_w=np.ones((1, 3)), p_w=[[-3.0, 1.0, -3.0]]
+    )
+    assert separated_in_words(mixed) == f"{APART} Is the sign of p_w right, or does an initial gap stay open?"
 
 
 def test_verification_asks_once_for_the_sign_and_says_why(apart):
     code, out, _ = run("verify", apart, "--details")
     assert code == 0
-    assert out.splitlines()[2] == APART
+    assert APART in out
     assert " ".join(out.split()).count("Is its sign right?") == 1
     assert "Is the sign" not in out
 

@@ -26,6 +26,7 @@ from shakedown.fem import (
     Support,
     Traction,
     block_mesh,
+    brick_mesh,
     contact_condensation,
     contact_problem,
     corner_field,
@@ -227,7 +228,7 @@ def test_materials_per_subdomain():
         (lambda m: Material(1.0, 0.5), "Poisson's ratio < 0.5"),
         (lambda m: ElasticBody(m, STEEL, plane="shell"), "'strain' or 'stress'"),
         (lambda m: ElasticBody(m, STEEL, order=3), "expected 1 or 2"),
-        (lambda m: ElasticBody(m, STEEL, thickness=0.0), "expected > 0"),
+        (lambda m: ElasticBody(m, STEEL, thickness=0.0), "thickness: expected a finite one > 0"),
         (lambda m: ElasticBody(m, {"x": STEEL}), "no such subdomain"),
         (
             lambda m: ElasticBody(m, STEEL, supports=[Support("front")]),
@@ -252,6 +253,62 @@ def test_materials_per_subdomain():
 def test_misuse_is_named(make, message):
     with pytest.raises(ProblemError, match=message):
         make(block_mesh(2.0, 1.0, 4, 2))
+
+
+def pressed_and_pulled(pull, steps=None, press=1.0):
+    loads = [Pressure("top", 10.0, history=press), Traction("top", (1.0, 0.0), history=pull)]
+    return contact_problem(
+        ElasticBody(block_mesh(2.0, 1.0, 4, 2), STEEL, loads=loads), "bottom", 0.5, steps=steps
+    )
+
+
+def test_a_history_has_as_many_factors_as_steps_are_asked_for():
+    pull = np.cos(2 * np.pi * np.arange(20) / 20)
+    with pytest.raises(
+        ProblemError, match="traction: history: expected 24 factors, as 'steps' states, found 20"
+    ):
+        pressed_and_pulled(pull, steps=24)
+    assert pressed_and_pulled(pull, steps=20).q_w.tolist() == pressed_and_pulled(pull).q_w.tolist()
+
+
+def test_a_last_load_step_that_repeats_the_first_is_left_out_and_said():
+    """The period closes by itself: the same joint as without it, unless the number of steps is stated."""
+    pull = np.cos(2 * np.pi * np.arange(8) / 8) + 0.3
+    open_end = pressed_and_pulled(pull)
+    for press in (1.0, np.ones(9)):
+        closed = pressed_and_pulled(np.append(pull, pull[0]), press=press)
+        assert (closed.m, closed.q_w.tolist(), closed.p_w.tolist()) == (
+            8,
+            open_end.q_w.tolist(),
+            open_end.p_w.tolist(),
+        )
+        (said,) = closed.warnings
+        assert said.startswith("the last of 9 load steps repeats the first and is left out")
+    limits = [shakedown.upper_bound(joint).load_factor for joint in (open_end, closed)]
+    assert limits[0] == limits[1]
+    stated = pressed_and_pulled(np.append(pull, pull[0]), steps=9)
+    assert (stated.m, stated.warnings) == (9, ())
+    halves = pressed_and_pulled(lambda t: np.cos(2 * np.pi * (t + 1 / 16)), steps=8)
+    assert (halves.m, halves.warnings) == (8, ())  # the first sample and the last lie beside the same peak
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan])
+def test_bodies_of_sizes_that_are_no_numbers_are_refused(value):
+    makes = [
+        lambda: Material(value, 0.3),
+        lambda: Material(1.0, value),
+        lambda: Material(1.0, 0.3, density=value),
+        lambda: ElasticBody(block_mesh(2.0, 1.0, 4, 2), STEEL, thickness=value),
+        lambda: block_mesh(value, 1.0, 4, 2),
+        lambda: block_mesh(2.0, value, 4, 2),
+        lambda: block_mesh(2.0, 1.0, 4, 2, origin=(0.0, value)),
+        lambda: block_mesh(2.0, 1.0, 4, 2, angle=value),
+        lambda: brick_mesh((1.0, value, 1.0), (1, 1, 1)),
+        lambda: brick_mesh((1.0, 1.0, 1.0), (1, 1, 1), origin=(value, 0.0, 0.0)),
+    ]
+    for make in makes:
+        with pytest.raises(ProblemError, match=f"found .*{value}"):
+            make()
 
 
 def test_elements_without_material_are_refused():

@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from command import run
 
 import shakedown
+from shakedown.fem import ElasticBody, Material, Pressure, block_mesh, brick_mesh, contact_problem
 from shakedown.joint.doubtful_data import doubtful_data
 
 JOINTS = ["block-9", "block-3x3"]
@@ -37,6 +39,72 @@ def test_likely_slips_of_the_pen_are_said(name, factors, said):
     place = np.arange(float(problem.n)) if problem.x is None else problem.x
     (hint,) = doubtful_data(of(replace(problem, x=place), **factors))
     assert said in hint
+
+
+def ordered(problem, steps):
+    """The joint with these of its load steps, in this order."""
+    history = problem.load_history
+    return replace(
+        problem,
+        q_w=problem.q_w[steps],
+        p_w=problem.p_w[steps],
+        load_history=None if history is None else history[steps],
+    )
+
+
+@pytest.mark.parametrize("name", JOINTS)
+def test_load_steps_out_of_order_are_said(name):
+    problem = shakedown.example(name)
+    steps = list(range(problem.m))
+    third = problem.m // 3
+    swapped = [third if k == 1 else 1 if k == third else k for k in steps]
+    for wrong in (swapped, sorted(steps, key=str), [*steps[:third], 2 * third, *steps[third:]]):
+        (hint,) = doubtful_data(ordered(problem, wrong))
+        assert "are the load steps in their order, and each there once?" in hint
+    assert doubtful_data(ordered(problem, steps[::-1])) == []  # the other way round is an order, too
+    assert doubtful_data(ordered(problem, steps[5:] + steps[:5])) == []
+    assert doubtful_data(replace(ordered(problem, swapped), load_path="domain")) == []  # any order is as good
+
+
+@pytest.mark.parametrize("name", JOINTS)
+def test_a_last_load_step_that_repeats_the_first_is_said_where_it_counts(name):
+    """It moves the sample mean, and with it the periodic part."""
+    problem = shakedown.example(name)
+    twice = ordered(problem, [*range(problem.m), 0])
+    (hint,) = doubtful_data(twice)
+    assert hint.startswith("The last load step repeats the first.")
+    mean = {"q_mean": problem.q_w.mean(axis=0), "p_mean": problem.p_w.mean(axis=0)}
+    assert doubtful_data(replace(twice, **mean)) == []
+
+
+@pytest.mark.parametrize("factors", [[1, 0, 0, 0, 0, 0, 0, 0, 0], [1, 1, 1, 1, 0, 0, 0, 0], [1, 0] * 6])
+def test_pulses_and_square_waves_are_orders(factors):
+    problem = shakedown.example("block-9")
+    q_w = np.outer(factors, problem.q_w[0])
+    pulse = shakedown.Problem(A=problem.A, B=problem.B, f=0.4, q_w=q_w, p_w=10 * np.ones_like(q_w))
+    assert doubtful_data(pulse) == []
+
+
+@pytest.mark.parametrize("solid", [False, True])
+def test_a_modulus_in_pascals_beside_millimetres_and_newtons_is_said(solid):
+    """Slips are then too small by a million, which no ratio of stiffnesses shows."""
+    for young, stress, hints in ((200e3, 10.0, 0), (200e9, 10.0, 1), (200e9, 500.0, 1), (1.0, 0.005, 0)):
+        loads = [Pressure("top", stress, history=1.0)]
+        mesh = brick_mesh((2.0, 2.0, 1.0), (4, 4, 2)) if solid else block_mesh(2.0, 1.0, 8, 4)
+        joint = contact_problem(ElasticBody(mesh, Material(young, 0.3), loads=loads), "bottom", f=0.5)
+        found = doubtful_data(joint)
+        assert len(found) == hints, (young, stress)
+        assert all(
+            hint.endswith("are forces, stiffnesses and positions in the same units?") for hint in found
+        )
+
+
+def test_what_is_doubtful_is_among_the_first_lines_of_commands_that_tell_slips(tmp_path):
+    problem = shakedown.example("block-9")
+    shakedown.save_problem(tmp_path / "joint.npz", ordered(problem, [*range(problem.m), 0]))
+    for words in (["solve", "--quick"], ["simulate", "--cycles", "2"], ["nodes", "--cycles", "2"]):
+        _, out, _ = run(words[0], "joint.npz", *words[1:], cwd=tmp_path)
+        assert "warning: The last load step repeats the first." in out.splitlines()[1]
 
 
 @pytest.mark.parametrize("name", JOINTS)

@@ -1,7 +1,7 @@
 """Load cases of an elastic model, and their factors at each load step."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
@@ -191,6 +191,43 @@ def histories(cases: Sequence[LoadCase]) -> Histories:
         silent = np.zeros(())
         transient = _columns("transient", [silent if c.transient is None else c.transient for c in cases])
     return Histories(period, mean, transient)
+
+
+def without_closing(cases: Sequence[LoadCase], steps: int | None) -> tuple[list[LoadCase], tuple[str, ...]]:
+    """The cases without a last load step that repeats the first, and a warning that it is left out.
+
+    The period closes by itself, so that this step would count twice in the mean. Where the number of load
+    steps is stated, all of them stay.
+
+    Raises
+    ------
+    ProblemError
+        If a time function has another number of load steps than is stated.
+
+    Examples
+    --------
+    >>> cases, warnings = without_closing([LoadCase(history=[0.0, 2.0, 0.0], force=[1.0])], None)
+    >>> cases[0].history.tolist(), len(warnings)
+    ([0.0, 2.0], 1)
+    """
+    moving = {k: c.history for k, c in enumerate(cases) if c.history is not None and c.history.ndim}
+    if steps is not None:
+        for k, factors in moving.items():
+            if len(factors) != steps:
+                raise ProblemError(
+                    f"{cases[k].name}: history: expected {steps} factors, as 'steps' states, found "
+                    f"{len(factors)} (the period closes by itself, from the last to the first)"
+                )
+        return list(cases), ()
+    noise = {k: MEAN_ROUND_OFF * np.abs(h).max(initial=0.0) for k, h in moving.items()}
+    again = all(len(h) > 2 and abs(h[-1] - h[0]) <= noise[k] for k, h in moving.items())
+    if not again or all(np.ptp(h) <= noise[k] for k, h in moving.items()):
+        return list(cases), ()
+    count = len(next(iter(moving.values())))
+    return [replace(c, history=moving[k][:-1]) if k in moving else c for k, c in enumerate(cases)], (
+        f"the last of {count} load steps repeats the first and is left out, because the period closes by "
+        f"itself (where 'steps' states {count}, it stays)",
+    )
 
 
 def stated_loads(cases: Sequence[LoadCase], factors: Histories) -> dict[str, Any]:

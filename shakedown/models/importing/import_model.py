@@ -20,6 +20,7 @@ from shakedown.joint.result import Result
 from shakedown.joint.units import units_in
 from shakedown.models.condensation.condense import Condensation, condensed_stiffness
 from shakedown.models.condensation.contact_frame import friction_left_out
+from shakedown.models.condensation.load_case import without_closing
 from shakedown.models.condensation.shanks import with_shanks
 from shakedown.models.importing.bolt_section import (
     BoltSection,
@@ -238,7 +239,8 @@ def import_model(
         [name], [units]            shown in reports
         friction                   a number, or one per contact node, or a table of node sets
                                    {pads = 0.3, spacer = 0.15}
-        [steps]                    load steps m, where a time function is sampled
+        [steps]                    load steps m, where a time function is sampled; lists of factors have
+                                   as many. Without it a last one that repeats the first is left out
 
         [model]                    coordinates, sets and normals
         file                       a deck (Abaqus, CalculiX), Nastran bulk data (.pch, .asm), or
@@ -365,6 +367,9 @@ def import_model(
     doubts = check_contact(contact, mesh, f"{root.where}: contact")
     check_bolts(asked.bolts, [*asked.loads, asked.check], context.model, root.where)
     loads = [load_section(table, context) for table in asked.loads]
+    with found_in(root.where):
+        closed, closing = without_closing([load.case for load in loads], asked.steps)
+    loads = [replace(load, case=case) for load, case in zip(loads, closed, strict=True)]
     bolts = [bolt_section(table, context) for table in asked.bolts]
     reduced = _reduced(asked, context, loads, bolts, doubts, announce) if kept is None else _Reduced.of(kept)
     acting = acting_loads(loads, bolts, reduced.condensation, units_in(asked.units).force)
@@ -379,6 +384,7 @@ def import_model(
     warnings = (
         *reduced.evidence.warnings,
         *without,
+        *closing,
         *sampling_doubts(names, [load.doubts for load in acting.loads]),
         *load_doubts(cases, names, acting.reactions, reduced.condensation.stiffness, reduced.evidence.held),
         *bolt_doubts(
@@ -388,7 +394,7 @@ def import_model(
             in_space(reduced.condensation.frame.normals, contact.axes),
             context.stiffness.dofs,
         ),
-        *pulled_open(bare),
+        *pulled_open(bare, np.asarray(contact.gap)),
     )
     problem = replace(
         _placed(bare, reduced.condensation, contact),

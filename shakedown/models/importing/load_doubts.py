@@ -84,9 +84,14 @@ def _unfelt(case: LoadCase, reactions: FloatArray, stiff: float, held: NDArray[n
     return ["reaches no contact node: the welded contact carries nothing of it"]
 
 
-def pulled_open(problem: Problem) -> tuple[str, ...]:
-    """A warning about a mean load that does not press the contact together."""
+def pulled_open(problem: Problem, gap: FloatArray) -> tuple[str, ...]:
+    """A warning about a mean load that does not press the contact together or does not close a gap."""
     p_mean = problem.p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean
+    if p_mean.sum() < 0 and gap.max() > 0:
+        return (
+            f"the mean load leaves an initial gap of up to {gap.max():.3g} open: 'gap' is positive where the "
+            "bodies lie apart and negative where they interfere",
+        )
     if p_mean.sum() < 0:
         return (
             "the mean load pulls the welded contact open: the normals must point into the (first) body and "

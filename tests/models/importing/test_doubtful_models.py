@@ -49,6 +49,15 @@ def push(changed):
     return lambda text, deck: (text.replace(WAVE, changed, 1), deck)
 
 
+def listed(*factors, steps=""):
+    """The configuration with a list of factors, and with or without the number of load steps."""
+    constant = ("{ harmonics = [{ order = 1, cos = 1.0 }] }", "1.0")
+    return lambda text, deck: (
+        text.replace("steps = 48", steps).replace(f"{{ {WAVE} }}", str([*factors])).replace(*constant),
+        deck,
+    )
+
+
 def contact(changed):
     return lambda text, deck: (text.replace(f"pairs = [{SETS}]", changed), deck)
 
@@ -87,6 +96,10 @@ REFUSED = {
     "partners a layer below": (
         contact(f"pairs = {labels(second=range(1056, 1065))}"),
         "found 1/1056 0.25 apart across it; say 'gap' where they are meant",
+    ),
+    "a list of another length than is stated": (
+        listed(0.0, 1.0, 0.0, -1.0, steps="steps = 8"),
+        "changed.toml: pushed to and fro: history: expected 8 factors, as 'steps' states, found 4",
     ),
     "all normals out of the body": (
         contact(f"pairs = [{SETS}]\nnormal = [0, -1]"),
@@ -166,6 +179,18 @@ WARNED = {
     ),
     "no force": (lambda text, deck: (text.replace('1, 10.0', '1, 0.0'), deck), "'pushed to and fro' is zero"),
     "one load step": (lambda text, deck: (text.replace("steps = 48", "steps = 1"), deck), "no load varies over the 1 load step"),
+    "a gap that stays open": (
+        lambda text, deck: (
+            text.replace('forces = [["PUNCH_TOP", 2, -100.0]]', 'displacements = [["PUNCH_TOP", 2, -0.001]]')
+            .replace("[contact]", "[contact]\ngap = 0.01"),
+            deck,
+        ),
+        "the mean load leaves an initial gap of up to 0.01 open: 'gap' is positive where the bodies lie apart",
+    ),
+    "a last step that is the first": (
+        listed(0.0, 1.0, 0.0, -1.0, 0.0),
+        "the last of 5 load steps repeats the first and is left out, because the period closes by itself",
+    ),
     "pulled": (lambda text, deck: (text.replace("-100.0", "100.0"), deck), "pulls the welded contact open"),
     "forces on what is held": (
         lambda text, deck: (
@@ -218,6 +243,21 @@ def test_warnings_are_in_the_first_lines_of_every_command(example, tmp_path):
     found = document("import", str(folder / "changed.toml"), "--check")
     assert found["warnings"] == warnings
     assert found["pairs"]["along_by_spacing"]["largest"] == pytest.approx(0.16)
+
+
+def test_the_period_closes_by_itself_unless_the_number_of_load_steps_is_stated(example):
+    """A last factor that repeats the first would count twice in the mean, and so move λ_max."""
+    closed, bare = (made(example, listed(0.0, 1.0, 0.5, -1.0, *last)).problem for last in ([0.0], []))
+    assert (closed.m, bare.m) == (4, 4)
+    assert closed.q_w.tolist() == bare.q_w.tolist()
+    kept = made(example, listed(0.0, 1.0, 0.5, -1.0, 0.0, steps="steps = 5"))
+    assert (kept.problem.m, kept.warnings) == (5, ())
+    assert any("The last load step repeats the first" in doubt for doubt in kept.doubts)
+
+
+def test_where_the_normals_are_right_a_gap_that_stays_open_is_named_alone(example):
+    found = made(example, WARNED["a gap that stays open"][0])
+    assert not any("normals" in warning for warning in found.warnings)
 
 
 def test_a_configuration_with_a_byte_order_mark_is_read(example):
