@@ -155,6 +155,11 @@ def _path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
 
 def _read_arrays(path: str | os.PathLike[str]) -> dict[str, Any]:
     with open_regular(path, "an NPZ file") as file:
+        if (head := file.peek(4)) and head[:2] != b"PK":
+            raise ProblemError(
+                "expected an NPZ file, found another one (of a finite-element model, `shakedown-bounds "
+                "import CONFIG.toml -o FILE.npz` makes one)"
+            )
         try:
             with zipfile.ZipFile(file) as archive:
                 members = _members(archive)

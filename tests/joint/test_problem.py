@@ -185,6 +185,16 @@ def test_one_friction_coefficient_that_is_no_number_is_named(tmp_path):
             Problem(A=[[2.0]], B=[[0.5]], f=value, q_w=[[1.0]], p_w=[[3.0]])
 
 
+@pytest.mark.parametrize("text", ["*NODE\n1, 0., 0.\n", "friction = 0.3\n[stiffness]\n"])
+def test_a_deck_or_a_configuration_given_for_a_problem_file_leads_to_import(tmp_path, text):
+    path = tmp_path / "joint.inp"
+    path.write_text(text)
+    with pytest.raises(
+        ProblemError, match=r"expected an NPZ file, found another one .*`shakedown-bounds import "
+    ):
+        load_problem(path)
+
+
 def truncated(path):
     data = written(path).read_bytes()
     path.write_bytes(data[: len(data) // 2])
