@@ -75,11 +75,12 @@ def stamped(compiled: Any) -> Any:
     """A compiled function whose code on disk is used while no module that it stands on changes.
 
     Numba overwrites code that is out of date. Where it keeps its stamps elsewhere than expected,
-    or a source cannot be read, nothing is taken from disk.
+    or a source cannot be read, nothing is taken from disk. On a full disk it is used and not kept.
     """
     on_disk = getattr(compiled, "_cache", None)
     if on_disk is None or on_disk.cache_path is None:  # no place for compiled code
         return compiled
+    on_disk.save_overload = _kept_where_possible(on_disk.save_overload)
     index: Any = getattr(on_disk, "_cache_file", None)
     below = stamp(compiled.py_func.__module__)
     if below is None or not hasattr(index, "_source_stamp") or not hasattr(index, "_load_index"):
@@ -88,6 +89,27 @@ def stamped(compiled: Any) -> Any:
         index._source_stamp = (index._source_stamp, below)
         index._load_index = _nothing_of_other_versions(index._load_index)
     return compiled
+
+
+def _kept_where_possible(save: Callable[..., None]) -> Callable[..., None]:
+    """Writes compiled code, or says in the log, once, why it cannot be written."""
+
+    def saved(*code: Any) -> None:
+        try:
+            save(*code)
+        except OSError as error:
+            _say_that_nothing_is_kept(error.strerror or str(error))
+
+    return saved
+
+
+@cache
+def _say_that_nothing_is_kept(reason: str) -> None:
+    logging.getLogger("shakedown").warning(
+        "compiled code cannot be kept (%s): it is compiled anew in every run; set NUMBA_CACHE_DIR to a "
+        "folder with room for it",
+        reason,
+    )
 
 
 def _nothing_of_other_versions(load: Callable[[], Any]) -> Callable[[], Any]:

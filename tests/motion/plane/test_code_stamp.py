@@ -1,10 +1,13 @@
 """Code on disk is used while no module that it was compiled from has changed, and only then."""
 
+import errno
 import importlib
+import os
 import sys
 
 import numba
 import pytest
+from numba.core.caching import IndexDataCacheFile
 
 from shakedown.ground import code_cache
 
@@ -83,6 +86,19 @@ def test_without_a_stamp_nothing_is_taken_from_disk(package, monkeypatch):
     monkeypatch.setattr(code_cache, "stamp", lambda module: None)
     assert run_anew() == (7.0, False)
     assert run_anew() == (7.0, False)
+
+
+def test_where_the_disk_is_full_compiled_code_is_used_and_the_log_says_so_once(package, monkeypatch, caplog):
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    code_cache._say_that_nothing_is_kept.cache_clear()
+    with monkeypatch.context() as patched:
+        patched.setattr(IndexDataCacheFile, "save", full)
+        assert [run_anew(), run_anew()] == [(7.0, False)] * 2
+    (said,) = caplog.messages
+    assert said.startswith("compiled code cannot be kept (No space left on device): it is compiled anew")
+    assert [run_anew(), run_anew()] == [(7.0, False), (7.0, True)]  # with room again
 
 
 def test_a_kernel_stands_on_the_modules_whose_code_is_linked_into_it():
