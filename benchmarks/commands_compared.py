@@ -48,7 +48,7 @@ def runs_of(joint: str, file: str, problem: Problem, number: int) -> list[Run]:
         "map": _map(problem, number),
         "sweep": [_sweep(problem, number)],
         "critical": [["--budget", MOST_SUBSETS, *["--all"] * (problem.n <= 4)]],
-        "nodes": _nodes(number),
+        "nodes": _nodes(problem, number),
     }
     said = _by_turns(OF_JOINTS, number)  # in sentences and tables, too
     return [
@@ -122,8 +122,8 @@ def _sweep(problem: Problem, number: int) -> list[str]:
     return ["--vary", _by_turns(varied, number), "--quick", "--load-factor", "1", "-o", "sweep.csv"]
 
 
-def _nodes(number: int) -> list[list[str]]:
-    wear = ["--wear-coefficient", "1e-8"] if number % 2 else []
+def _nodes(problem: Problem, number: int) -> list[list[str]]:
+    wear = ["--wear-coefficient", "1e-8"] if number % 2 and problem.node_area is not None else []
     return [
         ["--load-factor", _by_turns(LOAD_FACTORS, number + 3), "--cycles", "200", *wear, "-o", "nodes.csv"]
     ]

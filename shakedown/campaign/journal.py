@@ -150,10 +150,7 @@ class Journal:
 
     def _find_records(self) -> None:
         """Index the whole records, and cut off the rest after the last of them."""
-        with (
-            mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ) as content,
-            memoryview(content) as view,
-        ):
+        with self._content() as content, memoryview(content) as view:
             at = content.find(MARK, self._end)
             while at >= 0:
                 start = at + HEAD_SIZE
@@ -167,7 +164,20 @@ class Journal:
                     self._places[number] = Place(start, length)
                     self._end = start + length
                 at = content.find(MARK, min(start + length, len(content)))
-        self._file.truncate(self._end)
+        with suppress(OSError):  # where files cannot be cut, the next records are written over the rest
+            self._file.truncate(self._end)
+
+    @contextmanager
+    def _content(self) -> Iterator[mmap.mmap | bytes]:
+        """All bytes of the file, mapped, or read where the file system does not map files."""
+        try:
+            content = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
+        except OSError:
+            self._file.seek(0)
+            yield self._file.read()
+            return
+        with content:
+            yield content
 
 
 def _check_of(number: int, length: int, checksum: bytes) -> int:
@@ -219,15 +229,18 @@ def journal_at(
             if not beginning.startswith(found):  # nor cut off before there was a record
                 raise UsageError(f"{path}: {_difference(found + file.read(READ_AT_ONCE), header)}")
             _begin(file, target, beginning, new=not found)
-        journal = Journal(file, target, beginning)
+        journal = None
         try:
+            journal = Journal(file, target, beginning)
             yield journal
         except BaseException:
-            if not journal.done():  # nothing to resume from
+            # nothing to resume from, or a start that failed
+            if not (journal.done() if journal else found):
                 target.unlink(missing_ok=True)
             raise
         finally:
-            journal.close()
+            if journal is not None:
+                journal.close()
 
 
 @contextmanager

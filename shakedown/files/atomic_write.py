@@ -1,5 +1,6 @@
 """Atomic writing: files are written whole or not at all, and only over regular files."""
 
+import errno
 import hashlib
 import os
 import secrets
@@ -22,6 +23,7 @@ PART = ".shakedown-part"  # suffix of an unfinished file
 _PARTS = ".*." + "[0-9a-f]" * 16 + PART
 _STEM = 40  # characters of the target's name in that of its unfinished file, as names have at most 255 bytes
 RECORD = ".partial"  # suffix of the record of an unfinished run
+_TRIES = 16  # to make a file that no sweep finds between two system calls
 _LONGEST = 255  # bytes of a name, where the file system does not tell
 
 
@@ -179,12 +181,15 @@ def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
 def created_part(target: Path, mode: int) -> tuple[Path, int]:
     """A new, locked file beside ``target``; the kernel applies the umask to its mode."""
     flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
-    while True:  # ends, as only a sweep between two system calls makes it try again
+    for left in reversed(range(_TRIES)):
         temporary = target.with_name(f".{target.name[:_STEM]}.{secrets.token_hex(8)}{PART}")
         handle = os.open(temporary, flags, mode)
-        if locked(handle) and is_at(handle, temporary):
+        # where even a new file cannot be locked, no sweep locks it either
+        if (locked(handle) or not left) and is_at(handle, temporary):
             return temporary, handle
         os.close(handle)
+        temporary.unlink(missing_ok=True)
+    raise BlockingIOError(errno.EAGAIN, "new files are swept away as soon as they are made")
 
 
 def _sweep(folder: Path) -> None:

@@ -109,7 +109,11 @@ def _mapped(file: BinaryIO, info: zipfile.ZipInfo) -> NDArray[Any]:
         file.seek(start)
         return np.lib.format.read_array(file, allow_pickle=False)
     content = start + header.size - prod(header.shape) * header.dtype.itemsize
-    return np.memmap(file, dtype=header.dtype, mode="r", offset=content, shape=header.shape)
+    try:
+        return np.memmap(file, dtype=header.dtype, mode="r", offset=content, shape=header.shape)
+    except OSError:  # a file system that does not map files
+        file.seek(content)
+        return np.fromfile(file, header.dtype, prod(header.shape)).reshape(header.shape)
 
 
 def kinds_of(columns: Columns) -> Kinds:

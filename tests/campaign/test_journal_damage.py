@@ -4,6 +4,7 @@ import errno
 import hashlib
 import io
 import json
+import mmap
 import os
 import sqlite3
 import zipfile
@@ -14,7 +15,7 @@ import pytest
 from campaign_works import Squares, squares
 from hostile.damaged_npz import HEADERS, npy, with_header
 
-from shakedown.campaign.journal import FORMAT, HEAD, MARK, journal_at
+from shakedown.campaign.journal import FORMAT, HEAD, MARK, Journal, journal_at
 from shakedown.campaign.pieces import run_campaign
 from shakedown.campaign.stored_result import packed, unpacked
 from shakedown.ground.errors import ProblemError, UsageError
@@ -226,6 +227,34 @@ def test_a_record_that_could_not_begin_is_none(path, monkeypatch):
     with pytest.raises(UsageError, match="journal: cannot be written"), journal_at(path, HEADER):
         pass
     assert not path.exists()
+
+
+def test_where_files_cannot_be_mapped_or_cut_a_journal_is_read(path, monkeypatch):
+    """As on some network and user-space file systems; here the last record is cut off."""
+    path.write_bytes(recorded(path)[:-1])
+
+    def refused(*_, **__):
+        raise OSError(errno.ENODEV, os.strerror(errno.ENODEV))
+
+    class Uncut(io.BufferedRandom):
+        truncate = refused
+
+    monkeypatch.setattr(mmap, "mmap", refused)
+    monkeypatch.setattr(os, "fdopen", lambda handle, mode: Uncut(io.FileIO(handle, mode.replace("b", ""))))
+    assert resumed(path) == (WHOLE, [COUNT - 1])
+    assert resumed(path) == (WHOLE, [])
+
+
+def test_a_start_that_failed_is_no_unfinished_run(path, monkeypatch):
+    def fails(*_):
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Journal, "_find_records", fails)
+        with pytest.raises(OSError, match="Input/output"), journal_at(path, HEADER):
+            pass
+    assert not path.exists()
+    assert recorded(path) == path.read_bytes()
 
 
 def test_what_ends_before_the_first_piece_leaves_no_record(path):

@@ -1,5 +1,6 @@
 """Every file that the toolkit writes: the old one or the new one, never half, and only over regular files."""
 
+import errno
 import os
 import signal
 import stat
@@ -189,6 +190,25 @@ def test_what_a_killed_writer_left_is_swept_and_what_a_living_one_writes_is_not(
         living.write(b"a")
     assert (tmp_path / "a").read_bytes() == b"aa"
     assert names(tmp_path) == sorted(["a", "b", *(path.name for path in foreign)])
+
+
+def test_where_no_file_can_be_locked_files_are_written_all_the_same(tmp_path, monkeypatch):
+    """A file system whose locks are always busy says EAGAIN for a new file, too."""
+
+    def busy(*_):
+        raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+
+    monkeypatch.setattr("fcntl.flock", busy)
+    write(tmp_path / "a")
+    assert (tmp_path / "a").read_bytes() == b"new"
+    assert names(tmp_path) == ["a"]
+
+
+def test_where_new_files_vanish_the_line_says_so(tmp_path, monkeypatch):
+    monkeypatch.setattr("shakedown.files.atomic_write.is_at", lambda *_: False)
+    with pytest.raises(UsageError, match=r"a: cannot be written \(new files are swept away"):
+        write(tmp_path / "a")
+    assert names(tmp_path) == []
 
 
 def test_many_threads_write_one_file(tmp_path):

@@ -1,7 +1,9 @@
 """The file of a map: the same bytes whoever did the work and however often it was interrupted."""
 
+import errno
 import hashlib
 import io
+import os
 import zipfile
 
 import numpy as np
@@ -86,6 +88,19 @@ def test_no_altered_byte_of_a_finished_map_is_accepted(tmp_path, finished):
         assert read_again(path, altered, *known) is None, place
         assert read_again(path, whole[:place], *known) is None, place
     assert read_again(path, whole + b"0", *known) is None
+
+
+def test_where_files_cannot_be_mapped_a_map_is_read(tmp_path, finished, monkeypatch):
+    def refused(*_, **__):
+        raise OSError(errno.ENODEV, os.strerror(errno.ENODEV))
+
+    path, (whole, *known) = tmp_path / "map.npz", finished
+    mapped_columns = read_again(path, whole, *known)
+    monkeypatch.setattr(np, "memmap", refused)
+    columns = read_again(path, whole, *known)
+    assert columns.keys() == mapped_columns.keys()
+    for key, column in columns.items():
+        np.testing.assert_array_equal(column, mapped_columns[key])
 
 
 def sealed(content):
