@@ -10,22 +10,21 @@ INTERRUPTED, TERMINATED = 130, 143
 
 
 def main() -> NoReturn:
-    """Run the command line; every failure ends in one line on stderr and an exit code."""
+    """Run the command line and end the process; every failure is one line on stderr and an exit code.
+
+    Signals end it in one line to the last; they are ignored once everything is written and closed.
+    """
     try:
+        import atexit
         import signal
 
-        ends = {signal.SIGINT: _interrupted, signal.SIGTERM: _terminated}
-        before = {number: signal.getsignal(number) for number in ends}
-        for number, end in ends.items():
-            if before[number] is not signal.SIG_IGN:  # as in the background of a shell
+        for number, end in ((signal.SIGINT, _interrupted), (signal.SIGTERM, _terminated)):
+            if signal.getsignal(number) is not signal.SIG_IGN:  # as in the background of a shell
                 signal.signal(number, end)
-        try:
-            from .run import run
+                atexit.register(signal.signal, number, signal.SIG_IGN)  # first in, so called last
+        from .run import run
 
-            code = run()
-        finally:
-            for number, handler in before.items():
-                signal.signal(number, handler)
+        code = run()
     except KeyboardInterrupt:
         _interrupted()
     raise SystemExit(code)

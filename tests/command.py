@@ -1,14 +1,28 @@
 """The command line, run in this process."""
 
+import atexit
 import json
+import signal
 import sys
-from contextlib import chdir, redirect_stderr, redirect_stdout
+from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout
 from io import StringIO
 from unittest.mock import patch
 
 import pytest
 
 from shakedown.cli import main as entry
+
+
+@contextmanager
+def signals_kept():
+    """The signals as they were, which the command handles to the end of its process."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        atexit.unregister(signal.signal)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def run(*words, cwd=None):
@@ -19,6 +33,7 @@ def run(*words, cwd=None):
         redirect_stderr(err),
         patch.object(sys, "argv", ["shakedown-bounds", *words]),
         chdir(cwd or "."),
+        signals_kept(),
         pytest.raises(SystemExit) as stop,
     ):
         entry.main()

@@ -49,6 +49,7 @@ def check_target(path: str | os.PathLike[str]) -> Path:
     if not isinstance(os.fspath(path), str) or not os.fspath(path):
         raise UsageError(f"expected the path of a file to write, found {path!r}")
     try:
+        os.stat(os.path.dirname(path) or ".")  # as it is spelt: realpath takes "none/.." for "."
         target = Path(os.path.realpath(path))
         old = _status(target)
         if old is not None and not stat.S_ISREG(old.st_mode):

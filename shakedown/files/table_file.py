@@ -24,12 +24,12 @@ NUMBER = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?")
 def write_csv(path: str | PathLike[str], columns: Columns) -> None:
     """One row per entry under the headings, in UTF-8; numbers with all their digits, undefined ones empty.
 
-    A text that a spreadsheet would run as a formula (it begins with = + - @ and is no number) has
-    an apostrophe before it. Quotation marks are as in RFC 4180.
+    A text, headings too, that a spreadsheet would run as a formula (it begins with = + - @ and is no number)
+    has an apostrophe before it. Quotation marks are as in RFC 4180.
     """
     text = io.StringIO(newline="")
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(columns)
+    table.writerow(map(cell, columns))
     table.writerows([cell(entry) for entry in row] for row in zip(*columns.values(), strict=True))
     with atomic_write(path) as file:
         file.write(text.getvalue().encode())
@@ -49,7 +49,7 @@ def read_csv(path: str | PathLike[str], headings: Sequence[str]) -> dict[str, li
             rows = list(csv.reader(text.splitlines()))
         except csv.Error:  # an unterminated entry
             rows = []
-        if not rows or rows[0] != list(headings) or any(len(row) != len(headings) for row in rows):
+        if not rows or rows[0] != list(map(cell, headings)) or any(len(row) != len(headings) for row in rows):
             first = ", ".join(headings[:3])
             raise ProblemError(f"expected a table with the columns {first}, …, found another file")
     return {name: [row[k] for row in rows[1:]] for k, name in enumerate(headings)}

@@ -64,6 +64,28 @@ def test_a_termination_is_one_line_too():
     assert interrupted(YEARS, 0.1, signal.SIGTERM) == (143, "shakedown-bounds: terminated\n")
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_after_the_last_output_is_a_line_or_too_late(number):
+    """Never the signal's own end of the process, which would say nothing."""
+    code = {signal.SIGINT: 130, signal.SIGTERM: 143}[number]
+    word = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}[number]
+    ends = {(0, ""), (code, f"shakedown-bounds: {word}\n")}
+    late = f"import atexit, os\natexit.register(lambda: os.kill(os.getpid(), {int(number)}))\n"
+    last = (
+        "import os, sys\n"
+        "class Last:\n"
+        f"    def __del__(self, kill=os.kill, pid=os.getpid()): kill(pid, {int(number)})\n"
+        "sys.last_of_all = Last()\n"
+    )
+    for before in (late, last):
+        script = f"{before}from shakedown.cli.main import main\nmain()\n"
+        done = subprocess.run(
+            [sys.executable, "-c", script, "example"], capture_output=True, text=True, check=False
+        )
+        assert (done.returncode, done.stderr) in ends
+        assert done.stdout == run("example")[1]
+
+
 def test_an_interruption_that_a_shell_keeps_from_us_is_none():
     """As one does for a command in the background."""
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -16,6 +16,7 @@ import pytest
 import shakedown
 from shakedown import UsageError
 from shakedown.files.atomic_write import PART, atomic_write, atomic_write_together, check_target
+from shakedown.files.table_file import read_csv, write_csv
 
 
 def write(path, data=b"new"):
@@ -117,6 +118,7 @@ REFUSED = {
     "a link to a device": (link_to_a_device, "a device"),
     "a loop of links": (loop_of_links, "cannot be written"),
     "no folder": (lambda folder: folder / "none" / "f", "cannot be written"),
+    "no folder to go up from": (lambda folder: folder / "none" / ".." / "f", "(No such file or directory)"),
     "a file as folder": (lambda folder: Path(__file__) / "f", "cannot be written"),
     "NUL": (lambda folder: f"{folder}/a\0b", "null"),
     "half a character": (lambda folder: f"{folder}/a\ud800b", "cannot be written"),
@@ -135,6 +137,23 @@ def test_refused_before_and_while_writing(tmp_path, kind):
         assert message in str(caught.value)
         assert "\n" not in str(caught.value)
     assert names(tmp_path) == before
+
+
+def test_a_folder_that_is_there_is_gone_up_from_as_the_system_does(tmp_path):
+    """Behind a link that is the folder above the one that it leads to."""
+    (tmp_path / "far" / "away").mkdir(parents=True)
+    (tmp_path / "near").symlink_to(tmp_path / "far" / "away")
+    write(tmp_path / "near" / ".." / "f")
+    assert (tmp_path / "near" / ".." / "f").read_bytes() == (tmp_path / "far" / "f").read_bytes() == b"new"
+
+
+def test_no_spreadsheet_runs_what_a_table_says(tmp_path):
+    """Neither in a cell nor in a heading; what is written is read under its own headings."""
+    columns = {"node": ["7", "=1+1"], "@SUM(A1)": ["-12", "+x"], "p [N]": [0.1, float("nan")]}
+    write_csv(tmp_path / "t.csv", columns)
+    text = (tmp_path / "t.csv").read_text()
+    assert text == "node,'@SUM(A1),p [N]\n7,-12,0.1\n'=1+1,'+x,\n"
+    assert read_csv(tmp_path / "t.csv", list(columns))["@SUM(A1)"] == ["-12", "'+x"]
 
 
 def test_long_names_that_the_system_allows_can_be_written(tmp_path):
