@@ -15,7 +15,7 @@ from shakedown.ground.shown_values import down, sized, up
 from shakedown.ground.status import FROM_HERE, SYMBOLS
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.units import units_of
-from shakedown.report.design_words import SHORT, sweep_in_words
+from shakedown.report.design_words import HERE, SHORT, sweep_in_words
 from shakedown.report.hint_words import LOAD_DOMAIN
 from shakedown.report.text_table import table
 
@@ -31,8 +31,7 @@ from .options import (
 from .output import echo_json, headline, number, paragraph, progress, say
 
 BOUNDS = tuple(SYMBOLS)
-LARGEST = "λ_here"  # the largest of those from this state, where a table would be too wide
-COLUMNS = {name: SYMBOLS[name] for name in ("universal", *FROM_HERE, "lower", "transient", "upper")}
+COLUMNS = ("λ_U", *(SYMBOLS[name] for name in FROM_HERE), HERE, "λ_1", "λ_T", "λ_max")
 MOST_VALUES = 1_000_000
 LONGEST_HEADING = {1: 14, 2: 11}  # characters, by the number of parameters
 COLUMNS_OF_PAPER, FEWEST_DIGITS = 80, 4  # a wider table has fewer digits
@@ -275,25 +274,18 @@ def _outcomes(found: shakedown.Sweep, chosen: range) -> str:
 
 def _limits(found: shakedown.Sweep, load_factor: float) -> str:
     """The limits; those below which something holds are rounded down, the others up."""
-    limits = {COLUMNS[name]: found.load_factors(name).ravel() for name in COLUMNS if name in found.bounds}
+    known = {SYMBOLS[name]: found.load_factors(name).ravel() for name in found.bounds}
+    separate = {SYMBOLS[name] for name in FROM_HERE} & known.keys()
+    known |= {HERE: found.from_this_state.ravel()} if separate else {}
+    limits = {symbol: known[symbol] for symbol in COLUMNS if symbol in known}
+    narrower = {symbol: column for symbol, column in limits.items() if symbol not in separate}
     digits = range(7 - len(found.parameters), FEWEST_DIGITS - 1, -1)
     text = ""
-    narrower = _narrower(found, limits)
     for columns, shown in [(limits, digits[0]), *((narrower, k) for k in digits)]:
         text = _table_of_limits(found, load_factor, columns, shown)
         if max(map(len, text.splitlines())) <= COLUMNS_OF_PAPER:
             break
     return text
-
-
-def _narrower(found: shakedown.Sweep, limits: dict[str, FloatArray]) -> dict[str, FloatArray]:
-    """One column for all limits from this state: the largest."""
-    several = [COLUMNS[name] for name in FROM_HERE if COLUMNS[name] in limits]
-    if len(several) < 2:
-        return limits
-    largest = limits | {several[0]: found.from_this_state.ravel()}
-    chosen = {symbol: column for symbol, column in largest.items() if symbol not in several[1:]}
-    return {LARGEST if symbol == several[0] else symbol: column for symbol, column in chosen.items()}
 
 
 def _table_of_limits(
@@ -314,4 +306,4 @@ def _table_of_limits(
 def _limit(value: float, symbol: str, digits: int) -> str:
     if np.isnan(value):
         return NONE
-    return up(value, digits) if symbol == COLUMNS["upper"] else down(value, digits)
+    return up(value, digits) if symbol == SYMBOLS["upper"] else down(value, digits)

@@ -16,7 +16,7 @@ FROM_HERE = ("energy", "box", "accumulated")  # proved from one state, below any
 NAMES = {
     "λ_1": "first collapse",
     "λ_U": "from every state",
-    "λ_E": "from this state",
+    "λ_E": "from this state, by energy",
     "λ_box": "from this state, by a box",
     "λ_S": "from this state, by total slip",
     "λ_T": "simulated from this state",

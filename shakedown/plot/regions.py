@@ -186,9 +186,10 @@ class _Layer(NamedTuple):
 def _against_one(diagram: Diagram, axes: Axes) -> Axes:
     x, edges = diagram.values[0], diagram.boundaries
     curves = {name: diagram.load_factors(name) for name in LINES if name in diagram.bounds}
-    known = np.concatenate([c[np.isfinite(c)] for c in curves.values()])
+    known = np.concatenate([c[np.isfinite(c)] for c in (*curves.values(), edges.this)])
     top = HEADROOM * float(known.max(initial=0.0)) or 1.0
     every, this, never = (np.clip(edge, 0.0, top) for edge in (edges.every, edges.this, edges.never))
+    lines = [*curves.values(), *(np.full_like(x, at) for at in diagram.load_factors_simulated)]
     layers = [
         _Layer(EVERY, np.zeros_like(every), every),
         _Layer(THIS, every, this),
@@ -196,10 +197,7 @@ def _against_one(diagram: Diagram, axes: Axes) -> Axes:
         _Layer(NEVER, np.maximum(this, never), np.full_like(never, top)),
     ]
     for layer in layers:
-        named = (
-            _name_inside(axes, x, layer, top, diagram.load_factors_simulated)
-            or not (layer.top > layer.bottom).any()
-        )
+        named = _name_inside(axes, x, layer, top, lines) or not (layer.top > layer.bottom).any()
         label = "_nolegend_" if named else layer.name
         axes.fill_between(x, layer.bottom, layer.top, color=_tinted(layer.name), lw=0, label=label)
     seen = {name: curve for name, curve in curves.items() if (np.isfinite(curve) & (curve > 0)).any()}
@@ -235,8 +233,8 @@ def _named(diagram: Diagram, axis: int) -> str:
     return NAMES.get(diagram.meanings[axis], own)
 
 
-def _name_inside(axes: Axes, x: FloatArray, layer: _Layer, top: float, simulated: tuple[float, ...]) -> bool:
-    """Write the name of a region where it is high and wide; returns whether it fits."""
+def _name_inside(axes: Axes, x: FloatArray, layer: _Layer, top: float, lines: list[FloatArray]) -> bool:
+    """Write the name of a region where it is high and wide, away from lines; returns whether it fits."""
     height = np.nan_to_num(layer.top - layer.bottom)
     if len(height) > 4:  # neither at the edge nor on a peak
         k = 1 + int(np.argmax(np.min([height[:-2], height[1:-1], height[2:]], axis=0)))
@@ -247,7 +245,8 @@ def _name_inside(axes: Axes, x: FloatArray, layer: _Layer, top: float, simulated
     place = (x[k] - x[0]) / (x[-1] - x[0]) if x[-1] > x[0] else 0.5
     side = "left" if place < 0.3 else "right" if place > 0.7 else "center"
     levels = layer.bottom[k] + height[k] * np.array([0.5, 0.35, 0.65])
-    away = np.abs(levels[:, None] - np.array([*simulated, -top])).min(axis=1)
+    at = np.array([-top, *(line[k] for line in lines if np.isfinite(line[k]))])
+    away = np.abs(levels[:, None] - at).min(axis=1)
     text = layer.name.replace(" from ", "\nfrom ").replace(", ", ",\n").replace("depends on ", "depends on\n")
     aside = {"left": 4, "right": -4, "center": 0}[side], 0
     axes.annotate(

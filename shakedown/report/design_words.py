@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, at_lambda, cycles_in_words, down, few, up
 from shakedown.ground.size_limits import EACH_SHOWN
-from shakedown.ground.status import FROM_HERE, SYMBOLS
 
 if TYPE_CHECKING:
     from shakedown.joint.problem import Problem
@@ -29,6 +28,7 @@ SAID = {
     "depends on the state": "open, or dependent on the state,",
     "never": "certain not to shake down while all nodes stay in contact",
 }
+HERE = "λ_here"  # the largest limit proved from the state asked about
 TIED = 10.0**-DIGITS  # as a fraction of the largest limit: differences not shown
 SAME = 10.0**-FEW_DIGITS  # as a fraction of λ_1: a cycle this near begins at it
 SEPARATES = "nodes open and close in every period, or contact is lost, without slip in contact,"
@@ -72,11 +72,9 @@ def sweep_in_words(sweep: "Sweep", load_factor: float = 1.0) -> list[str]:
 
 def _best(sweep: "Sweep") -> Iterator[str]:
     """Where each limit is largest."""
-    *most, last = [SYMBOLS[name] for name in FROM_HERE if name in sweep.bounds] or [""]
-    here = f"{', '.join(most)} or {last}" if most else last
     limits = [
         ("λ_U (from every state)", sweep.universal, down),
-        (f"{here} (from this state)", sweep.from_this_state, down),
+        (f"{HERE} (proved from this state)", sweep.from_this_state, down),
         ("λ_max", sweep.upper, up),
     ]
     for text, values, rounded in limits if len(sweep.points) > 1 else []:

@@ -6,6 +6,7 @@ from math import isinf, isnan, nan
 from typing import Any, Literal, NamedTuple
 
 from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.three_numbers import proved_from_this_state
 from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.bounds.energy.energy_bound import EnergyBound
 from shakedown.bounds.results import UpperBound
@@ -81,6 +82,8 @@ class DesignPoint(Result):
         Nodes that stay open in the state that λ_max and λ_E belong to.
     reason
         Why there is no such joint; empty where there is.
+    proved_from_this_state
+        As ``assess`` has it, whichever limits from this state are asked for; NaN where none is, or not known.
     outcomes
         What becomes of the joint at each load factor that was asked for (:class:`Outcome`).
     contradictions
@@ -94,6 +97,7 @@ class DesignPoint(Result):
     guarantee: str = ""
     open_nodes: tuple[int, ...] = ()
     reason: str = ""
+    proved_from_this_state: float = nan
     outcomes: tuple[Outcome, ...] = ()
     contradictions: tuple[str, ...] = ()
     slip_criterion: SlipAllowed | None = None
@@ -164,12 +168,14 @@ def design_point(
     guarantee = found["lower"].guarantee if found.get("lower") else ""
     open_nodes = found["upper"].open_nodes if found.get("upper") else ()
     history = found.get("transient") or None
+    here = allowed(proved_from_this_state, joint) if asked & {*FROM_HERE} else nan
     known = _Known(limits, guarantee, open_nodes, history, problem.q_transient is not None)
     return DesignPoint(
         values=tuple(map(float, values)),
         limits={name: limits[name] for name in question.bounds},
         guarantee=guarantee if "lower" in asked else "",
         open_nodes=open_nodes,
+        proved_from_this_state=nan if isinstance(here, Missing) else here,
         outcomes=tuple(_outcome(problem, x, question, tolerances) for x in question.load_factors),
         contradictions=tuple(_contradictions(known, tolerances)),
         slip_criterion=None if question.slip_below is None else _slips(joint, question.slip_below),

@@ -37,7 +37,7 @@ class Region(StrEnum):
     EVERY_STATE
         Shakedown is proved from every initial state: λ < λ_U.
     THIS_STATE
-        Shakedown is proved from the state asked about: λ < λ_E, λ < λ_box or λ < λ_S.
+        Shakedown is proved from the state asked about: below the largest limit that proves it.
     DEPENDS
         It depends on the state, or is open.
     NEVER
@@ -152,8 +152,8 @@ class Sweep(Result):
 
     @cached_property
     def from_this_state(self) -> FloatArray:
-        """The largest of λ_E, λ_box and λ_S, of those asked for; NaN where there is none."""
-        return np.fmax.reduce([self.load_factors(name) for name in FROM_HERE])
+        """The largest limit proved from this state, as ``assess`` has it; NaN where none was asked for."""
+        return self._grid([point.proved_from_this_state for point in self.points])
 
     @cached_property
     def transient(self) -> FloatArray:
@@ -214,8 +214,8 @@ class Sweep(Result):
         for a joint that is partly open).
         """
         joints = np.where([point.exists for point in self.points], 0.0, np.nan)
-        every = joints + [_proved_up_to(point, "universal") for point in self.points]
-        this = joints + [max(_proved_up_to(point, name) for name in FROM_HERE) for point in self.points]
+        every = joints + [_proved_from_every_state(point) for point in self.points]
+        this = joints + np.nan_to_num(self.from_this_state.ravel(), posinf=inf)
         never = joints + [_never_from(point) for point in self.points]
         return Boundaries(*(x.reshape(self.shape) for x in (every, np.maximum(every, this), never)))
 
@@ -305,6 +305,7 @@ class Sweep(Result):
             "exists": point.exists,
             "reason": point.reason,
             "guarantee": point.guarantee,
+            "proved_from_this_state": point.proved_from_this_state,
             "open_nodes": list(point.open_nodes),
             "outcomes": [str(outcome) for outcome in point.outcomes],
             **({} if point.slip_criterion is None else {"slip_criterion": point.slip_criterion._asdict()}),
@@ -322,6 +323,8 @@ class Sweep(Result):
             yield f"{COLUMNS[name]}_status", self.status(name).ravel().tolist()
             if name == "lower":
                 yield "guarantee", [point.guarantee for point in self.points]
+        if {*self.bounds} & {*FROM_HERE}:
+            yield "proved_from_this_state [1]", self.from_this_state.ravel().tolist()
         for k, load_factor in enumerate(self.load_factors_simulated):
             yield f"outcome at lambda = {load_factor!r}", self.outcomes[..., k].ravel().tolist()
         if any(self.slip_criteria):
@@ -332,9 +335,9 @@ class Sweep(Result):
         yield "remark", ["; ".join(_remarks(point)) for point in self.points]
 
 
-def _proved_up_to(point: DesignPoint, name: str) -> float:
-    """A limit below which shakedown is proved from load factor 0 on; 0 where there is none."""
-    limit = point.limits.get(name)
+def _proved_from_every_state(point: DesignPoint) -> float:
+    """λ_U; 0 where it is not known."""
+    limit = point.limits.get("universal")
     proved = limit is not None and limit.status in (Status.OPTIMAL, Status.UNBOUNDED)
     return limit.load_factor if limit is not None and proved else 0.0
 

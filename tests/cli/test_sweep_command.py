@@ -7,6 +7,7 @@ import pytest
 from command import document, run
 
 import shakedown
+from shakedown.ground.shown_values import down
 from shakedown.models.importing.import_model import import_problem
 from shakedown.models.importing.templates import write_import_example
 
@@ -60,7 +61,7 @@ def test_what_is_proved_is_rounded_down_and_the_upper_bound_up():
         value = point["upper"]["load_factor"]
         assert 0 <= float(upper) - value <= 1e-4 * value
     best = max(point[name]["load_factor"] for point in found for name in here)
-    said = float(" ".join(out.split()).split("λ_E, λ_box or λ_S (from this state) is ")[1].split(",")[0])
+    said = float(" ".join(out.split()).split("λ_here (proved from this state) is ")[1].split(",")[0])
     assert 0 <= best - said < 1e-6
 
 
@@ -87,7 +88,10 @@ def test_one_value_has_nothing_between():
 
 def test_a_largest_limit_that_ties_is_everywhere():
     out = " ".join(run("sweep", "two-node", "--vary", "stiffness=1,2,4", *FAST)[1].split())
-    assert "λ_E (from this state) is 0.6619611 at every point." in out
+    proved = document("sweep", "two-node", "--vary", "stiffness=1", *FAST)["points"][0]
+    assert (
+        f"λ_here (proved from this state) is {down(proved['proved_from_this_state'])} at every point." in out
+    )
     assert "The largest" not in out
 
 
