@@ -107,7 +107,7 @@ def work_table(rows: list[dict], loads: Sequence[float], scale: float, unit: str
 
 def _trends(rows: list[dict]) -> list[str]:
     """What the work at every load does over the last three meshes."""
-    size = np.array([row["n"] for row in rows]) ** -0.5
+    size = 1 / (np.array([row["n"] for row in rows]) ** 0.5 - 1)
     works = np.array([np.where(row["slipping"], row["work"], 0.0) for row in rows])  # else round-off
     found = [trend(size, work) for work in works.T]
     return [f"{each.limit:.2e}" if each.verdict == "converges" else str(each.verdict) for each in found]

@@ -159,7 +159,8 @@ def measure(case: dict[str, Any]) -> dict[str, Any]:
     radius = float(np.ptp(problem.x)) / SHARE if radius is None else radius
     asked: dict[str, Any] = {"load_factor": load_factor, "radius": radius, "slip_below": slip_below}
     found = refine({size: problem}, [size], **asked)
-    return {name: values[0] for name, values in found.to_dict()["table"].items() if name != "fingerprint"}
+    row = {name: values[0] for name, values in found.to_dict()["table"].items() if name != "fingerprint"}
+    return row | {"contact_elements": row.pop("elements")}
 
 
 def refinements(rows: list[dict[str, Any]]) -> dict[str, Refinement]:
@@ -173,9 +174,10 @@ def refinements(rows: list[dict[str, Any]]) -> dict[str, Refinement]:
                 name: np.array([np.nan if row[name] is None else float(row[name]) for row in own])
                 for name in names[names.index("nodes") + 1 : names.index("directions")]
             }
-            size, nodes = (np.array([row[name] for row in own]) for name in ("elements", "nodes"))
+            words = "elements", "nodes", "contact_elements"
+            size, nodes, elements = (np.array([row[name] for row in own]) for name in words)
             about = (own[-1][name] for name in ("load_factor", "radius", "slip_below"))
-            found[joint] = Refinement(*about, size, nodes, own[-1]["directions"], columns, ())
+            found[joint] = Refinement(*about, size, nodes, own[-1]["directions"], columns, (), elements)
     return found
 
 

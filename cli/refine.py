@@ -92,7 +92,7 @@ def _text(finest: Problem, found: Refinement) -> str:
     shown = refinement_table(found, finest)
     width = max(len(row[0]) for row in shown.rows)
     rows = [[row[0].ljust(width), *row[1:]] for row in shown.rows]
-    untold = set(found.verdict.values()) == {"undecided"}
+    untold = {"undecided"} <= set(found.verdict.values()) <= {"undecided", "zero"}
     meshes = f"Undecided: {len(found.nodes)} meshes tell no trend of any number; three or more may."
     notes = [paragraph(meshes)] * untold
     notes += [paragraph(sentence) for sentence in refinement_notes(found, finest)]

@@ -90,6 +90,27 @@ def surface_of(problem: Problem) -> Surface | None:
     return (_line if points.shape[1] == 1 else _patches)(problem, points)
 
 
+def element_count(problem: Problem) -> float:
+    """How many elements a contact has, triangles counted half; halved in length they are 2^d times as many.
+
+    In space the faces; without them n − b/2 − 1 for every patch, b its nodes at the rim (Euler's formula, for
+    patches without holes). In the plane one less than nodes for every strip, as many as nodes around a
+    ring. Without positions (n^(1/d) − 1)^d, as for a square.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> element_count(shakedown.example("block-9")), element_count(shakedown.example("block-3x3"))
+    (8.0, 4.0)
+    """
+    if problem.faces is not None:
+        return float((np.sum(problem.faces != NONE, axis=1) - 2).sum() / 2)
+    surface, d = surface_of(problem), problem.directions
+    if surface is None:
+        return float((problem.n ** (1 / d) - 1) ** d)
+    return float(problem.n - surface.edge.sum() / 2 - (0 if surface.in_plane else len(surface.parts)))
+
+
 def _points(problem: Problem) -> FloatArray | None:
     if problem.directions == 1:
         return None if problem.x is None else problem.x[:, None]

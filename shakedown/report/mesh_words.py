@@ -27,6 +27,7 @@ VERDICTS = {  # singular and plural
     "undecided": ("is left open", "are left open"),
     "falls": ("falls", "fall"),
     "grows": ("grows", "grow"),
+    "zero": ("is 0 on these meshes", "are 0 on these meshes"),
 }
 TREND = (
     "A number converges where a + c h^p fits the last three meshes with p ≥ 0.5: evidence, no proof. What "
@@ -49,12 +50,12 @@ def refinement_in_words(found: Refinement) -> str:
     >>> import shakedown
     >>> joints = {n: shakedown.example(f"block-{n}") for n in (9, 33)}
     >>> print(refinement_in_words(shakedown.refine(joints, [9, 33])))
-    With finer meshes (9 to 33 contact nodes) λ_max and what is proved from this state are left open.
+    With finer meshes (9 to 33 contact nodes) λ_max and what is proved from this state are left open; the
+    friction work, the largest slip and what is proved from every state are 0 on these meshes.
     """
     names: dict[str, list[str]] = {}
     for name in told_of_meshes(found):
-        if found.numbers[name].any():  # all zero: no slip, or no proof, on any mesh
-            names.setdefault(found.verdict[name], []).append(MESH_NUMBERS[name][1])
+        names.setdefault(found.verdict[name], []).append(MESH_NUMBERS[name][1])
     said = []
     for verdict, verbs in VERDICTS.items():
         *others, last = names.get(verdict, [""])
@@ -77,7 +78,8 @@ def refinement_notes(found: Refinement, problem: Problem) -> list[str]:
         about += f" Small slips are below {sized(found.slip_below, length)}."
     if found.radius is not None:
         about += f" Averaged over {sized(found.radius, length)}."
-    return [about, TREND]
+    zero = " Zero: no slip, or nothing proved, on these meshes." * ("zero" in found.verdict.values())
+    return [about, TREND + zero]
 
 
 def averaged_in_words(found: Assessment, radius: float) -> str:

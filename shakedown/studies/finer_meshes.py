@@ -20,8 +20,10 @@ from shakedown.campaign.pieces import function_stamp, run_campaign
 from shakedown.files.atomic_write import record_beside
 from shakedown.files.table_file import check_table
 from shakedown.ground.errors import SolverError, UsageError
+from shakedown.ground.status import Outcome
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.arguments import check_load_factor, checked, is_finite, real_array, require_problem
+from shakedown.joint.contact_surface import element_count
 from shakedown.joint.hat_functions import averaged
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import long_term_state
@@ -58,9 +60,9 @@ def refine(
     """Which numbers of a joint converge as its mesh is refined (docs/mesh.md).
 
     Three meshes or more tell, each with about twice as many elements along an edge as the one before.
-    A number a + c h^p is fitted through the last three: it converges where p is 0.5 or more and the limit
-    within a quarter of the last number; else it falls or grows, or three meshes do not tell. That is
-    evidence, no proof.
+    A number a + c h^p is fitted through the last three, h^(−d) the number of elements: it converges where p
+    is 0.5 or more and the limit within a quarter of the last number; else it falls or grows, or three meshes
+    do not tell. That is evidence, no proof. Where it is 0 on all three it is called zero, no more.
 
     Parameters
     ----------
@@ -129,6 +131,7 @@ def _about(problem: Problem) -> dict[str, Any]:
     require_problem(problem)
     return {
         "nodes": problem.n,
+        "elements": element_count(problem),
         "directions": problem.directions,
         "fingerprint": problem.fingerprint,
         "units": problem.units,
@@ -161,6 +164,7 @@ def _refinement(sizes: tuple[float, ...], rows: Sequence[dict[str, Any]], asked:
         rows[0]["directions"],
         {name: np.array([row[name] for row in rows], dtype=float) for name in COLUMNS},
         tuple(row["fingerprint"] for row in rows),
+        np.array([row["elements"] for row in rows]),
     )
 
 
@@ -202,10 +206,11 @@ def mesh_row(
         row[name] = _number(limits, name)
     coarse = None if radius is None else assess(averaged(problem, radius))
     row[LIMITS[3]] = nan if coarse is None else _number(coarse, LIMITS[0])
-    nodes = node_results(long_term_state(problem, load_factor))
+    state = long_term_state(problem, load_factor)
+    nodes, slips = node_results(state), state.outcome != Outcome.SHAKEDOWN  # else what is left is round-off
     known = nodes.period > 0
-    row["work"] = float(nodes.work.sum()) if known else nan
-    row["largest_slip"] = float(nodes.slip_range.max()) if known else nan
+    row["work"] = float(slips * nodes.work.sum()) if known else nan
+    row["largest_slip"] = float(slips * nodes.slip_range.max()) if known else nan
     row["slip_limit"] = nan if slip_below is None else slip_limit(problem, slip_below).load_factor
     return row
 

@@ -1,8 +1,8 @@
 """Limits, friction work and slips of a joint on finer and finer meshes, and which of these converge."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
-from math import inf, isfinite, isnan, nan
+from math import inf, isnan, nan
 from os import PathLike
 from typing import Any, ClassVar, NamedTuple
 
@@ -33,15 +33,16 @@ LIMITS = (
 )
 COLUMNS = (*LIMITS, "work", "largest_slip", "slip_limit")
 SAME = ("load_factor", "radius", "slip_below")  # settings common to all meshes
-HEADINGS = ("size", "nodes", *COLUMNS, "directions", *SAME, "fingerprint")
+HEADINGS = ("size", "nodes", *COLUMNS, "directions", "elements", *SAME, "fingerprint")
 
 
 class Tendency(StrEnum):
-    """The trend of a number as the mesh is refined."""
+    """The trend of a number as the mesh is refined; ZERO: no slip, or nothing proved, on these meshes."""
 
     CONVERGES = "converges"
     FALLS = "falls"
     GROWS = "grows"
+    ZERO = "zero"
     UNDECIDED = "undecided"
 
 
@@ -51,7 +52,8 @@ class Trend(NamedTuple):
     Attributes
     ----------
     verdict
-        Whether it converges, falls or grows; undecided where three numbers do not tell.
+        Whether it converges, falls or grows; zero where it is 0 on all of these meshes, undecided where three
+        numbers do not tell.
     limit
         The limit that it converges to, extrapolated; NaN where it does not converge.
     order
@@ -76,14 +78,18 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
     >>> trend(h, h**0.1).verdict.value, trend(h, 1.0 - np.log(h)).verdict.value
     ('falls', 'grows')
     """
-    if len(values) < 3 or not all(map(isfinite, values[-3:])):
+    if not np.any(values[-3:]):
+        return Trend(Tendency.ZERO)
+    if len(values) < 3 or not np.isfinite([*values[-3:], *np.log(size[-3:])]).all():
         return Trend(Tendency.UNDECIDED)
     h, (first, second, last) = size[-3:].tolist(), map(float, values[-3:])
+    if first == 0.0 or not h[0] > h[1] > h[2]:  # no power of h is 0 on a mesh
+        return Trend(Tendency.UNDECIDED)
     before, now = second - first, last - second
     if max(abs(before), abs(now)) <= THREE_DIGITS * abs(last):
         return Trend(Tendency.CONVERGES, last)
     if second == last == 0.0:
-        return Trend(Tendency.FALLS if first > 0.0 else Tendency.UNDECIDED)
+        return Trend(Tendency.FALLS)
     if before * now <= 0.0:
         ends = abs(now) <= min(0.5 * abs(before), PER_CENT * abs(last))
         return Trend(Tendency.CONVERGES, last) if ends else Trend(Tendency.UNDECIDED)
@@ -138,6 +144,9 @@ class Refinement(Result):
         where nothing limits it.
     fingerprints
         Fingerprints of the joints (``Problem.fingerprint``), by which a report recognises its own.
+    elements : (k,)
+        How many elements the contacts have (:func:`~shakedown.joint.contact_surface.element_count`); by
+        default (n^(1/d) − 1)^d for n nodes with d directions.
     """
 
     DOCUMENT: ClassVar[str] = "load_factor radius slip_below"
@@ -150,14 +159,22 @@ class Refinement(Result):
     directions: int
     numbers: dict[str, FloatArray]
     fingerprints: tuple[str, ...]
+    elements: FloatArray = field(default_factory=lambda: np.empty(0))
+
+    def __post_init__(self) -> None:
+        if not len(self.elements):
+            d = self.directions
+            object.__setattr__(self, "elements", (self.nodes.astype(float) ** (1 / d) - 1) ** d)
 
     def table(self) -> dict[str, NDArray[Any]]:
         """The columns by name, one row per mesh; what all meshes have in common is said of each."""
-        same = {name: getattr(self, name) for name in ("directions", *SAME)}
+        same = {name: getattr(self, name) for name in SAME}
         return {
             "size": self.size,
             "nodes": self.nodes,
             **self.numbers,
+            "directions": np.full(len(self.nodes), self.directions),
+            "elements": self.elements,
             **{name: np.full(len(self.nodes), nan if each is None else each) for name, each in same.items()},
             "fingerprint": np.array(self.fingerprints),
         }
@@ -184,7 +201,8 @@ class Refinement(Result):
                 raise ProblemError("expected meshes of one joint that get finer, found others")
         radius, slip_below = (None if isnan(length) else length for length in lengths)
         meshes = numbers.pop("size"), nodes, int(directions[0])
-        return cls(load_factor, radius, slip_below, *meshes, numbers, fingerprints)
+        elements = numbers.pop("elements")
+        return cls(load_factor, radius, slip_below, *meshes, numbers, fingerprints, elements)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the table: CSV in full precision, or Parquet where the name ends in .parquet.
@@ -204,13 +222,14 @@ class Refinement(Result):
 
     @property
     def trends(self) -> dict[str, Trend]:
-        """The trend of every column; the element size is n^(−1/d), for n nodes with d directions."""
-        h = np.asarray(self.nodes, dtype=float) ** (-1.0 / self.directions)
+        """The trend of every column; the element size is e^(−1/d), for e elements with d directions."""
+        with np.errstate(divide="ignore"):  # a contact of one node has none
+            h = np.asarray(self.elements) ** (-1.0 / self.directions)
         return {name: trend(h, values) for name, values in self.numbers.items()}
 
     @property
     def verdict(self) -> dict[str, str]:
-        """``converges``, ``falls``, ``grows`` or ``undecided``, by column."""
+        """``converges``, ``falls``, ``grows``, ``zero`` or ``undecided``, by column."""
         return {name: str(found.verdict) for name, found in self.trends.items()}
 
     @property

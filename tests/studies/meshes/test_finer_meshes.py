@@ -1,17 +1,20 @@
 """Which numbers converge with the mesh: verdicts of known sequences, tables, runs that are killed."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
 from command import document, run
 
 import shakedown
+from benchmarks.bodies.sphere import sphere_on_flat
 from benchmarks.refinement import block_on_plane
 from shakedown import ProblemError, UsageError, plot
 from shakedown.assessment.slip_limit import slip_limit
+from shakedown.joint.contact_surface import element_count
 from shakedown.studies import finer_meshes as module
-from shakedown.studies.refined import COLUMNS, HEADINGS, Refinement, trend
+from shakedown.studies.refined import COLUMNS, HEADINGS, SLOWEST, Refinement, trend
 
 H = 2.0 ** -np.arange(5)
 UNEVEN = np.array([1.0, 0.8, 0.41, 0.3])
@@ -41,6 +44,68 @@ def test_what_changes_by_a_constant_amount_falls_to_zero():
         assert trend(H, np.array([3.0, 2.1, *last])).verdict == "falls"
 
 
+def test_what_is_zero_on_all_meshes_has_no_limit():
+    for count in (2, 3, 5):
+        found = trend(H[:count], np.zeros(count))
+        assert found.verdict == "zero"
+        assert np.isnan(found.limit)
+
+
+@pytest.mark.parametrize("name", ["block-9", "block-3x3"])
+def test_a_joint_at_rest_has_no_work_not_even_of_round_off(name):
+    joint = shakedown.example(name)
+    assert shakedown.long_term_state(joint, 0.3).outcome == "shakedown"
+    found = shakedown.refine({1: joint}, [1], load_factor=0.3)
+    assert (found.numbers["work"], found.numbers["largest_slip"]) == (0.0, 0.0)
+    assert found.verdict["work"] == found.verdict["largest_slip"] == "zero"
+
+
+def test_three_meshes_of_which_the_first_has_no_slip_do_not_tell():
+    assert trend(H[:3], np.array([0.0, 2.0, 3.0])).verdict == "undecided"
+
+
+def test_elements_not_nodes_tell_the_order():
+    for power, directions in product((0.4, 1.0, 2.0), (1, 2)):
+        edge = np.array([2, 4, 8])
+        values = {"work": 1.0 + 0.3 / edge**power}
+        found = Refinement(1.0, None, None, edge, (edge + 1) ** directions, directions, values, ("", "", ""))
+        trend_of_it = found.trends["work"]
+        if power < SLOWEST:
+            assert trend_of_it.verdict == "undecided"
+        else:
+            assert trend_of_it.limit == pytest.approx(1.0, rel=1e-9)
+            assert trend_of_it.order == pytest.approx(power, rel=1e-6)
+
+
+def joint_at(places):
+    """A joint whose contact nodes stand at these places, (n,) in the plane, (n, 2) in space."""
+    n, d = len(places), np.ndim(places)
+    loads = {"q_w": np.eye(2, d * n), "p_w": np.ones((2, n))}
+    return shakedown.Problem(A=np.eye(d * n), B=np.zeros((n, d * n)), f=0.5, x=places, **loads)
+
+
+def graded(count):
+    """Positions of which each element is that of the mesh with half as many, halved."""
+    coarse = np.cumsum([0.0, 1.0, 1.7, 0.6, 0.4])
+    return np.interp(np.arange(4 * count + 1) / count, np.arange(5), coarse)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda k: joint_at(graded(k)),
+        lambda k: joint_at(np.append(graded(k), 40.0 + graded(k))),
+        lambda k: joint_at(np.stack(np.meshgrid(graded(k), np.linspace(0, 1, k + 1)), -1).reshape(-1, 2)),
+        lambda k: sphere_on_flat(3 * k),
+    ],
+    ids=["strip", "two strips", "rectangle", "rings"],
+)
+def test_halved_elements_are_twice_as_many_along_every_edge(make):
+    coarse, finer = make(1), make(2)
+    ratio = element_count(finer) / element_count(coarse)
+    assert ratio == pytest.approx(2.0**coarse.directions, rel=1e-12)
+
+
 def test_too_little_to_tell():
     assert trend(H[:2], np.array([1.0, 0.9])).verdict == "undecided"
     assert trend(H, np.array([1, 1, 1, np.inf, np.inf])).verdict == "undecided"
@@ -48,7 +113,6 @@ def test_too_little_to_tell():
     assert trend(H, 7 + H**0.4).verdict == trend(H, H**0.01).verdict == "undecided"
     level = np.array([0.36998, 0.36823, 0.36511])  # within 1.3 %, the last change the larger one
     assert trend(np.array([210, 351, 528]) ** -0.5, level).verdict == "undecided"
-    assert trend(H[:3], np.zeros(3)).limit == 0.0
 
 
 def by_dozen(size):
@@ -180,7 +244,7 @@ def test_a_table_is_read_as_it_was_written(found, tmp_path, radius):
         ("a" * 200_000, "expected a table with the columns size, nodes"),
         (",".join(HEADINGS), "expected numbers of one mesh or more"),
         (f"{','.join(HEADINGS)}\n{',' * (len(HEADINGS) - 1)}", "expected numbers of one mesh or more"),
-        (f"{','.join(HEADINGS)}\n2,5,1,1,1,1,1,1,1,3,1,1,1,a", "get finer, found others"),
+        (f"{','.join(HEADINGS)}\n2,5,1,1,1,1,1,1,1,3,4,1,1,1,a", "get finer, found others"),
     ],
 )
 def test_another_file_is_refused(tmp_path, text, said):
