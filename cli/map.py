@@ -135,7 +135,8 @@ def map_command(
 ) -> None:
     """What becomes of FILE from many initial states.
 
-    The share that shakes down, the dissipation of the others, their limit cycles.
+    First slip zero, the initial slip in FILE and the critical slip state; then states in a box or ball: the
+    share of these that shakes down, the dissipation of the others, their limit cycles.
     """
     record_of(context, output, resume)
     with progress("pieces") as update:
@@ -162,7 +163,7 @@ def map_command(
     else:
         say(map_text(problem, found))
     maps = found.maps if isinstance(found, shakedown.InitialStateMaps) else (found,)
-    if any(one.undecided for one in maps):
+    if any(one.undecided or "undecided" in one.named.values() for one in maps):
         context.exit(1)
 
 

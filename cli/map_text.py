@@ -10,12 +10,15 @@ from shakedown.ground.shown_values import at_lambda
 from shakedown.ground.visible_text import shortened
 from shakedown.report.hint_words import simulated_path_in_words
 from shakedown.report.map_words import (
+    STATES,
     cycles_in_words,
     dissipation_in_words,
     initial_states_in_words,
     interval_in_words,
+    named_in_words,
     outcomes_in_words,
     percent_of_states,
+    share_of_what,
     shares_in_words,
     slips_in_words,
     undecided_in_words,
@@ -38,7 +41,14 @@ def map_text(problem: Problem, found: InitialStateMap | InitialStateMaps) -> str
     lines = [headline(problem), "", *(paragraph(text) for text in simulated_path_in_words(problem))]
     if isinstance(found, shakedown.InitialStateMap):
         return "\n".join([*lines, *_one(found)])
-    lines.append(paragraph(f"{initial_states_in_words(found.maps[0])} at every load factor."))
+    names = {name: STATES[name].removeprefix("the ") for name in found.maps[0].sampling.named}
+    outcomes = [
+        [number(one.load_factor), *(str(one.named[name]).replace("-", " ") for name in names)]
+        for one in found.maps
+    ]
+    lines += [table(["λ", *(f"from {name}" for name in names.values())], outcomes), ""]
+    about = f"{initial_states_in_words(found.maps[0])} at every load factor. {share_of_what(found.maps[0])}"
+    lines.append(paragraph(about))
     heads = ["λ", "shake down", "95 % [%]", "separate", "undecided", "cycles", "dissipation ≤"]
     heads += [] if found.maps[0].slip_below is None else [f"below {number(found.maps[0].slip_below, 4)}"]
     rows = [[*_row(one)] for one in found.maps]
@@ -59,7 +69,7 @@ def map_text(problem: Problem, found: InitialStateMap | InitialStateMaps) -> str
 def _row(one: InitialStateMap) -> list[str]:
     """One load factor in the table of several."""
     (most,) = without_round_off(one.dissipation_quartiles[-1:], work_that_is_none(one))
-    known = one.undecided < len(one)
+    known = one.undecided < one.sampling.states
     return [
         number(one.load_factor),
         percent_of_states(one.shakedown_fraction) if known else "-",
@@ -80,8 +90,8 @@ def _without(heads: list[str], rows: list[list[str]], idle: set[str]) -> str:
 
 def _one(found: InitialStateMap) -> list[str]:
     """Everything about one load factor."""
-    lines = [paragraph(sentence) for sentence in shares_in_words(found)]
-    if found.undecided == len(found):
+    lines = [paragraph(sentence) for sentence in (named_in_words(found), *shares_in_words(found))]
+    if found.undecided == found.sampling.states:
         return [*lines, "", paragraph(undecided_in_words(found))]
     lines += ["", listing(outcomes_in_words(found)), ""]
     if found.undecided:
@@ -113,7 +123,7 @@ def _cycles(found: InitialStateMap, cycles: list[LimitCycle]) -> str:
                 str(cycle.period),
                 number(high, 5) if least == most else f"{least} … {most}",
                 "jumps" if cycle.stability == "unknown" else f"{largest:.4f}",
-                number(spread, 2) if cycle.count > 1 else "-",
+                number(spread, 2) if cycle.count + len(cycle.named) > 1 else "-",
                 shortened(open_in_words(cycle.slipping_nodes).partition(" ")[2], NODES),
             ]
         )

@@ -1,6 +1,6 @@
 """Maps of initial states: what becomes of each, in the plane of two slips; the share that shakes down."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from math import isqrt
 from typing import Any, Protocol
 
@@ -22,6 +22,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.plot.style import BLACK, BLUE, GREEN, MARGIN, PURPLE, RED, SKY, axes_for, finished, node_name
 
+NAMED = {"zero": ("slip zero", "P"), "given": ("given", "D"), "critical": ("critical state", "*")}
 RESTING = "#D9D9D9"  # states that shake down
 DISSIPATION = "cividis_r"  # perceptually uniform, also with colour-blindness
 
@@ -54,6 +55,8 @@ class Chosen(Protocol):
     def centre(self) -> FloatArray: ...
     @property
     def centre_is(self) -> str: ...
+    @property
+    def named(self) -> Collection[str]: ...
 
 
 class Mapped(Protocol):
@@ -75,6 +78,8 @@ class Mapped(Protocol):
     def period(self) -> NDArray[np.int64]: ...
     @property
     def dissipation(self) -> FloatArray: ...
+    @property
+    def sampled(self) -> slice: ...
 
 
 class MappedRange(Protocol):
@@ -95,7 +100,8 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     Separation, where nodes open and close and none slips in contact, has a colour of its own. The
     cells of a grid are filled, other states are dots. The energy ball (shakedown proved),
     the safe region and the slips that are admissible under the first load are outlined where
-    all other slips are those of the centre: for two nodes, and for a grid.
+    all other slips are those of the centre: for two nodes, and for a grid. Slip zero, the given and the
+    critical state have marks of their own, with what becomes of them.
 
     Parameters
     ----------
@@ -123,7 +129,7 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     units = units_of(found.problem)
     pair = list(found.plane.coordinates)
     points = np.asarray(found.initial_slip)[:, pair]
-    handles = _draw_states(axes, found, points, with_unit("dissipation per cycle", units.work))
+    handles = _draw_states(axes, found, points[found.sampled], with_unit("dissipation per cycle", units.work))
     low, high = points.min(axis=0), points.max(axis=0)
     margin = np.where(high > low, MARGIN * (high - low), 1.0)
     axes.set_xlim(low[0] - margin[0], high[0] + margin[0])
@@ -131,15 +137,18 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     plane = found.problem.layout.slip_size == 2 or found.sampling.sampler == "grid"
     if plane:
         handles += _draw_outlines(axes, found.plane)
-    centre: dict[str, Any] = {  # hollow, as a safe region may be smaller than the marker
-        "marker": "o",
-        "mfc": "none",
-        "mec": BLACK,
-        "ms": 9,
-        "ls": "none",
-        "path_effects": [withStroke(linewidth=3.0, foreground="white")],
-    }
-    handles += axes.plot(*found.sampling.centre[pair], label=found.sampling.centre_is, zorder=3, **centre)
+    look: dict[str, Any] = {"mec": BLACK, "ls": "none", "clip_on": False}
+    halo = [withStroke(linewidth=3.0, foreground="white")]
+    centre = found.sampling.centre[pair]  # hollow, as a safe region may be smaller than the marker
+    handles += axes.plot(
+        *centre, "o", label=found.sampling.centre_is, mfc="none", ms=9, zorder=3, path_effects=halo, **look
+    )
+    for name, point, outcome in zip(found.sampling.named, points, found.outcome, strict=False):
+        word, mark = NAMED[name]
+        label = (
+            f"{word}{', projected' * (found.problem.layout.slip_size > 2)}: {str(outcome).replace('-', ' ')}"
+        )
+        handles += axes.plot(*point, mark, label=label, mfc="white", ms=9, zorder=5, **look)
     axes.set(
         xlabel=with_unit(f"initial slip of {_slip_name(pair[0], found.problem)}", units.length),
         ylabel=with_unit(f"initial slip of {_slip_name(pair[1], found.problem)}", units.length),
@@ -159,10 +168,13 @@ def _slip_name(place: int, problem: Problem) -> str:
 
 def _draw_states(axes: Axes, found: Mapped, points: FloatArray, label: str) -> list[Any]:
     """Draw every state by its outcome, with a colour bar; returns entries of the legend."""
-    resting, undecided = found.outcome == "shakedown", found.outcome == "undecided"
-    separation, leaving = found.outcome == "separation", (found.period == 0) & ~undecided
+    outcome, period, dissipation = (
+        np.asarray(x)[found.sampled] for x in (found.outcome, found.period, found.dissipation)
+    )
+    resting, undecided = outcome == "shakedown", outcome == "undecided"
+    separation, leaving = outcome == "separation", (period == 0) & ~undecided
     moving = ~resting & ~undecided & ~separation
-    colours = np.ma.masked_array(np.asarray(found.dissipation), mask=~(moving & ~np.isnan(found.dissipation)))
+    colours = np.ma.masked_array(dissipation, mask=~(moving & ~np.isnan(dissipation)))
     kinds = (
         (resting, RESTING, "shakes down"),
         (undecided, RED, "undecided"),

@@ -21,6 +21,15 @@ SAMPLED = {  # after "of N states"
     "ball": "in a ball about the centre of the energy ball",
     "transients": "left behind by random load steps",
 }
+PLACE = {"grid": "grid", "sobol": "box", "latin": "box", "ball": "ball", "transients": "set"}
+STATES = {"zero": "slip zero", "given": "the given state", "critical": "the critical state"}
+ENDS = {
+    "shakedown": "shakes down",
+    "cyclic-slip": "ends in cyclic slip",
+    "ratchetting": "ends in ratchetting",
+    "separation": "ends in separation",
+    "undecided": "is undecided",
+}
 MEANING = {
     "shakedown": "slip has ceased",
     "cyclic-slip": "nodes slip in every period and return",
@@ -30,21 +39,37 @@ MEANING = {
 }
 
 
+def named_in_words(found: InitialStateMap) -> str:
+    """What becomes of slip zero, the given and the critical state."""
+    work, none, said = units_of(found.problem).work, work_that_is_none(found), []
+    for name, outcome, lost in zip(found.sampling.named, found.outcome, found.dissipation, strict=False):
+        much = f" (dissipation {sized(lost, work)} per cycle)" if lost > none else ""
+        said.append(f"{STATES[name]} {ENDS[str(outcome)]}{much}")
+    return f"Load factor {found.load_factor:.10g}: {'; '.join(said)}."
+
+
 def shares_in_words(found: InitialStateMap) -> list[str]:
     """Of how many initial states, chosen how, which share shakes down."""
-    begin = f"Load factor {found.load_factor:.10g}: of {initial_states_in_words(found)}"
-    if found.undecided == len(found):
+    begin = f"Of {initial_states_in_words(found)}"
+    if found.undecided == found.sampling.states:
         return [f"{begin}, none is decided."]
     known = interval_in_words(found)
     interval = f" (95 % confidence: {known})" if known else ""
     grid = "A grid is no random sample: it has no confidence interval."
     share = f"{begin}, {percent_of_states(found.shakedown_fraction)} shake down{interval}."
-    return [share, *[grid] * (found.sampling.sampler == "grid")]
+    return [f"{share} {share_of_what(found)}", *[grid] * (found.sampling.sampler == "grid")]
+
+
+def share_of_what(found: InitialStateMap) -> str:
+    """That a share depends on where the states are taken from."""
+    place = PLACE[found.sampling.sampler]
+    return f"A share is that of the {place}: another {place} has another share."
 
 
 def outcomes_in_words(found: InitialStateMap) -> list[tuple[str, str, str]]:
     """The number of states per outcome, and what the words mean."""
-    leave = int(np.count_nonzero((found.outcome == "separation") & (found.period == 0)))
+    rest = found.sampled
+    leave = int(np.count_nonzero((found.outcome[rest] == "separation") & (found.period[rest] == 0)))
     rows = []
     for word, count in found.outcomes.items():
         name = word.replace("-", " ")
@@ -61,7 +86,7 @@ def dissipation_in_words(found: InitialStateMap) -> str:
     quartiles = without_round_off(found.dissipation_quartiles, work_that_is_none(found))
     least, first, median, third, most = (few(value, FEW_DIGITS + 1) for value in quartiles)
     heading = with_unit("Dissipation per cycle", units_of(found.problem).work)
-    over = "the decided states" if found.undecided else "all states"
+    over = "the decided ones of them" if found.undecided else "all of them"
     spread = f"from {least} to {most}; quartiles {first}, {median}, {third}"
     return f"{heading} over {over}: {least if least == most else spread}."
 
@@ -130,6 +155,10 @@ def cycles_in_words(found: InitialStateMap) -> str:
         f"{spread}: how far apart the slips lie that these states end on; 0: one and the same motion, more: "
         "several of a continuum."
     )
+    for cycle in found.limit_cycles:
+        if not cycle.count:
+            who = " and ".join(STATES[name] for name in cycle.named)
+            apart += f" 0 states: only {who} lead{'s' * (len(cycle.named) == 1)} there."
     if not found.tells_stability:
         return f"{apart} With two tangential directions it is not worked out whether they are stable."
     jumps = any(cycle.stability == "unknown" for cycle in found.limit_cycles)
@@ -150,7 +179,8 @@ def initial_states_in_words(found: InitialStateMap) -> str:
     """How many there are, and where."""
     centre = found.sampling.centre_is
     where = SAMPLED[found.sampling.sampler].format(centre=("the " if "safe" in centre else "") + centre)
-    return f"{len(found)} initial state{'s' * (len(found) != 1)} {where}"
+    states = found.sampling.states
+    return f"{states} initial state{'s' * (states != 1)} {where}"
 
 
 def percent_of_states(share: float) -> str:

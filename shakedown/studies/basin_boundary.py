@@ -50,8 +50,10 @@ def basin_boundary(found: InitialStateMap, *, halvings: int = 30) -> FloatArray:
     check_count("halvings", halvings)
     if found.sampling.sampler != Sampler.GRID:
         raise UsageError(f"basin boundary: expected a map on a grid, found sampler {found.sampling.sampler}")
-    side = found.sampling.side
-    basins = _basins(found, found.outcome, found.period, found.final_slip).reshape(side, side)
+    side, rest = found.sampling.side, found.sampled
+    basins = _basins(found, found.outcome[rest], found.period[rest], found.final_slip[rest]).reshape(
+        side, side
+    )
     number = np.arange(side**2).reshape(side, side)
     here, there = [], []
     for one, other in (
@@ -62,7 +64,7 @@ def basin_boundary(found: InitialStateMap, *, halvings: int = 30) -> FloatArray:
         here.append(number[one][differ])
         there.append(number[other][differ])
     start, end = np.concatenate(here), np.concatenate(there)
-    low, high = found.initial_slip[start], found.initial_slip[end]
+    low, high = (found.initial_slip[rest][which] for which in (start, end))
     kind = basins.ravel()[start]
     for _ in range(halvings if len(start) else 0):
         middle = 0.5 * (low + high)

@@ -31,7 +31,7 @@ from shakedown.studies.limit_cycles import (
 )
 from shakedown.studies.map_file import Columns
 from shakedown.studies.map_pieces import MapSearch
-from shakedown.studies.samplers import Sampler, Sampling
+from shakedown.studies.samplers import NAMED, Sampler, Sampling
 from shakedown.studies.slip_plane import SlipPlane, slip_plane
 
 
@@ -63,7 +63,9 @@ class InitialStateMap(Result):
     Attributes
     ----------
     sampling
-        Which initial states: ``sampling.slips(k, k + 1)`` gives number k again.
+        Which initial states. The first rows, as many as ``sampling.named`` has, are slip zero, the given
+        and the critical state; the others are sampled: ``sampling.slips(k, k + 1)`` gives number k of
+        them again. Shares and what is said over all states are those of the sampled ones.
     search
         How long-term states were searched for.
     initial_slip, final_slip : (s, dn)
@@ -105,12 +107,23 @@ class InitialStateMap(Result):
 
     def __repr__(self) -> str:
         return (
-            f"InitialStateMap(load_factor={self.load_factor:.6g}, states={len(self)}, "
+            f"InitialStateMap(load_factor={self.load_factor:.6g}, states={self.sampling.states}, "
             f"shakedown_fraction={self.shakedown_fraction:.4g}, limit_cycles={len(self.limit_cycles)})"
         )
 
     def __len__(self) -> int:
         return len(self.outcome)
+
+    @property
+    def sampled(self) -> slice:
+        """The rows of the states that are sampled; those before them have a name."""
+        return slice(len(self.sampling.named), None)
+
+    @property
+    def named(self) -> dict[str, str | None]:
+        """What becomes of slip zero, the given and the critical state; None of one that does not exist."""
+        found = dict(zip(self.sampling.named, map(str, self.outcome), strict=False))
+        return {name: found.get(name) for name in NAMED}
 
     @property
     def problem(self) -> Problem:
@@ -124,19 +137,18 @@ class InitialStateMap(Result):
 
     @cached_property
     def outcomes(self) -> dict[str, int]:
-        """The number of states per outcome, for every outcome that occurs."""
-        counts = {str(word): int(np.count_nonzero(self.outcome == word)) for word in Outcome}
-        return {word: count for word, count in counts.items() if count}
+        """The number of sampled states per outcome, for every outcome that occurs."""
+        return _counts(self.outcome[self.sampled])
 
     @property
     def undecided(self) -> int:
-        """How many states have no long-term state within the cycles allowed."""
+        """How many sampled states have no long-term state within the cycles allowed."""
         return self.outcomes.get(Outcome.UNDECIDED, 0)
 
     @property
     def shakedown_fraction(self) -> float:
-        """Share of the states that shake down, among all."""
-        return self.outcomes.get(Outcome.SHAKEDOWN, 0) / len(self)
+        """Share of the sampled states that shake down."""
+        return self.outcomes.get(Outcome.SHAKEDOWN, 0) / self.sampling.states
 
     @cached_property
     def interval(self) -> tuple[float, float]:
@@ -149,7 +161,7 @@ class InitialStateMap(Result):
             return np.nan, np.nan
         from scipy.stats import binomtest  # a slow import, not needed in every worker
 
-        shaken, states = self.outcomes.get(Outcome.SHAKEDOWN, 0), len(self)
+        shaken, states = self.outcomes.get(Outcome.SHAKEDOWN, 0), self.sampling.states
         low, high = (
             binomtest(count, states).proportion_ci(confidence_level=0.95, method="wilson")
             for count in (shaken, shaken + self.undecided)
@@ -158,13 +170,14 @@ class InitialStateMap(Result):
 
     @cached_property
     def dissipation_quartiles(self) -> FloatArray:
-        """Minimum, quartiles and maximum of the dissipation per cycle over all decided states, (5,)."""
-        return _quartiles(self.dissipation)
+        """Minimum, quartiles and maximum of the dissipation per cycle over decided sampled states, (5,)."""
+        return _quartiles(self.dissipation[self.sampled])
 
     @cached_property
     def dissipation_of(self) -> dict[str, FloatArray]:
         """Minimum, quartiles and maximum of the dissipation over the states of each outcome, (5,) each."""
-        return {word: _quartiles(self.dissipation[self.outcome == word]) for word in self.outcomes}
+        outcome, dissipation = self.outcome[self.sampled], self.dissipation[self.sampled]
+        return {word: _quartiles(dissipation[outcome == word]) for word in self.outcomes}
 
     @cached_property
     def scatter(self) -> Scatter:
@@ -180,7 +193,7 @@ class InitialStateMap(Result):
         met, unknown = self.slip_range < self.slip_below, np.isnan(self.slip_range)
         everywhere = None if (met | unknown).all() and unknown.any() else bool(met.all())
         largest = float(np.nanmax(self.slip_range)) if not unknown.all() else np.nan
-        return SlipShare(self.slip_below, everywhere, largest, float(met.mean()))
+        return SlipShare(self.slip_below, everywhere, largest, float(met[self.sampled].mean()))
 
     @property
     def looked_at_again(self) -> int:
@@ -193,7 +206,7 @@ class InitialStateMap(Result):
 
         A few of them, spread evenly over their numbers, are followed once more.
         """
-        undecided = np.flatnonzero(self.outcome == Outcome.UNDECIDED)
+        undecided = self.sampled.start + np.flatnonzero(self.outcome[self.sampled] == Outcome.UNDECIDED)
         return undecided_reasons(self.problem, self.load_factor, self.initial_slip, undecided, self.search)
 
     @cached_property
@@ -222,7 +235,7 @@ class InitialStateMap(Result):
 
     @property
     def admissible(self) -> NDArray[np.bool_]:
-        """Which initial slips keep all nodes closed and within their limits at the first load, (s,)."""
+        """Which initial slips keep all nodes closed and within their limits at the first load, by row."""
         return admissible(self.problem, self.load_factor, self.initial_slip, self.search.tolerances)
 
     @cached_property
@@ -236,7 +249,7 @@ class InitialStateMap(Result):
         return final_states(
             self.problem,
             self.load_factor,
-            self.outcomes,
+            _counts(self.outcome),
             self.limit_cycles,
             self.scatter,
             self.search.tolerances,
@@ -265,13 +278,14 @@ class InitialStateMap(Result):
         """Everything but the states themselves, for JSON."""
         document = {
             "load_factor": self.load_factor,
-            "states": len(self),
+            "named": self.named,
+            "states": self.sampling.states,
             "sampler": str(self.sampling.sampler),
             "seed": self.sampling.seed,
             "shakedown_fraction": self.shakedown_fraction,
             "interval": list(self.interval),
             "outcomes": self.outcomes,
-            "fractions": {word: count / len(self) for word, count in self.outcomes.items()},
+            "fractions": {word: count / self.sampling.states for word, count in self.outcomes.items()},
             "dissipation": self.dissipation_quartiles,
             "dissipation_of": self.dissipation_of,
             "limit_cycles": [_without_slips(cycle) for cycle in self.limit_cycles],
@@ -292,8 +306,14 @@ def basin_map(
 ) -> InitialStateMap:
     """The map made of the long-term states of all states of a sampling."""
     own = {key: columns[key] for key in InitialStateMap.__dataclass_fields__ if key in columns}
-    cycles = limit_cycles(chosen.problem, chosen.load_factor, columns, search)
+    cycles = limit_cycles(chosen.problem, chosen.load_factor, columns, search, tuple(chosen.named))
     return InitialStateMap(sampling=chosen, search=search, limit_cycles=cycles, slip_below=slip_below, **own)
+
+
+def _counts(outcome: NDArray[np.str_]) -> dict[str, int]:
+    """The number of states per outcome that occurs."""
+    counts = {str(word): int(np.count_nonzero(outcome == word)) for word in Outcome}
+    return {word: count for word, count in counts.items() if count}
 
 
 def _quartiles(values: FloatArray) -> FloatArray:

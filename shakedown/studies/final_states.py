@@ -81,13 +81,11 @@ def final_states(
     if undecided:
         verb = "is" if undecided == 1 else "are"
         return FinalStates(None, None, f"{undecided} of {states} states {verb} undecided, the others agree")
-    if states == 1:
-        return FinalStates(True, None, "one state tells nothing of others")
     if not cycles:
         if decided == [Outcome.SHAKEDOWN]:
             return FinalStates(True, True, f"all {states} states shake down with the same slips locked in")
         return FinalStates(True, None, "the body leaves the contact from every state")
-    if sum(cycle.count for cycle in cycles) < states:
+    if sum(cycle.count + len(cycle.named) for cycle in cycles) < states:
         return FinalStates(True, None, "from some states the body leaves the contact, the others agree")
     return FinalStates(True, True, f"all {states} states end in {_the_one(cycles[0])}")
 

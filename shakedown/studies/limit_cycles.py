@@ -107,7 +107,9 @@ class LimitCycle(Result):
     Attributes
     ----------
     count
-        How many states lead there.
+        How many of the sampled states lead there.
+    named
+        Which of the states with a name do.
     outcome
         Cyclic slip, ratchetting or separation.
     period
@@ -152,6 +154,7 @@ class LimitCycle(Result):
     final_slip: FloatArray
     spread: float = 0.0
     coincide: bool = True
+    named: tuple[str, ...] = ()
 
 
 class _Kind(NamedTuple):
@@ -177,6 +180,7 @@ class _Seen:
     load_factor: float
     columns: Columns
     search: MapSearch
+    named: tuple[str, ...]
 
     @property
     def still(self) -> float:
@@ -202,7 +206,7 @@ class _Seen:
 
 
 def limit_cycles(
-    problem: Problem, load_factor: float, columns: Columns, search: MapSearch
+    problem: Problem, load_factor: float, columns: Columns, search: MapSearch, named: tuple[str, ...] = ()
 ) -> tuple[LimitCycle, ...]:
     """The distinct limit cycles of a map, the most frequent first.
 
@@ -220,8 +224,10 @@ def limit_cycles(
         The states.
     search
         How long-term states were searched for.
+    named
+        Names of the first states.
     """
-    seen, found = _Seen(problem, load_factor, columns, search), list[LimitCycle]()
+    seen, found = _Seen(problem, load_factor, columns, search, named), list[LimitCycle]()
     for kind, rows in _by_kind(seen).items():
         continuum: list[tuple[_Examined, Rows]] = []
         while len(rows):
@@ -353,7 +359,8 @@ def _counted(seen: _Seen, one: _Examined, rows: Rows) -> LimitCycle:
     same_work = high - low <= seen.search.tolerances.same_cycle * high + seen.same_work
     return replace(
         one.cycle,
-        count=len(rows),
+        count=int(np.count_nonzero(rows >= len(seen.named))),
+        named=tuple(name for k, name in enumerate(seen.named) if k in rows),
         dissipation=(low, high),
         contact_sequences=len(np.unique(seen.columns["signature"][rows])),
         spread=scatter.spread,

@@ -40,7 +40,7 @@ def write_map(path: str | os.PathLike[str], journal: Journal, rows: int, setting
         Number of states in all.
     settings
         What the map is, as the JSON text of the key ``settings``. ``load_factor`` is one
-        number where all states have the same.
+        number where all states have the same, ``named`` the names of the first states at each load factor.
     """
     first = unpacked(next(journal.pieces()))
     single = settings["load_factors"] if len(settings["load_factors"]) == 1 else None
@@ -52,6 +52,7 @@ def write_map(path: str | os.PathLike[str], journal: Journal, rows: int, setting
                 else:
                     pieces = (unpacked(piece, key)[key] for piece in journal.pieces())
                     _write_column(archive, key, (rows, *sample.shape[1:]), sample.dtype, pieces)
+            _write(archive, "named", np.array(settings["named"]))
             _write(archive, "settings", np.array(json.dumps(settings, ensure_ascii=False)))
             archive.comment = SEAL + bytes(DIGITS)
         checksum = _checksum(file)
@@ -128,6 +129,7 @@ def finished_map(path: str | os.PathLike[str], settings: Mapping[str, Any], kind
             whole = _checksum(file) == file.read(DIGITS)
         columns = mapped_columns(path) if whole else {}
         found = json.loads(str(columns.pop("settings")))
+        del columns["named"]
     except (OSError, ValueError, KeyError, OverflowError, RecursionError, zipfile.BadZipFile):
         return None
     fits = found == json.loads(json.dumps(settings)) and kinds_of(columns) == kinds

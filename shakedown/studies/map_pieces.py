@@ -109,13 +109,21 @@ class MapPieces:
 
     @property
     def _per_load_factor(self) -> int:
-        return -(-self.samplings[0].states // self.size)
+        return 1 + -(-self.samplings[0].states // self.size)
+
+    def _part(self, number: int) -> tuple[Sampling, FloatArray]:
+        """The sampling that a piece belongs to, and its initial slips; the first has those with a name."""
+        which, part = divmod(number, self._per_load_factor)
+        chosen, rows = self.samplings[which], slice((part - 1) * self.size, part * self.size)
+        if part == 0:
+            return chosen, np.array(list(chosen.named.values()))
+        return chosen, self.slips[which][rows] if self.slips else chosen.slips(rows.start, rows.stop)
 
     def fits(self, number: int, piece: bytes) -> bool:
         """Whether a recorded piece holds the columns of as many states, at the load factor of its number."""
         which, part = divmod(number, self._per_load_factor)
         chosen = self.samplings[which]
-        rows = min(self.size, chosen.states - part * self.size)
+        rows = min(self.size, chosen.states - (part - 1) * self.size) if part else len(chosen.named)
         try:
             found = unpacked(piece)
         except ProblemError:
@@ -134,12 +142,11 @@ class MapPieces:
         }
 
     def __call__(self, number: int) -> bytes:
-        which, part = divmod(number, self._per_load_factor)
-        chosen, rows = self.samplings[which], slice(part * self.size, (part + 1) * self.size)
+        chosen, slips = self._part(number)
         found = long_term_states(
             chosen.problem,
             chosen.load_factor,
-            self.slips[which][rows] if self.slips else chosen.slips(rows.start, rows.stop),
+            slips,
             max_cycles=self.search.max_cycles,
             longest_period=self.search.longest_period,
             tolerances=self.search.tolerances,

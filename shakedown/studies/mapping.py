@@ -106,13 +106,14 @@ def initial_state_map(
     load_factor
         λ ≥ 0, or several: then a map is made at each of them where the sampler has states.
     states
-        Number of initial states at each load factor. A grid has the largest square
-        number up to it.
+        Number of initial states at each load factor, beside slip zero, the given and the critical state,
+        which every map begins with. A grid has the largest square number up to it.
     sampler
         How they are chosen, as described at :class:`Sampler`: ``"grid"``, ``"sobol"``,
         ``"latin"``, ``"ball"`` or ``"transients"``. The box of the first three has the
         safe slip in its middle, and as half-width the slips that one load step could
-        cause: (|q_w| + f |p_w|) / A_jj.
+        cause, (|q_w| + f |p_w|) / A_jj, or as much more as it takes to contain slip zero, the given
+        and the critical state, and what 16 random transients leave.
     seed
         Seed of what is random. State number k follows from the seed and k alone.
     coordinates
@@ -122,8 +123,8 @@ def initial_state_map(
         Size of the box, or of the ball, relative to that above.
     path
         Where to write all states (NPZ: ``initial_slip``, ``final_slip``, ``outcome``,
-        ``period``, ``dissipation``, ``load_factor``, and what the limit cycles follow
-        from). Until the map is whole its pieces are recorded beside it, in
+        ``period``, ``dissipation``, ``load_factor``, ``named``, the names of the first states, and what
+        the limit cycles follow from). Until the map is whole its pieces are recorded beside it, in
         ``PATH.partial``, which is valid after a kill at any instant. The result's arrays
         then stay on the disk; while statistics are taken, memory holds some 25
         bytes of each state, and no slips.
@@ -157,7 +158,7 @@ def initial_state_map(
     >>> import shakedown
     >>> found = initial_state_map(shakedown.example("two-node"), 0.7, states=64)
     >>> found
-    InitialStateMap(load_factor=0.7, states=64, shakedown_fraction=0.8594, limit_cycles=1)
+    InitialStateMap(load_factor=0.7, states=64, shakedown_fraction=0.8438, limit_cycles=1)
     >>> cycle = found.limit_cycles[0]
     >>> cycle.slipping_nodes, cycle.period, cycle.stability
     ((1,), 1, 'border')
@@ -196,7 +197,7 @@ def initial_state_map(
     if workers is None and (work.little or (work.for_threads and scheduler is None)):
         workers, work = 1, replace(work, threads=all_cores() if work.for_threads else 1)
     columns = _columns(work, target, resume, Crew(workers, scheduler), progress)
-    each = chosen[0].states
+    each = chosen[0].rows
     maps = tuple(
         basin_map(
             one,
@@ -217,7 +218,7 @@ def _columns(
     progress: Callable[[int, int], None] | None,
 ) -> Columns:
     """All states of all load factors, done now or before; on the disk where they have a file."""
-    settings, rows = _settings(work), len(work.samplings) * work.samplings[0].states
+    settings, rows = _settings(work), len(work.samplings) * work.samplings[0].rows
     header = {key: json.dumps(value) for key, value in settings.items()} | {"piece": str(work.size)}
     record = None if target is None else Path(record_beside(target))
     if resume and target is not None and record is not None and not record.exists():
@@ -250,6 +251,7 @@ def _settings(work: MapPieces) -> dict[str, Any]:
         "sampler": str(first.sampler),
         "seed": first.seed,
         "states": first.states,
+        "named": list(first.named),
         "coordinates": list(first.coordinates),
         "reach": first.reach,
         "max_cycles": work.search.max_cycles,

@@ -8,19 +8,23 @@ from math import isqrt
 import numpy as np
 
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
+from shakedown.bounds.named_start import named_start
 from shakedown.bounds.safe_slip import safe_slip
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.argument_kinds import check_count, check_seed
-from shakedown.ground.errors import UsageError
+from shakedown.ground.errors import Missing, UsageError, allowed
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import short
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import is_finite
+from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import slip_reach
 from shakedown.joint.problem import Problem
 from shakedown.long_term.passage import slip_after_transient
 
 MOST_STATES = 100_000_000  # in one map: a day for a small joint, 2.5 GB kept for the statistics
+LEFT_BEHIND = 16  # random transients of which a box contains what they leave
+NAMED = {"zero": "zero", "given": "given", "critical": "witness"}  # name in a map, and of ``named_start``
 BLOCK = 64  # states that share one stream of random numbers, or are recorded together
 
 
@@ -51,14 +55,14 @@ class Sampler(StrEnum):
 
 @dataclass(frozen=True)
 class Sampling:
-    """The initial states of a map at one load factor.
+    """The initial states of a map at one load factor: those with a name, and those that are sampled.
 
     Attributes
     ----------
     problem, load_factor
         The joint and λ.
     sampler, seed, states
-        How they are chosen, the seed of what is random, and how many there are.
+        How they are sampled, the seed of what is random, and how many there are.
     coordinates
         Places of the two slips that a grid runs over, and a picture shows: in the plane the nodes.
     centre : (dn,)
@@ -73,6 +77,8 @@ class Sampling:
         The energy ball of this load factor.
     tolerances
         For the transients.
+    named
+        The first states of the map (:func:`named_states`).
     """
 
     problem: Problem = field(repr=False)
@@ -87,6 +93,12 @@ class Sampling:
     reach: float
     ball: EnergyBall = field(repr=False)
     tolerances: Tolerances = field(default=DEFAULT, repr=False)
+    named: dict[str, FloatArray] = field(default_factory=dict, repr=False)
+
+    @property
+    def rows(self) -> int:
+        """States in all."""
+        return len(self.named) + self.states
 
     @property
     def side(self) -> int:
@@ -101,7 +113,7 @@ class Sampling:
         return f"radius {self.ball.radius:g} ({self.ball.reason})"
 
     def slips(self, start: int, stop: int) -> FloatArray:
-        """The initial slips of the states numbered start … stop − 1, (stop − start, dn) [length]."""
+        """The initial slips of the sampled states start … stop − 1, (stop − start, dn) [length]."""
         stop = min(stop, self.states)
         if self.sampler == Sampler.GRID:
             return _grid(self, start, stop)
@@ -146,8 +158,12 @@ def sampling(
     if not (is_finite(reach) and reach > 0):
         raise UsageError(f"reach: expected a number > 0, found {reach!r}")
     centre, centre_is = _centre(problem, load_factor, tolerances)
+    half_width = slip_reach(problem, load_factor)
+    if sampler in (Sampler.GRID, Sampler.SOBOL, Sampler.LATIN):
+        contained = [*named_states(problem).values(), *_left_behind(problem, load_factor, tolerances)]
+        half_width = np.maximum(half_width, np.abs(np.array(contained) - centre).max(axis=0))
     with np.errstate(over="ignore"):
-        half_width = reach * slip_reach(problem, load_factor)
+        half_width = reach * half_width
     if not np.isfinite(half_width).all():
         raise UsageError(
             f"reach: expected slips in the range of numbers, found a box {reach:g} times as large"
@@ -165,10 +181,38 @@ def sampling(
         reach=float(reach),
         ball=energy_ball(problem, load_factor, tolerances=tolerances),
         tolerances=tolerances,
+        named=named_states(problem),
     )
     if sampler == Sampler.GRID:
         return replace(chosen, states=chosen.side**2)
     return chosen
+
+
+@once_per_problem
+def named_states(problem: Problem) -> dict[str, FloatArray]:
+    """The states that every map begins with, each (dn,) [length].
+
+    ``"zero"``: slip zero; ``"given"``: the first initial slip of the problem, where it has one;
+    ``"critical"``: the critical slip state of the first collapse, where there is one, in the plane.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> [list(named_states(shakedown.example(name))) for name in ("two-node", "two-node-3d")]
+    [['zero', 'critical'], ['zero']]
+    """
+    found = {name: allowed(named_start, problem, 0.0, word) for name, word in NAMED.items()}
+    return {name: slip for name, slip in found.items() if not isinstance(slip, Missing)}
+
+
+def _left_behind(problem: Problem, load_factor: float, tolerances: Tolerances) -> list[FloatArray]:
+    """Slips that some random transients leave, as the sampler of that name draws them."""
+    generator = np.random.default_rng(0)
+    left = [
+        slip_after_transient(problem, load_factor, generator, tolerances=tolerances)
+        for _ in range(LEFT_BEHIND)
+    ]
+    return [slip for slip in left if np.isfinite(slip).all()]
 
 
 def require_ball(chosen: Sampling) -> Sampling:

@@ -48,7 +48,7 @@ def test_a_map_says_from_how_many_states_it_holds(tmp_path):
     expected = [shakedown.simulate(joint, 0.7, start, slip_below=0.1).slip_criterion for start in starts]
     assert ranges.tolist() == [one.largest for one in expected]
     assert criterion == {
-        "below": 0.1, "met": False, "largest": ranges.max(), "met_fraction": np.mean([one.met for one in expected]),
+        "below": 0.1, "met": False, "largest": ranges.max(), "met_fraction": np.mean([one.met for one in expected[2:]]),
     }  # fmt: skip
     assert 0 < criterion["met_fraction"] < 1
     again = document(

@@ -104,11 +104,6 @@ def test_a_body_that_walks_does_one_and_the_same_from_every_state():
     assert "but for the drift" in found.evidence
 
 
-def test_one_state_tells_nothing_of_others():
-    found = shakedown.initial_state_map(JOINT, 0.6, states=1)
-    assert found.unique is None
-
-
 BREATHING = [[1.0, 1.0], [-1.0, 1.0], [-2.0, 1.0], [-1.0, 1.0]]
 
 

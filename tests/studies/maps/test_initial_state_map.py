@@ -57,7 +57,8 @@ def test_admissible_states_cycle_beyond_the_apex_line(found):
 
 def test_the_slip_locked_in_selects_the_limit_cycle(found):
     (cycle,) = found.limit_cycles
-    assert cycle.count == (found.outcome == "cyclic-slip").sum()
+    assert cycle.count == (found.outcome[2:] == "cyclic-slip").sum()
+    assert cycle.named == ("critical",)
     assert (cycle.period, cycle.slipping_nodes, cycle.stability) == (1, (1,), "border")
     assert np.abs(cycle.multipliers).max() == pytest.approx(1.0, abs=1e-9)
     moving = found.dissipation[found.outcome == "cyclic-slip"]
@@ -67,15 +68,47 @@ def test_the_slip_locked_in_selects_the_limit_cycle(found):
     assert "some states shake down and others do not" in found.evidence
 
 
+def test_slip_zero_and_the_critical_state_are_followed_first_and_are_not_in_the_share():
+    """A bar on inclined feet: it shakes down from slip zero, not from the critical state (2 of 1,000 by chance)."""
+    phase = 2 * np.pi * np.arange(48) / 48
+    zero = np.zeros(48)
+    bar = shakedown.Problem(
+        A=[[12e3, -10e3], [-10e3, 12e3]], B=[[4e3, 0.0], [-1e3, 6e3]], C=np.diag([5e4, 5e4]), f=0.3,
+        q_w=np.stack([zero, -500 - 1000 * np.cos(phase)], axis=1),
+        p_w=np.stack([zero + 3000, 5000 + 800 * np.sin(phase)], axis=1),
+    )  # fmt: skip
+    found = shakedown.initial_state_map(bar, 1.45, states=BLOCK)
+    assert found.named == {"zero": "shakedown", "given": None, "critical": "cyclic-slip"}
+    assert found.dissipation[1] == pytest.approx(13.8665, abs=1e-4)
+    assert (found.shakedown_fraction, found.outcomes) == (1.0, {"shakedown": BLOCK})
+    assert found.same_outcome is False
+    assert [(cycle.count, cycle.named) for cycle in found.limit_cycles] == [(0, ("critical",))]
+    assert found.to_dict()["named"] == found.named
+
+
+@pytest.mark.parametrize("name", ["three-node", "block-9", "two-node-3d", "one-node"])
+def test_named_states_are_those_of_a_single_run_each(name):
+    joint, load_factor = shakedown.example(name), 0.9
+    found = shakedown.initial_state_map(joint, load_factor, states=2)
+    words = {"zero": "zero", "given": "given", "critical": "witness"}
+    assert list(found.named) == list(words)
+    for k, (word, outcome) in enumerate((w, o) for w, o in found.named.items() if o is not None):
+        slip = shakedown.bounds.named_start.named_start(joint, load_factor, words[word])
+        np.testing.assert_array_equal(found.initial_slip[k], slip)
+        assert outcome == shakedown.long_term_state(joint, load_factor, slip).outcome
+    assert (found.named["given"] is None) == (joint.initial_slip is None)
+    assert (found.named["critical"] is None) == (joint.directions == 2)
+
+
 def test_numbers_over_all_states(found):
-    shaken = (found.outcome == "shakedown").sum()
+    shaken = (found.outcome[found.sampled] == "shakedown").sum()
     assert found.shakedown_fraction == shaken / 256
     p, z, n = shaken / 256, 1.959963984540054, 256
     middle, half = p + z**2 / (2 * n), z * np.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
     expected = np.array([middle - half, middle + half]) / (1 + z**2 / n)
     np.testing.assert_allclose(found.interval, expected, rtol=1e-9)
     np.testing.assert_allclose(
-        found.dissipation_quartiles, np.percentile(found.dissipation, [0, 25, 50, 75, 100])
+        found.dissipation_quartiles, np.percentile(found.dissipation[2:], [0, 25, 50, 75, 100])
     )
     document = found.to_dict()
     assert document["states"] == 256
@@ -85,16 +118,16 @@ def test_numbers_over_all_states(found):
 
 def test_undecided_states_count_against_both_ends(found):
     some = found.outcome.copy()
-    some[:10] = "undecided"
+    some[2:12] = "undecided"
     doubted = replace(found, outcome=some)
-    shaken = (some == "shakedown").sum()
+    shaken = (some[2:] == "shakedown").sum()
     assert doubted.undecided == 10
     assert doubted.interval[0] < shaken / 256 < (shaken + 10) / 256 < doubted.interval[1]
 
 
 def test_a_grid_has_no_confidence_interval():
     grid = shakedown.initial_state_map(JOINT, 0.7, states=30, sampler="grid")
-    assert len(grid) == 25
+    assert (grid.sampling.states, len(grid)) == (25, 27)
     assert np.isnan(grid.interval).all()
 
 
@@ -135,9 +168,10 @@ def test_units_change_nothing(found, factor):
         **{key: factor * getattr(JOINT, key) for key in ("A", "B", "C", "q_w", "p_w")},
     )
     states = shakedown.initial_state_map(scaled, 0.7, states=BLOCK, seed=1)
-    np.testing.assert_array_equal(states.outcome, found.outcome[:BLOCK])
-    np.testing.assert_array_equal(states.signature, found.signature[:BLOCK])
-    np.testing.assert_allclose(states.dissipation, factor * found.dissipation[:BLOCK], rtol=1e-9)
+    first = slice(2 + BLOCK)
+    np.testing.assert_array_equal(states.outcome, found.outcome[first])
+    np.testing.assert_array_equal(states.signature, found.signature[first])
+    np.testing.assert_allclose(states.dissipation, factor * found.dissipation[first], rtol=1e-9)
     assert states.limit_cycles[0].stability == "border"
 
 
@@ -165,7 +199,7 @@ def test_a_load_factor_without_energy_ball_costs_the_others_nothing(tmp_path):
     alone = shakedown.initial_state_map(JOINT, 0.65, states=BLOCK, sampler="ball")
     np.testing.assert_array_equal(maps.maps[1].final_slip, alone.final_slip)
     with np.load(tmp_path / "map.npz") as file:
-        np.testing.assert_array_equal(file["load_factor"], np.repeat([0.6, 0.65], BLOCK))
+        np.testing.assert_array_equal(file["load_factor"], np.repeat([0.6, 0.65], 2 + BLOCK))
     again = shakedown.initial_state_map(JOINT, [0.6, 0.8, 0.65], resume=True, **words)
     assert again.to_dict() == maps.to_dict()
     with pytest.raises(shakedown.UsageError, match=r"a finite energy ball at load factor 0\.8"):

@@ -32,15 +32,16 @@ def test_the_file_holds_every_state(tmp_path):
     on_disk = mapped(path, 70)
     in_memory = shakedown.initial_state_map(JOINT, 0.7, states=70)
     with np.load(path, allow_pickle=False) as file:
-        shapes = {key: file[key].shape for key in KEYS}
+        shapes, names = {key: file[key].shape for key in KEYS}, file["named"].tolist()
         for key in KEYS[:-1]:
             np.testing.assert_array_equal(file[key], getattr(in_memory, key))
             np.testing.assert_array_equal(file[key], getattr(on_disk, key))
         assert file["load_factor"] == 0.7
     assert shapes == {
-        "initial_slip": (70, 2), "final_slip": (70, 2), "outcome": (70,), "period": (70,),
-        "dissipation": (70,), "load_factor": (),
+        "initial_slip": (72, 2), "final_slip": (72, 2), "outcome": (72,), "period": (72,),
+        "dissipation": (72,), "load_factor": (),
     }  # fmt: skip
+    assert names == ["zero", "critical"]
     assert isinstance(on_disk.final_slip, np.memmap)
     assert on_disk.to_dict()["limit_cycles"] == in_memory.to_dict()["limit_cycles"]
     assert [entry.name for entry in tmp_path.iterdir()] == ["map.npz"]
@@ -56,7 +57,7 @@ def test_a_map_that_is_whole_is_not_made_again(tmp_path, monkeypatch):
         with pytest.raises(TypeError):
             mapped(path, 70, resume=True, seed=1)
     assert not (tmp_path / "map.npz.partial").exists()  # it ended before its first piece
-    assert mapped(path, 71, resume=True).initial_slip.shape == (71, 2)
+    assert mapped(path, 71, resume=True).initial_slip.shape == (73, 2)
     path.write_bytes(b"something else")
     mapped(path, 70, resume=True)
     assert path.read_bytes() == bytes_before
@@ -165,8 +166,8 @@ def test_several_load_factors_are_rows_below_each_other(tmp_path):
     path = tmp_path / "map.npz"
     maps = shakedown.initial_state_map(JOINT, [0.7, 0.8], states=65, path=path)
     with np.load(path) as file:
-        np.testing.assert_array_equal(file["load_factor"], np.repeat([0.7, 0.8], 65))
-        np.testing.assert_array_equal(file["final_slip"][65:], maps.maps[1].final_slip)
+        np.testing.assert_array_equal(file["load_factor"], np.repeat([0.7, 0.8], 67))
+        np.testing.assert_array_equal(file["final_slip"][67:], maps.maps[1].final_slip)
 
 
 @pytest.fixture
@@ -233,5 +234,5 @@ def test_on_a_cluster_the_bytes_are_the_same(tmp_path):
     ) as cluster:
         address = cluster.scheduler_address
         mapped(tmp_path / "cluster.npz", 64, scheduler=address, progress=lambda *done: calls.append(done))
-    assert calls[-1] == (4, 4)
+    assert calls[-1] == (5, 5)  # the named states are one
     assert digest(tmp_path / "cluster.npz") == digest(tmp_path / "whole.npz")

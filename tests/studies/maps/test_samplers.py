@@ -32,6 +32,17 @@ def test_a_box_is_about_the_safe_slip_and_filled(sampler):
     np.testing.assert_allclose((place**2).mean(axis=0), 1.0 / 3.0, atol=0.03)
 
 
+@pytest.mark.parametrize("name", ["two-node", "two-attractors", "block-9", "two-node-3d"])
+@pytest.mark.parametrize("sampler", [Sampler.GRID, Sampler.SOBOL, Sampler.LATIN])
+def test_a_box_contains_the_named_states_and_what_loads_leave_behind(name, sampler):
+    joint = shakedown.example(name)
+    chosen = sampling(joint, 1.1, sampler, states=16)
+    left = sampling(joint, 1.1, Sampler.TRANSIENTS, states=4).slips(0, 4)
+    for slip in chosen.named.values():
+        assert (np.abs(slip - chosen.centre) <= chosen.half_width * (1 + 1e-12)).all()
+    assert (np.abs(left - chosen.centre) <= 1.5 * chosen.half_width).all()
+
+
 def test_states_of_a_ball_are_uniform_in_it():
     chosen = sampling(JOINT, 0.7, Sampler.BALL, states=4000, reach=1.5)
     share = chosen.ball.distance(chosen.slips(0, 4000)) / chosen.ball.radius
