@@ -33,11 +33,13 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from shakedown.ground.argument_kinds import check_fields
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.places import strips
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.condensation.node_coupling import rigid_rows
 
 IntArray = NDArray[np.intp]
 AXES = "xyz"
+CLOCKWISE = np.array([[0.0, -1.0], [1.0, 0.0]])  # normals times it are tangents with the body on their left
 ELEMENTS = {
     MeshQuad: (ElementQuad1, ElementQuad2),
     MeshTri: (ElementTriP1, ElementTriP2),
@@ -264,8 +266,9 @@ class ElasticBody:
     def normals_on(self, boundary: str) -> tuple[IntArray, FloatArray]:
         """Nodes of a named boundary, (n,), and unit normals into the body there, (n, 2) or (n, 3).
 
-        The nodes of a plane body are in order along the boundary, those of a solid in the order of their
-        numbers. Where facets meet, the normal is the mean of theirs, weighted by length (of a solid by area).
+        The nodes of a plane body are in order along the boundary, from edge to edge with the body on the
+        left, those of a solid in the order of their numbers. Where facets meet, the normal is the mean of
+        theirs, weighted by length (of a solid by area).
         """
         basis = self.facet_basis(boundary)
         outward, weight = np.asarray(basis.normals), np.zeros((self.basis.N, self.dimension))
@@ -276,10 +279,17 @@ class ElasticBody:
         normals = weight[rows] / np.linalg.norm(weight[rows], axis=1)[:, None]
         if self.dimension == 3:
             return self.dofs[rows, 0], normals
-        mean = weight[rows].sum(axis=0)
-        place = self.basis.doflocs[:, rows].T @ np.array([mean[1], -mean[0]])
-        order = np.argsort(place)
+        order = np.concatenate(self.strips(boundary, self.dofs[rows, 0], normals))
         return self.dofs[rows[order], 0], normals[order]
+
+    def strips(self, boundary: str, nodes: IntArray, normals: FloatArray) -> list[IntArray]:
+        """Some nodes of a plane body's boundary, in order, as :func:`~shakedown.joint.places.strips`."""
+        position = dict(zip(nodes.tolist(), range(len(nodes)), strict=True))
+        edges = [
+            [position[label] for label in set(self.dofs[rows, 0].tolist()) if label in position]
+            for rows in (self.basis.get_dofs(np.array([facet])).flatten() for facet in self.facets(boundary))
+        ]
+        return strips(self.positions(nodes), normals @ CLOCKWISE, edges)
 
     def areas_on(self, boundary: str, nodes: IntArray) -> FloatArray:
         """The area of a named boundary that each node stands for: ∫ N_j ds times the thickness, (n,)."""

@@ -19,7 +19,7 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import node_numbers, real_array
 from shakedown.joint.loading import with_initial_gap
-from shakedown.joint.places import bearing_no_pressure, without_cancelled
+from shakedown.joint.places import arc_lengths, bearing_no_pressure, without_cancelled
 from shakedown.joint.problem import Problem
 from shakedown.models.condensation.condense import Condensation, condensed_stiffness
 from shakedown.models.condensation.contact_frame import node_names
@@ -115,9 +115,12 @@ def contact_problem(
     cases, closing = without_closing(joint.cases(steps, modal), steps)
     frame = joint.reduced.frame
     plane = frame.directions == 1
-    x = _along(joint.place) if plane else patch_positions(joint.place, frame.normals, tangent)
-    bare = joint.reduced.problem(cases, f, x=x, name=name, units=units)
     own, label = joint.numbers.reshape(frame.n, -1)[:, 0], node_names(joint.numbers)
+    if plane:
+        x = arc_lengths(joint.place, frame.tangents, body.strips(boundary, own, frame.normals))
+    else:
+        x = patch_positions(joint.place, frame.normals, tangent)
+    bare = joint.reduced.problem(cases, f, x=x, name=name, units=units)
     area = joint.areas(body.areas_on(boundary, own), own, body.thickness)
     made = replace(
         bare,
@@ -331,6 +334,8 @@ def _assembled(given: _Bodies, tangent: ArrayLike | None, announce: Callable[[st
     dofs = np.vstack([b.dofs + k * shift for k, b in enumerate(bodies)])
     if coupling is not None:
         kept = kept[np.isin(nodes[kept], coupling.labels)]
+    if body.dimension == 2:
+        kept = kept[np.concatenate(body.strips(boundary, nodes[kept], normals[kept]))]
     *starts, size = np.cumsum([0, *(b.basis.N for b in bodies)])
     K = sparse.block_diag([b.stiffness for b in bodies], format="csr")
     pulled = tuple((bolt, bolt.shortening(tuple(bodies), tuple(starts), size)) for bolt in bolts)
@@ -438,8 +443,3 @@ def _not_held(body: ElasticBody, nodes: IntArray) -> IntArray:
     if kept.size == 0:
         raise ProblemError("contact: expected contact nodes that can move, found all of them held")
     return kept
-
-
-def _along(place: FloatArray) -> FloatArray:
-    """Distance along the contact from its first node [length]."""
-    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(place, axis=0).T))])

@@ -78,6 +78,9 @@ class Surface:
         for part in self.parts:
             if len(part) > 1:
                 found[part] = KDTree(self.points[part]).query(self.points[part], k=2)[0][:, 1]
+        for part, closing in zip(self.parts, self.rings, strict=False):  # patches in space have no rings
+            if closing:
+                found[part[[0, -1]]] = np.minimum(found[part[[0, -1]]], closing)
         return found
 
 
@@ -131,12 +134,23 @@ def _line(problem: Problem, points: FloatArray) -> Surface | None:
 
 
 def _closing(problem: Problem, part: IntArray) -> float:
-    """The step from the last node of a ring to its first; 0 where the strip has ends."""
+    """The step from the last node of a ring to its first; 0 where the strip has ends.
+
+    Areas tell a ring from an arc whose ends are near: they include that step, or do not.
+    """
     if problem.coordinates is None or len(part) < NEIGHBOURS:
         return 0.0
     place = problem.coordinates[part]
     steps = np.linalg.norm(place - np.roll(place, 1, axis=0), axis=1)
-    return float(steps[0]) if steps[0] <= GAP * steps[1:].max() else 0.0
+    if not 0 < steps[0] <= GAP * steps[1:].max():
+        return 0.0
+    if problem.node_area is not None:
+        area, length = problem.node_area[part], (steps + np.roll(steps, -1)) / 2
+        ends, beside = [0, -1], [1, 2, -3, -2]
+        thickness = area[beside].sum() / length[beside].sum()
+        if area[ends].sum() < thickness * (length[ends].sum() - steps[0] / 4):
+            return 0.0
+    return float(steps[0])
 
 
 def _patches(problem: Problem, points: FloatArray) -> Surface | None:

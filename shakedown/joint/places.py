@@ -1,18 +1,20 @@
 """The nodes of a problem in the model it was made from: areas, directions, faces."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.tolerances import DEFAULT
 
 IntArray = NDArray[np.intp]
 NONE = -1  # in the last column of a triangle
 ACROSS = 2.0  # times the usual size of a triangle: a larger one lies across a hole, or a gap between patches
+APART = 3.0  # longest steps between strips: far enough to be told from the steps within one
 NOT_NEGATIVE = {"node_area": ("areas", "node"), "load_amplitude": ("amplitudes", "load")}
 DIRECTIONS = ("normal", "tangent", "tangents")
 
@@ -113,6 +115,85 @@ def split_face(corners: Sequence[int], others: Sequence[int], place: FloatArray)
         return [(corners[k], sides[k], within[0], sides[k - 1]) for k in range(c)]
     tips = [(corners[k], sides[k], sides[k - 1], NONE) for k in range(c)]
     return [*tips, (*sides, NONE)[:4]]
+
+
+def strips(
+    places: FloatArray, tangents: FloatArray, edges: Iterable[Sequence[int]] | None = None
+) -> list[IntArray]:
+    """The nodes of a plane contact, strip by strip, in order along it.
+
+    Parameters
+    ----------
+    places, tangents : (n, 2) or (n, 3)
+        Positions, and unit vectors towards which the order leads. A strip may turn by any angle.
+    edges
+        Nodes of every edge of the contact, in any order. Where they are not known, nodes are sorted along the
+        mean tangent if all tangents lead that way, else each is followed by the nearest one ahead of it.
+
+    Returns
+    -------
+    list of arrays
+        A closed strip begins with its lowest number. Strips are sorted along the mean tangent, where there
+        is one, else by their lowest numbers.
+
+    Examples
+    --------
+    >>> around = np.array([[1.0, 0.0], [-0.5, -0.8], [-0.5, 0.8]])
+    >>> ahead = np.array([[0.0, 1.0], [0.8, -0.5], [-0.8, -0.5]])
+    >>> strips(around, ahead, [(0, 1), (1, 2), (2, 0)])[0].tolist()
+    [0, 2, 1]
+    """
+    mean = tangents.sum(axis=0)
+    if edges is None and (tangents @ mean > 0).all():
+        return [np.argsort(places @ mean, kind="stable")]
+    after = dict(_nearest_ahead(places, tangents)) if edges is None else dict[int, int]()
+    for edge in (np.array(nodes, dtype=np.intp) for nodes in edges or ()):
+        after |= pairwise(edge[np.argsort(places[edge] @ tangents[edge].sum(axis=0))].tolist())
+    begins = sorted(set(range(len(places))).difference(after.values()))
+    found, left = list[IntArray](), dict.fromkeys([*begins, *range(len(places))])
+    while left:
+        strip, node = [], next(iter(left))
+        while node in left:
+            del left[node]
+            strip.append(node)
+            node = after.get(node, node)
+        found.append(np.array(strip))
+    if np.linalg.norm(mean) <= SIX_DIGITS * len(places):
+        return found
+    at = np.array([places[strip].mean(axis=0) @ mean for strip in found])
+    unit = float(np.linalg.norm(mean) * np.ptp(places, axis=0).max()) or 1.0
+    return [found[k] for k in np.argsort(np.round(at / unit, 6), kind="stable")]
+
+
+def _nearest_ahead(places: FloatArray, tangents: FloatArray) -> Iterable[tuple[int, int]]:
+    """Pairs of nodes: the second is the nearest ahead of the first, the first the nearest behind it."""
+    apart = places[None] - places[:, None]
+    distance = np.linalg.norm(apart, axis=2)
+    alike = tangents @ tangents.T > 0
+    ahead, behind = (
+        np.where(alike & (sign * np.einsum("ijc,ic->ij", apart, tangents) > distance / 2), distance, np.inf)
+        for sign in (1, -1)
+    )
+    for node, (after, far) in enumerate(zip(ahead.argmin(axis=1), ahead.min(axis=1), strict=True)):
+        if np.isfinite(far) and behind[after].argmin() == node:
+            yield node, int(after)
+
+
+def arc_lengths(places: FloatArray, tangents: FloatArray, found: Sequence[IntArray]) -> FloatArray:
+    """Distances along strips from the first node, (n,) [length]; where they turn, strips lie well apart.
+
+    Examples
+    --------
+    >>> arc_lengths(np.array([[0.0, 0.0], [3.0, 4.0], [3.0, 5.0]]), np.eye(3, 2), [np.arange(3)]).tolist()
+    [0.0, 5.0, 6.0]
+    """
+    order, ends = np.concatenate(found), np.cumsum([len(strip) for strip in found])[:-1] - 1
+    steps = np.linalg.norm(np.diff(places[order], axis=0), axis=1)
+    if (np.ptp(tangents, axis=0) > SIX_DIGITS).any():
+        steps[ends] = np.maximum(steps[ends], APART * np.delete(steps, ends).max(initial=0.0))
+    x = np.empty(len(places))
+    x[order] = np.append(0.0, np.cumsum(steps))
+    return x
 
 
 def without_cancelled(area: FloatArray) -> FloatArray:

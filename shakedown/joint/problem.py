@@ -80,8 +80,10 @@ class Problem(ReadOnly):
     initial_slip : (dn,) or (s, dn), optional
         Initial states to verify [length]; stored as (s, dn).
     x : (n,), optional
-        Node positions along the contact [length], for plots only; with two directions
-        (n, 2) or (n, 3) as well.
+        Node positions along the contact [length], for pictures and meshes; with two directions
+        (n, 2) or (n, 3) as well. A contact in the plane may turn by any angle. It is closed where
+        ``coordinates`` have the last node beside the first and, where areas are known, these include the
+        step between the two.
     coordinates : (n, 3), optional
         Where the nodes are in the model that the problem was made from [length].
     normal, tangent : (n, 3), optional

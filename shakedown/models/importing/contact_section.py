@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.joint.places import arc_lengths, strips
 from shakedown.models.condensation.contact_frame import SPACE, check_unique, node_names
 from shakedown.models.condensation.coupled_frame import hat_areas
 from shakedown.models.condensation.node_coupling import NodeCoupling
@@ -18,6 +20,7 @@ from shakedown.models.importing.contact_nodes import contact_nodes, coupled_surf
 from shakedown.models.importing.initial_gap import InitialGap, initial_gap
 from shakedown.models.importing.model_section import Model
 from shakedown.models.readers.input_files import InputFiles
+from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.toml_table import TomlTable, is_number, shown
 
 Friction = FloatArray | Mapping[str, float]  # () or (n,), or a coefficient for each node set
@@ -212,7 +215,7 @@ def contact_section(
     table.done()
     if contact.relative:
         _check_relative(contact, model, table.where)
-    placed = _placed(contact, table.where) if found.axes != SPACE else _on_patch(contact)
+    placed = _placed(contact, model.mesh, table.where) if found.axes != SPACE else _on_patch(contact)
     return replace(placed, gap=_gap_of(placed, gap, model, table.where))
 
 
@@ -284,25 +287,27 @@ def _check_relative(contact: ContactSection, model: Model, where: str) -> None:
                 )
 
 
-def _placed(contact: ContactSection, where: str) -> ContactSection:
+def _placed(contact: ContactSection, mesh: Mesh | None, where: str) -> ContactSection:
     """The nodes in order along the contact, where sets named them, with their positions."""
-    if contact.coordinates is None:
+    if contact.coordinates is None or mesh is None:
         return contact
-    plane = contact.coordinates[:, [contact.axes[0] - 1, contact.axes[1] - 1]]
-    unit = contact.normals / np.maximum(np.hypot(*contact.normals.T), np.finfo(float).tiny)[:, None]
-    tangent = np.array([unit[:, 1].mean(), -unit[:, 0].mean()])
-    along = plane @ tangent
-    sort = contact.sorted_by_place
-    order = np.argsort(along, kind="stable") if sort else np.arange(len(along))
     check_order(contact, where, {"x": contact.x, "gap": contact.gap})
-    size = np.hypot(*tangent)
-    x = along[order] / size if contact.x is None and size > 0 else contact.x
+    units, places = contact.unit_normals, contact.coordinates
+    across = np.cross(*np.eye(3)[[axis - 1 for axis in contact.axes]])
+    tangents, edges = np.cross(units, across), mesh.edges(contact.first, contact.surface)
+    found = strips(places, tangents, edges)
+    x, mean = contact.x, tangents.mean(axis=0)
+    if x is None and (np.abs(tangents - mean) <= SIX_DIGITS).all():
+        x = places @ mean / np.linalg.norm(mean)
+    elif x is None:
+        x = arc_lengths(places, tangents, found)
+    order = np.concatenate(found) if contact.sorted_by_place else np.arange(len(x))
     return replace(
         contact,
         labels=contact.labels[order],
         normals=contact.normals[order],
-        x=x,
-        coordinates=contact.coordinates[order],
+        x=x[order] if contact.x is None else x,
+        coordinates=places[order],
         area=None if contact.area is None else contact.area[order],
     )
 

@@ -283,6 +283,17 @@ class Mesh:
         faces = [(face, set(self.elements[e][1][: self._count(e)])) for e, face in self.boundary(wanted)]
         return [tuple(node for node in face if node in own) for face, own in faces]
 
+    def edges(self, labels: ArrayLike, surface: str | None = None) -> list[list[int]] | None:
+        """Positions among the nodes, for every edge of a plane element as :meth:`normals` takes them.
+
+        None where there are none, or faces of solids.
+        """
+        wanted = {int(label): k for k, label in enumerate(np.asarray(labels).ravel())}
+        found = list(self.boundary(set(wanted), surface))
+        if not found or any(self.elements[element][0] in SOLIDS for element, _ in found):
+            return None
+        return [[wanted[node] for node in face if node in wanted] for _, face in found]
+
     def _count(self, element: int) -> int:
         return CORNERS[self.elements[element][0]]
 
