@@ -168,7 +168,7 @@ def _text(problem: Problem, curve: DampingCurve) -> str:
     lines = [
         headline(problem),
         "",
-        paragraph(f"Load {curve.load}{name} at {count(len(curve.amplitude), 'amplitude')}."),
+        paragraph(f"Load {curve.load}{name} at {count(len(curve.amplitude), 'amplitude')}. {_units(curve)}"),
     ]
     lines += [paragraph(sentence) for sentence in _limits_in_words(curve)]
     if np.isnan(curve.displacement).all():
@@ -178,6 +178,13 @@ def _text(problem: Problem, curve: DampingCurve) -> str:
         told = f"The start decides: from the first state the joint ends elsewhere at {where}."
         lines.append(paragraph(told if where else SAME))
     return "\n".join([*lines, "", _table(problem, curve)])
+
+
+def _units(curve: DampingCurve) -> str:
+    """The units of displacement and stiffness."""
+    told = f"Displacements are in {curve.unit.moved(curve.problem)}, "
+    stiffness = curve.unit.stiffness
+    return told + (f"stiffnesses in {stiffness}." if stiffness else "whose unit the problem does not say.")
 
 
 def _limits_in_words(curve: DampingCurve) -> list[str]:

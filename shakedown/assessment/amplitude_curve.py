@@ -14,8 +14,11 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Outcome
+from shakedown.ground.visible_text import with_unit
+from shakedown.joint.conjugate_loads import LoadUnit
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.joint.units import units_of
 
 
 class AmplitudePoint(NamedTuple):
@@ -24,7 +27,7 @@ class AmplitudePoint(NamedTuple):
     Attributes
     ----------
     displacement
-        Half the range of the displacement conjugate to the load; NaN where no loop closes.
+        Half the range of the displacement conjugate to the load, in its unit; NaN where no loop closes.
     dissipation
         Dissipation of friction and jumps per cycle [force × length]; 0 where it shakes down, NaN where no
         loop closes.
@@ -65,13 +68,15 @@ class DampingCurve(Result):
         Which load, by its number.
     load_name
         Its name; empty where the problem names none.
+    unit
+        The units of force, displacement and stiffness (:class:`~shakedown.joint.conjugate_loads.LoadUnit`).
     amplitude : (k,)
         Factors on the history of the load [–].
     force : (k,)
-        Half the range of the load, in its units.
+        Half the range of the load [force, where ``load_units`` says one; else units of ``load_history``].
     displacement : (k,)
-        Half the range of the displacement conjugate to it [work per unit of the load]; NaN without a
-        ``load_compliance``.
+        Half the range of the displacement conjugate to it [length; else work per unit of the load]; NaN
+        without a ``load_compliance``.
     dissipation : (k,)
         What friction and jumps take per cycle [force × length]; exactly 0 where the joint shakes down.
     outcome : k times
@@ -106,6 +111,7 @@ class DampingCurve(Result):
     problem: Problem = field(repr=False, compare=False)
     load: int
     load_name: str
+    unit: LoadUnit
     amplitude: FloatArray
     force: FloatArray
     displacement: FloatArray
@@ -121,7 +127,7 @@ class DampingCurve(Result):
 
     @property
     def secant_stiffness(self) -> FloatArray:
-        """Load amplitude over displacement amplitude, (k,); NaN of a load that does not vary."""
+        """Load over displacement amplitude, (k,) [force/length]; NaN of a load that does not vary."""
         return _ratio(np.where(self.force > 0, self.force, np.nan), self.displacement)
 
     @property
@@ -156,13 +162,26 @@ class DampingCurve(Result):
         return np.array([a != b for a, b in zip(self.outcome, other.outcome, strict=True)]) | apart
 
     def to_dict(self) -> dict[str, Any]:
-        """The words of ``DOCUMENT``; where asked for, the same from the state given, and where it differs."""
+        """The words of ``DOCUMENT``, units; where asked for, both from the state given, and what differs."""
+        found = super().to_dict() | {"units": self.units}
         if self.from_zero is None:
-            return super().to_dict()
-        return super().to_dict() | {"from_zero": self.from_zero.to_dict(), "differs": plain(self.differs)}
+            return found
+        return found | {"from_zero": self.from_zero.to_dict(), "differs": plain(self.differs)}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The units of columns, by their words; empty where the problem does not say them."""
+        return {
+            "force": self.unit.load,
+            "displacement": self.unit.moved(self.problem),
+            "dissipation": units_of(self.problem).work,
+            "secant_stiffness": self.unit.stiffness,
+        }
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write one row per amplitude: CSV in full precision, or Parquet where the name ends in .parquet.
+
+        Headings have the units in brackets where the problem says that of the load.
 
         Raises
         ------
@@ -178,7 +197,10 @@ class DampingCurve(Result):
                 "displacement_from_start": plain(self.from_zero.displacement),
                 "differs": plain(self.differs),
             }
-        write(path, {word: [np.nan if x is None else x for x in column] for word, column in columns.items()})
+        units = self.units if self.unit.load else {}
+        of = {word: units.get(word.removesuffix("_from_start"), "") for word in columns}
+        filled = {word: [np.nan if x is None else x for x in column] for word, column in columns.items()}
+        write(path, {with_unit(word, of[word]): column for word, column in filled.items()})
 
 
 def columns_of(points: Sequence[AmplitudePoint]) -> dict[str, Any]:

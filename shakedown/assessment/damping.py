@@ -35,7 +35,7 @@ from shakedown.joint.arguments import (
     node_numbers,
     real_array,
 )
-from shakedown.joint.conjugate_loads import require_loads
+from shakedown.joint.conjugate_loads import load_units, require_loads
 from shakedown.joint.problem import Problem
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.long_term.find_state import long_term_state
@@ -205,7 +205,8 @@ class _Amplitudes:
     def _displacement(self, problem: Problem, state: LongTermState) -> float:
         if problem.load_compliance is None:
             return nan
-        return 0.5 * float(np.ptp(load_loops(problem, state).displacement[:, self.loaded.load]))
+        moved = float(np.ptp(load_loops(problem, state).displacement[:, self.loaded.load]))
+        return 0.5 * moved / abs(load_units(self.loaded.problem)[self.loaded.load].size)
 
     def fits(self, number: int, piece: bytes) -> bool:
         """Whether a recorded piece can be a point of this curve."""
@@ -247,13 +248,14 @@ def _about(loaded: LoadedJoint, values: FloatArray) -> dict[str, Any]:
     """The fields of a curve that are known before anything is computed."""
     problem, load = loaded.problem, loaded.load
     history = require_loads(problem)[1]
-    names, frequency = problem.load_names or (), problem.load_frequency
+    names, frequency, unit = problem.load_names or (), problem.load_frequency, load_units(problem)[load]
     return {
         "problem": problem,
         "load": load,
         "load_name": names[load] if len(names) == history.shape[1] else "",
         "amplitude": values,
-        "force": 0.5 * np.ptp(history[:, load]) * values,
+        "unit": unit,
+        "force": 0.5 * np.ptp(history[:, load]) * abs(unit.size) * values,
         "load_frequency": nan if frequency is None else float(frequency[load]),
         "proved_limit": nan,
         "simulated_limit": nan,

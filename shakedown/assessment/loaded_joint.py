@@ -1,6 +1,7 @@
 """A joint under one of its loads, of any amplitude."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -9,6 +10,10 @@ from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.conjugate_loads import require_loads
 from shakedown.joint.problem import Problem
+
+UNSTATED: dict[str, Any] = dict.fromkeys(
+    ("load_mean", "load_amplitude", "load_units")
+)  # of another amplitude
 
 
 @dataclass(frozen=True)
@@ -22,8 +27,8 @@ class LoadedJoint:
     load
         The number of the load.
     alone
-        The same joint with all but this load in its constant part, so that a load factor is an amplitude;
-        None where another load varies, too.
+        The same joint with all but this load in its constant part, so that a load factor is an amplitude, and
+        loads in units of their histories; None where another load varies, too.
     """
 
     problem: Problem
@@ -47,7 +52,7 @@ class LoadedJoint:
         if (np.ptp(others, axis=0) > NEGLIGIBLE * np.abs(others).max(axis=0, initial=0.0)).any():
             return cls(problem, load, None)
         q_mean, p_mean = problem.layout.split(rest[0])
-        return cls(problem, load, replace(problem, q_mean=q_mean, p_mean=p_mean))
+        return cls(problem, load, replace(problem, q_mean=q_mean, p_mean=p_mean, **UNSTATED))
 
     def past_transient(self) -> "LoadedJoint":
         """The joint after its transient load steps."""
@@ -65,8 +70,8 @@ class LoadedJoint:
         scaled = history.copy()
         scaled[:, self.load] *= amplitude
         q_w, p_w = self.problem.q_w + q, self.problem.p_w + p
-        joint = replace(self.problem, q_w=q_w, p_w=p_w, load_history=scaled, q_mean=None, p_mean=None)
-        return joint, 1.0  # the mean does not matter then
+        changed = UNSTATED | {"q_w": q_w, "p_w": p_w, "load_history": scaled, "q_mean": None, "p_mean": None}
+        return replace(self.problem, **changed), 1.0  # the mean does not matter then
 
 
 def load_number(problem: Problem, load: int | str) -> int:

@@ -1,7 +1,7 @@
 """The unit loads of a joint: how many units of each act, at a load factor and in time."""
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,11 +12,35 @@ from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import loading
-from shakedown.joint.problem import Problem
+from shakedown.joint.problem import NamedLoad, Problem
+from shakedown.joint.units import FORCES, LENGTHS, Units, units_of
 
 NO_LOADS: dict[str, Any] = dict.fromkeys(
     ("load_reactions", "load_history", "load_compliance", "load_frequency")
 )
+
+
+class LoadUnit(NamedTuple):
+    """What one unit of ``load_history`` is of a load, and the units of that and of its displacement.
+
+    Attributes
+    ----------
+    size
+        How much of the load it is: times it histories are loads, over it their displacements are conjugate to
+        these. 1 where the problem does not say, and of a load that has the shape of a mode.
+    load, displacement, stiffness
+        The units of load, displacement, and load over displacement; of a force those of force, length and
+        force per length of the problem. Empty where they are not known.
+    """
+
+    size: float = 1.0
+    load: str = ""
+    displacement: str = ""
+    stiffness: str = ""
+
+    def moved(self, problem: Problem) -> str:
+        """The unit of the displacement, or that it is work per unit of the load, whatever that is."""
+        return self.displacement or f"{units_of(problem).work} per unit of load".lstrip()
 
 
 @checked
@@ -99,3 +123,39 @@ def units_in_time(problem: Problem, load_factor: float, cycle: FloatArray) -> Fl
     closed, corners = np.vstack([steps, steps[:1]]), np.arange(problem.m + 1) / problem.m
     found = np.stack([np.interp(cycle % 1.0, corners, column) for column in closed.T], axis=1)
     return np.where((cycle < -NEGLIGIBLE)[:, None], np.nan, found)
+
+
+def load_units(problem: Problem) -> tuple[LoadUnit, ...]:
+    """The units of each load, by ``load_units``, ``load_amplitude`` and ``load_mean``.
+
+    Examples
+    --------
+    >>> joint = Problem(A=[[2.0]], B=[[0.0]], f=0.5, q_w=[[1.0], [-1.0]], p_w=[[3.0], [3.0]], units="N, mm",
+    ...                 load_reactions=[[1.0, 0.0]], load_history=[[1.0], [-1.0]],
+    ...                 load_names=["push"], load_mean=[0.0], load_amplitude=[3.0], load_units=["kN"])
+    >>> load_units(joint)
+    (LoadUnit(size=3000.0, load='N', displacement='mm', stiffness='N/mm'),)
+    """
+    history, units = require_loads(problem)[1], units_of(problem)
+    count, constant, modes = history.shape[1], constant_units(problem), problem.load_frequency
+    if len(problem.loads) != count or not units.work:
+        return (LoadUnit(),) * count
+    varying = np.abs(history - constant).max(axis=0)
+    return tuple(
+        LoadUnit() if modes is not None and np.isfinite(modes[j]) else _unit(load, units, *pair)
+        for j, (load, *pair) in enumerate(
+            zip(problem.loads, constant.tolist(), varying.tolist(), strict=True)
+        )
+    )
+
+
+def _unit(load: NamedLoad, units: Units, constant: float, varying: float) -> LoadUnit:
+    """The unit of a load, so many of which are constant and vary."""
+    size = load.mean / constant if constant and load.mean else load.amplitude / varying if varying else 0.0
+    if not (load.unit and size):
+        return LoadUnit()
+    for known, own, other in ((FORCES, units.force, units.length), (LENGTHS, units.length, units.force)):
+        if load.unit in known:
+            return LoadUnit(size * known[load.unit] / known[own], own, other, f"{own}/{other}")
+    moved = f"{units.work}/({load.unit})"
+    return LoadUnit(size, load.unit, moved, f"{load.unit}/({moved})")

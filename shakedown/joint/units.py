@@ -8,8 +8,18 @@ from shakedown.ground.shown_values import FEW_DIGITS
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import NamedLoad, Problem
 
-FORCES = frozenset(["N", "mN", "kN", "MN", "GN", "daN", "kgf", "lbf", "kip"])
-LENGTHS = frozenset(["m", "mm", "cm", "µm", "um", "km", "in", "ft"])
+FORCES = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6, "GN": 1e9, "daN": 10.0, "kgf": 9.80665}  # in N
+FORCES |= {"lbf": 4.4482216152605, "kip": 4448.2216152605}
+LENGTHS = {
+    "m": 1.0,
+    "mm": 1e-3,
+    "cm": 1e-2,
+    "µm": 1e-6,
+    "um": 1e-6,
+    "km": 1e3,
+    "in": 0.0254,
+    "ft": 0.3048,
+}  # in m
 PASCALS = {
     ("N", "m"): "Pa",
     ("kN", "m"): "kPa",

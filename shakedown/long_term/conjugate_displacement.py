@@ -9,7 +9,7 @@ from shakedown.files.table_file import check_table, write_csv
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import checked
-from shakedown.joint.conjugate_loads import require_loads, units_in_time
+from shakedown.joint.conjugate_loads import LoadUnit, load_units, require_loads, units_in_time
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.motion.event_history import EventHistory
@@ -35,15 +35,19 @@ class LoadLoops(NamedTuple):
     cycle : (s,)
         Time [cycles]; the last row closes the period.
     load, displacement : (s, L)
-        Units of each load, and its displacement [work per unit].
+        Each load and its displacement, in their units.
     areas : (L,)
         ∮ c dx of each load [force × length]: their sum is the dissipation in the period.
+    units
+        The units of each load (:class:`~shakedown.joint.conjugate_loads.LoadUnit`): forces and lengths where
+        ``load_units`` says so, else units of ``load_history``, and work per unit.
     """
 
     cycle: FloatArray
     load: FloatArray
     displacement: FloatArray
     areas: FloatArray
+    units: tuple[LoadUnit, ...]
 
     def save(self, path: str | os.PathLike[str], problem: Problem) -> None:
         """Write a table (.csv): time, load and displacement, of several loads one after the other, numbered.
@@ -63,6 +67,8 @@ class LoadLoops(NamedTuple):
             "cycle": count * self.cycle.tolist(),
             "load": self.load.T.ravel().tolist(),
             "displacement": self.displacement.T.ravel().tolist(),
+            "load_unit": [unit.load for unit in self.units for _ in self.cycle],
+            "displacement_unit": [unit.moved(problem) for unit in self.units for _ in self.cycle],
         }
         write_csv(path, columns)
 
@@ -91,8 +97,8 @@ def conjugate_displacement(problem: Problem, history: EventHistory | WithPath) -
     Returns
     -------
     (points, L)
-        One row per row of the path [work per unit of the load]; NaN on the way to the first load step,
-        where the loads are not known.
+        One row per row of the path [work per unit of ``load_history``: where that is not 1 N, no length];
+        NaN on the way to the first load step, where the loads are not known.
 
     Raises
     ------
@@ -131,7 +137,9 @@ def load_loops(problem: Problem, history: EventHistory | WithPath) -> LoadLoops:
     areas = -(0.5 * (displacement[1:] + displacement[:-1]) * np.diff(load, axis=0)).sum(axis=0)
     if isinstance(path, CurvedHistory):
         areas -= _beside_straight_lines(problem, path)
-    return LoadLoops(fine.cycle[known], load, displacement, areas)
+    units = load_units(problem)
+    size = np.array([unit.size for unit in units])
+    return LoadLoops(fine.cycle[known], load * size, displacement / size, areas, units)
 
 
 def _beside_straight_lines(problem: Problem, path: CurvedHistory) -> FloatArray:

@@ -9,7 +9,7 @@ from shakedown.assessment.amplitude_curve import DampingCurve
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import down, sized
 from shakedown.ground.status import Outcome
-from shakedown.ground.visible_text import shortened
+from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
@@ -83,7 +83,9 @@ def loop(state: OfJoint, *, load: int = 0, ax: Axes | None = None) -> Axes:
     axes.ticklabel_format(scilimits=(-2, 3))
     area = sized(float(loops.areas[load]), units_of(problem).work)
     title = f"{load_title(problem, load)}, area {area} in one period"
-    return finished(axes, "displacement conjugate to the load", "load [units of it]", title=title)
+    unit = loops.units[load]
+    moved = with_unit("displacement conjugate to the load", unit.moved(problem))
+    return finished(axes, moved, with_unit("load", unit.load or "units of it"), title=title)
 
 
 @checked
@@ -119,7 +121,8 @@ def damping_curve(curve: DampingCurve, *, ax: Axes | None = None) -> Axes:
     (one,) = axes.plot(curve.amplitude, left, ".-", color=BLUE, lw=1.3, label=names[0].removesuffix(" [–]"))
     beside = axes.twinx()
     (other,) = beside.plot(curve.amplitude, right, ".--", color=RED, lw=1.1, label=names[1])
-    beside.set_ylabel(f"{names[1]} [1/time]" if modal else f"{names[1]} [load/displacement]", color=RED)
+    unit = "1/time" if modal else curve.unit.stiffness or "load/displacement"
+    beside.set_ylabel(with_unit(names[1], unit), color=RED)
     handles = [one, other, *_limits_marked(axes, curve), *_without_loop(axes, curve)]
     positive = curve.amplitude[curve.amplitude > 0]
     if len(positive) > 1 and positive[-1] >= DECADE * positive[0]:

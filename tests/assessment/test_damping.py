@@ -66,6 +66,88 @@ def test_a_jenkins_element_has_its_parallelogram():
     )
 
 
+def stated(factor, unit, amplitude, **changes):
+    """A force of ±3 N on the same element, with a history of ±3/factor, stated as an amplitude in some unit."""
+    history, reaction = np.array([[3.0], [-3.0]]) / factor, -factor
+    return jenkins(
+        q_w=reaction * history, load_reactions=[[reaction, 0.0]], load_history=history,
+        load_compliance=[[S * factor**2]], load_mean=[0.0], load_amplitude=[amplitude], load_units=[unit],
+        units="N, mm", **changes,
+    )  # fmt: skip
+
+
+FORCE_OF_3_N = [
+    (1.0, "N", 3.0),
+    (3.0, "N", 3.0),
+    (1000.0, "kN", 3e-3),
+    (0.25, "mN", 3e3),
+    (7.0, "lbf", 3 / 4.4482216152605),
+]
+
+
+@pytest.mark.parametrize(("factor", "unit", "amplitude"), FORCE_OF_3_N)
+def test_displacements_of_a_force_are_lengths(factor, unit, amplitude):
+    """Whatever unit the load is stated in, and whatever force the numbers of its history stand for."""
+    joint = stated(factor, unit, amplitude)
+    curve, F = damping(joint, [0.5, 2.0]), np.array([1.5, 6.0])
+    X = S * F + np.maximum(F - LIMIT, 0) / K
+    np.testing.assert_allclose(curve.force, F, rtol=1e-12)
+    np.testing.assert_allclose(curve.displacement, X, rtol=1e-12)
+    np.testing.assert_allclose(curve.secant_stiffness, F / X, rtol=1e-12)
+    np.testing.assert_allclose(curve.loss_factor, curve.dissipation / (np.pi * F * X), rtol=1e-12)
+    units = {"force": "N", "displacement": "mm", "dissipation": "N mm", "secant_stiffness": "N/mm"}
+    assert curve.to_dict()["units"] == units
+    state = shakedown.long_term_state(joint, 2.0)
+    loops = load_loops(joint, state)
+    assert 0.5 * np.ptp(loops.load) == pytest.approx(6.0)
+    assert 0.5 * np.ptp(loops.displacement) == pytest.approx(X[1])
+    assert loops.areas == pytest.approx(state.dissipation_per_cycle)
+    axes = loop(state)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("displacement conjugate to the load [mm]", "load [N]")
+    assert damping_curve(curve).figure.axes[1].get_ylabel() == "secant stiffness [N/mm]"
+
+
+def test_a_force_that_never_rests_is_measured_from_zero():
+    """A force between 0 and 40 kN, stated as 20 ± 20: its history of 0 to 2 has 20 kN a unit."""
+    joint = jenkins(
+        q_w=[[0.0], [-2.0]], load_history=[[0.0], [2.0]], units="kN, mm",
+        load_mean=[20.0], load_amplitude=[20.0], load_units=["kN"],
+    )  # fmt: skip
+    assert damping(joint, [0.1, 0.4]).force == pytest.approx([2.0, 8.0])
+
+
+def test_where_another_load_varies_the_lengths_are_the_same():
+    two = {
+        "load_names": ["push", "press"],
+        "load_mean": [0.0, 0.0],
+        "load_units": ["N", "N"],
+        "units": "N, mm",
+    }
+    joint = jenkins(
+        q_w=[[-3.0], [3.0]], p_w=[[2.1], [1.9]], load_reactions=[[-3.0, 0.0], [0.0, 0.1]], load_history=[[1.0, 1.0], [-1.0, -1.0]],
+        load_compliance=[[9 * S, 0.0], [0.0, S]], load_amplitude=[3.0, 0.1], **two,
+    )  # fmt: skip
+    curve = damping(joint, [0.1, 0.2], load="push")
+    np.testing.assert_allclose(curve.displacement, S * np.array([0.3, 0.6]), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("unit", "displacement", "stiffness"),
+    [("N m", "N mm/(N m)", "N m/(N mm/(N m))"), ("mm", "N", "mm/N"), ("", "N mm per unit of load", "")],
+)
+def test_what_is_no_force_moves_by_work_per_unit(unit, displacement, stiffness):
+    curve = damping(stated(1.0, unit, 3.0), [1.0])
+    assert (curve.units["displacement"], curve.units["secant_stiffness"]) == (displacement, stiffness)
+    assert curve.displacement == pytest.approx(S * 3.0 + (3.0 - LIMIT) / K)
+
+
+def test_a_mode_keeps_its_coordinate():
+    """Frequencies are of the mode with mass one, whatever its load is said to be."""
+    plain, said = (damping(stated(2.0, unit, 3.0, load_frequency=[5.0]), [1.0]) for unit in ("", "kN"))
+    assert said.frequency == plain.frequency
+    assert said.units["displacement"] == "N mm per unit of load"
+
+
 def test_a_row_of_elements_is_iwans():
     """On a displacement X element i slips where k_i X exceeds its limit: forces and 4 limit (X − limit / k) add up."""
     k, limits = np.linspace(1.0, 2.0, 8), np.linspace(0.2, 3.0, 8)

@@ -1,6 +1,7 @@
 """`damping`: numbers of the library, table, picture, exit codes."""
 
 import csv
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -70,3 +71,23 @@ def test_simulate_writes_the_loop(joint, tmp_path):
     x, c = (np.array([float(row[key]) for row in rows]) for key in ("displacement", "load"))
     assert (0.5 * (c[1:] + c[:-1]) * np.diff(x)).sum() == pytest.approx(2.0, rel=1e-12)
     assert {(row["load_name"], row["load_number"]) for row in rows} == {("push", "0")}
+    assert {(row["load_unit"], row["displacement_unit"]) for row in rows} == {("", "N mm per unit of load")}
+
+
+def test_units_stand_above_the_table_and_in_the_files(joint, tmp_path):
+    known = replace(joint[1], load_mean=[0.0], load_amplitude=[2.0], load_units=["kN"])
+    save_problem(tmp_path / "known.npz", known)
+    asked = ("--amplitudes", "1,2", "-o", str(tmp_path / "x.csv"))
+    out = run("damping", str(tmp_path / "known.npz"), *asked)[1]
+    assert "Displacements are in mm, stiffnesses in N/mm." in " ".join(out.split())
+    heading = (tmp_path / "x.csv").read_text().splitlines()[0]
+    assert heading.startswith(
+        "amplitude,force [N],displacement [mm],dissipation [N mm],secant_stiffness [N/mm]"
+    )
+    out = run("damping", joint[0], "--amplitudes", "1,2")[1]
+    said = "Displacements are in N mm per unit of load, whose unit the problem does not say."
+    assert said in " ".join(out.split())
+    asked = ("--load-factor", "2", "--loop", str(tmp_path / "loop.csv"))
+    assert run("simulate", str(tmp_path / "known.npz"), *asked)[0] == 0
+    (row, *_) = csv.DictReader((tmp_path / "loop.csv").read_text().splitlines())
+    assert (row["load_unit"], row["displacement_unit"]) == ("N", "mm")
