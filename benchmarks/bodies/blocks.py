@@ -7,7 +7,7 @@ import numpy as np
 from benchmarks.bodies.blade_root import blade_root
 from benchmarks.bodies.bolted_flange import bolted_flange
 from benchmarks.bodies.classical import cylinder_on_flat, press_fit
-from shakedown import Problem
+from shakedown import Problem, example
 from shakedown.fem import ElasticBody, Material, Pressure, Support, block_mesh, contact_problem
 from shakedown.ground.errors import UsageError
 
@@ -137,16 +137,36 @@ def cantilevered_block(
     )
 
 
+def with_top_moved(block: Problem) -> Problem:
+    """A block of CalculiX (block-9, block-33) with the loads that its welded reactions are made of.
+
+    Its top is moved sideways by 2.5e-4 cos 2πt and down by 1e-3 + 1.5e-4 sin 2πt [mm]. Displacements that are
+    prescribed are conjugate to minus the forces that hold them: by equilibrium the sums of the reactions.
+    """
+    turn = 2 * np.pi * np.arange(block.m) / block.m
+    history = np.column_stack([2.5e-4 * np.cos(turn), -1e-3 - 1.5e-4 * np.sin(turn)])
+    unit, *_ = np.linalg.lstsq(history, np.hstack([block.q_w, block.p_w]), rcond=None)
+    held = unit.reshape(2, 2, block.n).sum(axis=2)
+    return replace(
+        block,
+        load_reactions=unit,
+        load_history=history,
+        load_compliance=np.diag(np.diag(held)),  # the two are at right angles
+        load_names=("top face sideways", "top face down"),
+    )
+
+
 def shipped_blocks() -> dict[str, Problem]:
-    """The built-in problems that come from scikit-fem, by name: blocks, classical contacts, joints of solids.
+    """The built-in problems that come from meshes, by name: blocks, classical contacts, joints of solids.
 
     They are kept in ``shakedown/files/data``, so that scikit-fem need not be there to
-    use them; to make them again::
+    use them; to make them again (those of CalculiX keep their matrices)::
 
         for name, problem in shipped_blocks().items():
             shakedown.save_problem(f"shakedown/files/data/{name}.npz", problem)
     """
     return {
+        **{name: with_top_moved(example(name)) for name in ("block-9", "block-33")},
         "receding-block": receding_block(2, steps=20, first_loading=10),
         "cantilevered-block": cantilevered_block(),
         "press-fit": press_fit(),

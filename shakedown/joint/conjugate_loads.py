@@ -40,7 +40,7 @@ class LoadUnit(NamedTuple):
 
     def moved(self, problem: Problem) -> str:
         """The unit of the displacement, or that it is work per unit of the load, whatever that is."""
-        return self.displacement or f"{units_of(problem).work} per unit of load".lstrip()
+        return self.displacement or f"{units_of(problem).work or 'work'} per unit of load"
 
 
 @checked

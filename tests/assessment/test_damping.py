@@ -354,3 +354,36 @@ def test_a_joint_that_knows_its_loads_is_verified_and_its_page_has_their_loops(u
     assert any("Loops of the loads over one period" in one.caption for one in pictures)
     for path in random_paths(jenkins(), 2):
         assert load_loops(path, shakedown.long_term_state(path, 2.0)).areas.sum() == pytest.approx(2.0)
+
+
+SLIPPING = {
+    "press-fit": 1.0, "cylinder-on-flat": 1.0, "receding-block": 1.0, "block-9": 6.0, "block-33": 8.0, "bolted-flange": 2.0,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SLIPPING)
+def test_built_in_joints_of_meshes_know_their_loads(name):
+    """The loops of their loads have together the area that friction dissipates; their compliance is symmetric."""
+    joint = shakedown.example(name)
+    state = shakedown.long_term_state(joint, SLIPPING[name])
+    assert state.dissipation_per_cycle > 0
+    assert load_loops(joint, state).areas.sum() == pytest.approx(state.dissipation_per_cycle, rel=1e-7)
+    S = joint.load_compliance
+    np.testing.assert_allclose(S, S.T, atol=1e-12 * np.abs(S).max())
+
+
+@pytest.mark.parametrize("name", ["block-9", "block-33"])
+def test_a_block_with_its_top_moved_is_held_by_what_its_contact_bears(name):
+    """A displacement that is prescribed is conjugate to minus the force that holds it: equilibrium of the block."""
+    joint = shakedown.example(name)
+    sideways, down = joint.load_reactions.reshape(2, 2, joint.n).sum(axis=2)
+    np.testing.assert_allclose(joint.load_compliance, [sideways, down], rtol=1e-12, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["blade-root", "cantilevered-block"])
+def test_built_in_joints_that_rest_have_the_stiffness_of_their_loads(name):
+    curve = damping(
+        shakedown.example(name), [0.5, 1.0], load=-1 + len(shakedown.example(name).load_reactions)
+    )
+    assert curve.dissipation.tolist() == [0.0, 0.0]
+    assert curve.secant_stiffness[0] == pytest.approx(curve.secant_stiffness[1])
