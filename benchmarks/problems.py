@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from shakedown import Problem
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.conjugate_loads import without_loads
 
 
 def joint(
@@ -40,7 +41,7 @@ def in_units(problem: Problem, force: ArrayLike, length: ArrayLike) -> Problem:
     stiffness = forces[:, None] / lengths
     stiffness = 0.5 * (stiffness + stiffness.T)  # what round-off leaves unsymmetric
     return replace(
-        problem,
+        without_loads(problem),
         A=problem.A * stiffness,
         B=problem.B * stiffness,
         C=None if problem.C is None else problem.C * stiffness,
@@ -83,7 +84,7 @@ def random_problem(n: int, seed: int, *, m: int = 24, coupling: float = 0.5, f: 
 def refined(problem: Problem, parts: int) -> Problem:
     """The same piecewise linear loop with every load step split into ``parts``."""
     return replace(
-        problem,
+        without_loads(problem),
         q_w=_split(problem.q_w, parts),
         p_w=_split(problem.p_w, parts),
         q_mean=problem.q_w.mean(axis=0) if problem.q_mean is None else problem.q_mean,

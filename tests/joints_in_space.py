@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from shakedown import Problem
+from shakedown.joint.conjugate_loads import without_loads
 
 
 def random_joint(rng: np.random.Generator, n: int, *, pressure: float = 4.0, m: int = 12) -> Problem:
@@ -37,7 +38,7 @@ def in_units(problem: Problem, force: float, length: float) -> Problem:
     changed = {key: getattr(problem, key) for key in ("A", "B", "C", "q_w", "p_w", "q_mean", "p_mean")}
     factors = {"A": force / length, "B": force / length, "C": force / length}
     return replace(
-        problem,
+        without_loads(problem),
         initial_slip=None,
         **{key: value * factors.get(key, force) for key, value in changed.items() if value is not None},
     )
@@ -49,7 +50,7 @@ def turned(problem: Problem, angles: np.ndarray) -> tuple[Problem, np.ndarray]:
     for i, angle in enumerate(angles):
         place = slice(2 * i, 2 * i + 2)
         T[place, place] = [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]
-    return replace(problem, A=T @ problem.A @ T.T, B=problem.B @ T.T, q_w=problem.q_w @ T.T), T
+    return replace(without_loads(problem), A=T @ problem.A @ T.T, B=problem.B @ T.T, q_w=problem.q_w @ T.T), T
 
 
 def in_last_bits(problem: Problem, rng: np.random.Generator, size: float = 3e-15) -> Problem:
