@@ -1,5 +1,6 @@
 """Joints in space that several tests share: random ones, joints of the plane, other units and tangents."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -44,13 +45,18 @@ def in_units(problem: Problem, force: float, length: float) -> Problem:
     )
 
 
-def turned(problem: Problem, angles: np.ndarray) -> tuple[Problem, np.ndarray]:
-    """The joint with the tangents of every node turned, and the matrix that turns its slips."""
+def turned(
+    problem: Problem, angles: np.ndarray, mirrored: Iterable[int] = ()
+) -> tuple[Problem, np.ndarray]:
+    """The joint with the tangents of every node turned, at some the second reversed, and what turns its slips."""
     T = np.zeros((2 * problem.n, 2 * problem.n))
     for i, angle in enumerate(angles):
         place = slice(2 * i, 2 * i + 2)
         T[place, place] = [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]
-    return replace(without_loads(problem), A=T @ problem.A @ T.T, B=problem.B @ T.T, q_w=problem.q_w @ T.T), T
+    T[[2 * i + 1 for i in mirrored]] *= -1.0
+    vectors = {key: getattr(problem, key) for key in ("q_w", "q_mean", "q_transient", "initial_slip")}
+    there = {key: value @ T.T for key, value in vectors.items() if value is not None}
+    return replace(without_loads(problem), A=T @ problem.A @ T.T, B=problem.B @ T.T, **there), T
 
 
 def in_last_bits(problem: Problem, rng: np.random.Generator, size: float = 3e-15) -> Problem:

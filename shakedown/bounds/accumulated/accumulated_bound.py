@@ -18,7 +18,7 @@ from shakedown.bounds.accumulated.arc_search import (
 )
 from shakedown.bounds.accumulated.lid_check import Start, confirmed
 from shakedown.bounds.accumulated.lids import OWN, TOGETHER, NoLids
-from shakedown.bounds.accumulated.slip_arcs import Numbers
+from shakedown.bounds.accumulated.slip_arcs import FINER, Numbers
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.ground.argument_kinds import written
 from shakedown.ground.errors import UsageError
@@ -31,7 +31,7 @@ from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import rigid_slips, with_free_rigid_slips
 
 ACCURACY = {1: SEVEN_DIGITS, 2: FOUR_DIGITS}  # relative, of the load factor, by the number of directions
-PARTS = {1: (1,), 2: (1, 15)}  # numbers of parts of a 96th of the circle, undivided at first
+PARTS = {1: (1,), 2: (1, FINER**2)}  # numbers of parts of a 96th of the circle, undivided at first
 FIRST_STEP = 64.0  # times the accuracy: first step above what is proved already
 BACK = (0.0, 1e-9, 1e-7, 1e-5)  # relative steps back from a load factor until its conditions are confirmed
 UNLIMITED = "no load factor takes any node nearer to slipping"

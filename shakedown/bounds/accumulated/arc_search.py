@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.bounds.accumulated.lids import MARGIN, Lids, NoLids, lids_of
-from shakedown.bounds.accumulated.slip_arcs import Arcs, Cells, Flags, Numbers, all_cells, by_node
+from shakedown.bounds.accumulated.slip_arcs import FINER, Arcs, Cells, Numbers, all_cells, by_node
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import HALVINGS, NEGLIGIBLE
+from shakedown.ground.round_off import HALVINGS, NEGLIGIBLE, SEVEN_DIGITS
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.numbers import LARGEST
@@ -124,6 +124,25 @@ def _reach(problem: Problem) -> FloatArray:
 
 
 @once_per_problem
+def _origins(problem: Problem) -> FloatArray:
+    """The direction of every node from which its sectors are counted, the same one whatever the tangents, (n,).
+
+    That of the largest of its reactions, of what slips like the reactions change in them, and of what its
+    slip changes in pressures; the first one of several as large.
+    """
+    layout, loop = problem.layout, loading(problem)
+    if problem.directions == 1:
+        return np.zeros(problem.n)
+    q = np.vstack([loop.q0, loop.q1, layout.split(transient_path(problem))[0]])
+    groups = [layout.by_node(rows) for rows in (q, q @ problem.A, problem.B)]
+    lengths = [np.linalg.norm(each, axis=2) for each in groups]
+    sizes = np.vstack([each / (each.max() or 1.0) for each in lengths])
+    first = np.argmax(sizes >= (1.0 - SEVEN_DIGITS) * sizes.max(axis=0), axis=0)
+    x, y = np.concatenate(groups)[first, np.arange(problem.n)].T
+    return np.asarray(np.arctan2(y, x))
+
+
+@once_per_problem
 def _known_around(problem: Problem) -> dict[int, Slacks]:
     """Slacks under the loads alone in all undivided cells, by the number of their parts."""
     return {}
@@ -170,7 +189,7 @@ class ArcSearch:
         self.limits.check_pressed(load_factor)
         while True:
             arcs, lids = search._lids(load_factor)
-            entered = search._entered(load_factor, arcs, lids)
+            entered = search._corners_entered(load_factor, arcs, lids)
             if not entered.any():
                 return FoundArcs(search, load_factor, arcs, lids)
             search = search._with(entered)
@@ -185,8 +204,8 @@ class ArcSearch:
         slopes = self.limits.slopes(arcs.node[kept], self.cells.corners[cell][corner], arcs)
         return arcs, lids_of(arcs.node, kept, slack, slopes)
 
-    def _entered(self, load_factor: float, arcs: Arcs, lids: Lids) -> Flags:
-        """The cells outside the arcs in which a node may slip."""
+    def _corners_entered(self, load_factor: float, arcs: Arcs, lids: Lids) -> Numbers:
+        """At how many of their corners a node may slip, of cells outside the arcs, (c,)."""
         cells, slack = self.cells, self.slacks.at(load_factor)
         most = STRETCH * self.limits.reach[:, arcs.node] @ lids.total
         near = np.flatnonzero(~cells.chosen & (slack.min(axis=1) <= most[cells.node]))
@@ -194,18 +213,21 @@ class ArcSearch:
         slopes = self.limits.slopes(cells.node[near].repeat(k), e.reshape(-1, cells.d), arcs)
         given = slack[near].ravel()
         safe = given > lids.multipliers(given, slopes) @ lids.a
-        entered = np.zeros(len(cells.node), dtype=bool)
-        entered[near] = ~safe.reshape(slack[near].shape).all(axis=1)
+        entered = np.zeros(len(cells.node), dtype=np.intp)
+        entered[near] = np.sum(~safe.reshape(-1, k), axis=1)
         return entered
 
-    def _with(self, entered: Flags) -> "ArcSearch":
-        """Divide cells, and choose those that are as narrow as possible."""
-        cells, parts = self.cells, entered & self.cells.divisible
-        chosen = replace(cells, chosen=cells.chosen | (entered & ~parts))
+    def _with(self, entered: Numbers) -> "ArcSearch":
+        """Choose the cells that are entered at all corners, or as narrow as possible; divide other ones.
+
+        So the ends of arcs are as exact as the narrowest cells, and inside arcs are wider ones.
+        """
+        cells, corners = self.cells, self.slacks.base.shape[1]
+        parts = (entered > 0) & ((cells.size > FINER) | (cells.size > 1) & (entered < corners))
+        chosen = replace(cells, chosen=cells.chosen | (entered > 0) & ~parts)
         if not parts.any():
             return replace(self, cells=chosen)
-        divided = chosen.divided(parts)
-        from_old = np.repeat(np.arange(len(cells.node)), np.where(parts, cells.size, 1))
+        divided, from_old = chosen.divided(parts)
         slacks = Slacks(*(part[from_old] for part in self.slacks))
         new = parts[from_old]
         for part, values in zip(
@@ -227,7 +249,7 @@ class FoundArcs:
 
 def search_about(limits: ArcLimits, parts: int) -> ArcSearch:
     """A search with no cell chosen yet; cells may be divided into a number of parts."""
-    cells = all_cells(limits.problem.n, limits.problem.directions, parts)
+    cells = all_cells(_origins(limits.problem), limits.problem.directions, parts)
     return ArcSearch(limits, cells, limits.slacks_around(cells, parts))
 
 

@@ -15,6 +15,7 @@ Numbers = NDArray[np.intp]
 Flags = NDArray[np.bool_]
 
 SECTORS = 96  # sectors of a circle at the start
+FINER = 15  # parts of a cell that is divided
 WIDEST = (
     6  # least number of arcs in a circle; in wider ones slip in one direction hardly hinders that in another
 )
@@ -49,7 +50,7 @@ class Arcs:
 
 
 class Grouped(NamedTuple):
-    """Arcs, with the cells of which they are made up, arc by arc.
+    """Arcs, with the cells that hold them, arc by arc; one that two arcs meet in stands with both.
 
     Attributes
     ----------
@@ -77,6 +78,8 @@ class Cells:
         The node of every cell.
     start, size : (c,)
         Where it begins and how wide it is, in units of angle; in the plane 0 or half a circle, without width.
+    origin : (n,)
+        The direction of every node from which these are counted [rad].
     chosen : (c,)
         Whether the node may slip in these directions.
     circle
@@ -88,6 +91,7 @@ class Cells:
     node: Numbers
     start: Numbers
     size: Numbers
+    origin: FloatArray
     chosen: Flags
     circle: int
     d: int
@@ -95,81 +99,80 @@ class Cells:
     @cached_property
     def corners(self) -> FloatArray:
         """Directions (c, 1 or 3, d) whose convex hull holds all of a cell."""
-        first = self._direction(self.start)
+        first = self._directions(self.node, self.start)
         if self.d == 1:
             return first[:, None]
-        last = self._direction(self.start + self.size)
+        last = self._directions(self.node, self.start + self.size)
         tip = (first + last) / (1.0 + np.sum(first * last, axis=1))[:, None]
         return np.stack([first, last, tip], axis=1)
 
-    @property
-    def divisible(self) -> Flags:
-        """Whether a cell is wider than the narrowest."""
-        return np.asarray(self.size > 1)
-
-    def divided(self, which: Flags) -> "Cells":
-        """Divide some cells into parts of the smallest width."""
-        count = np.where(which, self.size, 1)
+    def divided(self, which: Flags) -> tuple["Cells", Numbers]:
+        """The cells with some of them divided, and of which one each is a part."""
+        count = np.where(which, FINER, 1)
         place = np.repeat(np.arange(len(count)), count)
         within = np.arange(len(place)) - np.repeat(np.cumsum(count) - count, count)
+        size = (self.size // count)[place]
+        start = self.start[place] + within * size
         return replace(
-            self,
-            node=self.node[place],
-            start=self.start[place] + within,
-            size=np.where(which, 1, self.size)[place],
-            chosen=self.chosen[place],
-        )
+            self, node=self.node[place], start=start, size=size, chosen=self.chosen[place]
+        ), place
 
     def arcs(self) -> "Grouped | None":
         """The arcs formed by the chosen cells; None where these fill a circle."""
-        runs: list[Numbers] = []
+        runs: list[tuple[Numbers, float, float]] = []
         for node in np.unique(self.node[self.chosen]).tolist():
             mine = np.flatnonzero(self.node == node)
             if self.d == 1:
-                runs += [mine[[k]] for k in range(2) if self.chosen[mine[k]]]
+                runs += [(mine[[k]], float(k), float(k)) for k in range(2) if self.chosen[mine[k]]]
             elif self.chosen[mine].all():
                 return None
             else:
                 runs += self._runs(np.roll(mine, -int(np.argmin(self.chosen[mine]))))
-        cell = np.concatenate([np.zeros(0, dtype=np.intp), *runs])
-        arc = np.repeat(np.arange(len(runs)), [len(run) for run in runs])
+        cell = np.concatenate([np.zeros(0, dtype=np.intp), *(run for run, _, _ in runs)])
+        arc = np.repeat(np.arange(len(runs)), [len(run) for run, _, _ in runs])
         begins = np.diff(arc, prepend=-1) > 0
         ends = np.diff(arc, append=len(runs)) > 0
         corner = np.stack([begins, ends, np.ones(len(arc), dtype=bool)], axis=1)[:, : 1 if self.d == 1 else 3]
-        arcs = Arcs(
-            self.node[cell[begins]], self.corners[cell[begins], 0], self.corners[cell[ends], self.d - 1]
-        )
+        node, (low, high) = self.node[cell[begins]], np.array([run[1:] for run in runs]).reshape(-1, 2).T
+        arcs = Arcs(node, self._directions(node, low), self._directions(node, high))
         return Grouped(arcs, arc, cell, corner)
 
-    def _direction(self, angle: Numbers) -> FloatArray:
-        turn = 2.0 * np.pi * angle / self.circle
+    def _directions(self, node: Numbers, angle: Numbers | FloatArray) -> FloatArray:
+        turn = self.origin[node] + 2.0 * np.pi * angle / self.circle
         return np.stack([np.cos(turn), np.sin(turn)], axis=-1)[..., : self.d]
 
-    def _runs(self, mine: Numbers) -> list[Numbers]:
-        """Chosen cells of one node that follow each other, from one that is not chosen on, in arcs."""
+    def _runs(self, mine: Numbers) -> list[tuple[Numbers, float, float]]:
+        """Arcs of equal width, of chosen cells of one node that follow each other: cells, start and end.
+
+        ``mine`` begins with a cell that is not chosen.
+        """
         found = []
         for run in np.split(mine, np.flatnonzero(np.diff(self.chosen[mine])) + 1):
             if self.chosen[run[0]]:
-                ends = np.cumsum(self.size[run])
-                parts = -(-WIDEST * int(ends[-1]) // self.circle)
-                found += np.split(run, np.searchsorted(ends, ends[-1] * np.arange(1, parts) / parts))
+                ends = self.start[run[0]] + np.cumsum(self.size[run])
+                begins = ends - self.size[run]
+                parts = -(-WIDEST * int(ends[-1] - begins[0]) // self.circle)
+                for low, high in pairwise(np.linspace(begins[0], ends[-1], parts + 1).tolist()):
+                    found.append((run[(ends > low) & (begins < high)], low, high))
         return found
 
 
-def all_cells(n: int, d: int, parts: int) -> Cells:
-    """The cells of n nodes to begin with, none of them chosen, of so many parts each.
+def all_cells(origin: FloatArray, d: int, parts: int) -> Cells:
+    """The cells of nodes (n,) to begin with, none of them chosen, of so many parts each.
 
     Examples
     --------
-    >>> all_cells(1, 1, 1).corners.ravel(), all_cells(2, 2, 1).corners.shape
+    >>> all_cells(np.zeros(1), 1, 1).corners.ravel(), all_cells(np.zeros(2), 2, 1).corners.shape
     (array([ 1., -1.]), (192, 3, 2))
     """
+    n = len(origin)
     starts, size = (np.arange(2), 0) if d == 1 else (parts * np.arange(SECTORS), parts)
     count = n * len(starts)
     return Cells(
         node=np.repeat(np.arange(n), len(starts)),
         start=np.tile(starts, n),
         size=np.full(count, size),
+        origin=origin,
         chosen=np.zeros(count, dtype=bool),
         circle=2 if d == 1 else parts * SECTORS,
         d=d,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from joints_in_space import in_units as in_units_of_space
-from joints_in_space import random_joint
+from joints_in_space import random_joint, turned
 from scipy.optimize import linprog
 
 import shakedown
@@ -141,6 +141,21 @@ def test_numbering_and_direction_do_not_matter() -> None:
     for other, slip in ((there, here.total_slip[order]), (mirrored, here.total_slip)):
         assert other.load_factor == pytest.approx(here.load_factor, rel=1e-6)
         np.testing.assert_allclose(other.total_slip, slip, rtol=1e-4, atol=1e-9 * here.total_slip.max())
+
+
+@pytest.mark.parametrize("number", range(12))
+def test_the_choice_of_tangents_does_not_matter(number: int) -> None:
+    """Turned at every node, the second one reversed at some: the same load factor, the same slips."""
+    rng = np.random.default_rng(number)
+    drawn = drawn_joint_in_space(7, number)
+    problem = random_joint(rng, 1 + number % 4, pressure=8.0) if number % 2 else drawn
+    start = 0.02 * rng.normal(size=2 * problem.n)
+    here = shakedown.accumulated_bound(problem, start, start_error=0.005)
+    other, T = turned(problem, rng.uniform(0.0, 2.0 * np.pi, problem.n), mirrored=range(1, problem.n, 2))
+    there = shakedown.accumulated_bound(other, T @ start, start_error=0.005)
+    assert (there.status, there.limited_by) == (here.status, here.limited_by)
+    assert there.load_factor == pytest.approx(here.load_factor, rel=1e-6, nan_ok=True)
+    np.testing.assert_allclose(there.total_slip, here.total_slip, rtol=1e-5, atol=0.0, equal_nan=True)
 
 
 def test_the_order_of_the_loads_does_not_matter() -> None:
