@@ -45,10 +45,8 @@ def in_units(problem: Problem, force: float, length: float) -> Problem:
     )
 
 
-def turned(
-    problem: Problem, angles: np.ndarray, mirrored: Iterable[int] = ()
-) -> tuple[Problem, np.ndarray]:
-    """The joint with the tangents of every node turned, at some the second reversed, and what turns its slips."""
+def turned(problem: Problem, angles: np.ndarray, mirrored: Iterable[int] = ()) -> tuple[Problem, np.ndarray]:
+    """The joint with the tangents of all nodes turned, of some also mirrored, and what turns its slips."""
     T = np.zeros((2 * problem.n, 2 * problem.n))
     for i, angle in enumerate(angles):
         place = slice(2 * i, 2 * i + 2)

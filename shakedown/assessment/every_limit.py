@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
-from math import inf
+from math import inf, isnan, nan
 from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from shakedown.assessment.mesh_check import UNCHECKED, MeshCheck, mesh_check
 from shakedown.assessment.sensitivities import Sensitivities, sensitivities
 from shakedown.assessment.shakedown_bounds import ShakedownBounds
-from shakedown.assessment.three_numbers import FromState, from_state
+from shakedown.assessment.three_numbers import REFUTED, FromState, from_state, not_refuted
 from shakedown.bounds.accumulated.accumulated_bound import (
     AccumulatedBound,
     accumulated_bound,
@@ -55,7 +55,10 @@ LIMITS = ("universal", "core", "energy", "box", "accumulated", "transient", "low
 STILL = Missing("still to come")
 TO_COME = {"transient": STILL, "friction": STILL, "core": None, "mesh": UNCHECKED}  # left out meanwhile
 
+REFUTED_BY_ALL = "round-off decides: it is {:.7g} in floats, although shakedown is proved up to {:.7g}"
+
 T = TypeVar("T")
+P = TypeVar("P", EnergyBound, BoxBound, AccumulatedBound)
 
 
 def _where_it_exists(compute: "Callable[[JointLimits], T]") -> "cached_property[T | Missing]":
@@ -149,10 +152,29 @@ class JointLimits(Result):
 
     @cached_property
     def upper(self) -> UpperBound:
-        """λ_max, with its safe slip and its zone."""
-        return upper_bound(
+        """λ_max, with its safe slip and its zone; undecided where it is not certified and λ_U refutes it."""
+        found = upper_bound(
             self.problem, open_nodes=self.zone, certify=self.certify, tolerances=self.tolerances
         )
+        if not found.uncertified or found.open_nodes:
+            return found
+        every = sought(lambda: self.universal)
+        proved = 0.0 if isinstance(every, Missing) else every.load_factor
+        if not isnan(not_refuted(proved, found, self.tolerances)) or isnan(proved):
+            return found
+        why = REFUTED_BY_ALL.format(found.load_factor, proved)
+        return replace(found, status=Status.UNDECIDED, load_factor=nan, reason=why)
+
+    def _not_refuted(self, found: P) -> P:
+        """A proof from this state with all nodes closed; undecided where λ_max refutes it."""
+        upper = present(sought(lambda: self.upper))
+        if upper is None or not found.load_factor > 0.0:
+            return found
+        at = not_refuted(found.load_factor, upper, self.tolerances)
+        if not isnan(at):
+            return found if at == found.load_factor else replace(found, load_factor=at)
+        why = REFUTED.format(found.load_factor, upper.load_factor)
+        return replace(found, status=Status.UNDECIDED, load_factor=nan, reason=why)
 
     @cached_property
     def open_nodes(self) -> tuple[int, ...]:
@@ -198,25 +220,29 @@ class JointLimits(Result):
     @cached_property
     def energy(self) -> EnergyBound:
         """λ_E, proved from this state by an energy; for the zone where nodes are open."""
-        return energy_bound(
-            self.problem,
-            self.initial_slip,
-            self.distance,
-            open_nodes=self.open_nodes,
-            certify=self.certify,
-            tolerances=self.tolerances,
+        return self._not_refuted(
+            energy_bound(
+                self.problem,
+                self.initial_slip,
+                self.distance,
+                open_nodes=self.open_nodes,
+                certify=self.certify,
+                tolerances=self.tolerances,
+            )
         )
 
     @_where_it_exists
     def box(self) -> BoxBound:
         """λ_box, proved from this state, closed at all nodes, by a box."""
         closed = None if self.open_nodes else present(sought(lambda: self.upper))
-        return box_bound(self.problem, self.initial_slip, upper=closed, tolerances=self.tolerances)
+        return self._not_refuted(
+            box_bound(self.problem, self.initial_slip, upper=closed, tolerances=self.tolerances)
+        )
 
     @cached_property
     def accumulated(self) -> AccumulatedBound:
         """λ_S, proved from this state, closed at all nodes, by a bound on their total slip."""
-        return accumulated_bound(self.problem, self.initial_slip)
+        return self._not_refuted(accumulated_bound(self.problem, self.initial_slip))
 
     @cached_property
     def first_slip(self) -> Onset:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:  # they load solvers
     from shakedown.bounds.every_state.universal_bound import UniversalBound
     from shakedown.bounds.results import UpperBound
 
+REFUTED = "round-off decides: its load factor is {:.7g}, although no slip is safe above {:.7g}"
 ENERGY, BOX, SLIP = (SYMBOLS[word] for word in ("energy", "box", "accumulated"))
 
 
@@ -70,6 +71,26 @@ def from_state(
         if best.least_load_factor > 0 or not other.load_factor <= best.load_factor:
             best = FromState(symbol, other.load_factor, 0.0)
     return best
+
+
+def not_refuted(load_factor: float, upper: UpperBound, tolerances: Tolerances = DEFAULT) -> float:
+    """What is proved, unless λ_max of closed nodes refutes it: NaN then.
+
+    What is above it by ``agreement`` at most, as round-off in either may put it, is rounded down.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> upper = shakedown.upper_bound(shakedown.example("two-node"))
+    >>> [not_refuted(share * upper.certified[1], upper) / upper.certified[0] for share in (1.0 + 1e-12, 1.1)]
+    [1.0, nan]
+    """
+    if upper.open_nodes or upper.status not in (Status.OPTIMAL, Status.INFEASIBLE):
+        return load_factor
+    low, high = np.nan_to_num(upper.certified or (upper.load_factor, upper.load_factor)).tolist()
+    if not load_factor > high:
+        return load_factor
+    return low if load_factor <= (1.0 + tolerances.agreement) * high else nan
 
 
 def admitted_up_to(problem: Problem, slip: FloatArray, tolerances: Tolerances = DEFAULT) -> float:
@@ -124,9 +145,10 @@ class NumberedLimits(Protocol):
 
 def proved_from_every_state(limits: NumberedLimits) -> float:
     """λ_U; 0 where nothing is proved, NaN where a program of the proof did not finish."""
-    if limits.universal.status == Status.UNDECIDED:
+    universal = limits.universal
+    if universal.status == Status.UNDECIDED:
         return nan
-    return 0.0 if isnan(limits.universal.load_factor) else limits.universal.load_factor
+    return 0.0 if isnan(universal.load_factor) else not_refuted(universal.load_factor, limits.upper)
 
 
 def proved_from_this_state(limits: NumberedLimits) -> float:

@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from joints_in_space import random_joint
 
 import shakedown
+from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from benchmarks.problems import in_units, random_problem
 from shakedown.assessment import every_limit
 from shakedown.assessment.three_numbers import admitted_up_to
@@ -18,6 +20,10 @@ from tests.joints import any_joint
 
 TWO, THREE, BLOCK = (shakedown.example(name) for name in ("two-node", "three-node", "block-9"))
 RECEDING = shakedown.example("receding-block")
+
+
+def random_joint_of_two(_, seed):
+    return random_joint(np.random.default_rng(seed), 2)
 
 
 @pytest.mark.parametrize("problem", [TWO, THREE, BLOCK])
@@ -99,6 +105,48 @@ def test_what_is_proved_and_what_is_impossible_is_so(seed):
         state = shakedown.long_term_state(problem, 1.01 * above + 1e-3, slip)
         assert state.outcome != shakedown.Outcome.SHAKEDOWN or state.open_nodes
     assert found.said_as_given != Said.SHAKEDOWN or found.as_given == shakedown.Outcome.SHAKEDOWN
+
+
+@pytest.mark.parametrize("exponent", [3, 7, 9, 12, 16, 30])
+@pytest.mark.parametrize("number", range(4))
+def test_no_claim_refutes_another_however_small_friction_is(number, exponent):
+    """What is proved at any friction is not above what is proved to be impossible there, by not one bit."""
+    makers = (drawn_joint, drawn_joint_in_space, lambda _, seed: random_problem(2, seed), random_joint_of_two)
+    problem = makers[number](5, exponent % 3)
+    problem = replace(problem, f=10.0**-exponent * np.broadcast_to(problem.f, problem.n))
+    found = shakedown.assess(problem, open_nodes=())
+    limits, above = found.details, found.impossible_above
+    proofs = [limits.energy, limits.accumulated, present(limits.box)]
+    proved = [found.proved_from_every_state, found.proved_from_this_state]
+    proved += [bound.load_factor for bound in proofs if bound is not None]
+    assert not any(each > above for each in proved)
+    assert above > 0.0 or limits.upper.status == "infeasible" or not problem.f.any()
+
+
+def test_a_proof_that_certified_numbers_refute_is_withdrawn():
+    """Friction 1e-12 of the mean load: the box ends 1e-6 above the exact λ_max."""
+    joint = drawn_joint(5, 1)
+    problem = replace(joint, f=1e-12 * joint.f)
+    found, box = shakedown.assess(problem, open_nodes=()), shakedown.box_bound(problem)
+    assert box.load_factor > (1.0 + 1e-7) * found.impossible_above
+    withdrawn = present(found.details.box)
+    assert withdrawn is not None
+    assert (withdrawn.status, np.isnan(withdrawn.load_factor)) == ("undecided", True)
+    assert "round-off decides" in withdrawn.reason
+    assert not found.proved_from_this_state > found.impossible_above
+
+
+def test_a_bound_in_floats_that_a_proof_refutes_is_withdrawn(monkeypatch):
+    problem = shakedown.example("two-node-3d")
+    every, upper = shakedown.universal_bound(problem), shakedown.upper_bound(problem)
+    for factor, status in ((1.0 - 1e-9, "optimal"), (0.99, "undecided")):
+        wrong = replace(upper, load_factor=factor * every.load_factor, certified=None, uncertified="too soft")
+        monkeypatch.setattr(every_limit, "upper_bound", lambda *_, wrong=wrong, **__: wrong)
+        found = shakedown.assess(problem)
+        assert found.details.upper.status == status
+        assert not found.proved_from_every_state > found.impossible_above
+    assert np.isnan(found.impossible_above)
+    assert "shakedown is proved up to" in found.details.upper.reason
 
 
 def test_units_do_not_matter():

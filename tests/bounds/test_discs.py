@@ -80,6 +80,22 @@ def test_load_in_one_direction_is_the_plane(name):
     assert two.certified[0] <= one.load_factor <= two.certified[1]
 
 
+@pytest.mark.parametrize("exponent", [6, 9, 16, 30])
+@pytest.mark.parametrize("name", ["one-node-3d", "four-node-3d", "two-node"])
+def test_small_friction_bears_a_load_in_proportion(name, exponent):
+    """λ_max / f, as f vanishes: slip takes the mean load, and friction under the pressures left the rest."""
+    problem = shakedown.example(name)
+    loop, small = loading(problem), 10.0**-exponent
+    p = loop.p0 - problem.B @ np.linalg.solve(problem.A, loop.q0)
+    steady = {"q_w": loop.q1, "p_w": np.tile(p, (len(loop.p1), 1))}
+    limit = shakedown.upper_bound(Problem(A=problem.A, B=0.0 * problem.B, f=problem.f, **steady))
+    found = shakedown.upper_bound(replace(problem, f=small * problem.f))
+    assert found.load_factor == pytest.approx(small * limit.load_factor, rel=1e-7 + small, abs=0.0)
+    if found.certified is not None:
+        assert found.certified[0] <= found.load_factor <= found.certified[1]
+    np.testing.assert_allclose(problem.A @ found.slip, -loop.q0, rtol=1e-3, atol=1e-3 * np.abs(loop.q1).max())
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_tangents_may_be_turned(seed):
     rng = np.random.default_rng(seed)

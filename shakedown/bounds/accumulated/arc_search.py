@@ -125,7 +125,7 @@ def _reach(problem: Problem) -> FloatArray:
 
 @once_per_problem
 def _origins(problem: Problem) -> FloatArray:
-    """The direction of every node from which its sectors are counted, the same one whatever the tangents, (n,).
+    """The direction from which the sectors of every node are counted, whatever its tangents are, (n,) [rad].
 
     That of the largest of its reactions, of what slips like the reactions change in them, and of what its
     slip changes in pressures; the first one of several as large.

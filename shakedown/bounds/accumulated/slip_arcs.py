@@ -113,9 +113,7 @@ class Cells:
         within = np.arange(len(place)) - np.repeat(np.cumsum(count) - count, count)
         size = (self.size // count)[place]
         start = self.start[place] + within * size
-        return replace(
-            self, node=self.node[place], start=start, size=size, chosen=self.chosen[place]
-        ), place
+        return replace(self, node=self.node[place], start=start, size=size, chosen=self.chosen[place]), place
 
     def arcs(self) -> "Grouped | None":
         """The arcs formed by the chosen cells; None where these fill a circle."""

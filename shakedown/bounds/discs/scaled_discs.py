@@ -1,13 +1,14 @@
 """The program of the largest or smallest last unknown over the discs of all nodes, in numbers near 1."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.discs.disc_rows import DiscRows
+from shakedown.bounds.discs.safe_proof import exact_products
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
+from shakedown.ground.round_off import ITERATIONS, MUCH, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
 from shakedown.ground.size_limits import CONE
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
@@ -69,7 +70,9 @@ class ScaledDiscs:
     program
         The program of (ξ, λ), x = R⁻¹ ξ: in rows the half-spaces, then λ ≥ 0 and λ ≤ its cap.
     rows
-        The limits.
+        The limits, about the origin.
+    origin : (k,)
+        Slips from which those of the program are counted [length].
     weights : (n + o,)
         What the rows of a node, or a half-space, were multiplied by.
     unit
@@ -80,14 +83,19 @@ class ScaledDiscs:
 
     program: DiscProgram
     rows: DiscRows
+    origin: FloatArray
     weights: FloatArray
     unit: float
     load_unit: float
 
     def slips(self, x: FloatArray) -> FloatArray:
         """Unknowns (k,) [length] from a point (K + 1,) of the program; none where all of it is round-off."""
+        return self.origin + self.changes(x)
+
+    def changes(self, x: FloatArray) -> FloatArray:
+        """What these are from the origin on, (k,) [length]."""
         if np.abs(x[:-1]).max(initial=0.0) <= ROUND_OFF:
-            return np.zeros(len(self.rows.basis.to_slips))
+            return np.zeros(len(self.origin))
         return np.asarray(self.unit * (self.rows.basis.to_slips @ x[:-1]))
 
     def multipliers(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -101,6 +109,7 @@ class ScaledDiscs:
 
 def scaled_discs(rows: DiscRows, towards: float, cap: float = np.inf) -> ScaledDiscs:
     """The program of the largest (towards −1) or smallest (+1) last unknown ≥ 0, at most ``cap``."""
+    rows, origin = without_mean(rows)
     basis = rows.basis
     n, K, Q = len(rows.stiffness), basis.Q.shape[1], basis.shared.blocks
     lengths = np.append(np.linalg.norm(Q, axis=(1, 2)), np.linalg.norm(basis.Q[3 * n :], axis=1))
@@ -132,7 +141,34 @@ def scaled_discs(rows: DiscRows, towards: float, cap: float = np.inf) -> ScaledD
         shared=basis.shared,
         scale=np.repeat(-second[:n, None], CONE, axis=1),
     )
-    return ScaledDiscs(program, rows, weights, unit, load_unit)
+    return ScaledDiscs(program, rows, origin, weights, unit, load_unit)
+
+
+def without_mean(rows: DiscRows) -> tuple[DiscRows, FloatArray]:
+    """The limits counted from slips that take the reactions of the mean load, and these slips (k,).
+
+    Where those are so much larger than what friction bears that its limits would be lost in their round-off;
+    else the limits as they are. These slips are sums of parts, so that no digit of what they leave is lost.
+    """
+    one = np.unique(rows.node, return_index=True)[1]
+    mean, flat, H, parts = rows.c[one], rows.flat, rows.half_spaces, list[FloatArray]()
+    limits, reactions = np.abs(mean[:, 0]), np.hypot(mean[:, 1], mean[:, 2])
+    if not np.any((limits > 0) & (reactions * SIX_DIGITS > limits)):
+        return rows, np.zeros(flat.shape[1])
+
+    def left(matrix: FloatArray, constant: FloatArray) -> FloatArray:
+        terms = np.column_stack([*[matrix] * len(parts), constant.ravel()])
+        return exact_products(terms, np.concatenate([*parts, np.ones(1)]))
+
+    tangential = rows.stiffness[:, 1:].reshape(-1, flat.shape[1])
+    inverse, rest = np.linalg.pinv(tangential), mean
+    for _ in range(ITERATIONS):
+        parts.append(-inverse @ rest[:, 1:].ravel())
+        before, rest = rest, left(flat, mean).reshape(-1, 3)
+        if not np.abs(rest[:, 1:]).max() < MUCH * np.abs(before[:, 1:]).max():
+            break
+    near = replace(H, g=left(-H.coefficients, H.g))
+    return rows.under(c=rest[rows.node] + (rows.c - mean[rows.node]), half_spaces=near), np.sum(parts, axis=0)
 
 
 def in_units(scaled: ScaledDiscs, end: SelfDualSolution) -> UnscaledSolution:
@@ -140,7 +176,7 @@ def in_units(scaled: ScaledDiscs, end: SelfDualSolution) -> UnscaledSolution:
     y, z = scaled.multipliers(end.multipliers)
     x, load_factor = scaled.slips(end.x), float(end.x[-1] * scaled.load_unit)
     if end.status == Status.UNBOUNDED:  # per load factor
-        x, load_factor = x / load_factor, 1.0
+        x, load_factor = scaled.changes(end.x) / load_factor, 1.0
     if end.status == Status.INFEASIBLE:
         x, load_factor = np.full(len(x), np.nan), np.nan
         size = -float(np.vdot(y, scaled.rows.c) + z @ scaled.rows.half_spaces.g)

@@ -75,7 +75,9 @@ def best_bound(
     """
     unit = _load_unit(limits)
     scaled = replace(limits, d=unit * limits.d, gap_d=unit * limits.gap_d)
-    found = _best_bound(problem, scaled, start, distance, tolerances, split=split)
+    found = sought(_best_bound, problem, scaled, start, distance, tolerances, split=split)
+    if isinstance(found, Missing):
+        return replace(no_bound(start, distance, found.reason, Status.UNDECIDED), share=limits.share)
     return replace(
         found,
         load_factor=unit * found.load_factor,
@@ -104,9 +106,7 @@ def _best_bound(
     if reason := without_margin(limits):
         return replace(nothing, reason=reason)
     check_resolved(limits, start, distance, tolerances)
-    found = sought(largest_load_factor, limits, start, distance, tolerances, split=split)
-    if isinstance(found, Missing):
-        return replace(nothing, status=Status.UNDECIDED, reason=found.reason)
+    found = largest_load_factor(limits, start, distance, tolerances, split=split)
     nothing = replace(nothing, share=found.limits.share)
     if found.status == Status.INFEASIBLE:
         left = found.contradiction()

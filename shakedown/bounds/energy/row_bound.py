@@ -12,6 +12,7 @@ from shakedown.bounds.energy.exact_check import ExactBall
 from shakedown.bounds.energy.row_solution import RowSolution, contradiction, row_solution, widest_margin
 from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SETTLED
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.contact_zone import Zone
@@ -93,7 +94,9 @@ def _optimal(
 ) -> EnergyBound:
     slip = start + rows.metric.inverse @ end.y * about.length
     relative = (float(np.linalg.norm(end.y)) + about.offset) * about.length
-    load_factor, proved = max(end.load_factor, 0.0), about.proved(end.multipliers)
+    multipliers, proved = _of_rows(rows, end.multipliers[:-1]), about.proved(end.multipliers)
+    uncertain = SETTLED * float(multipliers @ rows.sizes(slip, end.load_factor, relative))
+    load_factor = max(end.load_factor - uncertain, 0.0)  # rounded down by all round-off of its rows
     excess = -rows.slack(slip, load_factor, relative) / rows.sizes(slip, load_factor, relative)
     return EnergyBound(
         status=Status.OPTIMAL,
@@ -108,7 +111,7 @@ def _optimal(
         gap=proved / load_factor - 1.0 if load_factor > 0 else proved,
         certificate=None,
         reason="",
-        multipliers=_of_rows(rows, end.multipliers[:-1]),
+        multipliers=multipliers,
     )
 
 
