@@ -31,6 +31,7 @@ STUDIES: tuple[str, ...] = (
     "collapse_adversary",
     "complete_contact",
     "constants",
+    "contradictions",
     "damping",
     "energy_adversary",
     "energy_bounds",

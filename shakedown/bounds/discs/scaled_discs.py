@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.bounds.discs.safe_proof import exact_products
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ITERATIONS, MUCH, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
+from shakedown.ground.round_off import FOUR_DIGITS, ITERATIONS, MUCH, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
 from shakedown.ground.size_limits import CONE
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
@@ -153,7 +153,7 @@ def without_mean(rows: DiscRows) -> tuple[DiscRows, FloatArray]:
     one = np.unique(rows.node, return_index=True)[1]
     mean, flat, H, parts = rows.c[one], rows.flat, rows.half_spaces, list[FloatArray]()
     limits, reactions = np.abs(mean[:, 0]), np.hypot(mean[:, 1], mean[:, 2])
-    if not np.any((limits > 0) & (reactions * SIX_DIGITS > limits)):
+    if not np.any((limits > 0) & (reactions * FOUR_DIGITS > limits)):
         return rows, np.zeros(flat.shape[1])
 
     def left(matrix: FloatArray, constant: FloatArray) -> FloatArray:

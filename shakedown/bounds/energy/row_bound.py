@@ -12,7 +12,7 @@ from shakedown.bounds.energy.exact_check import ExactBall
 from shakedown.bounds.energy.row_solution import RowSolution, contradiction, row_solution, widest_margin
 from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SETTLED
+from shakedown.ground.round_off import NEGLIGIBLE, SETTLED
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.contact_zone import Zone
@@ -96,7 +96,11 @@ def _optimal(
     relative = (float(np.linalg.norm(end.y)) + about.offset) * about.length
     multipliers, proved = _of_rows(rows, end.multipliers[:-1]), about.proved(end.multipliers)
     uncertain = SETTLED * float(multipliers @ rows.sizes(slip, end.load_factor, relative))
-    load_factor = max(end.load_factor - uncertain, 0.0)  # rounded down by all round-off of its rows
+    load_factor = max(end.load_factor, 0.0)
+    if (
+        uncertain > NEGLIGIBLE * load_factor
+    ):  # digits are lost beside the mean load: rounded down by all of them
+        load_factor = max(load_factor - uncertain, 0.0)
     excess = -rows.slack(slip, load_factor, relative) / rows.sizes(slip, load_factor, relative)
     return EnergyBound(
         status=Status.OPTIMAL,
