@@ -82,6 +82,10 @@ class Measure:
         """Whether what a change of one slip does to the reactions is undone by what others do."""
         return self.size(change) <= THREE_DIGITS * self.terms(change)
 
+    def apart(self, change: FloatArray) -> float:
+        """The largest entry of a change, rigid slip apart [length]."""
+        return float(np.abs(change - self.rigid @ (self.rigid.T @ change)).max())
+
     def misses(self, change: FloatArray, foreseen: FloatArray, size: float) -> float:
         """The deviation of a change from another one of this size, relative to it; rigid slips included."""
         off = self.size(change - foreseen) / size
@@ -119,8 +123,8 @@ class Leap(NamedTuple):
         The state [length].
     fits
         Whether the next period from there, of those in a row, changes the state as foreseen; None: hopeless.
-    unsure
-        How far the state may be off [length].
+    unsure, apart
+        How far the state may be off, with rigid slip and apart from it [length].
     rate
         Factor per period by which changes shrink.
     """
@@ -128,6 +132,7 @@ class Leap(NamedTuple):
     start: FloatArray
     fits: Callable[[FloatArray], bool | None]
     unsure: float
+    apart: float
     rate: float
 
 
@@ -174,18 +179,19 @@ class Ahead:
                 break
             if not differ <= share:
                 break
-            found, self.count = (state, share, float(np.abs(state - other).max())), count
+            found, self.count = (state, share, state - other), count
             count *= 2
         if found is None:
             return None
-        (state, share, unsure), steps = found, iter(range(self.count, self.count + self.TRIES))
+        (state, share, off), steps = found, iter(range(self.count, self.count + self.TRIES))
 
         def fits(change: FloatArray) -> bool:
             missed = change - recurrence.ahead(next(steps))[1]
             self.missed = np.abs(measure.rigid.T @ missed)
             return size(missed) <= self.ALIKE * share * now
 
-        return Leap(state, fits, unsure, min(share ** (1.0 / self.count), 1.0))
+        rate = min(share ** (1.0 / self.count), 1.0)
+        return Leap(state, fits, float(np.abs(off).max()), measure.apart(off), rate)
 
     def adrift(self, measure: Measure) -> float:
         """Rigid slip that the last leap may be off, as a period at its end was off so much [length]."""
@@ -302,6 +308,7 @@ class Crawl:
             start=window[-1] + gone * (toward + 0.5 * gone * turning),
             fits=self._fits(size * (toward + gone * turning), turn, measure),
             unsure=0.5 * turn * gone * float(np.abs(toward).max()),
+            apart=0.5 * turn * gone * measure.apart(toward),
             rate=min(1.0, 1.0 - slope),
         )
 

@@ -85,6 +85,7 @@ class ReturnSearch:
         self.cycles = self.events = self.leaps = self.looked = 0
         self.gathered = 0.0  # errors of integration, which what no cycle changes keeps
         self.rate, self.unsure = np.nan, 0.0  # per cycle; uncertainty left by leaps …
+        self.apart = 0.0  # … the same without rigid slip, of what drifts on …
         self.adrift = 0.0  # … and in rigid slip, as cycles are the same wherever the joint stands
         self.begun = motion.state.u
         self.rest_foretold = self.cycle_foretold = 0  # cycle from which on it is foreseen
@@ -377,7 +378,8 @@ class ReturnSearch:
                 break
         if taken:
             self.adrift += way.adrift(self.measure)
-            leap = leap._replace(unsure=max(leap.unsure, self._turned(before)))
+            turned = self._turned(before)
+            leap = leap._replace(unsure=max(leap.unsure, turned), apart=max(leap.apart, turned))
         self._end_leap(before, leap if taken else None)
         if taken and way is self.ahead:
             self.crawl.forget()
@@ -407,7 +409,8 @@ class ReturnSearch:
             self.records = deque(before.records, maxlen=self.records.maxlen)
             return
         self.leaps, self.mean = self.leaps + 1, None
-        self.unsure += max(leap.unsure, self._passed_kinks(before))
+        kinks, apart = self._passed_kinks(before), leap.apart if isinstance(leap, Leap) else leap.unsure
+        self.unsure, self.apart = self.unsure + max(leap.unsure, kinks), self.apart + max(apart, kinks)
         self.rate = leap.rate ** (1.0 / self.period)
         self.repeated = [0] * self.rules.longest_period
 
@@ -530,8 +533,10 @@ class ReturnSearch:
         if goes_on and not all(self._cycle() for _ in range(period)):
             stop = self.motion.stop
             return self._undecided(f"{stop.reason if stop else 'no more cycles'}, after {reason}")
-        moved = self._change(period)
-        drift = moved if outcome == Outcome.RATCHETTING else np.zeros_like(moved)
+        moved, unsure, adrift = self._change(period), self.unsure, self.adrift
+        drift = np.zeros_like(moved)
+        if outcome == Outcome.RATCHETTING:  # where it stands on its way tells nothing
+            drift, unsure, adrift = moved, self.apart, 0.0
         return Settled(
             outcome=outcome,
             reason=reason,
@@ -543,8 +548,8 @@ class ReturnSearch:
             events=self.events,
             contraction=rate,
             return_error=float(np.abs(moved - drift).max()),
-            error=max(left, self.rules.noise) + self.gathered + self.unsure + self.adrift,
-            adrift=self.adrift,
+            error=max(left, self.rules.noise) + self.gathered + unsure + adrift,
+            adrift=adrift,
             start=start,
             first_cycles=self._passed_through,
             jumps=tuple(self.jumps),

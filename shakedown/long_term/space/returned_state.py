@@ -41,11 +41,12 @@ class ReturnedState(LongTermState):
     ----------
     error
         Estimated distance of ``final_slip`` from where the motion really ends, largest entry [length]: from
-        the rate at which the cycles close in, and from what leaps ahead leave open. NaN where undecided.
+        the rate at which the cycles close in, and from what leaps ahead leave open; where it ratchets apart
+        from rigid slip, which goes on for ever. NaN where undecided.
     first_cycles
         What the search has passed through before it first leapt.
     jumps
-        Those of the cycles that it has followed.
+        Those of the cycles that it has followed. Of a joint in uncoupled ``parts`` both are told by these.
     """
 
     DOCUMENT: ClassVar[str] = f"{LongTermState.DOCUMENT} error"

@@ -62,7 +62,7 @@ class Settled:
         How far the last period has missed its start, drift apart [length].
     error, adrift
         Estimated distance of the state from the long-term state, and rigid slip in it that changes no cycle
-        [length].
+        [length]; where it ratchets the distance apart from rigid slip.
     first_cycles
         What it has passed through before it first leapt.
     jumps
