@@ -66,6 +66,7 @@ STUDIES: tuple[str, ...] = (
     "space_verdicts",
     "stability",
     "transient_limits",
+    "uncoupled_parts",
     "universal_adversary",
     "universal_cost",
     "worked_examples",

@@ -157,7 +157,7 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
     from shakedown.bounds.named_start import moved_by_transient
 
     none_of_slip, none_of_work = resolution(problem, run.load_factor)
-    (dissipation,) = without_round_off([run.dissipation_per_cycle], none_of_work)
+    (dissipation,) = without_round_off([run.dissipation_per_cycle], none_of_work.max())
     lines = [headline(problem), "", *[separated_in_words(problem)] * run.separated]
     factor = load_factor_in_words(problem, run.load_factor)
     lines.append(paragraph(f"{factor}, initial state {shortened(initial)}: {run.outcome}"))

@@ -9,6 +9,7 @@ the slip and the gap of a node stand), ``law`` (Coulomb's law: an interval or a 
 (constant and periodic part, load factor, initial gaps), ``conjugate_loads`` (how many units of each load
 act), ``rigid_slips`` (motions of a body that only friction holds, and where they are pinned),
 ``constraints`` (the rows G v + λ d ≤ g of the thesis, (5.3)–(5.7), or cones), ``contact_zone`` (a joint
-with some nodes open), ``derived`` (data derived from a problem, built once), ``units``, ``arguments``
-(checks of arguments), ``doubtful_data`` (likely mistakes), ``result`` (common methods of results).
+with some nodes open), ``coupled_parts`` (the joints that a joint falls into), ``derived`` (data derived
+from a problem, built once), ``units``, ``arguments`` (checks of arguments), ``doubtful_data`` (likely
+mistakes), ``result`` (common methods of results).
 """

@@ -5,7 +5,8 @@ and its limit where it drifts), ``limit_search`` (the search as Python drives it
 Python), ``passage`` (where a motion began, and what the transient leaves of its start, the slip that random
 loads leave), ``known_bounds`` (limits that no verdict contradicts), ``energy_proof`` (verdicts with proof),
 ``state`` (the answer), ``space/`` (the search for motions that are known cycle by cycle only; verdicts of
-both held against what is proved), ``find_state`` (for one initial state), ``many_states`` (for many);
+both held against what is proved), ``find_state`` (for one initial state), ``part_by_part`` (of a
+joint in uncoupled parts), ``many_states`` (for many);
 ``recorded_walk`` (cycles of a run that can be resumed), ``recorded_verdict`` (what the last ones show),
 ``simulation`` (from event to event or at fixed load steps, and the path as a file).
 

@@ -1,5 +1,6 @@
 """A verdict with proof: has the motion entered an energy ball, or a box that it cannot leave?"""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf, log, nan
 from typing import NamedTuple
@@ -114,7 +115,8 @@ class EnergyProof(Result):
     cycles
         After how many cycles the motion is in the state that proves it; None where nothing does.
     by
-        What proves it: ``"λ_E"`` (a ball, or the bound of its start), ``"λ_S"``, ``"λ_box"``.
+        What proves it: ``"λ_E"`` (a ball, or the bound of its start), ``"λ_S"``, ``"λ_box"``; empty where
+        that differs from one uncoupled part to another.
     further
         With ``"λ_S"`` the bound on the total slip of any node from then on [length].
     """
@@ -130,6 +132,22 @@ class EnergyProof(Result):
 
 NO_PROOF = EnergyProof(False)
 ENERGY, BOX, SLIP = (SYMBOLS[word] for word in ("energy", "box", "accumulated"))
+
+
+def proof_of_parts(proofs: Sequence[EnergyProof]) -> EnergyProof:
+    """The proof of a joint in uncoupled parts from that of each: a product of balls, …"""
+    if not all(proof.proved for proof in proofs):
+        return NO_PROOF
+    by = {proof.by for proof in proofs}
+    return EnergyProof(
+        proved=True,
+        margin=float(np.min([proof.margin for proof in proofs])),
+        single_node_margin=float(np.min([proof.single_node_margin for proof in proofs])),
+        best=all(proof.best for proof in proofs),
+        cycles=max(proof.cycles or 0 for proof in proofs),
+        by=by.pop() if len(by) == 1 else "",
+        further=float(np.max([proof.further for proof in proofs])),
+    )
 
 
 @on_one_thread

@@ -1,21 +1,24 @@
 """The exact long-term state of a joint under periodic loading."""
 
 from collections.abc import Iterable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.campaign.recorded_steps import StepProgress
+from shakedown.campaign.recorded_steps import RecordedSteps, StepProgress
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words
 from shakedown.ground.size_limits import CYCLES, MANY
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_arguments, checked, checked_initial_slip
+from shakedown.joint.coupled_parts import Part, coupled_parts
 from shakedown.joint.derived import lent
 from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, empty_answers
+from shakedown.long_term.part_by_part import joined_state
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.plane.search import BLURRED, BROKEN, LEFT, SHAKEDOWN, UNDECIDED, SearchState
 from shakedown.long_term.space.proved_verdict import heeding_proofs
@@ -24,6 +27,7 @@ from shakedown.long_term.space.settled import VARIES_LITTLE
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.cycle_record import State
 from shakedown.motion.evolution import Evolution
+from shakedown.motion.method import beginning
 
 
 @checked
@@ -85,11 +89,11 @@ def long_term_state(
 
 
 class Patience(NamedTuple):
-    """How long a long-term state is sought, and where the search reports its progress."""
+    """How long a long-term state is sought, and the run that records how far the search has got."""
 
     most_cycles: int
     longest_period: int
-    progress: StepProgress | None = None
+    steps: RecordedSteps | None = None
 
 
 @on_one_thread
@@ -102,12 +106,22 @@ def settled_state(
     tolerances: Tolerances,
 ) -> LongTermState:
     """As :func:`long_term_state`, reusing the last search on the problem where its settings are the same."""
+    most_cycles, longest_period, steps = patience
+    parts = coupled_parts(problem, open_nodes)
+    if len(parts) > 1:
+        start = beginning(problem, load_factor, initial_slip, open_nodes, tolerances).state.u
+
+        def settled(part: Part) -> LongTermState:
+            own = start[part.slips], part.among(open_nodes)
+            return settled_state(part.joint, load_factor, *own, patience, tolerances)
+
+        found = [steps.done(partial(settled, part)) if steps else settled(part) for part in parts]
+        return joined_state(problem, open_nodes, parts, found)
+    progress = None if steps is None else steps.progress()
     if problem.directions > 1:
         start = checked_initial_slip(problem, initial_slip)
         begun = Passage(problem, float(load_factor), tolerances, start, open_nodes)
-        return heeding_proofs(returned_state(begun, *patience))
-
-    most_cycles, longest_period, progress = patience
+        return heeding_proofs(returned_state(begun, most_cycles, longest_period, progress))
 
     def build() -> LimitSearch:
         evolution = Evolution(problem, load_factor, initial_slip, tolerances, open_nodes=open_nodes)

@@ -20,6 +20,7 @@ from shakedown.joint.arguments import (
     real_array,
     require_problem,
 )
+from shakedown.joint.coupled_parts import coupled_parts
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import Patience, settled_state
@@ -27,6 +28,7 @@ from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSear
 from shakedown.long_term.plane.search import BLURRED, CYCLIC_SLIP, SHAKEDOWN, UNDECIDED, Answers
 from shakedown.long_term.space.proved_verdict import CLEAR
 from shakedown.long_term.space.returned_state import ReturnedStates, enter
+from shakedown.long_term.state import LongTermState
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
 
@@ -191,10 +193,12 @@ class _Batch:
         """Process blocks of a given size until none are left."""
         if not len(self.starts):
             return
-        search: LimitSearch | ReturnedStates
+        search: LimitSearch | ReturnedStates | None = None
         motion = Evolution(self.problem, self.load_factor, None, self.tolerances)
         plane = self.problem.directions == 1
-        if plane:
+        if len(coupled_parts(self.problem)) > 1:
+            plane = False  # each part has been held against its own proofs
+        elif plane:
             search = LimitSearch(motion, self.most, self.longest_period)
         else:
             search = ReturnedStates(motion, self.most, self.longest_period)
@@ -204,7 +208,12 @@ class _Batch:
                 return
             block = slice(first, first + size)
             answers = Answers._make(column[block] for column in self.answers)
-            search.from_slips(self.starts[block], answers, lambda: self.stopped)
+            if search is None:
+                for k, start in enumerate(self.starts[block]):
+                    if not self.stopped:
+                        enter(self._alone(start), answers, k)
+            else:
+                search.from_slips(self.starts[block], answers, lambda: self.stopped)
             if plane and not self.stopped:
                 self._heed_proofs(self.starts[block], answers)
 
@@ -224,10 +233,14 @@ class _Batch:
         for k in np.flatnonzero(spent | (answers.verdict == BLURRED)).tolist():
             self._differs(starts[k], answers, k)
 
+    def _alone(self, start: FloatArray) -> LongTermState:
+        """The single answer for a start."""
+        patience = Patience(self.most, self.longest_period)
+        return settled_state(self.problem, self.load_factor, start, (), patience, self.tolerances)
+
     def _differs(self, start: FloatArray, answers: Answers, k: int) -> bool:
         """Whether the single answer for a start differs; if so it is entered."""
-        patience = Patience(self.most, self.longest_period)
-        state = settled_state(self.problem, self.load_factor, start, (), patience, self.tolerances)
+        state = self._alone(start)
         if OUTCOMES[answers.verdict[k]] == state.outcome:
             return False
         enter(state, answers, k)

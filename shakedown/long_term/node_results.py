@@ -16,7 +16,7 @@ from shakedown.long_term.diameters import diameter, diameter_within
 from shakedown.long_term.node_points import axes_of, coordinates_of, faces_of, labels_of, normals_of
 from shakedown.long_term.node_table import MIXED, NOT_KNOWN, SLIPS, STAYS_OPEN, STICKS, NodeResults
 from shakedown.long_term.state import LongTermState, SteppedState
-from shakedown.motion.checked_law import path_resolution, scales
+from shakedown.motion.checked_law import length_scales, path_resolution
 from shakedown.motion.event_history import EventHistory
 
 Settled = LongTermState | SteppedState
@@ -156,7 +156,7 @@ def slip_extents(settled: Settled, tolerances: Tolerances) -> FloatArray:
 def _closed(settled: Settled, path: EventHistory, tolerances: Tolerances) -> NDArray[np.bool_]:
     """Whether each node is in contact, (s, n)."""
     nothing = path_resolution(settled.problem, tolerances)
-    return np.asarray(path.w <= nothing * scales(settled.problem, settled.load_factor).length)
+    return np.asarray(path.w <= nothing * length_scales(settled.problem, settled.load_factor))
 
 
 def _ranges(settled: Settled, v: FloatArray, closed: NDArray[np.bool_], drift: FloatArray) -> FloatArray:
@@ -209,9 +209,9 @@ def statuses(settled: Settled, tolerances: Tolerances) -> tuple[str, ...]:
     n = settled.problem.n
     words = np.full(n, STICKS if settled.period else NOT_KNOWN, dtype=object)
     if settled.period:
-        none = path_resolution(settled.problem, tolerances)
-        none *= scales(settled.problem, settled.load_factor).length
-        words[settled.slip_per_cycle > 4 * none] = SLIPS
+        none = 4 * path_resolution(settled.problem, tolerances)
+        slips = settled.slip_per_cycle > none * length_scales(settled.problem, settled.load_factor)
+        words[slips] = SLIPS
         words[_opened(settled)] = MIXED
     words[list(settled.open_nodes)] = STAYS_OPEN
     return tuple(words)

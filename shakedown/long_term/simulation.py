@@ -109,7 +109,7 @@ class Simulation(SettledState):
 
         In space, where no path was recorded, those of the cycles that the search has followed.
         """
-        if self.followed is None and isinstance(self.settled, ReturnedState):
+        if self.followed is None and isinstance(self.settled, ReturnedState) and not self.settled.parts:
             return self.settled.jumps
         return self.cycles.jumps
 
@@ -240,7 +240,7 @@ def _run(problem: Problem, asked: _Request, steps: RecordedSteps, tolerances: To
         return _at_fixed_steps(_stepping(*start, asked.open_nodes, asked.method, tolerances), asked, steps)
 
     def settled() -> LongTermState:
-        patience = Patience(asked.cycles, LONGEST_PERIOD, steps.progress())
+        patience = Patience(asked.cycles, LONGEST_PERIOD, steps)
         return settled_state(*start, asked.open_nodes, patience, tolerances)
 
     return _from_event_to_event(steps.done(settled), asked.record, steps)
@@ -273,23 +273,12 @@ def _judged(state: LongTermState, path: Walk) -> LongTermState:
     met = path_violation(begun.problem, begun.load_factor, begun.tolerances, path.history)
     if met <= law_resolution(begun.problem, begun.tolerances):
         return replace(state, met=float(np.fmax(met, state.met)))
-    n = len(state.final_slip)
     return replace(
-        state,
+        state.without_period(),
         outcome=Outcome.UNDECIDED,
         reason=f"the friction law is violated by {met:.1e} on the way there ({state.reason})",
-        period=0,
-        drift=np.full(n, np.nan),
-        slip_per_cycle=np.full(n, np.nan),
-        friction_dissipation_per_cycle=np.nan,
-        jump_dissipation_per_cycle=np.nan,
-        jumps_per_cycle=np.nan,
         open_nodes=(),
-        dissipations=np.array([]),
-        opened=np.zeros(n, dtype=bool),
-        contraction=np.nan,
-        return_error=np.nan,
-        signature=0,
+        opened=np.zeros(state.problem.n, dtype=bool),
         met=met,
     )
 

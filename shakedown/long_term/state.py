@@ -1,18 +1,25 @@
 """The long-term state of a joint, with the evidence for it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import ceil, log
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
+from shakedown.joint.coupled_parts import coupled_parts, of_nodes
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.energy_proof import NO_PROOF, EnergyProof, energy_proof, with_margins
+from shakedown.long_term.energy_proof import (
+    NO_PROOF,
+    EnergyProof,
+    energy_proof,
+    proof_of_parts,
+    with_margins,
+)
 from shakedown.long_term.passage import Approach, FirstCycles, Passage
 from shakedown.motion.cycle_record import State, Stop
 from shakedown.motion.event_history import EventHistory
@@ -149,6 +156,9 @@ class LongTermState(SettledState):
         What was passed through on the way, where that is kept.
     proof
         What proves it, where that is known already.
+    parts
+        Of a joint in uncoupled parts (:mod:`shakedown.joint.coupled_parts`) the state of each, which all
+        else follows from; else empty.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -171,6 +181,24 @@ class LongTermState(SettledState):
     goal: State = field(repr=False, compare=False)
     first_cycles: FirstCycles | None = field(default=None, repr=False, compare=False)
     proof: EnergyProof | None = field(default=None, repr=False, compare=False)
+    parts: tuple["LongTermState", ...] = field(default=(), repr=False, compare=False)
+
+    def without_period(self) -> Self:
+        """The same, with nothing that is known of a period."""
+        nothing = np.full_like(self.final_slip, np.nan)
+        return replace(
+            self,
+            period=0,
+            drift=nothing,
+            slip_per_cycle=np.full(self.problem.n, np.nan),
+            friction_dissipation_per_cycle=np.nan,
+            jump_dissipation_per_cycle=np.nan,
+            jumps_per_cycle=np.nan,
+            dissipations=np.array([]),
+            contraction=np.nan,
+            return_error=np.nan,
+            signature=0,
+        )
 
     def motion(self) -> Evolution:
         """The motion at the start of a period of the long-term state."""
@@ -190,6 +218,9 @@ class LongTermState(SettledState):
         """
         if not self.period:
             return np.full(self.problem.n, np.nan)
+        if self.parts:
+            parts = coupled_parts(self.problem, self.begun.open_nodes)
+            return of_nodes(parts, (part.work_per_cycle for part in self.parts))
         return np.asarray(np.sum([record.work for record in self._walk.records], axis=0) / self.period)
 
     @cached_property
@@ -202,6 +233,8 @@ class LongTermState(SettledState):
         """Largest relative violation of the friction law (:func:`law_violation`), there or met before."""
         if not self.period or (self.first_cycles is not None and not np.isnan(self.met)):
             return self.met  # a search that records its path has checked the period already
+        if self.parts:
+            return max(part.residual for part in self.parts)
         begun = self.begun
         found = path_violation(begun.problem, begun.load_factor, begun.tolerances, self.history)
         return found if np.isnan(self.met) else max(self.met, found)
@@ -241,11 +274,15 @@ class LongTermState(SettledState):
         """The proof, computed on first use by cone programs."""
         if self.outcome != Outcome.SHAKEDOWN:
             return NO_PROOF
+        if self.parts:
+            return proof_of_parts([part._proof for part in self.parts])
         return self.proof or energy_proof(self.begun, self.approach)
 
     @cached_property
     def _margins(self) -> EnergyProof:
         """The proof with the margins of the best ball."""
+        if self.parts and self._proof.proved:
+            return proof_of_parts([part._margins for part in self.parts])
         return self._proof if self._proof.best else with_margins(self.begun, self.approach)
 
     @property

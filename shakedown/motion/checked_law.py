@@ -10,6 +10,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked
+from shakedown.joint.coupled_parts import coupled_parts, of_nodes
 from shakedown.joint.law import Law
 from shakedown.joint.loading import first_load, loading, transient_path
 from shakedown.joint.problem import Problem
@@ -45,6 +46,19 @@ def scales(problem: Problem, load_factor: float) -> Scales:
     """
     check_load_factor(load_factor, problem)
     return scales_of(problem, *loading(problem).at(load_factor), transient_path(problem))
+
+
+def length_scales(problem: Problem, load_factor: float) -> FloatArray:
+    """The length scale of every node, (n,) [length]: of the part of the joint that it is coupled with.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> length_scales(shakedown.example("one-node"), 1.0)
+    array([2.8])
+    """
+    parts = coupled_parts(problem)
+    return of_nodes(parts, (np.full(part.joint.n, scales(part.joint, load_factor).length) for part in parts))
 
 
 def path_accuracy(problem: Problem, tolerances: Tolerances) -> float:

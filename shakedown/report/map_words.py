@@ -172,7 +172,7 @@ def cycles_in_words(found: InitialStateMap) -> str:
 
 def work_that_is_none(found: InitialStateMap) -> float:
     """The work below which it counts as none."""
-    return resolution(found.problem, found.load_factor, found.search.tolerances)[1]
+    return float(resolution(found.problem, found.load_factor, found.search.tolerances)[1].max())
 
 
 def initial_states_in_words(found: InitialStateMap) -> str:

@@ -14,6 +14,7 @@ from shakedown.ground.size_limits import EACH_SHOWN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.constraints import SIDE_NAMES
+from shakedown.joint.coupled_parts import coupled_parts, of_nodes
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.motion.checked_law import path_resolution, scales
@@ -109,24 +110,30 @@ def slipping_nodes(slip: FloatArray, tolerances: Tolerances = DEFAULT) -> tuple[
     return tuple(int(i) for i in np.flatnonzero(slip > tolerances.steadiness * slip.max(initial=0.0)))
 
 
-def without_round_off(values: Sequence[float] | FloatArray, resolution: float) -> list[float]:
-    """Values for display: those within the resolution of a result become zero.
+def without_round_off(values: Sequence[float] | FloatArray, resolution: float | FloatArray) -> list[float]:
+    """Values for display: those within the resolution of a result, or of each, become zero.
 
     Examples
     --------
     >>> without_round_off([5.6e-15, 2.0, float("nan")], 1e-10)
     [0.0, 2.0, nan]
     """
-    return [0.0 if abs(value) <= resolution else float(value) for value in values]
+    none = np.broadcast_to(resolution, len(values))
+    return [0.0 if abs(value) <= least else float(value) for value, least in zip(values, none, strict=True)]
 
 
-def resolution(problem: Problem, load_factor: float, tolerances: Tolerances = DEFAULT) -> tuple[float, float]:
-    """The slip [length] and the work [force × length] per period that count as none in a long-term state.
+def resolution(
+    problem: Problem, load_factor: float, tolerances: Tolerances = DEFAULT
+) -> tuple[FloatArray, FloatArray]:
+    """The slip [length] and the work [force × length] of each node per period that count as none, (n,).
 
-    They are the resolution of a path (:func:`path_resolution`) times the scales of the joint there.
+    They are the resolution of a path (:func:`path_resolution`) times the scales of the joint there, of the
+    part of it that the node is coupled with.
     """
-    scale, share = scales(problem, load_factor), path_resolution(problem, tolerances)
-    return share * scale.length, share * scale.length * scale.force
+    parts, share = coupled_parts(problem), path_resolution(problem, tolerances)
+    known = [(part.joint.n, scales(part.joint, load_factor)) for part in parts]
+    slip = of_nodes(parts, (np.full(n, share * each.length) for n, each in known))
+    return slip, of_nodes(parts, (np.full(n, share * each.length * each.force) for n, each in known))
 
 
 def node_columns(nodes: NodeResults, problem: Problem) -> dict[str, FloatArray]:

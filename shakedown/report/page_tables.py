@@ -158,7 +158,7 @@ def _run_row(problem: Problem, run: Run) -> list[str]:
         {True: "yes", False: "NO", None: "–"}[run.agrees],
         str(s.cycles_simulated),
         number(max(without_round_off(s.slip_per_cycle, slip)), FEW_DIGITS),
-        number(without_round_off([s.dissipation_per_cycle], work)[0], FEW_DIGITS),
+        number(without_round_off([s.dissipation_per_cycle], work.max())[0], FEW_DIGITS),
         "–" if np.isnan(s.residual) else f"{s.residual:.0e}",
         f"{1e3 * run.seconds:.1f} ms",
     ]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.assessment.three_numbers import BOX, SLIP
+from shakedown.assessment.three_numbers import BOX, ENERGY, SLIP
 from shakedown.ground.shown_values import FEW_DIGITS, count, down, up
 from shakedown.ground.status import Outcome
 from shakedown.joint.doubtful_data import is_pulled_everywhere
@@ -115,7 +115,9 @@ def without_margin_in_words(proof: EnergyProof, unit: str) -> str:
         begins = f"After {count(proof.cycles, 'cycle')}" if proof.cycles else "From its start on"
         most = f"{up(proof.further, FEW_DIGITS)} {unit}".rstrip()
         return f"{begins} no node can slip more than {most} in all, in whatever order the loads come"
-    return "The load lies below λ_E of its initial state"
+    if proof.by == ENERGY:
+        return "The load lies below λ_E of its initial state"
+    return "Each of its uncoupled parts is proved to shake down by itself"
 
 
 def margin_at_rest(state: Simulation, unit: str, problem: Problem | None = None) -> str:

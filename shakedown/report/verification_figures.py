@@ -297,4 +297,6 @@ def _without_slip(v: Verification, groups: Sequence[Group]) -> str:
 
 def _none(v: Verification, group: Group) -> float:
     """The slip below which it counts as none in the runs of a panel [length]."""
-    return max(resolution(v.problem, run.simulation.load_factor)[0] for run in group.runs.values())
+    return max(
+        float(resolution(v.problem, run.simulation.load_factor)[0].max()) for run in group.runs.values()
+    )

@@ -17,7 +17,7 @@ from shakedown.joint.result import Result
 from shakedown.long_term.cycle_map import CycleMap, follow_period
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.checked_law import path_accuracy, path_resolution, scales
+from shakedown.motion.checked_law import length_scales, path_accuracy, path_resolution, scales
 from shakedown.motion.method import cycles_of, walk
 from shakedown.studies.map_file import Columns
 from shakedown.studies.map_pieces import MapSearch
@@ -183,10 +183,10 @@ class _Seen:
     named: tuple[str, ...]
 
     @property
-    def still(self) -> float:
-        """Slip per period that counts as none [length]."""
+    def still(self) -> FloatArray:
+        """Slip per period that counts as none, (n,) [length]."""
         share = path_resolution(self.problem, self.search.tolerances)
-        return 4.0 * share * scales(self.problem, self.load_factor).length
+        return 4.0 * share * length_scales(self.problem, self.load_factor)
 
     @property
     def same(self) -> float:

@@ -26,7 +26,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.many_states import checked_initial_slips
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.checked_law import admissible, path_accuracy, scales
+from shakedown.motion.checked_law import admissible, length_scales, path_accuracy
 from shakedown.studies.cycle_search import AttackingStates, CycleSearch
 from shakedown.studies.descent import Simulator
 
@@ -352,7 +352,7 @@ def _result(search: CycleSearch, limits: JointLimits, top: float, seed: int) -> 
 
 def _slipping(state: LongTermState, tolerances: Tolerances) -> tuple[int, ...]:
     """The nodes that slip, in space by more than the path resolves."""
-    none = 10.0 * path_accuracy(state.problem, tolerances) * scales(state.problem, state.load_factor).length
+    none = 10.0 * path_accuracy(state.problem, tolerances) * length_scales(state.problem, state.load_factor)
     return tuple(np.flatnonzero(state.slip_per_cycle > none).tolist())
 
 
