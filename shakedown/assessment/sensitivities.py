@@ -19,6 +19,7 @@ from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, require_plane
 from shakedown.joint.contact_zone import Zone, contact_zone
+from shakedown.joint.coupled_parts import coupled_parts
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
@@ -163,6 +164,8 @@ def sensitivities(
     if reason:
         none = Slopes(*(np.full(shape, np.nan) for shape in ((problem.n, 2), (problem.n, 2), 2)))
         return Sensitivities(symbol, bound.status, reason, bound.load_factor, none, none, none)
+    if isinstance(bound, EnergyBound) and bound.parts:
+        return _of_parts(problem, bound, one_sided, tolerances)
     zone = contact_zone(problem, bound.open_nodes, tolerances=tolerances)
     if isinstance(bound, UpperBound):
         parts = _of_upper(zone, bound, one_sided, tolerances)
@@ -177,6 +180,30 @@ def sensitivities(
         constant=parts.loads(parts.rates.constant, bound.load_factor),
         amplitude=parts.loads(parts.rates.amplitude, bound.load_factor),
     )
+
+
+def _of_parts(problem: Problem, bound: EnergyBound, one_sided: bool, tolerances: Tolerances) -> Sensitivities:
+    """Those of the uncoupled part that decides; where several do, no node of one alone raises the least."""
+    parts, most = coupled_parts(problem, bound.open_nodes), (1.0 + tolerances.feasibility) * bound.load_factor
+    deciding = [
+        (part, each) for part, each in zip(parts, bound.parts, strict=True) if each.load_factor <= most
+    ]
+    several = len(deciding) > 1
+    found = [sensitivities(p.joint, each, one_sided=one_sided, tolerances=tolerances) for p, each in deciding]
+
+    def everywhere(kind: str) -> Slopes:
+        of_nodes = np.zeros((2, problem.n, 2))
+        slopes: list[Slopes] = [getattr(each, kind) for each in found]
+        for (part, _), each in zip(deciding, slopes, strict=True):
+            own = np.array([each.derivative, each.elasticity])
+            if several:
+                own = np.stack([np.maximum(own[..., 0], 0.0), np.minimum(own[..., 1], 0.0)], axis=-1)
+            of_nodes[:, part.nodes] = own
+        together = np.array([each.together for each in slopes])
+        return Slopes(of_nodes[0], of_nodes[1], np.array([together[:, 0].max(), together[:, 1].min()]))
+
+    slopes = {kind: everywhere(kind) for kind in KINDS}
+    return Sensitivities("λ_E", bound.status, "", bound.load_factor, **slopes)
 
 
 @dataclass(frozen=True)

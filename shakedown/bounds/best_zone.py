@@ -18,6 +18,7 @@ from shakedown.ground.size_limits import ALL_PAIRS_UP_TO, ALL_SUBSETS_UP_TO
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.contact_zone import Zone, contact_zone
+from shakedown.joint.coupled_parts import coupled_parts
 from shakedown.joint.problem import Problem
 
 NEIGHBOURS = 8  # changes tried per round, the most promising first
@@ -255,5 +256,11 @@ def chosen_zone(
         return contact_zone(problem, open_nodes, tolerances=tolerances), False
     if open_nodes != "auto":
         raise UsageError(f"open nodes: expected node numbers or 'auto', found {open_nodes!r}")
-    search = best_zone(problem, tolerances=tolerances)
+    parts = coupled_parts(problem)
+    searches = [best_zone(part.joint, tolerances=tolerances) for part in parts]
+    if len(parts) > 1 and min(search.load_factor for search in searches) > -inf:
+        best = zip(parts, searches, strict=True)
+        opened = [part.number(node) for part, search in best for node in search.zone.open_nodes]
+        return contact_zone(problem, opened, tolerances=tolerances), False
+    search = searches[0] if len(parts) == 1 else best_zone(problem, tolerances=tolerances)
     return search.zone, search.left_out and search.load_factor == -inf

@@ -80,6 +80,9 @@ class UpperBound(Result):
     in_floats : (dn + 1,)
         Safe slip [length] and load factor as the linear program found them, before exact arithmetic moved
         their last digits: where searches that end at λ_max begin. NaN where it found none.
+    parts
+        With two directions, of a joint in uncoupled parts (:mod:`shakedown.joint.coupled_parts`), the bound
+        of each; ``multipliers`` are those of the part with the least one. Else empty.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -106,6 +109,7 @@ class UpperBound(Result):
     open_nodes: tuple[int, ...] = ()
     pinned: tuple[int, ...] = ()
     in_floats: FloatArray = field(default_factory=lambda: np.full(1, nan), repr=False)
+    parts: tuple["UpperBound", ...] = field(default=(), repr=False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

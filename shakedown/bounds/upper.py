@@ -2,19 +2,22 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
+from math import nan
 from typing import Literal
 
 import numpy as np
 
 from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.plane_or_space import methods_of
+from shakedown.bounds.results import MOVED, NO_SAFE_STATE
 from shakedown.bounds.results import UpperBound as UpperBound
 from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked
-from shakedown.joint.contact_zone import Zone
+from shakedown.joint.contact_zone import Zone, contact_zone
+from shakedown.joint.coupled_parts import Part, coupled_parts, of_slips, weakest
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.program import Program
@@ -80,9 +83,11 @@ def upper_bound(
     (True, True)
     """
     zone, others_left = chosen_zone(problem, open_nodes, tolerances)
-    found = methods_of(problem).upper(zone, transient, certify, tolerances)
-    if zone.open_nodes:
-        found = _in_zone(zone, found, tolerances)
+    parts = coupled_parts(problem, zone.open_nodes)
+    if len(parts) > 1 and problem.directions > 1:  # a linear program of all parts loses nothing
+        found = _of_parts(zone, parts, transient, certify, tolerances)
+    else:
+        found = _of_zone(zone, transient, certify, tolerances)
     doubt = rigid_slips(zone.joint).doubt
     if (
         found.status == Status.UNBOUNDED and doubt
@@ -92,6 +97,51 @@ def upper_bound(
     if others_left and found.status == Status.INFEASIBLE:
         return replace(found, status=Status.UNDECIDED, reason=NOT_FOUND, active=(), exact=False)
     return found
+
+
+def _of_zone(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> UpperBound:
+    found = methods_of(zone.problem).upper(zone, transient, certify, tolerances)
+    return _in_zone(zone, found, tolerances) if zone.open_nodes else found
+
+
+def _of_parts(
+    zone: Zone, parts: tuple[Part, ...], transient: bool, certify: bool | None, tolerances: Tolerances
+) -> UpperBound:
+    """The bound of a joint in uncoupled parts, from those of each; safe slips of the others at its λ_max."""
+    zones = [contact_zone(p.joint, p.among(zone.open_nodes), tolerances=tolerances) for p in parts]
+    found = [_of_zone(each, transient, certify, tolerances) for each in zones]
+    deciding, least = weakest(found), float(np.max([each.least_load_factor for each in found]))
+    part, bound, reason = parts[deciding], found[deciding], found[deciding].reason
+    if least > (1.0 + tolerances.feasibility) * bound.load_factor:  # where one is safe another is not
+        bound = replace(bound, status=Status.INFEASIBLE, load_factor=nan, certified=None)
+        reason = MOVED if transient else NO_SAFE_STATE
+    optimal, slip = bound.status == Status.OPTIMAL, np.full(zone.problem.layout.slip_size, nan)
+    if optimal:
+        safe = methods_of(zone.problem).safe_slip
+        for own, each in zip(parts, zones, strict=True):
+            slip[own.slips] = safe(each, bound.load_factor, transient, tolerances).slip
+        slip[part.slips] = bound.slip
+    known = [each.certified for each in found if each.certified is not None]
+    certified = tuple(np.min(known, axis=0).tolist()) if len(known) == len(found) else None
+    pinned = (int(own.slips[k]) for own, each in zip(parts, found, strict=True) for k in each.pinned)
+    return replace(
+        bound,
+        slip=slip,
+        active=tuple((part.number(node), step) for node, step in bound.active),
+        direction=of_slips(parts, (each.direction for each in found)),
+        reason=part.renumbered(reason),
+        residual=max(each.residual for each in found),
+        least_load_factor=nan if bound.status == Status.INFEASIBLE else least,
+        certified=certified if bound.certified is not None else None,
+        exact=all(each.exact for each in found),
+        uncertified=next((each.uncertified for each in found if each.uncertified), ""),
+        missing=tuple(dict.fromkeys(words for each in found for words in each.missing)),
+        reduced_accuracy=any(each.reduced_accuracy for each in found),
+        open_nodes=zone.open_nodes,
+        pinned=tuple(sorted(pinned)),
+        in_floats=np.append(slip, bound.load_factor if optimal else nan),
+        parts=tuple(found),
+    )
 
 
 def _in_zone(zone: Zone, found: UpperBound, tolerances: Tolerances) -> UpperBound:

@@ -26,6 +26,7 @@ from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Guarantee
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import constraints
+from shakedown.joint.coupled_parts import coupled_parts
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import rigid_slips
@@ -148,6 +149,17 @@ def guarantee_status(known: Evidence) -> GuaranteeStatus:
     >>> status.guarantee.value, round(status.coupling_ratio, 3), round(status.single_node_bound, 4)
     ('evidence', 1.039, 2.4442)
     """
+    parts = coupled_parts(known.problem)
+    if len(parts) > 1:
+        found = [guarantee_status(Evidence(p.joint, known.load_factor, known.tolerances)) for p in parts]
+        worst = max(range(len(parts)), key=lambda k: list(Guarantee).index(found[k].guarantee))
+        return replace(
+            found[worst],
+            reason=parts[worst].renumbered(found[worst].reason),
+            coupling_ratio=float(np.max([each.coupling_ratio for each in found])),
+            single_node_bound=float(np.min([each.single_node_bound for each in found])),
+            lift_off_bound=float(np.fmin.reduce([each.lift_off_bound for each in found])),
+        )
     if isinstance(known.alone, Missing):
         rest = _status(known, nan)
         return replace(rest, reason=f"{rest.reason}; the single-node bound is missing: {known.alone.reason}")

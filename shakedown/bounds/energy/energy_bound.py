@@ -2,25 +2,28 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
-from math import inf, isfinite, nextafter
+from math import inf, isfinite, nan, nextafter
 from numbers import Real
-from typing import Literal
+from typing import Any, Literal
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
+from shakedown.bounds.energy.energy_results import AT_NO_LOAD, EnergyCertificate, no_bound
 from shakedown.bounds.energy.energy_results import EnergyBound as EnergyBound
-from shakedown.bounds.energy.energy_results import EnergyCertificate
 from shakedown.bounds.plane_or_space import Methods, methods_of
 from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, checked_initial_slip
-from shakedown.joint.contact_zone import Zone
+from shakedown.joint.contact_zone import Zone, contact_zone
+from shakedown.joint.coupled_parts import Part, coupled_parts, of_slips, weakest
 from shakedown.joint.problem import Problem
 
+NOT_ALL_AT_ONCE = "at the least certified load factor of its parts the balls of the others are not confirmed"
 NOWHERE_STRICT = "near the optimum no slip and radius satisfy all conditions strictly"
 
 
@@ -77,6 +80,15 @@ def energy_bound(
     """
     start, reach = checked_initial_slip(problem, initial_slip), _checked_distance(distance)
     zone, _ = chosen_zone(problem, open_nodes, tolerances)
+    parts = coupled_parts(problem, zone.open_nodes)
+    if len(parts) > 1:
+        settings: dict[str, Any] = {"split": split, "certify": certify, "tolerances": tolerances}
+        opened = [part.among(zone.open_nodes) for part in parts]
+        found = [
+            energy_bound(part.joint, start[part.slips], reach, open_nodes=own, **settings)
+            for part, own in zip(parts, opened, strict=True)
+        ]
+        return _of_parts(parts, found, tolerances)
     methods, given = methods_of(problem), start[problem.layout.slips_of(zone.closed_nodes)]
     bound = methods.energy_bound(zone, given, reach, tolerances, split=split)
     wanted = problem.n <= LOWER_CERTIFIED_UP_TO if certify is None else certify
@@ -87,6 +99,58 @@ def energy_bound(
         else:
             bound = replace(bound, certificate=proof)
     return _in_zone(zone, given, bound)
+
+
+def _of_parts(parts: tuple[Part, ...], found: list[EnergyBound], tolerances: Tolerances) -> EnergyBound:
+    """The bound of a joint in uncoupled parts, from those of each."""
+    deciding = weakest(found)
+    part, bound = parts[deciding], found[deciding]
+    start = of_slips(parts, (each.initial_slip for each in found))
+    least = float(np.max([each.least_load_factor for each in found]))
+    if bound.status in (Status.OPTIMAL, Status.UNBOUNDED) and not least < bound.load_factor:
+        return replace(no_bound(start, bound.distance, AT_NO_LOAD), parts=tuple(found))
+    slip = np.full_like(start, nan)
+    if bound.status == Status.OPTIMAL:
+        centres = (each.slip if each.status == Status.OPTIMAL else each.initial_slip for each in found)
+        slip = of_slips(parts, centres)
+    numbers = [(each, p.slips, p.nodes) for p, each in zip(parts, found, strict=True)]
+    proof = sought(_certificate_of_parts, parts, found, tolerances) if bound.certificate else None
+    doubts = [each.uncertified for each in found if each.uncertified]
+    if isinstance(proof, Missing):
+        doubts = [proof.reason]
+    return replace(
+        bound,
+        least_load_factor=least,
+        slip=slip,
+        initial_slip=start,
+        active=tuple((part.number(node), side) for node, side in bound.active),
+        certificate=proof if isinstance(proof, EnergyCertificate) else None,
+        uncertified=doubts[0] if doubts else "",
+        reason=part.renumbered(bound.reason),
+        open_nodes=tuple(sorted(int(nodes[k]) for each, _, nodes in numbers for k in each.open_nodes)),
+        pinned=tuple(sorted(int(slips[k]) for each, slips, _ in numbers for k in each.pinned)),
+        parts=tuple(found),
+    )
+
+
+def _certificate_of_parts(
+    parts: tuple[Part, ...], found: list[EnergyBound], tolerances: Tolerances
+) -> EnergyCertificate | Missing | None:
+    """The least load factor certified for a part, where the balls of all others are confirmed there, too."""
+    known = [each.certificate for each in found]
+    certified = [each for each in known if each is not None]
+    if len(certified) < sum(each.status == Status.OPTIMAL for each in found):
+        return None
+    least, slips = min(certified, key=lambda each: each.load_factor), list[FloatArray]()
+    for part, each, own in zip(parts, found, known, strict=True):
+        inner = methods_of(part.joint).strictly_inside(contact_zone(part.joint, ()), each, tolerances)
+        if isinstance(inner, Missing):
+            return inner
+        slips.append(inner.slip if own is None else own.slip)
+        reach = inner.exact.radius_to(slips[-1], each.initial_slip, each.distance)
+        if not inner.exact.holds(least.load_factor, slips[-1], nextafter(float(reach), inf)):
+            return Missing(NOT_ALL_AT_ONCE)
+    return replace(least, slip=of_slips(parts, slips))
 
 
 def _in_zone(zone: Zone, given: FloatArray, bound: EnergyBound) -> EnergyBound:

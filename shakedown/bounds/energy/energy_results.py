@@ -23,6 +23,7 @@ NO_SLACK = "no slip leaves every node a margin to both its friction limits at th
 ALL_ADMISSIBLE = "slip of one node shifts no limit of another: every admissible state shakes down"
 WEDGED = "the centre may move away without end, and the radius grows with it: this is one ball of many"
 TOO_FAR = "no safe slip is close enough to the initial slip"
+AT_NO_LOAD = "no load factor is proved for all of its uncoupled parts at once"
 UNLIMITED = "the ball about some safe slip holds the initial slip at every load factor"
 
 
@@ -157,6 +158,9 @@ class EnergyBall(Result):
 class EnergyCertificate(Result):
     """Numbers that strictly satisfy the conditions of the energy bound in exact arithmetic.
 
+    Of a joint in uncoupled parts each part has a ball of its own; ``radius`` is that of the part with the
+    least load factor.
+
     Attributes
     ----------
     load_factor
@@ -229,6 +233,10 @@ class EnergyBound(Result):
     share : (n, 2)
         With two directions what part c of the change of its own tangential reaction is counted as the
         change of the pressure of every closed node (docs/energy.md, section 8) [1]; else empty.
+    parts
+        Of a joint in uncoupled parts (:mod:`shakedown.joint.coupled_parts`) the bound of each, with its
+        evidence; else empty. Each part has a ball of its own, at its own λ_E, of which ``slip`` is the
+        centre (v₀ where that is unbounded); all else is that of the part with the least one.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -254,6 +262,7 @@ class EnergyBound(Result):
     pinned: tuple[int, ...] = ()
     multipliers: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False)
     share: FloatArray = field(default_factory=lambda: np.zeros((0, 2)), repr=False)
+    parts: tuple["EnergyBound", ...] = field(default=(), repr=False)
 
     @property
     def certified(self) -> float | None:

@@ -15,6 +15,7 @@ from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.coupled_parts import coupled_parts
 from shakedown.joint.places import ACROSS
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -68,10 +69,29 @@ def core_bound(
     near = distances < depth * (1.0 - NEGLIGIBLE)
     if every.node < 0 or not near[every.node]:
         return Missing("λ_U is not decided near an edge")
-    core, near_edge = np.flatnonzero(~near), tuple(np.flatnonzero(near).tolist())
+    near_edge = tuple(np.flatnonzero(near).tolist())
+    found = _farthest(problem, every, ~near, tolerances)
+    return found if isinstance(found, Missing) else CoreBound(*found, depth, near_edge)
+
+
+def _farthest(
+    problem: Problem, every: UniversalBound, inside: NDArray[np.bool_], tolerances: Tolerances
+) -> tuple[float, int] | Missing:
+    """λ_core of the nodes inside, and the node that ends it, −1 for none."""
+    core = np.flatnonzero(inside)
+    if every.parts:
+        least = inf, -1
+        for part, bound in zip(coupled_parts(problem), every.parts, strict=True):
+            found = _farthest(part.joint, bound, inside[part.nodes], tolerances)
+            if isinstance(found, Missing):
+                return found
+            least = min(least, (found[0], part.number(found[1])))
+        return least
+    if not core.size:
+        return inf, -1
     if scaled_joint(problem).floats:
-        found = sought(core_of_floating, problem, core, tolerances)
-        return found if isinstance(found, Missing) else CoreBound(found, -1, depth, near_edge)
+        limit = sought(core_of_floating, problem, core, tolerances)
+        return limit if isinstance(limit, Missing) else (limit, -1)
     if every.pressures is not None:
         of_nodes = every.pressures.of_nodes
     else:
@@ -79,7 +99,7 @@ def core_bound(
         of_nodes = np.maximum(lines.meetings(), 0.0)
     lowest = int(core[of_nodes[core].argmin()])
     load_factor = float(of_nodes[lowest])
-    return CoreBound(load_factor, lowest if load_factor < inf else -1, depth, near_edge)
+    return load_factor, lowest if load_factor < inf else -1
 
 
 def edge_distances(places: FloatArray) -> FloatArray:

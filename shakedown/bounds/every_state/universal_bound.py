@@ -1,8 +1,10 @@
 """The largest load factor up to which shakedown from every initial state is proved."""
 
 from dataclasses import dataclass, replace
-from math import inf, nan
+from math import inf, isnan, nan
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from shakedown.bounds.collapse.lower import LowerBound, lower_bound
 from shakedown.bounds.discs.safest_slip import safe_under_mean_load
@@ -14,6 +16,7 @@ from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked
+from shakedown.joint.coupled_parts import Part, coupled_parts, weakest
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
@@ -60,6 +63,9 @@ class UniversalBound(Result):
         before they are over.
     pressures
         With two directions what least pressures prove, with the evidence to check it.
+    parts
+        Of a joint in uncoupled parts (:mod:`shakedown.joint.coupled_parts`) the bound of each, with its
+        evidence: the least of them is that of the joint. Else empty.
     """
 
     status: Status
@@ -73,6 +79,7 @@ class UniversalBound(Result):
     swing: SwingBound | None
     after_transient: bool = False
     pressures: LeastPressureBound | None = None
+    parts: tuple["UniversalBound", ...] = ()
 
     def document(self) -> dict[str, Any]:
         """The JSON document; the superseded closing box remains as a key without a value."""
@@ -133,10 +140,17 @@ def universal_bound(
     """
     if not isinstance(first_collapse, LowerBound | None):
         raise UsageError(f"first_collapse: expected a LowerBound, found {type(first_collapse).__name__}")
+    if sectors is not None and problem.directions == 1:
+        raise UsageError("sectors: expected none with one tangential direction, which has two signs")
+    parts = coupled_parts(problem)
+    if len(parts) > 1:
+        of_parts = [
+            universal_bound(part.joint, certify=certify, sectors=sectors, tolerances=tolerances)
+            for part in parts
+        ]
+        return _of_parts(parts, of_parts, first_collapse)
     if problem.directions > 1:
         return _in_space(problem, sectors, tolerances)
-    if sectors is not None:
-        raise UsageError("sectors: expected none with one tangential direction, which has two signs")
     lower = lower_bound(problem, tolerances=tolerances) if first_collapse is None else first_collapse
     if lower.status == Status.INFEASIBLE:
         return _without(lower, nan, "mean load", "no slip is safe under the mean load")
@@ -167,6 +181,28 @@ def universal_bound(
     if isinstance(swing, Missing):
         return _undecided(lower, f"the swing bound is missing: {swing.reason}")
     return _result(lower, _Proved(swing.load_factor, swing.node, "swing", "swing"), lift, swing)
+
+
+def _of_parts(
+    parts: tuple[Part, ...], found: list[UniversalBound], first_collapse: LowerBound | None
+) -> UniversalBound:
+    """The bound of a joint in uncoupled parts, not above its first collapse."""
+    least = weakest(found)
+    part, bound = parts[least], found[least]
+    lower = float(np.min([each.first_collapse for each in found]))
+    if first_collapse is not None:
+        lower = first_collapse.load_factor
+    return replace(
+        bound,
+        load_factor=min(bound.load_factor, inf if isnan(lower) else lower),
+        node=part.number(bound.node),
+        reason=part.renumbered(bound.reason),
+        first_collapse=lower,
+        lift_off_bound=float(np.fmin.reduce([each.lift_off_bound for each in found])),
+        swing=None,
+        pressures=None,
+        parts=tuple(found),
+    )
 
 
 def _in_space(problem: Problem, sectors: int | None, tolerances: Tolerances) -> UniversalBound:

@@ -1,0 +1,132 @@
+"""Limits of joints in uncoupled parts are the least of their parts', in whatever units each part is."""
+
+import numpy as np
+import pytest
+
+import shakedown
+from benchmarks.drawn_joints import drawn_joint_in_space
+from benchmarks.uncoupled_parts import in_units, joined, pair
+from shakedown.assessment.sensitivities import sensitivities
+from shakedown.bounds.energy.energy_ball import energy_ball
+from shakedown.ground.status import Status
+
+LIMITS = {
+    "λ_U": shakedown.universal_bound,
+    "λ_E": shakedown.energy_bound,
+    "λ_max": shakedown.upper_bound,
+}
+
+
+def limit(name, problem):
+    """A limit; below zero where nothing is proved, or no slip is safe."""
+    return np.nan_to_num(LIMITS[name](problem, certify=False).load_factor, nan=-1.0)
+
+
+@pytest.mark.parametrize("name", LIMITS)
+@pytest.mark.parametrize(
+    ("kind", "number", "decades"),
+    [
+        ("plane", 9, 0),
+        ("plane", 15, 3),
+        ("plane", 26, 3),
+        ("space", 14, 3),
+        ("space", 15, 0),
+        ("space", 20, 3),
+    ],
+)
+def test_a_limit_is_the_least_of_the_parts(name, kind, number, decades):
+    parts = pair(kind, number, decades)
+    assert limit(name, joined(parts)) == pytest.approx(min(limit(name, part) for part in parts), rel=1e-9)
+
+
+@pytest.mark.parametrize("decades", [-4, 0, 4])
+def test_units_of_one_part_change_no_limit_of_the_joint(decades):
+    """Two like joints, one of them in other lengths: from every state, too, it is the limit of one."""
+    joint = plain(shakedown.example("three-node"))
+    whole = joined([joint, in_units(joint, 10.0**decades, 1.0)])
+    for name in LIMITS:
+        assert limit(name, whole) == pytest.approx(limit(name, joint), rel=1e-9)
+    lower, alone = (shakedown.lower_bound(each) for each in (whole, joint))
+    assert lower.load_factor == pytest.approx(alone.load_factor, rel=1e-9)
+    assert lower.guarantee == alone.guarantee
+    assert shakedown.accumulated_bound(whole).load_factor == pytest.approx(
+        shakedown.accumulated_bound(joint).load_factor, rel=1e-6
+    )
+
+
+def plain(problem):
+    """The joint with a mean of its own said, and nothing but its nodes and loads."""
+    return shakedown.Problem(
+        A=problem.A, B=problem.B, f=problem.f, q_w=problem.q_w, p_w=problem.p_w,
+        q_mean=problem.q_w.mean(axis=0), p_mean=problem.p_w.mean(axis=0),
+    )  # fmt: skip
+
+
+def test_what_is_said_of_a_node_names_it_in_the_whole_joint():
+    parts = [plain(shakedown.example("three-node")), plain(shakedown.example("pair-cycle"))]
+    m = min(part.m for part in parts)
+    parts = [
+        shakedown.Problem(A=p.A, B=p.B, f=p.f, q_w=p.q_w[:m], p_w=p.p_w[:m], q_mean=p.q_mean, p_mean=p.p_mean)
+        for p in parts
+    ]
+    alone = [shakedown.universal_bound(part) for part in parts]
+    least = int(np.argmin([each.load_factor for each in alone]))
+    found, first = shakedown.universal_bound(joined(parts)), 3 * least
+    assert found.node == alone[least].node + first
+    assert f"node {found.node}" in found.reason
+    of_parts, whole = shakedown.energy_bound(parts[least]), shakedown.energy_bound(joined(parts))
+    assert {node for node, _ in whole.active} <= set(range(joined(parts).n))
+    assert whole.certified is not None
+    assert whole.certified == pytest.approx(whole.load_factor)
+    assert len(of_parts.parts) == 0
+
+
+@pytest.mark.parametrize(("kind", "number"), [("plane", 15), ("space", 14)])
+def test_each_part_has_a_ball_at_the_limit_of_the_joint(kind, number):
+    parts = pair(kind, number, 3)
+    whole = shakedown.energy_bound(joined(parts), certify=False)
+    assert whole.status == Status.OPTIMAL
+    for part in parts:
+        ball = energy_ball(part, 0.999 * whole.load_factor, around=np.zeros(part.layout.slip_size))
+        assert ball.contains(np.zeros(part.layout.slip_size))
+
+
+def test_a_part_that_nothing_limits_leaves_the_limit_of_the_other_alone():
+    """A wedged joint beside another: one program of both ends in a slip far away, and was refused."""
+    wedged = drawn_joint_in_space(1, 67)
+    other = shakedown.Problem(
+        A=np.diag([2.0, 3.0]),
+        B=[[0.5, 0.1]],
+        f=0.4,
+        q_w=[[1.0, 0.5], [-1.0, 0.3], [0.2, -0.8]],
+        p_w=[[3.0], [2.5], [3.5]],
+    )
+    wedged = shakedown.Problem(A=wedged.A, B=wedged.B, f=wedged.f, q_w=wedged.q_w[:3], p_w=wedged.p_w[:3])
+    assert shakedown.upper_bound(wedged).status == Status.UNBOUNDED
+    parts = [plain(each) for each in (other, wedged)]
+    alone, found = shakedown.upper_bound(parts[0]), shakedown.upper_bound(joined(parts))
+    assert found.load_factor == pytest.approx(alone.load_factor, rel=1e-9)
+    low, high = found.certified
+    assert low <= found.load_factor <= high
+    q, p = found.slip @ joined(parts).A, found.slip @ joined(parts).B.T
+    loads = joined(parts)
+    q = q + loads.q_mean + found.load_factor * (loads.q_w - loads.q_mean)
+    p = p + loads.p_mean + found.load_factor * (loads.p_w - loads.p_mean)
+    over = np.hypot(q[:, ::2], q[:, 1::2]) - loads.f * p
+    assert over.max() <= 1e-9 * np.abs(p).max()
+
+
+def test_twin_parts_both_limit_the_joint():
+    """More friction at one node alone gains nothing then, less costs as much as in one part; in finite differences."""
+    twin = plain(shakedown.example("two-node"))
+    whole = joined([twin, in_units(twin, 1e-3, 1e-3)])
+    found = sensitivities(whole, shakedown.energy_bound(whole, certify=False)).friction
+    for node, step in ((1, -1e-6), (1, 1e-6), (3, -1e-6), (3, 1e-6)):
+        f = whole.f.copy()
+        f[node] += step
+        changed = shakedown.Problem(
+            A=whole.A, B=whole.B, f=f, q_w=whole.q_w, p_w=whole.p_w, q_mean=whole.q_mean, p_mean=whole.p_mean
+        )
+        moved = shakedown.energy_bound(changed, certify=False).load_factor
+        slope = (moved - shakedown.energy_bound(whole, certify=False).load_factor) / step
+        assert found.derivative[node, int(step > 0)] == pytest.approx(slope, rel=1e-3, abs=1e-4)
