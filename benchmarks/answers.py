@@ -28,6 +28,13 @@ NOT_COMPARED = (  # leaves, and what in their text differs from run to run of th
     (r"files\..*\.(svg|html)\[\d+\]", r'(id="|url\(#|href="#)\w+'),  # names of the parts of a picture
     ("err", r"they would take about .*? on one core of this machine"),  # `critical`, beyond its budget
 )
+GONE_WORDS = ("single-node-excluded",)  # statuses that stand for another one now
+GONE = (  # leaves of what was deleted: they may be null, or not there at all
+    r"(out|files\..*)\.(box|closing_box|core|guarantee_curve)\b.*",
+    r"(out|files\..*)\.single_node_bound",
+    r"files\..*\.csv\[\d+\]\.lambda_box.*",
+)
+KEPT = r"code|out\..*|files\..*\.(npz|csv|json)\b.*"  # what programs read
 OF_BITS = r"\.sha256$"  # what says nothing of numbers that are only near
 NUMBER = re.compile(r"[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
@@ -102,13 +109,16 @@ class Difference(NamedTuple):
     new: str
 
 
-def differences(reference: Answer, new: Answer, within: float = 0.0) -> list[Difference]:
-    """Every leaf in which two answers differ.
+def differences(reference: Answer, new: Answer, within: float = 0.0, kept: bool = False) -> list[Difference]:
+    """Every leaf in which two answers differ; or only those, of the reference, that programs read.
 
     Numbers are the same if they are to the last bit; or, where a share is given, if they are within that
     share of the largest in their array. Those in a text may also be rounded to the next decimal shown.
     """
     was, found = dict(leaves(reference)), dict(leaves(new))
+    if kept:
+        was = {path: value for path, value in was.items() if _is_kept(path, value)}
+        found = {path: found[path] for path in was.keys() & found.keys()}
     sizes = _sizes(was, found) if within else {}
     differing = []
     for path in was | found:
@@ -120,6 +130,13 @@ def differences(reference: Answer, new: Answer, within: float = 0.0) -> list[Dif
         if not same:
             differing.append(pair)
     return differing
+
+
+def _is_kept(path: str, value: object) -> bool:
+    """Whether programs read a leaf: a number, a status; no sentences, no bits of near numbers."""
+    words = isinstance(value, str) and (" " in value or value in GONE_WORDS)
+    known = re.fullmatch(KEPT, path) and not re.search(OF_BITS, path)
+    return bool(known) and not words and not any(re.fullmatch(gone, path) for gone in GONE)
 
 
 def _compared(path: str, text: str) -> str:

@@ -3,6 +3,7 @@
 Started as a file by that checkout's interpreter (``python -P``), so it knows nothing of this one's package.
 """
 
+import csv
 import hashlib
 import io
 import json
@@ -74,7 +75,7 @@ def inside(path: Path) -> object:
             return {key: array(archive[key]) for key in archive.files}
     text = path.read_text(encoding="utf-8")
     if path.suffix == ".csv":
-        return [line.split(",") for line in text.splitlines()]
+        return list(csv.DictReader(io.StringIO(text)))  # by the heading: columns come and go
     if path.suffix in MARKUP:
         return [line for part in re.split("(<[^>]*>)", text) for line in part.splitlines() if line.strip()]
     return parsed(text)

@@ -5,7 +5,10 @@ joint and on random ones in the plane and in space, ``import`` on the decks at h
 checkout's interpreter. Compared are exit codes, every leaf of the documents, sentences, messages, and what
 the commands write: arrays by their bits, tables by their cells, reports and pictures line by line. What may
 differ is :data:`benchmarks.answers.NOT_COMPARED`; with ``--within`` numbers may be near each other, where a
-solver has changed.
+solver has changed. With ``--kept`` only what users' programs read is compared: exit codes, and in documents,
+arrays and tables all keys that the reference has, with numbers, statuses and outcomes, but for
+:data:`benchmarks.answers.GONE`; no sentences, pages and pictures. ``REFERENCE`` beside this file names the
+commit before the deletions of the present round: ``git worktree add ../before $(cat benchmarks/REFERENCE)``.
 """
 
 import argparse
@@ -60,12 +63,15 @@ def main(words: list[str] | None = None) -> int:
         _parser().error(f"--only: expected some of {','.join(COMMANDS)}, found {','.join(sorted(unknown))}")
     joints = chosen_joints(arguments.joints, arguments.seed, arguments.on)
     runs = [run for run in joints.runs if run.command in (*commands, LISTED.command)]
+    if arguments.kept:
+        runs = [run for run in runs if "--json" in run.words]
     began = time.monotonic()
     reference, new = answers_of_both(arguments.reference, runs, joints, began + 60.0 * arguments.minutes)
     if arguments.save:
         save(arguments.save, reference, joints.checksum)
     compared = [run for run in runs if run.key in reference and run.key in new]
-    found = {run: differences(reference[run.key], new[run.key], arguments.within) for run in compared}
+    within, kept = arguments.within, arguments.kept
+    found = {run: differences(reference[run.key], new[run.key], within, kept) for run in compared}
     print(_summary(compared, found, reference, new), flush=True)
     print(_leaves_shown(found, arguments.list))
     cut = f"; {len(runs) - len(compared)} runs were not compared" if len(compared) < len(runs) else ""
@@ -89,6 +95,7 @@ def _parser() -> argparse.ArgumentParser:
         default=0.0,
         help="numbers may be so far apart, as a share of their size",
     )
+    add("--kept", action="store_true", help="compare the documents that the reference has, without words")
     add("--minutes", type=float, default=inf, help="ask no more after so long; what is left is counted")
     add("--seed", type=int, default=0, help="seed of the random joints (0)")
     add("--only", default=",".join(COMMANDS), metavar="COMMANDS", help="commands with commas between them")

@@ -1,24 +1,27 @@
 """The structure of the package, counted from its source: ``python -m benchmarks.structure [ROOT]``.
 
-Nothing is imported or run. What is counted:
+Each figure stands beside the one of the start of the present round (``start`` in ``code_lines.json``). There,
+too, is what the code lines of a subpackage may not exceed; ``--lower`` writes today's figures where they are
+smaller. Nothing is imported or run. What is counted:
 
-- *code lines* of the package, without blank lines, comments and docstrings;
+- *code lines* of the package and the command line, without blank lines, comments and docstrings;
+- *files*, *packages*, *classes*, *capitals*: constants of modules in capitals, whatever they stand for;
 - *arrows*: pairs of subpackages (the folders at the top of the package, and the command line) with an import
   between them;
 - *plane modules*: files with the arithmetic of one tangential direction: slips before gaps (``2 * n``,
   ``u[:n]``, ``u[n:]``, ``n + i``), two rows a node (``[0::2]``, ``2 * j + 1``, interleaving), sides ±1;
 - *law modules*: files that state Coulomb's law, the product of friction and pressure;
 - *direction tests*: how often the number of tangential directions is compared with another number;
-- *packages* of the package, *depth* of its folders, *code lines of the command line*;
-- *functions* of more than forty code lines, *named numbers* (constants of a module) beside the fields of
-  ``Tolerances``, *class names* that more than one class has;
-- *public names* of the package;
+- *depth* of its folders, *functions* and those of more than forty code lines, *named numbers* (constants of a
+  module) beside the fields of ``Tolerances``, *class names* that more than one class has;
+- *public names* at the top of the package;
 - *climbs*: followed from ``verify`` into every function that gets it, how often ``problem`` comes to a
   module that stands on a higher layer than the one before. Layers are the longest chain of imports.
 """
 
 import ast
 import io
+import json
 import sys
 import tokenize
 from collections import Counter
@@ -44,6 +47,8 @@ PRESSURE = {
 }
 SIDES = {"BACKWARD", "FORWARD", "SIDES"}
 LONG = 40
+LARGEST = 10  # modules shown
+CODE_LINES = Path(__file__).with_name("code_lines.json")
 START = ("assessment.verify", "verify", "problem")
 
 
@@ -203,6 +208,28 @@ def with_arithmetic(modules: dict[str, Path], kind) -> list[str]:
     return [module for module, path in modules.items() if any(kind(node) for node in ast.walk(tree(path)))]
 
 
+def capitals(path: Path) -> int:
+    """Names in capitals that a module assigns."""
+    found = 0
+    for node in tree(path).body:
+        targets = node.targets if isinstance(node, ast.Assign) else []
+        targets = [node.target] if isinstance(node, ast.AnnAssign) else targets
+        for target in targets:
+            names = target.elts if isinstance(target, ast.Tuple) else [target]
+            found += sum(isinstance(name, ast.Name) and name.id.isupper() for name in names)
+    return found
+
+
+def lines_by_subpackage(root: Path) -> dict[str, int]:
+    """Code lines of every folder at the top of the package, of its own modules, and of the command line."""
+    found = Counter[str]()
+    for module, path in sources(root).items():
+        if subpackage(module) != "benchmarks":
+            above = path.relative_to(root).parts[:-1]
+            found[above[1] if len(above) > 1 else above[0]] += code_lines(path)
+    return dict(sorted(found.items()))
+
+
 def public_names(root: Path) -> int:
     """The names that the package declares: in its stub, or where its own module imports them."""
     stub = root / "shakedown" / "__init__.pyi"
@@ -306,16 +333,18 @@ def climbs(modules: dict[str, Path]) -> int:
 
 def counts(root: Path) -> dict[str, int]:
     modules = sources(root)
-    package = {
-        module: path for module, path in modules.items() if subpackage(module) not in ("cli", "benchmarks")
-    }
+    package = {module: path for module, path in modules.items() if subpackage(module) != "benchmarks"}
     paths, classes = package.values(), Counter(node.name for node in of_kind(package.values(), ast.ClassDef))
     folders = [path.relative_to(root).parent for path in paths if path.name == "__init__.py"]
     return {
+        "code lines": sum(map(code_lines, paths)),
+        "files": len(package),
+        "packages": len(folders),
+        "classes": sum(classes.values()),
+        "capitals": sum(map(capitals, paths)),
+        "public names": public_names(root),
         "subpackages": len({subpackage(module) for module in modules}),
         "arrows": len(arrows(modules)),
-        "modules": len(package),
-        "packages": len(folders),
         "depth": max(len(folder.parts) for folder in folders),
         "functions": sum(1 for _ in of_kind(paths, ast.FunctionDef)),
         "of > 40 lines": sum(lines_of(node) > LONG for node in of_kind(paths, ast.FunctionDef)),
@@ -324,19 +353,28 @@ def counts(root: Path) -> dict[str, int]:
         "plane modules": len(with_arithmetic(package, _is_plane)),
         "law modules": len(with_arithmetic(package, _is_law)),
         "direction tests": sum(map(_is_direction_test, of_kind(paths, ast.Compare))),
-        "code lines": sum(code_lines(path) for path in package.values()),
-        "command line": sum(
-            code_lines(path) for module, path in modules.items() if subpackage(module) == "cli"
-        ),
-        "public names": public_names(root),
         "climbs": climbs(modules),
     }
 
 
 def main() -> None:
     root = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parents[1]
+    kept = json.loads(CODE_LINES.read_text(encoding="utf-8"))
+    lines, start = lines_by_subpackage(root), kept["start"]
+    print(f"{'':16}{'now':>8}{'start':>8}")
     for what, count in counts(root).items():
-        print(f"{what:15} {count:7,}")
+        print(f"{what:16}{count:8,}{start.get(what, ''):>8}")
+    print(f"\n{'code lines of':16}{'now':>8}{'at most':>8}")
+    for name, count in lines.items():
+        print(f"{name:16}{count:8,}{kept['at_most'].get(name, 0):8,}")
+    largest = sorted(((code_lines(path), name) for name, path in sources(root).items()), reverse=True)
+    print("\nlargest modules")
+    for count, name in [one for one in largest if subpackage(one[1]) != "benchmarks"][:LARGEST]:
+        print(f"{count:16,}  {name}")
+    if "--lower" in sys.argv:
+        at_most = {name: min(lines.get(name, 0), most) for name, most in kept["at_most"].items()}
+        kept["at_most"] = {name: most for name, most in at_most.items() if most}
+        CODE_LINES.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
     if "--list" in sys.argv:
         package = {
             module: path

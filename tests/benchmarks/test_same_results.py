@@ -173,3 +173,22 @@ def test_every_joint_is_asked_every_command():
     runs, files = imports(same_results.DECKS)
     assert {run.joint for run in runs} > {"example", "ansys", "calculix_9"}
     assert {f"{name}/import.toml" for name in ("example", "calculix_9")} < set(files)
+
+
+def test_of_what_programs_read_words_may_change_and_keys_may_come() -> None:
+    was = {"code": 0, "err": "so", "files": {"a.svg": ["<g>"], "a.csv": [{"x": "1"}]}}
+    was["out"] = {
+        "status": "optimal",
+        "reason": "it is so",
+        "box": {"load_factor": 1.0},
+        "upper": {"load_factor": 2.0},
+    }
+    new = json.loads(json.dumps(was))
+    new |= {"err": "", "files": {"a.csv": [{"y": "3", "x": "1"}]}}
+    new["out"] |= {"reason": "as it is", "box": None, "creep": 1.0}
+    assert differences(was, new, kept=True) == []
+    for path, value in (("status", "infeasible"), ("upper", {"load_factor": 2.1}), ("upper", None)):
+        other = new | {"out": new["out"] | {path: value}}
+        assert len(differences(was, other, kept=True)) == 1
+    assert len(differences(was, new | {"code": 1}, kept=True)) == 1
+    assert len(differences(was, new | {"files": {"a.csv": [{"y": "3", "x": "2"}]}}, kept=True)) == 1

@@ -1,0 +1,35 @@
+"""The package gets no larger: what its subpackages may have of code lines only falls."""
+
+import json
+from pathlib import Path
+
+from benchmarks.structure import CODE_LINES, capitals, code_lines, lines_by_subpackage
+
+ROOT = Path(__file__).parents[2]
+
+
+def exceeded(lines: dict[str, int], at_most: dict[str, int]) -> list[str]:
+    return [
+        f"{name}: {count} > {at_most.get(name, 0)}"
+        for name, count in lines.items()
+        if count > at_most.get(name, 0)
+    ]
+
+
+def test_no_subpackage_has_more_code_than_is_allowed() -> None:
+    """A landing lowers the figures (``python -m benchmarks.structure --lower``); code that moves takes its own along."""
+    at_most = json.loads(CODE_LINES.read_text(encoding="utf-8"))["at_most"]
+    assert exceeded(lines_by_subpackage(ROOT), at_most) == []
+    assert exceeded({"bounds": at_most["bounds"] + 1, "new": 1}, at_most) == [
+        f"bounds: {at_most['bounds'] + 1} > {at_most['bounds']}",
+        "new: 1 > 0",
+    ]
+
+
+def test_code_lines_are_without_docstrings_comments_and_blank_lines(tmp_path: Path) -> None:
+    file = tmp_path / "some.py"
+    file.write_text(
+        '"""Words.\n\nMore."""\n\n# why\nA, B = 1, (\n    2,\n)\n\n\ndef f():\n    """Words."""\n    return A  # one\n'
+    )
+    assert code_lines(file) == 5
+    assert capitals(file) == 2
