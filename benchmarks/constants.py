@@ -48,7 +48,7 @@ NEAR_ONE = (0.9, 1.1)
 LEFT_OVER = re.compile(r"(residual|gap)$")  # round-off, and nothing but that
 PATIENCE = 300.0  # seconds for one set of answers, of which a few are usual
 JOINTS = ("two-node", "three-node", "receding-block", "two-node-3d")  # built in; two are drawn beside them
-COMPILED = re.compile(r"^@(inner|summing|borrowing|entered|linked|stamped|checked)\b", re.MULTILINE)
+COMPILED = re.compile(r"^@(inner|summing|borrowing|entered|linked|compiled|checked)\b", re.MULTILINE)
 
 
 def constants(root: Path = ROOT) -> Iterator[tuple[str, str, float]]:

@@ -7,7 +7,7 @@ kind, checked by annotation), ``tolerances`` (one settings object), ``round_off`
 and when an iteration has failed), ``size_limits`` (how much is too much), ``work_limit`` (what motions may
 take), ``status`` (how a program ended,
 what a node does, the names of limits), ``blas_threads`` (one thread for small
-matrices). Of compiled loops: ``code_cache`` (where compiled code is kept, and whether it is of the present
+matrices). Of compiled loops: ``code_cache`` (where compiled code is kept, by the hash of the present
 sources; what is compiled into its callers alone), ``named_state`` (how functions are compiled and a state
 is handed down).
 """

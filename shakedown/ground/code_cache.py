@@ -1,178 +1,127 @@
-"""Compiled code on disk: where it is kept, and whether it matches all the sources it was compiled from.
+"""Compiled code on disk: in a folder that is named by a hash of all sources of the package.
 
-Where there is no place, the kernels are compiled anew in every run. Numba keeps the code of a function
-beside a stamp of the one file that the function stands in. What that function calls in other modules, and
-the constants that it takes from them, are compiled into it: where one of those has changed, the code on disk
-is of no use either.
+Numba keeps the code of a function beside a stamp of the one file that the function stands in. What that
+function calls in other modules, and the constants that it takes from them, are compiled into it: where one
+of those has changed, the code on disk is of no use either. So code that was compiled from other sources
+lies in another folder.
 """
 
 import logging
-import re
-import sys
 from collections.abc import Callable
 from functools import cache
 from hashlib import sha256
-from importlib.util import resolve_name
 from itertools import count
 from pathlib import Path
+from shutil import rmtree
+from sys import modules
+from tempfile import TemporaryFile
 from typing import Any, cast
 
 import numba
+from numba.core.caching import FunctionCache, _CacheLocator
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
-from numba.core.dispatcher import Dispatcher
+from numba.misc.appdirs import user_cache_dir
 
 from shakedown.ground.errors import UsageError
 
 NUMBERS = count()
 WANTED = ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals")
+FOLDER = "compiled-"  # of the package, and the first digits of the hash of its sources
+NOT_KEPT = "it is compiled anew in every run, about half a minute; set NUMBA_CACHE_DIR to a folder"
+
+if cast(Any, numba.config).DISABLE_JIT:
+    raise UsageError("NUMBA_DISABLE_JIT: expected it unset, as the motion is followed by compiled code")
 
 
-def ensure_code_can_be_compiled() -> bool:
-    """Let kernels that ask for a cache be compiled also where numba finds no place for one.
+def compiled(function: Callable[..., Any], **options: Any) -> Any:
+    """Compile a function that is called from Python; its code on disk is that of the present sources.
 
-    Numba looks for a folder that it can write: ``NUMBA_CACHE_DIR``, ``__pycache__``
-    beside the source, the user's own cache. Where the package is read-only and the
-    user has no home, it refuses to define the kernels at all. Then they are defined
-    without a cache, and a line of the log says so.
-
-    Raises
-    ------
-    UsageError
-        If ``NUMBA_DISABLE_JIT`` is set: the kernels hold states that only compiled code knows.
-
-    Returns
-    -------
-    bool
-        Whether there is a place for compiled code.
+    Where no folder can be written, or the disk is full, it is compiled anew in every run, and a line of the
+    log says so.
     """
-    if cast(Any, numba.config).DISABLE_JIT:
-        raise UsageError("NUMBA_DISABLE_JIT: expected it unset, as the motion is followed by compiled code")
+    found: Any = numba.njit(function, **options)
+    if place_of(function.__module__.partition(".")[0]) is not None:
+        found._cache = _KeptCode(function)
+    return found
+
+
+@cache
+def place_of(package: str) -> Path | None:
+    """The folder of the compiled code of a package as it is: the first of three that can be written.
+
+    In ``NUMBA_CACHE_DIR``, beside the package (there code of other sources is removed), or in the cache of
+    the user.
+    """
+    root = Path(cast(str, modules[package].__file__)).parent
+    given = cast(Any, numba.config).CACHE_DIR
+    beside, name = root / "__pycache__", f"{FOLDER}{_hash_of_sources(root)[:16]}"
+    own = Path(user_cache_dir(package, appauthor=False))
+    for above in (Path(given) / package if given else None, beside, own):
+        if above is not None and _can_be_written(above / name):
+            for other in above.glob(f"{FOLDER}*") if above == beside else ():
+                if other.name != name:
+                    rmtree(other, ignore_errors=True)
+            return above / name
+    logging.getLogger("shakedown").warning(f"no place for compiled code: {NOT_KEPT} that can be written")
+    return None
+
+
+def _hash_of_sources(root: Path) -> str:
+    """A number for the names and contents of all modules below a folder."""
+    whole = sha256()
+    for path in sorted(root.rglob("*.py")):
+        whole.update(f"\0{path.relative_to(root).as_posix()}\0".encode() + path.read_bytes())
+    return whole.hexdigest()
+
+
+def _can_be_written(folder: Path) -> bool:
     try:
-        numba.njit(cache=True)(_asks_for_a_cache)
-    except RuntimeError:  # numba: no locator available
-        cast(Any, Dispatcher).enable_caching = _without_cache
-        logging.getLogger("shakedown").warning(
-            "no place for compiled code: it is compiled anew in every run, which takes about half a minute; "
-            "set NUMBA_CACHE_DIR to a folder that can be written"
-        )
+        folder.mkdir(parents=True, exist_ok=True)
+        TemporaryFile(dir=folder).close()
+    except OSError:
         return False
     return True
 
 
-def _asks_for_a_cache() -> None:
-    """Defined, never called and so never compiled."""
+class _Locator(_CacheLocator):
+    """Says where the code of a function lies; it is fresh, as the folder is that of the present sources."""
+
+    def __init__(self, function: Callable[..., Any], file: str) -> None:
+        self._py_file, self._name = file, f"{function.__module__}-{function.__code__.co_firstlineno}"
+        self._place = place_of(function.__module__.partition(".")[0])
+
+    @classmethod
+    def from_function(cls, function: Callable[..., Any], file: str) -> "_Locator":
+        return cls(function, file)
+
+    def get_cache_path(self) -> str:
+        return str(self._place)
+
+    def get_source_stamp(self) -> str:
+        return ""
+
+    def get_disambiguator(self) -> str:
+        return self._name
 
 
-def _without_cache(_: object) -> None:
-    """Replacement for ``Dispatcher.enable_caching``: a dispatcher starts without a cache."""
+class _KeptCode(FunctionCache):
+    """Numba's cache of the code of a function, which goes without where the disk is full."""
 
+    _impl_class: Any = type("_KeptResult", (FunctionCache._impl_class,), {"_locator_classes": [_Locator]})
 
-IMPORTED = re.compile(r"^(?:from\s+(\S+)\s+import\s+(\([^)]*\)|[^\n#]*)|import\s+([^\n#]*))", re.MULTILINE)
-
-
-def stamped(compiled: Any) -> Any:
-    """A compiled function whose code on disk is used while no module that it stands on changes.
-
-    Numba overwrites code that is out of date. Where it keeps its stamps elsewhere than expected,
-    or a source cannot be read, nothing is taken from disk. On a full disk it is used and not kept.
-    """
-    on_disk = getattr(compiled, "_cache", None)
-    if on_disk is None or on_disk.cache_path is None:  # no place for compiled code
-        return compiled
-    on_disk.save_overload = _kept_where_possible(on_disk.save_overload)
-    index: Any = getattr(on_disk, "_cache_file", None)
-    below = stamp(compiled.py_func.__module__)
-    if below is None or not hasattr(index, "_source_stamp") or not hasattr(index, "_load_index"):
-        on_disk.disable()
-    else:
-        index._source_stamp = (index._source_stamp, below)
-        index._load_index = _nothing_of_other_versions(index._load_index)
-    return compiled
-
-
-def _kept_where_possible(save: Callable[..., None]) -> Callable[..., None]:
-    """Writes compiled code, or says in the log, once, why it cannot be written."""
-
-    def saved(*code: Any) -> None:
+    def save_overload(self, *code: Any) -> None:
         try:
-            save(*code)
+            super().save_overload(*code)
         except OSError as error:
             _say_that_nothing_is_kept(error.strerror or str(error))
-
-    return saved
 
 
 @cache
 def _say_that_nothing_is_kept(reason: str) -> None:
     logging.getLogger("shakedown").warning(
-        "compiled code cannot be kept (%s): it is compiled anew in every run; set NUMBA_CACHE_DIR to a "
-        "folder with room for it",
-        reason,
+        f"compiled code cannot be kept ({reason}): {NOT_KEPT} with room for it"
     )
-
-
-def _nothing_of_other_versions(load: Callable[[], Any]) -> Callable[[], Any]:
-    """The index on disk; empty where another version wrote it with a type unknown here."""
-
-    def loaded() -> Any:
-        try:
-            return load()
-        except (AttributeError, ImportError):
-            return {}
-
-    return loaded
-
-
-def stamp(module: str) -> str | None:
-    """A number for the sources of a module and of the modules below it; None if one cannot be read."""
-    found = modules_below(module)
-    sources = [_source(name) for name in found]
-    if None in sources:
-        return None
-    whole = sha256()
-    for name, source in zip(found, sources, strict=True):
-        whole.update(f"\0{name}\0{source}".encode())
-    return whole.hexdigest()
-
-
-def modules_below(module: str) -> list[str]:
-    """The module and all modules of its package that it, or one of them, imports at its top, by name."""
-    seen, waiting = set[str](), [module]
-    while waiting:
-        name = waiting.pop()
-        if name not in seen:
-            seen.add(name)
-            waiting += _imported(name, _source(name) or "")
-    return sorted(seen)
-
-
-def _imported(module: str, source: str) -> list[str]:
-    """Names of the modules of the same package, packages too, that the lines of a source import."""
-    package = sys.modules[module].__package__
-    names = list[str]()
-    for start, words, plain in IMPORTED.findall(source):
-        if start:
-            base = resolve_name(start, package)
-            names += [base, *(f"{base}.{word}" for word in re.findall(r"\w+", words))]
-        else:
-            names += re.findall(r"[\w.]+", plain)
-    top = module.split(".")[0]
-    return [name for name in names if name.split(".")[0] == top and name in sys.modules]
-
-
-@cache
-def _read(path: str, changed: int) -> str:
-    return Path(path).read_text(encoding="utf-8")
-
-
-def _source(module: str) -> str | None:
-    """The source of a loaded module; None if it has none that can be read."""
-    path = getattr(sys.modules[module], "__file__", None)
-    try:
-        return _read(path, Path(path).stat().st_mtime_ns) if path else None
-    except (OSError, UnicodeDecodeError):
-        return None
 
 
 class _NoEnvironment:

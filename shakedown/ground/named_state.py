@@ -30,7 +30,7 @@ from numba.extending import (
 from numba.np.numpy_support import as_dtype
 from numpy.typing import NDArray
 
-from shakedown.ground.code_cache import pipeline, stamped
+from shakedown.ground.code_cache import compiled, pipeline
 
 Reals = Annotated[NDArray[np.float64], types.CPointer(types.float64)]
 Integers = Annotated[NDArray[np.int64], types.CPointer(types.int64)]
@@ -49,13 +49,12 @@ CONTENT: dict[Any, Any] = {
 
 def entered(function: Callable[..., Any]) -> Any:
     """Compiles a function that is called from Python."""
-    options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
-    return stamped(numba.njit(function, cache=True, **options))
+    return compiled(function, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
 
 
 def handed_on(function: Callable[..., Any]) -> Any:
     """As ``entered``, for a function that other compiled code has the address of, not compiled into it."""
-    return stamped(numba.njit(function, cache=True, nogil=True, error_model="numpy"))
+    return compiled(function, nogil=True, error_model="numpy")
 
 
 inner: Any = numba.njit(  # type: ignore[call-overload]

@@ -22,14 +22,12 @@ from shakedown.bounds.enumeration.walk_state import (
     WalkSearch,
     Whole,
 )
-from shakedown.ground.code_cache import ensure_code_can_be_compiled, pipeline
+from shakedown.ground.code_cache import pipeline
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
 
 SUSPECT = 1e-7  # smaller pivots, in rows of size 1, are left to a method that estimates the condition number
 DOUBTFUL = 1e3  # times the tolerance within which a point is solved again before it is judged
-
-ensure_code_can_be_compiled()
 
 linked: Any = partial(njit, no_cpython_wrapper=True, no_cfunc_wrapper=True, **pipeline())
 """Compiles a function that only compiled code calls."""

@@ -10,12 +10,13 @@ Where the largest entry is small, the prefix is *suspect*: it is set aside, with
 its completions, to be examined by other means.
 """
 
+from functools import partial
+
 import numpy as np
-from numba import njit
 
 from shakedown.bounds.enumeration.leaf_kernel import SUSPECT, leaves, linked, set_aside, triples
 from shakedown.bounds.enumeration.walk_state import IntArray, Limits, WalkElimination, Whole
-from shakedown.ground.code_cache import stamped
+from shakedown.ground.code_cache import compiled
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
 
@@ -32,8 +33,7 @@ def elimination(rows: FloatArray, prefix: IntArray) -> WalkElimination:
     return WalkElimination(work, path, last, pivots, np.zeros(N + 1, dtype=np.bool_), np.zeros(N + 1), *more)
 
 
-@stamped
-@njit(nogil=True, cache=True, fastmath={"contract"}, _nrt=False)  # type: ignore[call-overload]
+@partial(compiled, nogil=True, fastmath={"contract"}, _nrt=False)
 def walk(whole: Whole, prefix: IntArray) -> None:
     """Visit every completion of a prefix of fewer than N rows.
 

@@ -19,7 +19,3 @@ moving state and becomes a ``CycleRecord``; the rows of the record become an ``E
 long-term state is decided from both. No step of a cycle needs Python, so that many cycles, or many
 states, can be followed in one call.
 """
-
-from shakedown.ground.code_cache import ensure_code_can_be_compiled
-
-ensure_code_can_be_compiled()

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from shakedown.ground.code_cache import pipeline, stamped
+from shakedown.ground.code_cache import compiled, pipeline
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, NO_STATE, OPEN, STICK
 
@@ -50,8 +50,7 @@ def _read_only(array: FloatArray) -> FloatArray:
     return compact
 
 
-@stamped
-@numba.njit(cache=True)
+@compiled
 def nodal_state(stiff, i, q_stick, p_stick, v_stick):  # type: ignore[no-untyped-def]
     """State, slip and gap of node i, neighbours held, contact position ``v_stick`` (fig. 2.2).
 
@@ -134,8 +133,7 @@ def load_step(stiff, q_w, p_w, v, w, v_contact, change_tol, max_sweeps):  # type
     return max_sweeps, change, unsolved
 
 
-@stamped
-@numba.njit(cache=True)
+@compiled
 def load_steps(stiff, q_w, p_w, v, w, change_tol, max_sweeps, v_path, w_path, slip_path):  # type: ignore[no-untyped-def]
     """Solve the load steps q_w, p_w (m, n) one after the other from the state v, w, in place.
 

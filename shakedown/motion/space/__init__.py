@@ -19,7 +19,3 @@ eliminated, and the state in it), ``sweeps`` (the law at one node, its neighbour
 nodes), ``dense_solver`` (linear equations), ``newton_rounds`` (Newton on the slipping nodes), ``load_steps``
 (both together, the law re-checked, step after step), ``implicit_step`` (what Python calls).
 """
-
-from shakedown.ground.code_cache import ensure_code_can_be_compiled
-
-ensure_code_can_be_compiled()
