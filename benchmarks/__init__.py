@@ -52,7 +52,6 @@ STUDIES: tuple[str, ...] = (
     "refinement",
     "rolled_sphere",
     "siconos_agreement",
-    "smallest_cycles",
     "solid_condensation",
     "solid_joints",
     "space_adversary",

@@ -6,7 +6,6 @@ import click
 
 import shakedown
 
-from .adversary import adversary
 from .critical import critical
 from .damping import damping
 from .example import example
@@ -44,7 +43,6 @@ COMMANDS = (
     sweep,
     damping,
     refine,
-    adversary,
     import_problem_command,
     example,
 )

@@ -70,8 +70,6 @@ from .studies.diagram import Sweep as Sweep
 from .studies.finer_meshes import refine as refine
 from .studies.limit_cycles import LimitCycle as LimitCycle
 from .studies.mapping import initial_state_map as initial_state_map
-from .studies.smallest_cycle import SmallestCycle as SmallestCycle
-from .studies.smallest_cycle import smallest_cycle as smallest_cycle
 from .studies.sweep import sweep as sweep
 
 __version__: str

@@ -99,23 +99,6 @@ class Guarantee(StrEnum):
     EVIDENCE = "evidence"
 
 
-class Search(StrEnum):
-    """The outcome of a search for the smallest cycle.
-
-    FOUND
-        A cycle.
-    NONE_FOUND
-        None.
-    CONTRADICTION
-        A cycle or separation below a load factor that is proved to have none: an error of this toolkit or of
-        its theory.
-    """
-
-    FOUND = "found"
-    NONE_FOUND = "none found"
-    CONTRADICTION = "contradiction"
-
-
 class Said(StrEnum):
     """What the bounds alone say of the nominal load, without a simulation.
 

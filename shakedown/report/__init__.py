@@ -12,7 +12,7 @@ What you see, and the module that writes it:
 - what holds below, between and above the bounds: ``bound_words``; with a zone of open nodes: ``zone_words``
 - λ_T, the guarantee curve, the coupling ratio, the limiting node: ``limit_words``
 - friction thresholds, critical load factors: ``friction_words``
-- what a simulation found: ``run_words``; a sweep, a smallest cycle: ``design_words``;
+- what a simulation found: ``run_words``; a sweep: ``design_words``;
   a map of initial states: ``map_words``; finer meshes, averages: ``mesh_words``
 - doubts about the data: ``hint_words``; nodes by number and label: ``node_words``; tables as text:
   ``text_table``

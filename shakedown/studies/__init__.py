@@ -11,9 +11,5 @@ Designs: ``parameters`` (named changes of a joint), ``variation`` (a joint as a 
 parameters), ``design_point`` (all limits of one joint), ``diagram`` (limits over one or two parameters,
 and the regions between them), ``sweep`` (all points of a diagram).
 
-The smallest cycle: ``cycle_pattern`` (where a sequence of contact states first closes to a cycle),
-``descent`` (from a cycle down to smaller load factors), ``cycle_search`` (initial slips to try, the
-rounds of the search), ``smallest_cycle``.
-
 Meshes: ``refined`` (a table of meshes, and what a sequence of numbers does), ``finer_meshes`` (the study).
 """

@@ -207,7 +207,6 @@ BAD = {
         ["simulate", "one-node", "--load-factor", "1", "--resume"],
         "--resume: expected -o FILE",
     ),
-    "resumed without a slip to write": (["adversary", "one-node", "--resume"], "--resume: expected -o FILE"),
     "random negative": (["verify", "one-node", "--random", "-1"], "-1 is not in the range"),
     "budget zero": (["critical", "one-node", "--budget", "0"], "0 is not in the range"),
 }

@@ -50,7 +50,7 @@ ODD = {
 }
 NUMBERS = [Fraction(1, 2), Decimal("0.5"), np.float32(0.5), np.array(0.5), np.float64(0.5)]
 WHOLES = [np.int64(1), np.uint8(1), np.array(1)]
-SLOW = {"verify", "sweep", "initial_state_map", "smallest_cycle", "transient_limit", "long_term_states"}
+SLOW = {"verify", "sweep", "initial_state_map", "transient_limit", "long_term_states"}
 
 
 FUNCTIONS = {name: thing for name, thing in public().items() if inspect.isfunction(thing)}

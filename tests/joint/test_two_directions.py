@@ -424,8 +424,6 @@ ANSWERS = {
     "with_parameter",
     # maps
     "initial_state_map",
-    # designs
-    "smallest_cycle",
     # of runs of any joint: the problem has the units only
     "slip_over_load",
     "slip_per_cycle",

@@ -157,6 +157,15 @@ def test_a_weakly_coupled_joint_has_one_and_the_counter_examples_none() -> None:
         assert difference_gauge(shakedown.example(name)) is None
 
 
+def test_where_the_gauge_does_not_exist_two_nodes_cycle_together_far_below_the_first_collapse() -> None:
+    """The built-in counter-example: λ_1 = 3.096, and from 1.699024 on neither of its movers waits for it."""
+    problem, slip = shakedown.example("pair-cycle"), [2.12293, 2.12293, -1.12424, -0.32851]
+    below, above = (shakedown.long_term_state(problem, λ, slip) for λ in (1.69902, 1.69903))
+    assert (below.outcome, above.outcome) == ("shakedown", "cyclic-slip")
+    assert (above.slip_per_cycle > 0).tolist() == [True, True, False, False]
+    assert shakedown.lower_bound(problem).load_factor == pytest.approx(3.096, rel=1e-12)
+
+
 def test_a_node_that_no_other_moves_leaves_no_difference():
     for name in ("one-node", "uncoupled"):
         gauge = difference_gauge(shakedown.example(name))
