@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Literal
 
 import click
-import numpy as np
 
 import shakedown
 from shakedown import Problem
@@ -40,7 +39,6 @@ from .output import (
     tiny,
 )
 
-FILMED = 3.0  # cycles
 DIGITS_IN_SPACE = 5  # so that the numbers of two directions fit a line
 IN_SPACE = "x, y: the two tangential directions of a node; Σ|Δv|: its slip per period, added up"
 
@@ -55,12 +53,6 @@ IN_SPACE = "x, y: the two tangential directions of a node; Σ|Δv|: its slip per
 @slip_below_option
 @click.option("-o", "--output", type=OutputFile(), help="Write the path here (NPZ): events or load steps.")
 @resume_option
-@click.option(
-    "--animation",
-    type=OutputFile((".gif",)),
-    help="Film of the first three cycles (GIF): the slip of two nodes, else the load of the node "
-    "that slips most.",
-)
 @click.option(
     "--loop", type=TableFile(), help="Write the loops of the loads here (.csv): load and displacement."
 )
@@ -78,7 +70,6 @@ def simulate(
     slip_below: float | None,
     output: Path | None,
     resume: bool,
-    animation: Path | None,
     loop: Path | None,
     as_json: bool,
 ) -> None:
@@ -92,14 +83,12 @@ def simulate(
         open_nodes=opened,
         cycles=cycles,
         method=method,
-        record=output is not None or animation is not None,
+        record=output is not None,
         slip_below=slip_below,
         partial=record,
         resume=resume,
         save=None if output is None else lambda found: shakedown.save_history(output, found),
     )
-    if animation is not None:
-        _animate(problem, run, animation)
     if loop is not None:
         _write_loops(problem, run, loop)
     if as_json:
@@ -119,16 +108,6 @@ def _write_loops(problem: Problem, run: shakedown.Simulation, path: Path) -> Non
             f"--loop: expected a period from event to event, found none ({run.method}, {run.outcome})"
         )
     load_loops(problem, run.long_term).save(path, problem)
-
-
-def _animate(problem: Problem, run: shakedown.Simulation, path: Path) -> None:
-    from shakedown import plot  # matplotlib is wanted only here
-
-    if problem.n == 2:
-        plot.animate_slip_space(run, problem, path, longest=FILMED)
-    else:
-        most = int(np.nan_to_num(run.slip_per_cycle).argmax())
-        plot.animate_reactions(run, problem, path, most, longest=FILMED)
 
 
 def _jump_facts(run: shakedown.Simulation, work: str) -> list[tuple[str, str, str]]:

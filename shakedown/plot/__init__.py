@@ -14,7 +14,7 @@ a module below computes what is drawn, ``style`` holds what all pictures share (
 - loops of a node (hysteresis, orbits), reactions in time: ``loops``
 - the loop of a load, damping and stiffness over its amplitude: ``over_amplitude``
 - where and when a contact sticks, slips, opens: ``zone_map``
-- slip space, reaction space: ``planes``; the same at an instant, and animations: ``motion``
+- slip space, reaction space: ``planes``
 - limits on one scale, slips over the load or the cycle: ``load_factors``; design diagrams: ``regions``
 - maps of initial states: ``basins``
 - numbers against the mesh: ``refinement``
@@ -38,7 +38,6 @@ from shakedown.plot.loops import (
     reactions_in_time,
     slip_orbits,
 )
-from shakedown.plot.motion import animate_reactions, animate_slip_space, reactions_at, slip_space_at
 from shakedown.plot.over_amplitude import damping_curve, loop
 from shakedown.plot.over_contact import (
     dissipation_along,
@@ -66,8 +65,6 @@ from shakedown.plot.style import save
 from shakedown.plot.zone_map import zones
 
 __all__ = [
-    "animate_reactions",
-    "animate_slip_space",
     "basin",
     "contact",
     "damping_curve",
@@ -88,7 +85,6 @@ __all__ = [
     "pressure_over_patch",
     "reaction_orbits",
     "reaction_space",
-    "reactions_at",
     "reactions_in_time",
     "refinement",
     "regions",
@@ -102,7 +98,6 @@ __all__ = [
     "slip_per_cycle",
     "slip_range",
     "slip_space",
-    "slip_space_at",
     "slips_over_patch",
     "tractions_at",
     "welded_pressure_over_patch",

@@ -95,8 +95,8 @@ def slip_space(
     points = [region, *(path.v for path in paths.values())]
     if not len(region):
         points += _last_safe_slip(axes, problem, rows, load_factor)
-    low, high = window(np.vstack([*points, np.zeros((0, 2))]))
-    draw_rows(axes, rows, rows.g - load_factor * rows.d)
+    low, high = _window(np.vstack([*points, np.zeros((0, 2))]))
+    _draw_rows(axes, rows, rows.g - load_factor * rows.d)
     _, length = units_of(problem)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     axes.set(xlabel=with_unit("slip of node 0", length), ylabel=with_unit("slip of node 1", length))
@@ -153,10 +153,8 @@ def _joined(points: FloatArray, drawn: NDArray[np.bool_]) -> FloatArray:
     return np.vstack(parts[:-1]) if parts else gap
 
 
-def draw_rows(
-    axes: Axes, rows: Constraints, limits: FloatArray, active: NDArray[np.bool_] | None = None
-) -> None:
-    """The lines G v = limit of the rows of a two-node joint; thick where a row is active."""
+def _draw_rows(axes: Axes, rows: Constraints, limits: FloatArray) -> None:
+    """The lines G v = limit of the rows of a two-node joint."""
     for i, (normal, limit) in enumerate(zip(rows.G, limits, strict=True)):
         size, side = float(normal @ normal), int(rows.side[i])
         if size == 0.0:
@@ -165,12 +163,11 @@ def draw_rows(
         axes.axline(
             foot, foot + [-normal[1], normal[0]] / np.sqrt(size) * (np.linalg.norm(foot) or 1.0),
             color=ROW_COLOURS[rows.node[i]], ls="-" if side == Side.BACKWARD else "--", zorder=1,
-            lw=2.5 if active is not None and active[i] else 1.0,
-            label=f"node {rows.node[i]}, {SIDE_NAMES[side]} limit",
+            lw=1.0, label=f"node {rows.node[i]}, {SIDE_NAMES[side]} limit",
         )  # fmt: skip
 
 
-def window(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _window(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Lower and upper ends of both axes, a little wider than the points."""
     if len(points) == 0:
         return np.array([-1.0, -1.0]), np.array([1.0, 1.0])

@@ -50,7 +50,6 @@ def contents(folder):
         ([*SWEEP, "-o", "v.csv", "--initial", "v.csv"], "-o: expected another file than --initial"),
         (["sweep", "joint.toml", "--vary", "f=1,2", "-o", "here/joint.toml"], "ends in .csv or .parquet"),
         ([*SIMULATE, "--initial", "v.npy", "-o", "here/v.npy"], "-o: expected another file than --initial"),
-        ([*SIMULATE, "-o", "f.gif", "--animation", "f.gif"], "--animation: expected another file than -o"),
         (["verify", "p.npz", "-o", "p.npz"], "-o: expected another file than FILE"),
         (["simulate", "p.npz.partial", *SIMULATE[2:], "-o", "p.npz"], "the record of -o: expected another file"),
         (["verify", "s.html.partial", "-o", "s.html"], "the record of -o: expected another file than FILE"),

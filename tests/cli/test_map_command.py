@@ -8,14 +8,12 @@ import sys
 import time
 import xml.etree.ElementTree as ET
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
 from command import document, run
 
 import shakedown
-from shakedown import plot
 
 MAP = ["map", "two-node", "--load-factor", "0.7"]
 
@@ -249,17 +247,6 @@ def test_ctrl_c_is_one_line_and_keeps_what_is_done(tmp_path):
     code, out, err = run(*MAP, "--states", str(STATES), "-o", "map.npz", cwd=tmp_path)
     assert (code, out) == (2, "")
     assert "unfinished run is recorded there; resume it, or remove that file" in err
-
-
-def test_a_film_of_a_simulation(tmp_path, monkeypatch):
-    monkeypatch.setattr(plot, "animate_reactions", partial(plot.animate_reactions, frames=3))
-    path, words = tmp_path / "film.gif", ["simulate", "one-node", "--load-factor", "1", "--animation"]
-    code, _, err = run(*words, str(path))
-    assert (code, err) == (0, "")
-    assert path.read_bytes()[:6] == b"GIF89a"
-    code, _, err = run(*words, str(tmp_path / "film.png"))
-    assert code == 2
-    assert "expected a name that ends in .gif" in err
 
 
 def test_below_the_limit_of_every_state_a_map_says_that_all_are_proved():

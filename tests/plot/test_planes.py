@@ -7,7 +7,7 @@ import shakedown
 from shakedown import plot
 from shakedown.joint.constraints import constraints
 from shakedown.motion.evolve import evolve
-from shakedown.plot.planes import safe_polygon
+from shakedown.plot.planes import loads_felt, safe_polygon, stick_sector
 
 
 def texts(axes):
@@ -74,3 +74,15 @@ def test_above_the_last_safe_slip_the_window_has_that_slip(factor):
         assert "safe slip at λ_max" in texts(axes)
     below = plot.slip_space(problem, 0.7)
     assert "safe slip at λ_max" not in texts(below)
+
+
+def test_the_load_is_on_the_edge_of_its_sector_where_the_node_slips():
+    joint = shakedown.example("two-node")
+    path = evolve(joint, 0.72, [1.5, 1.5]).history
+    felt = loads_felt(joint, path, 1)
+    for (tangential, normal), v, state in zip(felt, path.v[:, 1], path.state[:, 1], strict=True):
+        apex = stick_sector(joint, 1, v, 1.0)[0]
+        use = (tangential - apex[0]) / (joint.f[1] * (normal - apex[1]))
+        assert abs(use) <= 1 + 1e-9
+        assert not state or use == pytest.approx(state, abs=1e-9)
+    assert path.state[:, 1].any()

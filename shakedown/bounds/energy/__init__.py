@@ -5,7 +5,7 @@ Reading order: ``energy_metric`` (the norm of a difference of slips, and γ of e
 slip), ``row_solution`` (the cone program over them), ``energy_ball`` (the largest ball at one load factor,
 and the one that holds a given state best) and ``energy_bound`` (the largest load factor for a given state,
 λ_E): what they find (``energy_results``) comes from ``row_ball`` and ``row_bound``; ``exact_check`` (the
-conditions without round-off), ``ball_watch`` (whether the states of a motion are in one).
+conditions without round-off).
 
 With two tangential directions every load step of a node is a cone: ``ball_limits`` (every limit with the
 slack that a ball needs, and what of a pressure is tied to the node's own reaction), ``own_share`` (the best
