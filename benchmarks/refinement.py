@@ -1,7 +1,7 @@
 """Which numbers converge as a mesh is refined, joint by joint: the tables of docs/mesh.md.
 
 Every joint on a sequence of meshes with the number of contact elements doubled: blocks and a pad with
-sharp corners, below and above the critical friction of these (:func:`shakedown.fem.corner_field`);
+sharp corners, below and above the critical friction of these (:mod:`benchmarks.corner_field`);
 elastically similar blocks and a press fit, which have no such corner; a cylinder on a flat, whose pressure
 ends like a root; the slanted block of thesis chapter V. In space a brick, a sphere on a flat and a bolted
 lap joint. Of each :func:`shakedown.refine` tells which of the limits, of λ_max averaged over a length, of
@@ -20,6 +20,7 @@ from benchmarks.bodies.blocks import cantilevered_block
 from benchmarks.bodies.classical import cylinder_on_flat, press_fit
 from benchmarks.bodies.lap_joint import lap_joint
 from benchmarks.bodies.sphere import sphere_on_flat
+from benchmarks.corner_field import corner_field
 from benchmarks.lap_joint import WASHER
 from benchmarks.runner import run_study
 from shakedown import Problem, plot, refine
@@ -34,7 +35,6 @@ from shakedown.fem import (
     block_mesh,
     brick_mesh,
     contact_problem,
-    corner_field,
 )
 from shakedown.report.text_table import table
 from shakedown.studies.refined import Refinement

@@ -4,7 +4,7 @@ A few lines from a mesh to a problem: an :class:`ElasticBody` with supports and
 loads on named boundaries, then :func:`contact_problem`.
 
 How fine a mesh? What converges, and what does not, is in docs/mesh.md; :func:`shakedown.refine` tells it
-of a joint, :func:`corner_field` of a corner:
+of a joint:
 
 - λ_max converges where friction exceeds the shear ratio of the welded tractions at every corner of the
   contact. Below it, and at edges without a corner (Hertz), it falls by a power of the element size: it is
@@ -28,7 +28,6 @@ except ImportError as error:
 
 from shakedown.fem.body import ElasticBody, Material, Support
 from shakedown.fem.contact import contact_condensation, contact_problem, modal_load
-from shakedown.fem.corner import CornerField, corner_field
 from shakedown.fem.loads import BodyForce, Bolt, Displacement, Force, Load, Pressure, Traction
 from shakedown.fem.mesh import block_mesh, brick_mesh, read_mesh
 from shakedown.fem.modes import ModalLoad
@@ -36,7 +35,6 @@ from shakedown.fem.modes import ModalLoad
 __all__ = [
     "BodyForce",
     "Bolt",
-    "CornerField",
     "Displacement",
     "ElasticBody",
     "Force",
@@ -50,7 +48,6 @@ __all__ = [
     "brick_mesh",
     "contact_condensation",
     "contact_problem",
-    "corner_field",
     "modal_load",
     "read_mesh",
 ]

@@ -2,14 +2,13 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
-from shakedown.fem.body import Material
-from shakedown.ground.argument_kinds import checked
-from shakedown.ground.errors import UsageError
+from shakedown import UsageError
+from shakedown.fem import Material
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
 
@@ -42,7 +41,6 @@ class CornerField:
     slope: float
 
 
-@checked
 def corner_field(
     angle: float,
     material: Material,
@@ -50,9 +48,8 @@ def corner_field(
     *,
     against: Material | None = None,
     against_angle: float = np.pi,
-    plane: Literal["strain", "stress"] = "strain",
 ) -> CornerField:
-    """The critical friction of a corner; with less friction also how fast λ_max falls with refinement.
+    """The critical friction of a corner in plane strain; with less also how fast λ_max falls with refinement.
 
     Williams's (1952) stress functions φ = r^(s+1) F(θ) describe the fields in wedges whose outer faces are
     free. If the contact is welded, s has to be the exponent e. If it slips without opening, there is a field
@@ -72,8 +69,6 @@ def corner_field(
         Material of the other body; None: it is rigid.
     against_angle
         The angle of the other body there: π, where it is flat, to below 2π [rad].
-    plane
-        ``"strain"`` or ``"stress"``.
 
     Raises
     ------
@@ -94,10 +89,10 @@ def corner_field(
         raise UsageError(f"against_angle: expected 0 < angle < 2 pi, found {against_angle}")
     if not 0 <= f < np.inf:
         raise UsageError(f"f: expected a friction coefficient >= 0, found {f}")
-    pair = _Pair(angle, _effective(material.poisson, plane))
+    pair = _Pair(angle, material.poisson)
     if against is not None:
         softer = _modulus(material) / _modulus(against)
-        pair = _Pair(*pair[:2], against_angle, _effective(against.poisson, plane), softer)
+        pair = _Pair(*pair[:2], against_angle, against.poisson, softer)
     exponent, shear_ratio = _welded(pair)
     s = _least_slip(pair, f)
     slope = 0.0 if f >= shear_ratio else max(0.0, s - exponent)
@@ -105,7 +100,7 @@ def corner_field(
 
 
 class _Pair(NamedTuple):
-    """The wedge above the contact, θ > 0, and the one below: angles, Poisson's ratios of plane strain.
+    """The wedge above the contact, θ > 0, and the one below: angles, Poisson's ratios.
 
     ``softer`` is the ratio G₁/G₂ of their shear moduli, 0 where the one below is rigid.
     """
@@ -115,11 +110,6 @@ class _Pair(NamedTuple):
     other_angle: float = np.pi
     other_poisson: float = 0.0
     softer: float = 0.0
-
-
-def _effective(poisson: float, plane: str) -> float:
-    """Poisson's ratio that a body in plane strain needs to behave as this one does."""
-    return poisson if plane == "strain" else poisson / (1 + poisson)
 
 
 def _modulus(material: Material) -> float:

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from benchmarks.corner_field import corner_field
 from shakedown import UsageError
-from shakedown.fem import Material, corner_field
+from shakedown.fem import Material
 
 STEEL = Material(200e3, 0.3)
 RIGHT = np.pi / 2
@@ -20,6 +21,11 @@ def test_the_critical_friction_of_a_square_block_on_a_half_plane():
     assert found.shear_ratio == pytest.approx(0.543, abs=5e-4)
     assert found.exponent == pytest.approx(0.5445, abs=1e-4)
     assert found.slope == 0.0
+
+
+def test_the_exponent_of_a_right_angle_on_a_rigid_plane():
+    """0.7112 (Williams 1952)."""
+    assert corner_field(RIGHT, STEEL, 0.3).exponent == pytest.approx(0.71117, abs=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -59,12 +65,15 @@ def test_two_wedges_may_change_their_places():
 
 
 @pytest.mark.parametrize(
-    ("words", "said"), [((4.0, STEEL, 0.2), "angle"), ((1.0, STEEL, -0.1), "f: expected")]
+    ("words", "said"),
+    [
+        ((4.0, STEEL, 0.2), "0 < angle < pi"),
+        ((np.radians(20), STEEL, 0.2), "no singular field"),
+        ((1.0, STEEL, -0.1), "f: expected"),
+    ],
 )
 def test_bad_numbers_are_refused(words, said):
     with pytest.raises(UsageError, match=said):
         corner_field(*words)
     with pytest.raises(UsageError, match="against_angle"):
         corner_field(1.0, STEEL, 0.1, against=STEEL, against_angle=7.0)
-    with pytest.raises(UsageError, match="plane: expected"):
-        corner_field(1.0, STEEL, 0.1, plane="strian")
