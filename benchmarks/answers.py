@@ -30,6 +30,7 @@ NOT_COMPARED = (  # leaves, and what in their text differs from run to run of th
 )
 GONE_WORDS = ("single-node-excluded",)  # statuses that stand for another one now
 GONE = (  # leaves of what was deleted: they may be null, or not there at all
+    r"out\.(maps\[\d+\]\.)?limit_cycles\[\d+\]\.(stability|multipliers)\b.*",
     r"(out|files\..*)\.(box|closing_box|core|guarantee_curve)\b.*",
     r"(out|files\..*)\.single_node_bound",
     r"files\..*\.csv\[\d+\]\.lambda_box.*",

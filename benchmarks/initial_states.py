@@ -20,6 +20,7 @@ from matplotlib.figure import Figure
 
 import shakedown
 from shakedown import plot
+from shakedown.joint.constraints import constraints
 from shakedown.report.text_table import table
 
 TITLE = "Maps of initial states: throughput, and interrupted runs against an undisturbed one"
@@ -169,4 +170,16 @@ def figures(rows: list[dict]) -> dict[str, Figure]:
             shakedown.example(name), LOADS[name], states=10_000, sampler="grid"
         )
         plot.basin(found, ax=axes).set_title(f"{name}, λ = {LOADS[name]:g}")
+        if name == "two-node":
+            _draw_ball_and_apex(axes, found.problem, LOADS[name])
     return {"initial-states": figure}
+
+
+def _draw_ball_and_apex(axes: Axes, problem: shakedown.Problem, load_factor: float) -> None:
+    """The energy ball, dashed, and the line through the apex of node 1, at which both its rows are active."""
+    angle, rows = np.linspace(0.0, 2.0 * np.pi, 181), constraints(problem)
+    ball = shakedown.energy_ball(problem, load_factor).at(np.stack([np.cos(angle), np.sin(angle)], axis=1))
+    own = rows.limits_of(1)
+    apex = np.linalg.solve(rows.G[own], (rows.g - load_factor * rows.d)[own])
+    axes.plot(*ball.T, "b--")
+    axes.axvline(apex[0], color="r", ls="-.")

@@ -20,7 +20,7 @@ from shakedown import Outcome, Problem
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import loading
 from shakedown.motion.evolution import Evolution
-from shakedown.programs.cone_rays import way_to_limits
+from shakedown.programs.cone_rays import leaves_cone
 from shakedown.report.text_table import table
 
 TITLE = "States in space that are proved to shake down, followed from event to event"
@@ -118,7 +118,11 @@ def allowed_way(problem: Problem, load_factor: float, centre: FloatArray, ways: 
     q_w, p_w = loading(problem).at(load_factor)
     discs, law = slice(3 * problem.n), problem.law
     right = law.cone(q_w[0], p_w[0])[discs]
-    return way_to_limits(law.stiffness(problem.A, problem.B)[discs], right, centre, ways)
+    G = law.stiffness(problem.A, problem.B)[discs]
+    start, along = (right - G @ centre).reshape(-1, 3), (-ways @ G.T).reshape(len(ways), -1, 3)
+    if (np.hypot(start[:, 1], start[:, 2]) > start[:, 0]).any():  # the centre itself is not admissible
+        return np.zeros(len(ways))
+    return leaves_cone(start, along).min(axis=-1)
 
 
 class _Followed:

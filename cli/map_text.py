@@ -18,6 +18,7 @@ from shakedown.report.map_words import (
     named_in_words,
     outcomes_in_words,
     percent_of_states,
+    region_in_words,
     share_of_what,
     shares_in_words,
     slips_in_words,
@@ -103,11 +104,7 @@ def _one(found: InitialStateMap) -> list[str]:
         lines += ["", heading, _cycles(found, cycles)] if cycles else []
     if found.limit_cycles:
         lines.append(paragraph(cycles_in_words(found), "  "))
-    lines += ["", *map(paragraph, uniqueness_in_words(found))]
-    if found.plane.region_type:
-        kind = found.plane.region_type
-        lines.append(paragraph(f"Regions of slip space: type ({kind}), {found.plane.region}."))
-    return lines
+    return [*lines, "", *map(paragraph, [*uniqueness_in_words(found), *region_in_words(found)])]
 
 
 def _cycles(found: InitialStateMap, cycles: list[LimitCycle]) -> str:
@@ -116,20 +113,17 @@ def _cycles(found: InitialStateMap, cycles: list[LimitCycle]) -> str:
         low, high = without_round_off(cycle.dissipation, none)
         least, most = number(low, 4), number(high, 4)
         spread = 0.0 if cycle.coincide else cycle.spread
-        largest = max((abs(value) for value in cycle.multipliers), default=0.0)
         rows.append(
             [
                 str(cycle.count),
                 str(cycle.period),
                 number(high, 5) if least == most else f"{least} … {most}",
-                "jumps" if cycle.stability == "unknown" else f"{largest:.4f}",
                 number(spread, 2) if cycle.count + len(cycle.named) > 1 else "-",
                 shortened(open_in_words(cycle.slipping_nodes).partition(" ")[2], NODES),
             ]
         )
-    heads = ["states", "period", "dissipation", "multiplier", "spread", "slip at"]
-    idle = set() if found.tells_stability else {"multiplier"}
-    idle |= set() if any(cycle.slipping_nodes for cycle in cycles) else {"slip at"}
+    heads = ["states", "period", "dissipation", "spread", "slip at"]
+    idle = set() if any(cycle.slipping_nodes for cycle in cycles) else {"slip at"}
     text = _without(heads, rows, idle)
     more = len(cycles) - len(rows)
     return text + (f"\n  … {more} more; --json has all" if more > 0 else "")

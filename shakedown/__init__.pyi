@@ -63,7 +63,6 @@ from .models.condensation.condense import condense as condense
 from .models.condensation.load_case import LoadCase as LoadCase
 from .models.importing.import_model import Import as Import
 from .models.importing.import_model import import_model as import_model
-from .studies.basin_boundary import basin_boundary as basin_boundary
 from .studies.basin_map import InitialStateMap as InitialStateMap
 from .studies.basin_map import InitialStateMaps as InitialStateMaps
 from .studies.diagram import Sweep as Sweep

@@ -1,7 +1,7 @@
 """What becomes of a joint: shakedown, cyclic slip, ratchetting, separation, or undecided.
 
-Reading order: ``plane/`` (the search in the plane, compiled), ``cycle_map`` (one cycle as an affine map,
-and its limit where it drifts), ``limit_search`` (the search as Python drives it, and what is left to
+Reading order: ``plane/`` (the search in the plane, compiled), ``cycle_map`` (the limit of one cycle as
+an affine map, where it drifts), ``limit_search`` (the search as Python drives it, and what is left to
 Python), ``passage`` (where a motion began, and what the transient leaves of its start, the slip that random
 loads leave), ``known_bounds`` (limits that no verdict contradicts), ``energy_proof`` (verdicts with proof),
 ``state`` (the answer), ``space/`` (the search for motions that are known cycle by cycle only; verdicts of

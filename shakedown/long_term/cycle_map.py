@@ -1,4 +1,4 @@
-"""The map from one cycle's start to the next, affine on a sequence of contact states, and its limit."""
+"""The limit of the map from one cycle's start to the next, affine on a sequence of contact states."""
 
 from dataclasses import dataclass
 
@@ -7,27 +7,6 @@ from scipy.linalg import schur, solve_sylvester
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
-from shakedown.ground.status import STICK
-from shakedown.motion.cycle_record import CycleRecord
-from shakedown.motion.evolution import Evolution
-from shakedown.motion.method import cycles_of
-from shakedown.motion.plane.plane_events import PlaneEvents
-
-
-@dataclass(frozen=True)
-class CycleMap:
-    """v ↦ v + d + J (v − v_start) for the slips v of the nodes stuck at the start of a period.
-
-    Attributes
-    ----------
-    records
-        What its cycles did.
-    jacobian : (t, t)
-        J, the derivative of the slips of these nodes over the period.
-    """
-
-    records: tuple[CycleRecord, ...]
-    jacobian: FloatArray
 
 
 @dataclass(frozen=True)
@@ -50,31 +29,6 @@ class Limit:
     drift: FloatArray
     decaying: bool
     contraction: float
-
-
-def follow_period(evolution: Evolution, period: int) -> CycleMap | None:
-    """Carry an evolution through a period, with the derivative of its cycle map; None where it stops."""
-    stuck = np.flatnonzero(evolution.state.contact == STICK)
-    tangent = tangent_basis(evolution, stuck)
-    assert isinstance(evolution.method, PlaneEvents)
-    with evolution.method.derivative(tangent):
-        records = tuple(cycles_of(evolution, period))
-    return CycleMap(records, tangent[stuck]) if evolution.stop is None else None
-
-
-def tangent_basis(evolution: Evolution, stuck: np.ndarray) -> FloatArray:
-    """∂(v, w)/∂v_stuck, where every other moving node follows from its equations."""
-    assert isinstance(evolution.method, PlaneEvents)
-    act, layout = evolution.method.active, evolution.problem.layout
-    size = int((act.place >= 0).sum())
-    basis = np.zeros((layout.size, len(stuck)))
-    basis[stuck, np.arange(len(stuck))] = 1.0
-    if size:
-        cols, coef = act.col[:size], act.coef[:size]
-        partner = np.where(cols < layout.slip_size, layout.gaps_of(cols), cols)
-        rows = act.kappa[cols] - coef[:, None] * act.kappa[partner]
-        basis[cols] = -act.inverse[:size, :size] @ rows[:, stuck]
-    return basis
 
 
 def limit(J: FloatArray, d: FloatArray) -> Limit:

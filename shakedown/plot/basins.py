@@ -1,6 +1,6 @@
 """Maps of initial states: what becomes of each, in the plane of two slips; the share that shakes down."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from math import isqrt
 from typing import Any, Protocol
 
@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, ListedColormap, Normalize
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Polygon
+from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
@@ -20,28 +19,11 @@ from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
-from shakedown.plot.style import BLACK, BLUE, GREEN, MARGIN, PURPLE, RED, SKY, axes_for, finished, node_name
+from shakedown.plot.style import BLACK, BLUE, MARGIN, PURPLE, RED, SKY, axes_for, finished, node_name
 
 NAMED = {"zero": ("slip zero", "P"), "given": ("given", "D"), "critical": ("critical state", "*")}
 RESTING = "#D9D9D9"  # states that shake down
 DISSIPATION = "cividis_r"  # perceptually uniform, also with colour-blindness
-
-
-class Outlines(Protocol):
-    """The outlines drawn into the plane: closed polygons (k, 2), empty where there is none."""
-
-    @property
-    def coordinates(self) -> tuple[int, int]: ...
-    @property
-    def safe(self) -> FloatArray: ...
-    @property
-    def admissible(self) -> FloatArray: ...
-    @property
-    def ball(self) -> FloatArray: ...
-    @property
-    def apexes(self) -> FloatArray: ...
-    @property
-    def complementary(self) -> Sequence[FloatArray]: ...
 
 
 class Chosen(Protocol):
@@ -49,6 +31,8 @@ class Chosen(Protocol):
 
     @property
     def sampler(self) -> str: ...
+    @property
+    def coordinates(self) -> tuple[int, int]: ...
     @property
     def side(self) -> int: ...
     @property
@@ -68,8 +52,6 @@ class Mapped(Protocol):
     def load_factor(self) -> float: ...
     @property
     def sampling(self) -> Chosen: ...
-    @property
-    def plane(self) -> Outlines: ...
     @property
     def initial_slip(self) -> FloatArray: ...
     @property
@@ -98,10 +80,8 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     """Which initial slips shake down, and what the others dissipate (thesis §7.2.1).
 
     Separation, where nodes open and close and none slips in contact, has a colour of its own. The
-    cells of a grid are filled, other states are dots. The energy ball (shakedown proved),
-    the safe region and the slips that are admissible under the first load are outlined where
-    all other slips are those of the centre: for two nodes, and for a grid. Slip zero, the given and the
-    critical state have marks of their own, with what becomes of them.
+    cells of a grid are filled, other states are dots. Slip zero, the given and the critical state have
+    marks of their own, with what becomes of them.
 
     Parameters
     ----------
@@ -127,7 +107,7 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
         raise UsageError("picture of a map: expected a joint of two nodes or more, found one node")
     axes = axes_for(ax, (6.6, 5.4))
     units = units_of(found.problem)
-    pair = list(found.plane.coordinates)
+    pair = list(found.sampling.coordinates)
     points = np.asarray(found.initial_slip)[:, pair]
     handles = _draw_states(axes, found, points[found.sampled], with_unit("dissipation per cycle", units.work))
     low, high = points.min(axis=0), points.max(axis=0)
@@ -135,11 +115,9 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     axes.set_xlim(low[0] - margin[0], high[0] + margin[0])
     axes.set_ylim(low[1] - margin[1], high[1] + margin[1])
     plane = found.problem.layout.slip_size == 2 or found.sampling.sampler == "grid"
-    if plane:
-        handles += _draw_outlines(axes, found.plane)
     look: dict[str, Any] = {"mec": BLACK, "ls": "none", "clip_on": False}
     halo = [withStroke(linewidth=3.0, foreground="white")]
-    centre = found.sampling.centre[pair]  # hollow, as a safe region may be smaller than the marker
+    centre = found.sampling.centre[pair]  # hollow: what lies under it shows
     handles += axes.plot(
         *centre, "o", label=found.sampling.centre_is, mfc="none", ms=9, zorder=3, path_effects=halo, **look
     )
@@ -216,30 +194,6 @@ def _dots(
     x, y = points[~values.mask].T
     size = float(np.clip(4000.0 / len(points), 1.0, 12.0))
     return axes.scatter(x, y, s=size, c=values.compressed(), cmap=colours, norm=scale, lw=0, rasterized=True)
-
-
-def _draw_outlines(axes: Axes, plane: Outlines) -> list[Any]:
-    """Draw regions of the plane; returns entries of the legend."""
-    lines: list[tuple[FloatArray, dict[str, Any]]] = [
-        (plane.admissible, {"ec": BLACK, "ls": "-", "label": "admissible at the first load"}),
-        (plane.safe, {"ec": GREEN, "ls": "-", "label": "safe region"}),
-        (plane.ball, {"ec": BLUE, "ls": "--", "label": "energy ball: shakedown proved"}),
-    ]
-    lines += [
-        (region, {"ec": RED, "ls": ":", "label": "complementary region"}) for region in plane.complementary
-    ]
-    handles: list[Any] = []
-    for outline, look in lines:
-        if len(outline):
-            axes.add_patch(Polygon(outline, closed=True, fill=False, lw=1.6, zorder=4, **look))
-            handles.append(Line2D([], [], color=look["ec"], ls=look["ls"], lw=1.6, label=look["label"]))
-    for node, region in enumerate(plane.complementary):
-        if len(region) and not np.isnan(plane.apexes[node]).any():
-            draw = axes.axhline if plane.coordinates[1] != node else axes.axvline
-            place = plane.apexes[node][1 if plane.coordinates[1] != node else 0]
-            draw(place, color=RED, lw=1.0, ls="-.", zorder=4)
-            handles.append(Line2D([], [], color=RED, lw=1.0, ls="-.", label=f"apex line of node {node}"))
-    return handles
 
 
 @checked

@@ -5,37 +5,6 @@ import numpy as np
 from shakedown.ground.float_array import FloatArray
 
 
-def way_to_limits(G: FloatArray, right: FloatArray, centre: FloatArray, directions: FloatArray) -> FloatArray:
-    """The largest t at which right − G (centre + t direction) is in the cone, of all cones, (k,).
-
-    Parameters
-    ----------
-    G, right : (3r, dn), (3r,)
-        Second-order cones of three rows each [force/length, force].
-    centre : (dn,)
-        Slips [length].
-    directions : (k, dn)
-        Slips for t = 1 [length].
-
-    Returns
-    -------
-    (k,)
-        inf where none is ever left; 0 where the centre itself is in none of them.
-
-    Examples
-    --------
-    A node that is pressed by 1 with f = 0.5, and how far its spring reaches:
-
-    >>> way_to_limits(np.vstack([np.zeros(2), -np.eye(2)]), np.array([0.5, 0.0, 0.0]), np.zeros(2), np.eye(2))
-    array([0.5, 0.5])
-    """
-    start = (right - G @ centre).reshape(-1, 3)
-    if (np.hypot(start[:, 1], start[:, 2]) > start[:, 0]).any():
-        return np.zeros(len(directions))
-    along = (-directions @ G.T).reshape(len(directions), -1, 3)
-    return np.asarray(leaves_cone(start, along).min(axis=-1))
-
-
 def leaves_cone(start: FloatArray, along: FloatArray) -> FloatArray:
     """The largest t ≥ 0 at which ``start + t along`` is in the cone |(x, y)| ≤ h, from its point ``start``.
 

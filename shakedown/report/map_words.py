@@ -30,6 +30,12 @@ ENDS = {
     "separation": "ends in separation",
     "undecided": "is undecided",
 }
+REGIONS = {
+    "i": "a safe region and no complementary one, as below the first collapse",
+    "ii": "a safe region and a complementary one: the initial state decides",
+    "iii": "a complementary region and no safe one: nothing shakes down with both nodes closed",
+    "iv": "no bounded safe region and no bounded complementary one",
+}
 MEANING = {
     "shakedown": "slip has ceased",
     "cyclic-slip": "nodes slip in every period and return",
@@ -159,15 +165,13 @@ def cycles_in_words(found: InitialStateMap) -> str:
         if not cycle.count:
             who = " and ".join(STATES[name] for name in cycle.named)
             apart += f" 0 states: only {who} lead{'s' * (len(cycle.named) == 1)} there."
-    if not found.tells_stability:
-        return f"{apart} With two tangential directions it is not worked out whether they are stable."
-    jumps = any(cycle.stability == "unknown" for cycle in found.limit_cycles)
-    return (
-        "multiplier: factor per period by which a small disturbance of the motion shrinks; below 1 stable, "
-        f"above unstable, at 1 a continuum of neighbouring motions is possible. {apart}"
-        + " jumps: the motion jumps and has no multiplier."
-        * jumps
-    )
+    return apart
+
+
+def region_in_words(found: InitialStateMap) -> list[str]:
+    """The type of the regions of two slips, where there is one."""
+    kind = found.region_type
+    return [f"Regions of slip space: type ({kind}), {REGIONS[kind]}."] if kind else []
 
 
 def work_that_is_none(found: InitialStateMap) -> float:

@@ -12,9 +12,11 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Outcome
+from shakedown.joint.constraints import constraints
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.checked_law import admissible
+from shakedown.programs.polygon import corners
 from shakedown.studies.final_states import (
     LOOKED_AT,
     FinalStates,
@@ -27,12 +29,10 @@ from shakedown.studies.limit_cycles import (
     Scatter,
     limit_cycles,
     slip_scatter,
-    tells_stability,
 )
 from shakedown.studies.map_file import Columns
 from shakedown.studies.map_pieces import MapSearch
 from shakedown.studies.samplers import NAMED, Sampler, Sampling
-from shakedown.studies.slip_plane import SlipPlane, slip_plane
 
 
 class SlipShare(NamedTuple):
@@ -229,19 +229,26 @@ class InitialStateMap(Result):
         return not isinstance(found, Missing) and self.load_factor > beyond * found.load_factor
 
     @property
-    def tells_stability(self) -> bool:
-        """Whether the stability of limit cycles is computed, as in the plane."""
-        return tells_stability(self.problem)
-
-    @property
     def admissible(self) -> NDArray[np.bool_]:
         """Which initial slips keep all nodes closed and within their limits at the first load, by row."""
         return admissible(self.problem, self.load_factor, self.initial_slip, self.search.tolerances)
 
     @cached_property
-    def plane(self) -> SlipPlane:
-        """Safe region, admissible slips, energy ball in the plane of the two coordinates."""
-        return slip_plane(self.sampling)
+    def region_type(self) -> str:
+        """The regions in the plane of the slips of two nodes, (i) to (iv) of thesis §4.4; else empty.
+
+        ``"i"``: a safe region and no complementary one, ``"ii"``: both, ``"iii"``: a complementary one only,
+        ``"iv"``: neither. In a complementary region both rows of a node are violated and those of the other
+        one hold: there it slips to and fro for ever (figs 4.11–4.15).
+        """
+        if self.problem.n != 2 or self.problem.directions > 1:
+            return ""
+        rows = constraints(self.problem)
+        limits = rows.g - self.load_factor * rows.d
+        safe = len(corners(rows.G, limits))
+        signs = (np.where(rows.limits_of(node), -1.0, 1.0) for node in (0, 1))
+        beyond = any(len(corners(sign[:, None] * rows.G, sign * limits)) for sign in signs)
+        return ("ii" if beyond else "i") if safe else ("iii" if beyond else "iv")
 
     @cached_property
     def final_states(self) -> FinalStates:

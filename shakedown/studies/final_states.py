@@ -17,7 +17,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.units import units_of
 from shakedown.long_term.find_state import long_term_state
-from shakedown.studies.limit_cycles import BORDER, STABLE, UNSTABLE, LimitCycle, Scatter, same_slip
+from shakedown.studies.limit_cycles import LimitCycle, Scatter, same_slip
 from shakedown.studies.map_pieces import MapSearch
 
 LOOKED_AT = 8  # largest number of undecided states followed again
@@ -93,13 +93,8 @@ def final_states(
 def _the_one(cycle: LimitCycle) -> str:
     """The motion that all states end in."""
     motion = "separation" if cycle.outcome == Outcome.SEPARATION else "limit cycle"
-    if cycle.stability == STABLE:
-        return f"the same {motion}, which is stable"
     slips = "final slips" + ", but for the drift," * (cycle.outcome == Outcome.RATCHETTING)
-    agree = f"one and the same {motion}: {slips} and dissipation agree"
-    if cycle.stability == BORDER:
-        return f"{agree}, although a multiplier is 1: a continuum is possible, and none is seen"
-    return agree
+    return f"one and the same {motion}: {slips} and dissipation agree"
 
 
 def _differences(decided: list[str], cycles: tuple[LimitCycle, ...], problem: Problem) -> list[str]:
@@ -118,7 +113,6 @@ def _differences(decided: list[str], cycles: tuple[LimitCycle, ...], problem: Pr
     if len(cycles) - len(slipping) > 1:
         words.append(f"{len(cycles) - len(slipping)} different motions with separation")
     words += [_scattered(cycle, problem) for cycle in cycles if not cycle.coincide][:1]
-    words += ["one of them is unstable"] * any(cycle.stability == UNSTABLE for cycle in cycles)
     return words
 
 
@@ -129,11 +123,8 @@ def _scattered(cycle: LimitCycle, problem: Problem) -> str:
         return f"the slips locked in under separation: {spread}"
     low, high = (few(value, 6) for value in cycle.dissipation)
     dissipation = f"dissipation {low}" + (f" to {high}" if high != low else "")
-    one = (
-        "the slip locked in selects one of a continuum"
-        if cycle.stability == BORDER
-        else "limit cycles differ"
-    )
+    locked_in = len(cycle.slipping_nodes) < problem.n
+    one = "the slip locked in selects one of a continuum" if locked_in else "limit cycles differ"
     return f"{one} ({dissipation}; {spread})"
 
 

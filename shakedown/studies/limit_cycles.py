@@ -1,4 +1,4 @@
-"""The distinct limit cycles among many long-term states, whether they are stable, how far slips scatter."""
+"""The distinct limit cycles among many long-term states, and how far their slips scatter."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -8,17 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.size_limits import AT_ONCE
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.cycle_map import CycleMap, follow_period
 from shakedown.long_term.find_state import long_term_state
-from shakedown.long_term.state import LongTermState
 from shakedown.motion.checked_law import length_scales, path_accuracy, path_resolution, scales
-from shakedown.motion.method import cycles_of, walk
+from shakedown.motion.method import cycles_of
 from shakedown.studies.map_file import Columns
 from shakedown.studies.map_pieces import MapSearch
 
@@ -94,10 +91,9 @@ def _from_nearest(ends: FloatArray, places: FloatArray) -> FloatArray:
 
 Rows = NDArray[np.intp]  # numbers of states
 
-MOST_ALONE = 20  # limit cycles of a kind distinguished without multipliers; further ones count as a continuum
+MOST_ALONE = 20  # limit cycles of a kind that are told apart; further ones count as a continuum
+MOST_LONELY = 2  # states of a kind with a limit cycle of their own; the others then count as a continuum
 APART = 160.0  # times the error of a path over one cycle: closer states are the same
-
-STABLE, BORDER, UNSTABLE, UNKNOWN = "stable", "border", "unstable", "unknown"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -119,15 +115,6 @@ class LimitCycle(Result):
         cycle, mostly a range for a continuum.
     slipping_nodes
         The nodes that slip.
-    stability
-        ``"stable"``: every multiplier is below 1 in size, and small disturbances die out.
-        ``"border"``: one is 1: a disturbance may lead to a neighbouring limit cycle of a
-        continuum; whether the states found make use of that, ``coincide`` says.
-        ``"unstable"``: one is above 1. ``"unknown"``: the state jumps, or the joint has two
-        tangential directions, where the cycle map is not worked out.
-    multipliers : (k,)
-        Eigenvalues of the derivative of the map over one period with respect to the slips
-        of the nodes stuck at its start, the largest first, at the example.
     contact_sequences
         How many different sequences of contact states were seen, wherever a period is cut.
     example
@@ -147,8 +134,6 @@ class LimitCycle(Result):
     period: int
     dissipation: tuple[float, float]
     slipping_nodes: tuple[int, ...]
-    stability: str
-    multipliers: NDArray[np.complex128]
     contact_sequences: int
     example: int
     final_slip: FloatArray
@@ -210,11 +195,9 @@ def limit_cycles(
 ) -> tuple[LimitCycle, ...]:
     """The distinct limit cycles of a map, the most frequent first.
 
-    Where no multiplier is 1, a limit cycle stands alone, and the states count that end on
-    it, to the tolerance ``same_cycle``. Else it is one of a continuum; limit cycles of a
-    continuum have the period and the slipping nodes in common, and count together. With two
-    tangential directions there are no multipliers: there it stands alone where every node slips
-    and several states end on it.
+    A limit cycle stands alone where every node slips, so that no slip is locked in, and several states
+    end on it, to the tolerance ``same_cycle``. All others with the same period and the same slipping nodes
+    count together, as one of a continuum.
 
     Parameters
     ----------
@@ -229,20 +212,22 @@ def limit_cycles(
     """
     seen, found = _Seen(problem, load_factor, columns, search, named), list[LimitCycle]()
     for kind, rows in _by_kind(seen).items():
-        continuum: list[tuple[_Examined, Rows]] = []
-        while len(rows):
+        rest = list[tuple[_Examined, Rows]]()
+        for _ in range(MOST_ALONE if len(kind.slipping_nodes) == problem.n else 0):
+            if not len(rows) or len(rest) == MOST_LONELY:
+                break
             one = _examined(seen, kind, int(rows[0]))
             here = _ends_on(seen, rows, one.cycle)
-            alone = one.cycle.stability in (STABLE, UNSTABLE) or _gathers(seen, kind, here, len(found))
-            mine = here if alone else _like(seen, rows, kind)
-            if alone:
-                found.append(_counted(seen, one, rows[mine]))
+            if np.count_nonzero(here) > 1:
+                found.append(_counted(seen, one, rows[here], alone=True))
             else:
-                continuum.append((one, rows[mine]))
-            rows = rows[~mine]
-        if continuum:  # or several with the same slipping nodes; the largest part is the example
-            one = max(continuum, key=lambda part: len(part[1]))[0]
-            found.append(_counted(seen, one, np.concatenate([part for _, part in continuum])))
+                rest.append((one, rows[here]))
+            rows = rows[~here]
+        if len(rows):
+            rest.append((_examined(seen, kind, int(rows[0])), rows))
+        if rest:  # the largest part is the example
+            one = max(rest, key=lambda part: len(part[1]))[0]
+            found.append(_counted(seen, one, np.concatenate([part for _, part in rest])))
     return tuple(sorted(found, key=lambda cycle: (-cycle.count, cycle.example)))
 
 
@@ -276,38 +261,14 @@ def _ends_on(seen: _Seen, rows: Rows, cycle: LimitCycle) -> NDArray[np.bool_]:
     return mine
 
 
-def _gathers(seen: _Seen, kind: _Kind, here: NDArray[np.bool_], known: int) -> bool:
-    """Whether a limit cycle without multipliers stands alone for all that is seen.
-
-    Every node slips, so that no slip is locked in, and other states end on it, too.
-    """
-    if tells_stability(seen.problem) or len(kind.slipping_nodes) < seen.problem.n:
-        return False
-    return bool(np.count_nonzero(here) > 1) and known < MOST_ALONE
-
-
-def _like(seen: _Seen, rows: Rows, kind: _Kind) -> NDArray[np.bool_]:
-    """Which states are taken to end in the same continuum as the first of them.
-
-    They pass through the same contact states. Where a node keeps its slip, which is locked in and selects the
-    limit cycle, they are all states of the kind.
-    """
-    if len(kind.slipping_nodes) < seen.problem.n or not tells_stability(seen.problem):
-        return np.ones(len(rows), dtype=bool)
-    signature = seen.columns["signature"][rows]
-    return np.asarray(signature == signature[0])
-
-
 def _examined(seen: _Seen, kind: _Kind, example: int) -> _Examined:
-    """The limit cycle that one state leads to, with the multipliers of its cycle map."""
+    """The limit cycle that one state leads to, with the slips at the ends of its cycles."""
     cycle = LimitCycle(
         count=1,
         outcome=kind.outcome,
         period=kind.period,
         dissipation=(np.nan, np.nan),
         slipping_nodes=kind.slipping_nodes,
-        stability=UNKNOWN,
-        multipliers=np.empty(0, dtype=complex),
         contact_sequences=1,
         example=example,
         final_slip=np.asarray(seen.columns["final_slip"][example])[None],
@@ -320,38 +281,13 @@ def _examined(seen: _Seen, kind: _Kind, example: int) -> _Examined:
         longest_period=seen.search.longest_period,
         tolerances=seen.search.tolerances,
     )
-    if not state.period:
-        return _Examined(cycle, state.drift)
-    if not tells_stability(seen.problem):
+    if state.period:
         ends = np.array([record.end_slip for record in cycles_of(state.motion(), state.period)])
-        return _Examined(replace(cycle, final_slip=ends), state.drift)
-    over = _one_more_period(state)
-    if over is None:
-        return _Examined(cycle, state.drift)
-    ends = np.array([record.end_slip for record in over.records])
-    if any(record.jumps for record in over.records):
-        return _Examined(replace(cycle, final_slip=ends), state.drift)
-    multipliers = np.linalg.eigvals(over.jacobian).astype(complex)
-    multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
-    cycle = replace(cycle, stability=_stability(multipliers), multipliers=multipliers, final_slip=ends)
+        cycle = replace(cycle, final_slip=ends)
     return _Examined(cycle, state.drift)
 
 
-def _one_more_period(state: LongTermState) -> CycleMap | None:
-    """The map of the period after the one that has shown the long-term state."""
-    motion = state.motion()
-    walk(motion, state.period, record=True)
-    return follow_period(motion, state.period)
-
-
-def _stability(multipliers: NDArray[np.complex128]) -> str:
-    largest = float(np.abs(multipliers).max(initial=0.0))
-    if largest > 1.0 + NEGLIGIBLE:
-        return UNSTABLE
-    return BORDER if largest >= 1.0 - NEGLIGIBLE else STABLE
-
-
-def _counted(seen: _Seen, one: _Examined, rows: Rows) -> LimitCycle:
+def _counted(seen: _Seen, one: _Examined, rows: Rows, *, alone: bool = False) -> LimitCycle:
     """A limit cycle with the states that lead there, and how far apart they end."""
     dissipation = seen.columns["dissipation"][rows]
     low, high = float(dissipation.min()), float(dissipation.max())
@@ -364,17 +300,12 @@ def _counted(seen: _Seen, one: _Examined, rows: Rows) -> LimitCycle:
         dissipation=(low, high),
         contact_sequences=len(np.unique(seen.columns["signature"][rows])),
         spread=scatter.spread,
-        coincide=one.cycle.stability in (STABLE, UNSTABLE) or bool(scatter.spread <= seen.same and same_work),
+        coincide=alone or bool(scatter.spread <= seen.same and same_work),
     )
 
 
 def _known(drift: FloatArray) -> FloatArray | None:
     return None if np.isnan(drift).any() else drift
-
-
-def tells_stability(problem: Problem) -> bool:
-    """Whether the map over a period and its multipliers are computed, as in the plane."""
-    return problem.directions == 1
 
 
 def same_slip(problem: Problem, load_factor: float, tolerances: Tolerances) -> float:

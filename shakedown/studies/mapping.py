@@ -160,8 +160,8 @@ def initial_state_map(
     >>> found
     InitialStateMap(load_factor=0.7, states=64, shakedown_fraction=0.8438, limit_cycles=1)
     >>> cycle = found.limit_cycles[0]
-    >>> cycle.slipping_nodes, cycle.period, cycle.stability
-    ((1,), 1, 'border')
+    >>> cycle.slipping_nodes, cycle.period, cycle.coincide
+    ((1,), 1, False)
     """
     several = isinstance(load_factor, Sequence | np.ndarray)
     factors: list[float] = [*load_factor] if several else [load_factor]  # type: ignore[misc, list-item]

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import cached_property
 from math import isqrt
 
 import numpy as np
@@ -73,10 +74,8 @@ class Sampling:
         Half-width of the box [length].
     reach
         Radius of the ball that states are drawn from, relative to the energy ball.
-    ball
-        The energy ball of this load factor.
     tolerances
-        For the transients.
+        For the transients, and the energy ball.
     named
         The first states of the map (:func:`named_states`).
     """
@@ -91,7 +90,6 @@ class Sampling:
     centre_is: str
     half_width: FloatArray
     reach: float
-    ball: EnergyBall = field(repr=False)
     tolerances: Tolerances = field(default=DEFAULT, repr=False)
     named: dict[str, FloatArray] = field(default_factory=dict, repr=False)
 
@@ -104,6 +102,11 @@ class Sampling:
     def side(self) -> int:
         """States along one side of a grid."""
         return isqrt(self.states)
+
+    @cached_property
+    def ball(self) -> EnergyBall:
+        """The energy ball of this load factor, for the sampler of that name."""
+        return energy_ball(self.problem, self.load_factor, tolerances=self.tolerances)
 
     @property
     def missing_ball(self) -> str:
@@ -179,7 +182,6 @@ def sampling(
         centre_is=centre_is,
         half_width=half_width,
         reach=float(reach),
-        ball=energy_ball(problem, load_factor, tolerances=tolerances),
         tolerances=tolerances,
         named=named_states(problem),
     )

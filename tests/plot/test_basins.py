@@ -26,16 +26,9 @@ def test_cells_have_the_dissipation_of_their_states(grid):
     assert resting.get_array().count() == grid.outcomes["shakedown"]
 
 
-def test_outlines_stand_in_the_legend(grid):
-    axes = plot.basin(grid)
-    said = words(axes)
-    for name in ("shakes down", "safe region", "admissible at the first load", "safe slip"):
-        assert name in said
-    assert any("energy ball" in name for name in said)
-    assert said[-2:] == ["slip zero: shakedown", "critical state: cyclic slip"]
-    assert any("apex line of node 1" in name for name in said)
-    (line,) = [line for line in axes.lines if line.get_linestyle() == "-."]
-    assert np.unique(line.get_xdata()) == pytest.approx(0.65407, abs=1e-5)
+def test_the_states_with_a_name_stand_in_the_legend(grid):
+    said = words(plot.basin(grid))
+    assert said == ["shakes down", "safe slip", "slip zero: shakedown", "critical state: cyclic slip"]
 
 
 def test_states_anywhere_are_dots():
@@ -45,15 +38,10 @@ def test_states_anywhere_are_dots():
     assert drawn == 200
 
 
-def test_of_more_nodes_only_a_grid_has_outlines():
+def test_of_more_nodes_it_says_which_slips_vary():
     block = shakedown.example("block-9")
     spread = plot.basin(shakedown.initial_state_map(block, 4.0, states=8, coordinates=(2, 6)))
     assert "7 slips vary too" in spread.get_title()
-    assert not spread.patches
-    section = plot.basin(
-        shakedown.initial_state_map(block, 4.0, states=9, coordinates=(2, 6), sampler="grid", reach=0.1)
-    )
-    assert len(section.patches) >= 2
 
 
 def test_one_node_has_no_plane():

@@ -1,7 +1,7 @@
 """The affine map of one period, carried in compiled code.
 
-As :class:`shakedown.long_term.cycle_map.CycleMap`, for the nodes alone that are stuck at the start
-and move within the period. The others keep their slips exactly, so that the map leaves the space of
+v ↦ v + d + J (v − v_start) for the slips v of the nodes alone that are stuck at the start and move within
+the period. The others keep their slips exactly, so that the map leaves the space of
 these nodes as it is: there lie all its powers of the increment, and their limit.
 """
 

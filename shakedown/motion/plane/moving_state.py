@@ -109,13 +109,8 @@ def motion_at_rest(n: int) -> PlaneMotion:
     mo = PlaneMotion(shapes)
     mo.set(n=n)
     begin(mo)
-    follow_derivative(mo, *without_tangent(n))
+    follow_derivative(mo, np.zeros((2 * n, 0)), np.zeros(0))
     return mo
-
-
-def without_tangent(n: int) -> tuple[FloatArray, FloatArray]:
-    """Derivative of a state with respect to nothing, and of the time of its last event."""
-    return np.zeros((2 * n, 0)), np.zeros(0)
 
 
 @entered

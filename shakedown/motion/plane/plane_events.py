@@ -1,7 +1,5 @@
 """From event to event in the plane: exact, by the compiled loops of this subpackage."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
@@ -29,10 +27,8 @@ from shakedown.motion.plane.event_loop import follow_straight
 from shakedown.motion.plane.moving_state import (
     begin,
     empty_record,
-    follow_derivative,
     motion_at_rest,
     resume,
-    without_tangent,
 )
 from shakedown.motion.plane.rate_problem import rates
 from shakedown.motion.plane.rate_search import enumerate_states
@@ -133,13 +129,6 @@ class PlaneEvents:
             run = run_along(self.active, self.rates, self.motion, events, self._courses[first])
             self._runs[first, record] = run
         return self._runs[first, record]
-
-    @contextmanager
-    def derivative(self, tangent: FloatArray) -> Iterator[None]:
-        """Carry the derivative of u = (v, w) with respect to t parameters, (2n, t), along in place."""
-        follow_derivative(self.motion, tangent, np.zeros(tangent.shape[1]))
-        yield
-        follow_derivative(self.motion, *without_tangent(self.problem.n))
 
     def enter(self, first: bool, record: bool) -> None:
         """Go to the beginning of a cycle."""

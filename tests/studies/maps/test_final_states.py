@@ -1,4 +1,4 @@
-"""Whether all states end in one and the same state: by what they ended in, not by multipliers alone."""
+"""Whether all states end in one and the same state: by what they ended in."""
 
 from dataclasses import replace
 
@@ -51,17 +51,14 @@ def of_three(q_1):
     return apart(np.ones((4, 2)), q_w)
 
 
-def test_a_multiplier_of_one_makes_no_continuum_by_itself():
+def test_a_node_that_sticks_makes_no_continuum_by_itself():
     """Node 1 is driven to one slip by its loads, and stuck there at the start of every period."""
     driven = shakedown.initial_state_map(of_three([0.0, 0.5, 0.0, -0.5]), 1.0, states=64, reach=3.0)
     (cycle,) = driven.limit_cycles
-    assert cycle.stability == "border"
-    assert np.abs(cycle.multipliers).max() == pytest.approx(1.0)
     assert cycle.spread <= 1e-12
     assert cycle.coincide
     assert (driven.same_outcome, driven.unique) == (True, True)
     assert "one and the same limit cycle" in driven.evidence
-    assert "a continuum is possible" in driven.evidence
 
 
 def test_the_same_dissipation_does_not_make_one_limit_cycle():

@@ -1,4 +1,4 @@
-"""Maps of joints with two tangential directions: single runs, the plane, outlines that are those of the cones."""
+"""Maps of joints with two tangential directions: single runs, and the plane."""
 
 from dataclasses import replace
 
@@ -8,8 +8,6 @@ from command import run
 from joints_in_space import embedded, in_units
 
 import shakedown
-from shakedown.joint.constraints import constraints
-from shakedown.motion.checked_law import admissible
 
 JOINT = shakedown.example("two-node-3d")
 PLANE = replace(shakedown.example("two-node"), C=None)
@@ -54,32 +52,7 @@ def test_load_in_one_direction_is_the_map_of_the_plane():
     assert space.sampling.half_width[2] == pytest.approx(plane.sampling.half_width[1], rel=1e-9)
     assert 0 < space.outcomes["shakedown"] < 25  # their centres differ: any safe slip is one
     (cycle,) = space.limit_cycles
-    assert (cycle.slipping_nodes, cycle.stability, len(cycle.multipliers)) == ((1,), "unknown", 0)
-    assert cycle.coincide is False
-    boundary = shakedown.basin_boundary(space, halvings=5)[:, ::2]
-    apart = 0.02 * np.diag(space.sampling.half_width[::2])  # on both sides of it the plane has two outcomes
-    sides = [
-        [shakedown.long_term_states(PLANE, 0.7, boundary + sign * step).outcome for sign in (-1, 1)]
-        for step in apart
-    ]
-    assert len(boundary) > 3
-    assert np.any([one != other for one, other in sides], axis=0).all()
-
-
-def test_outlines_are_those_of_the_cones():
-    chosen = {"states": 4, "sampler": "grid", "coordinates": (1, 2)}
-    found = shakedown.initial_state_map(JOINT, 0.5, **chosen)
-    centre, plane, rows = found.sampling.centre, found.plane, constraints(JOINT)
-    assert (len(plane.apexes), plane.region_type, plane.complementary) == (2, "", ())
-    for outline, holds in (
-        (plane.safe, lambda slip: rows.relative_excess(slip, 0.5).max() <= 0),
-        (plane.admissible, lambda slip: admissible(JOINT, 0.5, slip[None])[0]),
-    ):
-        assert len(outline) > 100
-        for point in outline[::29]:
-            ends = np.tile(centre, (2, 1))
-            ends[:, [1, 2]] += np.array([[1 - 1e-6], [1 + 1e-6]]) * (point - centre[[1, 2]])
-            assert [bool(holds(end)) for end in ends] == [True, False]
+    assert (cycle.slipping_nodes, cycle.coincide) == ((1,), False)
 
 
 def test_units_do_not_matter(found):
@@ -95,7 +68,6 @@ def test_states_that_end_on_one_cycle_are_one():
         joint, 1.3 * shakedown.upper_bound(joint).load_factor, states=8, reach=1e-3
     )
     assert sum(cycle.count for cycle in found.limit_cycles) == 8
-    assert all(cycle.stability == "unknown" for cycle in found.limit_cycles)
 
 
 def test_the_command(tmp_path):
