@@ -23,7 +23,6 @@ STUDIES: tuple[str, ...] = (
     "blade_root",
     "block_cycle",
     "bolted_flange",
-    "boxes_beside_slips",
     "bounds",
     "calculix_contact",
     "calculix_solids",

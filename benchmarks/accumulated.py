@@ -1,4 +1,4 @@
-"""How sharp is the bound by accumulated slip, beside those by energy and by a box, and what does it cost?
+"""How sharp is the bound by accumulated slip, beside that by energy, and what does it cost?
 
 From slip zero, relative to λ_T, up to which the history in the order given shakes down (to 10⁻⁴ of λ_max):
 random joints of weak and of strong coupling, counter-examples, floating blocks, joints in space.
@@ -20,7 +20,7 @@ from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
 from shakedown.report.text_table import table
 
-TITLE = "The bound by accumulated slip beside energy and box: how sharp, at what cost"
+TITLE = "The bound by accumulated slip beside energy: how sharp, at what cost"
 PLANE = ("three-node", "pair-cycle", "two-node", "two-attractors", "press-fit", "block-9", "block-33")
 SPACE = ("one-node-3d", "two-node-3d", "four-node-3d", "block-3x3", "bolted-flange")
 ACCURACY = 1e-4
@@ -40,7 +40,7 @@ def measure(case: dict) -> dict:
     """Medians and least values over the joints of a case, of each bound by λ_T; seconds in all."""
     with threadpool_limits(limits=1, user_api="blas"):
         found = [shares for problem in joints_of(case) if (shares := measured(problem)) is not None]
-    words = ("energy", "box", "accumulated", "ratio", "seconds", "seconds_energy")
+    words = ("energy", "accumulated", "ratio", "seconds", "seconds_energy")
     rows = {word: [each[word] for each in found if each[word] is not None] for word in words}
     return {
         "counted": len(found),
@@ -96,10 +96,8 @@ def measured(problem: Problem) -> dict | None:
     if not reached > 0.0:
         return None
     plane = problem.directions == 1
-    box = shakedown.box_bound(problem, upper=upper).load_factor if plane else np.nan
     return {
         "energy": share(energy.load_factor, reached),
-        "box": share(box, reached),
         "accumulated": share(slip.load_factor, reached) or 0.0,
         "ratio": share(coupling(problem).bound, 1.0) if plane else None,
         "seconds": between - begun,
@@ -113,7 +111,7 @@ def share(bound: float, reached: float) -> float | None:
 
 
 def tables(rows: list[dict]) -> str:
-    words = ("energy", "box", "accumulated", "least")
+    words = ("energy", "accumulated", "least")
     lines = [
         [
             row["joint"] + "".join(f", {key} = {row[key]:g}" for key in ("n", "f") if key in row),
@@ -129,7 +127,6 @@ def tables(rows: list[dict]) -> str:
         "joints",
         "ρ*",
         "λ_E / λ_T",
-        "λ_box / λ_T",
         "λ_S / λ_T",
         "least λ_S / λ_T",
         "λ_S > λ_E",
@@ -148,7 +145,7 @@ def figures(rows: list[dict]) -> dict[str, Figure]:
     names = [
         row["joint"] + "".join(f", {key} = {row[key]:g}" for key in ("n", "f") if key in row) for row in rows
     ]
-    for word, name, mark in (("energy", "λ_E", "o"), ("box", "λ_box", "s"), ("accumulated", "λ_S", "D")):
+    for word, name, mark in (("energy", "λ_E", "o"), ("accumulated", "λ_S", "D")):
         known = [(row[word], place) for place, row in enumerate(rows) if row[word] is not None]
         if known:
             axes.plot(*zip(*known, strict=True), mark, label=name, alpha=0.8)

@@ -26,8 +26,6 @@ CLAIMS = {
     "proved-from-every-state": "proved_from_every_state",
 }  # what may be required, and the number it is about
 STATES = "zero, given, given:K"
-CURVE_RADII = (0.25, 1.0, 4.0)  # in multiples of the largest safe slip
-CURVE_UP_TO = 40  # nodes; beyond, each point takes seconds
 ANNOUNCED_FROM = 250  # nodes; from here on the lower bound may take a minute
 
 
@@ -146,19 +144,16 @@ def solve(
     found = shakedown.assess(problem, state, distance=distance, open_nodes=open_nodes)
     limits = found.details
     between = None if average is None else (found.averaged(average), average)
-    curve = None
-    if (details or as_json) and problem.n <= CURVE_UP_TO:
-        curve = limits.curve(CURVE_RADII, limits.upper.slip)
     if as_json:
         asked = {"required": [_asked(found, *each) for each in required]} if required else {}
         asked |= averaged_document(*between) if between else {}
-        echo_json(assessment_document(found, curve, follow=follow) | asked)
+        echo_json(assessment_document(found, follow=follow) | asked)
     elif not (required and is_quiet()):  # then the line on what is not met, and the exit code, are the answer
         say(solve_text(found, context.meta[NAMED], details=details, follow=follow))
         if between:
             say(paragraph(averaged_in_words(*between)))
         if details:
-            say(f"\n{details_text(found, curve)}")
+            say(f"\n{details_text(found)}")
     unmet = [text for claim, least in required if (text := _unmet(found, claim, least))]
     _leave(context, limits.lower, limits.upper, limits.energy, limits.universal, unmet=unmet)
 

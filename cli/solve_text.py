@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import shakedown
 from shakedown import Problem
-from shakedown.ground.errors import Missing, present
+from shakedown.ground.errors import present
 from shakedown.ground.shown_values import FEW_DIGITS, down, up
 from shakedown.ground.status import named
 from shakedown.report.assessment_words import (
@@ -23,7 +23,6 @@ from shakedown.report.friction_words import friction_in_words
 from shakedown.report.hint_words import last_digit_in_words, relative_in_words
 from shakedown.report.limit_words import (
     coupling_in_words,
-    curve_in_words,
     onsets_in_words,
     proved_by_following,
     sensitivities_in_words,
@@ -94,7 +93,7 @@ def solve_text(found: shakedown.Assessment, file: str, *, details: bool, follow:
     return "\n".join([headline(found.problem), "", *table, "", *map(paragraph, filter(None, sentences))])
 
 
-def details_text(found: shakedown.Assessment, curve: shakedown.GuaranteeCurve | Missing | None) -> str:
+def details_text(found: shakedown.Assessment) -> str:
     """What is certain, every limit with its evidence, what they mean, and a table of the nodes."""
     limits, problem = found.details, found.problem
     certain = [*certain_in_words(limits), *filter(None, [relative_in_words(problem, limits.open_nodes)])]
@@ -102,8 +101,7 @@ def details_text(found: shakedown.Assessment, curve: shakedown.GuaranteeCurve | 
         certain.append("The file has initial slips: --initial given proves from the first of them.")
     said = bounds_in_words(limits)
     if not limits.absent:
-        said += [*sensitivities_in_words(limits), *_curve(curve, problem)]
-        said += friction_in_words(problem, limits.friction)
+        said += [*sensitivities_in_words(limits), *friction_in_words(problem, limits.friction)]
     listed = listing(_facts(limits))
     lines = [*map(paragraph, certain), "", *([listed, ""] if listed else []), *map(paragraph, said)]
     remarks = [DIRECTIONS if limits.absent else F_THRESHOLD]
@@ -113,19 +111,11 @@ def details_text(found: shakedown.Assessment, curve: shakedown.GuaranteeCurve | 
     return "\n".join([*lines, "", node_table(problem, columns), "", *map(paragraph, remarks)])
 
 
-def _curve(curve: shakedown.GuaranteeCurve | Missing | None, problem: Problem) -> list[str]:
-    if isinstance(curve, Missing):
-        return [f"The guarantee curve is missing: {curve.reason}."]
-    return [] if curve is None else [curve_in_words(curve, problem)]
-
-
 def _facts(limits: JointLimits) -> list[Fact]:
     """(name, value, remark) of every number that stands for the whole joint."""
-    box, lower = present(limits.box), present(limits.lower)
+    lower = present(limits.lower)
     facts = [(name, bound(load_factor), remark) for name, load_factor, remark in onsets_in_words(limits)]
     facts.append(_from_here(limits.energy))
-    if box is not None:
-        facts.append((named("λ_box"), bound(box.load_factor), box.limited_by or box.status))
     slip = limits.accumulated
     facts.append((named("λ_S"), bound(slip.load_factor), slip.limited_by or slip.status))
     facts.append((named("λ_U"), bound(limits.universal.load_factor), argument_in_words(limits.universal)))
@@ -143,7 +133,6 @@ def _of_first_collapse(lower: shakedown.LowerBound) -> list[Fact]:
     return [
         (named("λ_1"), bound(lower.load_factor), f"{collapse}{_certified(lower.certified, 'exact')}"),
         ("  guarantee", lower.guarantee, ""),
-        ("  single-node bound", bound(lower.single_node_bound), "below it no single node slips for ever"),
         ("  coupling ratio ρ*", number(ratio, FEW_DIGITS), coupling_in_words(ratio).partition(":")[0]),
     ]
 

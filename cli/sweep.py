@@ -130,7 +130,7 @@ class Bounds(click.ParamType):
     metavar="STATE",
     default="zero",
     show_default=True,
-    help="State of λ_E, λ_box, λ_S, λ_T and simulations: zero, given, given:K or PATH.npy.",
+    help="State of λ_E, λ_S, λ_T and simulations: zero, given, given:K or PATH.npy.",
 )
 @click.option(
     "--open",

@@ -11,8 +11,6 @@ from .assessment.transient_limit import transient_limit as transient_limit
 from .assessment.verify import Verification as Verification
 from .assessment.verify import verify as verify
 from .bounds.accumulated.accumulated_bound import accumulated_bound as accumulated_bound
-from .bounds.collapse.box_bound import BoxBound as BoxBound
-from .bounds.collapse.box_bound import box_bound as box_bound
 from .bounds.collapse.lower import LowerBound as LowerBound
 from .bounds.collapse.lower import lower_bound as lower_bound
 from .bounds.energy.energy_ball import EnergyBall as EnergyBall
@@ -22,8 +20,6 @@ from .bounds.energy.energy_bound import energy_bound as energy_bound
 from .bounds.enumeration.critical import CriticalLoadFactors as CriticalLoadFactors
 from .bounds.enumeration.critical import critical_load_factors as critical_load_factors
 from .bounds.enumeration.critical import subset_count as subset_count
-from .bounds.every_state.guarantee_curve import GuaranteeCurve as GuaranteeCurve
-from .bounds.every_state.guarantee_curve import guarantee_curve as guarantee_curve
 from .bounds.every_state.universal_bound import UniversalBound as UniversalBound
 from .bounds.every_state.universal_bound import universal_bound as universal_bound
 from .bounds.results import SafeSlip as SafeSlip

@@ -17,7 +17,7 @@ shakedown.plot.load_factor_scale(
     {
         "λ_1": limits.lower.load_factor,
         "λ_E": limits.energy.load_factor,
-        "λ_box": found.proved_from_this_state,
+        "λ_S": found.proved_from_this_state,
         "λ_max": limits.upper.load_factor,
     },
     bands={

@@ -60,10 +60,10 @@ class Assessment(Result):
     def proved_from_this_state(self) -> float:
         """Below it shakedown is proved from the state asked about: the largest of what is proved of it.
 
-        λ_E (a ball in the energy norm), λ_S (how far nodes slip in all), in the plane λ_box (a box of slips)
-        and, as far as the first load step admits the state, λ_U. Where ``details.open_nodes`` are open it is
-        λ_E, of the state with these open. 0 where nothing is proved, or not from λ = 0 on
-        (``details.from_state``); NaN where a program came to no end.
+        λ_E (a ball in the energy norm), λ_S (how far nodes slip in all) and, as far as the first load step
+        admits the state, λ_U. Where ``details.open_nodes`` are open it is λ_E, of the state with these open.
+        0 where nothing is proved, or not from λ = 0 on (``details.from_state``); NaN where a program came to
+        no end.
         """
         return proved_from_this_state(self.details)
 
@@ -197,7 +197,7 @@ def assess(
     (0.6574, 0.7316)
     >>> round(found.impossible_above, 4), found.as_given.value
     (0.7391, 'cyclic-slip')
-    >>> found.details.energy.load_factor < found.details.box.load_factor
+    >>> found.details.energy.load_factor < found.details.accumulated.load_factor
     True
     """
     start = None if initial_slip is None else checked_initial_slip(problem, initial_slip)

@@ -1,13 +1,12 @@
 """Every limit of the load factor of one joint, each computed when it is first read, and once."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from copy import copy
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from math import inf, isnan, nan
 from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.mesh_check import UNCHECKED, MeshCheck, mesh_check
@@ -20,14 +19,11 @@ from shakedown.bounds.accumulated.accumulated_bound import (
     total_slip_bound,
 )
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
-from shakedown.bounds.collapse.box_bound import BoxBound, box_bound
 from shakedown.bounds.collapse.lower import LowerBound, lower_bound
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
 from shakedown.bounds.energy.energy_results import NO_SAFE_SLIP
 from shakedown.bounds.enumeration.critical import subset_count
-from shakedown.bounds.every_state.core_bound import CoreBound, core_bound
-from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve, guarantee_curve
 from shakedown.bounds.every_state.universal_bound import UniversalBound, universal_bound
 from shakedown.bounds.onset import Onset, first_opening, first_slip
 from shakedown.bounds.plane_or_space import methods_of, takes_long
@@ -35,8 +31,7 @@ from shakedown.bounds.results import UpperBound
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, friction_thresholds
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.errors import Missing, present, sought
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import FOUR_DIGITS, PER_CENT, SIX_DIGITS
+from shakedown.ground.round_off import FOUR_DIGITS, SIX_DIGITS
 from shakedown.ground.shown_values import short
 from shakedown.ground.size_limits import EXTRAS_UP_TO
 from shakedown.ground.status import Status
@@ -50,15 +45,15 @@ if TYPE_CHECKING:
     from shakedown.assessment.slip_limit import SlipLimit
     from shakedown.assessment.transient_limit import TransientLimit
 
-LIMITS = ("universal", "core", "energy", "box", "accumulated", "transient", "lower", "upper")  # shown
+LIMITS = ("universal", "energy", "accumulated", "transient", "lower", "upper")  # shown
 
 STILL = Missing("still to come")
-TO_COME = {"transient": STILL, "friction": STILL, "core": None, "mesh": UNCHECKED}  # left out meanwhile
+TO_COME = {"transient": STILL, "friction": STILL, "mesh": UNCHECKED}  # left out meanwhile
 
 REFUTED_BY_ALL = "round-off decides: it is {:.7g} in floats, although shakedown is proved up to {:.7g}"
 
 T = TypeVar("T")
-P = TypeVar("P", EnergyBound, BoxBound, AccumulatedBound)
+P = TypeVar("P", EnergyBound, AccumulatedBound)
 
 
 def _where_it_exists(compute: "Callable[[JointLimits], T]") -> "cached_property[T | Missing]":
@@ -77,11 +72,11 @@ class JointLimits(Result):
     """The limits of one joint, the only place where they are computed.
 
     With two tangential directions there are λ_max, λ_E, λ_U and λ_T. A disc has no sides, so that there is no
-    first collapse λ_1 and nothing that rests on it, no box bound and no friction threshold by signs: these
-    are ``Missing``, with the reason (``absent``), and null in documents.
+    first collapse λ_1 and nothing that rests on it, and no friction threshold by signs: these are
+    ``Missing``, with the reason (``absent``), and null in documents.
 
     A limit whose program does not finish raises ``SolverError`` where it is an answer (λ_1, λ_max) and is a
-    status where it is a proof; evidence beside the answers (λ_T, the guarantee curve) is ``Missing`` then.
+    status where it is a proof; evidence beside the answers (λ_T) is ``Missing`` then.
 
     Attributes
     ----------
@@ -101,7 +96,7 @@ class JointLimits(Result):
         The tolerances that decide.
     """
 
-    DOCUMENT: ClassVar[str] = "lower upper energy box accumulated universal friction"
+    DOCUMENT: ClassVar[str] = "lower upper energy accumulated universal friction"
 
     problem: Problem
     initial_slip: ArrayLike | None = None
@@ -206,18 +201,6 @@ class JointLimits(Result):
         )
 
     @cached_property
-    def core(self) -> CoreBound | None:
-        """λ_core, away from the edges, at most λ_max; None where edges do not matter, or hardly."""
-        every, upper = self.universal, self.upper
-        if upper.status != Status.OPTIMAL or upper.open_nodes:
-            return None
-        found = core_bound(self.problem, every, tolerances=self.tolerances)
-        if isinstance(found, Missing):
-            return None
-        found = replace(found, load_factor=min(found.load_factor, upper.load_factor))
-        return found if found.load_factor > (1.0 + PER_CENT) * every.load_factor else None
-
-    @cached_property
     def energy(self) -> EnergyBound:
         """λ_E, proved from this state by an energy; for the zone where nodes are open."""
         return self._not_refuted(
@@ -229,14 +212,6 @@ class JointLimits(Result):
                 certify=self.certify,
                 tolerances=self.tolerances,
             )
-        )
-
-    @_where_it_exists
-    def box(self) -> BoxBound:
-        """λ_box, proved from this state, closed at all nodes, by a box."""
-        closed = None if self.open_nodes else present(sought(lambda: self.upper))
-        return self._not_refuted(
-            box_bound(self.problem, self.initial_slip, upper=closed, tolerances=self.tolerances)
         )
 
     @cached_property
@@ -307,12 +282,12 @@ class JointLimits(Result):
 
     def note_what_is_known(self) -> None:
         """Pass λ_max and the proved limits on to simulations; nothing where nodes stay open."""
-        from shakedown.long_term.known_bounds import known_limits, note_bound, note_box, note_slip
+        from shakedown.long_term.known_bounds import known_limits, note_bound, note_slip
         from shakedown.long_term.passage import Passage
 
         if self.open_nodes:
             return
-        bound, box = self.energy, present(self.box)
+        bound = self.energy
         known = known_limits(self.problem)
         known["upper"] = self.upper.load_factor
         if "universal" in vars(self):
@@ -320,8 +295,6 @@ class JointLimits(Result):
         begun = partial(Passage, self.problem, 0.0, self.tolerances, open_nodes=())
         if self.distance == 0.0 and bound.status != Status.UNDECIDED:
             note_bound(begun(start=bound.initial_slip), bound)
-        if box is not None:
-            note_box(begun(start=box.initial_slip), box)
         if "accumulated" in vars(self):
             note_slip(begun(start=self.accumulated.initial_slip), self.accumulated)
 
@@ -351,30 +324,21 @@ class JointLimits(Result):
 
     @property
     def from_state(self) -> FromState:
-        """What is proved from this state: the largest of λ_E, λ_box and λ_S.
-
-        λ_S is computed only where it may be larger than the others.
-        """
+        """What is proved from this state: the larger of λ_E and λ_S, which is computed where it may be."""
         slip = self.accumulated if self._slip_may_prove_more else None
-        return from_state(self.energy, present(self.box), slip)
+        return from_state(self.energy, slip)
 
     @cached_property
     def _slip_may_prove_more(self) -> bool:
-        """Whether λ_S may be larger than λ_E and λ_box, by checking its conditions at that load factor."""
+        """Whether λ_S may be larger than λ_E, by checking its conditions at that load factor."""
         if self.open_nodes or self.distance > 0.0:
             return False
-        others = from_state(self.energy, present(self.box))
-        if "accumulated" in vars(self) or others.least_load_factor > 0.0 or not others.load_factor > 0.0:
+        energy = self.energy
+        if "accumulated" in vars(self) or energy.least_load_factor > 0.0 or not energy.load_factor > 0.0:
             return True
-        if others.load_factor >= (1.0 - self.tolerances.agreement) * self.upper.load_factor:
+        if energy.load_factor >= (1.0 - self.tolerances.agreement) * self.upper.load_factor:
             return False
-        return total_slip_bound(self.problem, others.load_factor, self.initial_slip).status == Status.OPTIMAL
-
-    @property
-    def is_open_from_state(self) -> bool:
-        """Whether a program for λ_E or λ_box did not finish."""
-        box = present(self.box)
-        return Status.UNDECIDED in (self.energy.status, None if box is None else box.status)
+        return total_slip_bound(self.problem, energy.load_factor, self.initial_slip).status == Status.OPTIMAL
 
     @_where_it_exists
     def friction(self) -> FrictionThresholds:
@@ -401,26 +365,6 @@ class JointLimits(Result):
         """How many (n+1)-subsets of rows there are to enumerate; None where there is no first collapse."""
         problem = self.problem
         return None if "lower" in self.absent else subset_count(problem.n, len(problem.law.smooth))
-
-    def curve(
-        self, radii: Sequence[float], centre: FloatArray | None = None
-    ) -> GuaranteeCurve | Missing | None:
-        """λ_1(R) around a safe slip, that of λ_max by default; None where there is no gap to close.
-
-        Nor is there one for a load domain, where λ_1 predicts nothing.
-        """
-        if "guarantee_curve" in self.absent:
-            return self.absent["guarantee_curve"]
-        if not self.bounds.have_gap or self.problem.is_domain:
-            return None
-        middle = self.upper.in_floats[:-1] if centre is None else centre
-        return sought(
-            guarantee_curve,
-            self.problem,
-            radii,
-            centre=middle if np.isfinite(middle).all() else None,
-            tolerances=self.tolerances,
-        )
 
 
 @checked

@@ -24,7 +24,7 @@ from shakedown.assessment.three_numbers import ENERGY
 from shakedown.bounds.energy.energy_ball import energy_ball
 from shakedown.bounds.plane_or_space import takes_long
 from shakedown.bounds.safe_slip import safe_slip
-from shakedown.ground.errors import Missing, present, sought
+from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.status import Status
@@ -37,7 +37,7 @@ OVERLOAD = (
 )
 IN_BALL = 2  # initial states drawn in the energy ball per load factor
 JUST_INSIDE = 1 - 10 * NEGLIGIBLE  # times its radius, as the proof is for its interior
-JUST_BELOW = 1 - SIX_DIGITS  # times the box bound, where that proves most from the given state
+JUST_BELOW = 1 - SIX_DIGITS  # times λ_S, where that proves most from the given state
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Case:
     in_ball
         Whether it lies inside the energy ball of this load factor: shakedown is proved.
     bounded
-        Whether λ_box or λ_S of this state is larger than this load factor: so it is, too.
+        Whether λ_S of this state is larger than this load factor: so it is, too.
     open_nodes
         The nodes that are open in it.
     after_transient
@@ -239,16 +239,12 @@ class _At:
 
 
 def _bounded(limits: JointLimits, case: Case) -> Case:
-    """The case, marked where it begins at the state of λ_box or λ_S and below that limit."""
+    """The case, marked where it begins at the state of λ_S and below that limit."""
     if case.after_transient or case.open_nodes:
         return case
-    known = [bound for bound in (present(limits.box), limits.accumulated) if bound is not None]
-    below = (
-        case.load_factor < bound.load_factor
-        for bound in known
-        if np.array_equal(case.start, bound.initial_slip)
-    )
-    return replace(case, bounded=any(below))
+    bound = limits.accumulated
+    below = case.load_factor < bound.load_factor and np.array_equal(case.start, bound.initial_slip)
+    return replace(case, bounded=below)
 
 
 def given_states(problem: Problem) -> dict[str, FloatArray]:

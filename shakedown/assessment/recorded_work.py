@@ -15,13 +15,11 @@ from shakedown.assessment.runs import MOST_WORK
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_load_factors
-from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds
 from shakedown.campaign.recorded_steps import LEISURE, RecordedSteps
 from shakedown.ground.errors import Missing, present
 from shakedown.ground.work_limit import limited_work
 
-CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
 SHOWN_EVERY = 15.0  # seconds between intermediate pages, or more where writing one takes long
 END = -1, -1  # before all pieces of work
 
@@ -134,7 +132,6 @@ class OtherEvidence(NamedTuple):
     """The evidence of a verification besides its simulations."""
 
     second: SecondBounds
-    curve: GuaranteeCurve | Missing | None
     critical: CriticalLoadFactors | None
     friction: FrictionThresholds | None
     transient: TransientLimit | Missing | None
@@ -142,8 +139,7 @@ class OtherEvidence(NamedTuple):
 
     def missing(self) -> Iterator[str]:
         """One sentence for each piece of evidence whose solver did not finish."""
-        evidence = {"the guarantee curve": self.curve, "λ_T": self.transient, "the slip limit": self.slip}
-        for name, found in evidence.items():
+        for name, found in {"λ_T": self.transient, "the slip limit": self.slip}.items():
             if isinstance(found, Missing):
                 yield f"{name} is missing: {found.reason}"
 
@@ -167,20 +163,17 @@ def evidence_steps(limits: JointLimits, budget: int, below: float | None) -> lis
     """The pieces of work that compute the evidence besides the simulations, λ_T and the second bounds."""
     problem, subsets = limits.problem, limits.subsets
     few = subsets is not None and subsets <= budget
-    absent = "guarantee_curve" in limits.absent
     return [
-        lambda: None if absent else limits.curve(CURVE_RADII),
         lambda: critical_load_factors(problem, values=False) if few else None,
         lambda: limits.friction,
         lambda: None if below is None else limits.slip(below),
-        lambda: limits.core,
         lambda: limits.mesh,
     ]
 
 
 def other_evidence(limits: JointLimits, second: SecondBounds, found: Sequence[Any]) -> OtherEvidence:
     """What the second bounds and these pieces of work have found."""
-    curve, critical, friction, slip, core, mesh = found
-    for name, value in (("friction", friction), ("core", core), ("mesh", mesh)):
-        limits.keep(name, value)
-    return OtherEvidence(second, curve, critical, present(limits.friction), limits.transient, slip)
+    critical, friction, slip, mesh = found
+    limits.keep("friction", friction)
+    limits.keep("mesh", mesh)
+    return OtherEvidence(second, critical, present(limits.friction), limits.transient, slip)

@@ -14,19 +14,19 @@ from shakedown.ground.size_limits import CONE
 from shakedown.ground.status import SYMBOLS, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import Side, constraints, step_loads
+from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.programs.cone_rays import leaves_cone
 
 if TYPE_CHECKING:  # they load solvers
     from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound
-    from shakedown.bounds.collapse.box_bound import BoxBound
     from shakedown.bounds.collapse.lower import LowerBound
     from shakedown.bounds.energy.energy_bound import EnergyBound
     from shakedown.bounds.every_state.universal_bound import UniversalBound
     from shakedown.bounds.results import UpperBound
 
 REFUTED = "round-off decides: its load factor is {:.7g}, although no slip is safe above {:.7g}"
-ENERGY, BOX, SLIP = (SYMBOLS[word] for word in ("energy", "box", "accumulated"))
+ENERGY, SLIP = SYMBOLS["energy"], SYMBOLS["accumulated"]
 
 
 class FromState(NamedTuple):
@@ -35,7 +35,7 @@ class FromState(NamedTuple):
     Attributes
     ----------
     symbol
-        λ_E, λ_box or λ_S, whichever is the largest.
+        λ_E or λ_S, whichever is the larger.
     load_factor
         Where the proof ends; NaN where nothing is proved.
     least_load_factor
@@ -47,30 +47,22 @@ class FromState(NamedTuple):
     least_load_factor: float
 
 
-def from_state(
-    energy: EnergyBound, box: BoxBound | None = None, slip: AccumulatedBound | None = None
-) -> FromState:
-    """The largest of the bounds for one state; λ_E where no other proves more.
-
-    The others are for that state alone, with all nodes closed.
+def from_state(energy: EnergyBound, slip: AccumulatedBound | None = None) -> FromState:
+    """The larger of the bounds for one state; λ_E where λ_S, which is for all nodes closed, proves no more.
 
     Examples
     --------
     >>> import shakedown
     >>> joint = shakedown.example("two-node")
-    >>> found = from_state(shakedown.energy_bound(joint), shakedown.box_bound(joint))
+    >>> found = from_state(shakedown.energy_bound(joint), shakedown.accumulated_bound(joint))
     >>> found.symbol, round(found.load_factor, 5)
-    ('λ_box', 0.73159)
+    ('λ_S', 0.73159)
     """
-    best = FromState(ENERGY, energy.load_factor, energy.least_load_factor)
-    if energy.open_nodes or energy.distance > 0:
-        return best
-    for symbol, other in ((BOX, box), (SLIP, slip)):
-        if other is None or np.isnan(other.load_factor):
-            continue
-        if best.least_load_factor > 0 or not other.load_factor <= best.load_factor:
-            best = FromState(symbol, other.load_factor, 0.0)
-    return best
+    by_energy = FromState(ENERGY, energy.load_factor, energy.least_load_factor)
+    if energy.open_nodes or energy.distance > 0 or slip is None or isnan(slip.load_factor):
+        return by_energy
+    more = by_energy.least_load_factor > 0 or not slip.load_factor <= by_energy.load_factor
+    return FromState(SLIP, slip.load_factor, 0.0) if more else by_energy
 
 
 def not_refuted(load_factor: float, upper: UpperBound, tolerances: Tolerances = DEFAULT) -> float:
@@ -118,6 +110,24 @@ def admitted_up_to(problem: Problem, slip: FloatArray, tolerances: Tolerances = 
     return max(float(np.min(slack[rising] / first[rising], initial=in_discs)), 0.0)
 
 
+def first_to_leave(problem: Problem, slip: FloatArray, load_factor: float) -> tuple[int, str]:
+    """The node that is first beyond its limits in the first load step, and whether it would slip or open.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joint = shakedown.example("two-node")
+    >>> first_to_leave(joint, np.zeros(2), admitted_up_to(joint, np.zeros(2)))
+    (0, 'slip')
+    """
+    loop, law = loading(problem), problem.law
+    q = loop.q0 + load_factor * loop.q1[0] + problem.A @ slip
+    p = loop.p0 + load_factor * loop.p1[0] + problem.B @ slip
+    size = law.size(q) + law.limit(np.abs(p))
+    node = int(np.argmax(law.excess(q, p) / np.where(size > 0, size, 1.0)))
+    return node, "slip" if p[node] > 0 else "open"
+
+
 class NumberedLimits(Protocol):
     """The limits from which the three numbers are taken."""
 
@@ -138,8 +148,6 @@ class NumberedLimits(Protocol):
     @property
     def from_state(self) -> FromState: ...
     @property
-    def is_open_from_state(self) -> bool: ...
-    @property
     def open_nodes(self) -> tuple[int, ...]: ...
 
 
@@ -158,7 +166,7 @@ def proved_from_this_state(limits: NumberedLimits) -> float:
     proved = [number for number in known if not isnan(number)]
     if proved:
         return max(proved)
-    return nan if limits.is_open_from_state else 0.0
+    return nan if limits.energy.status == Status.UNDECIDED else 0.0
 
 
 def _as_one_of_all(limits: NumberedLimits) -> float:

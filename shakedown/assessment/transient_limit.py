@@ -22,7 +22,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.known_bounds import BELOW as CERTAIN
-from shakedown.long_term.known_bounds import bound_of_start, box_of_start, slip_of_start
+from shakedown.long_term.known_bounds import bound_of_start, slip_of_start
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.state import LongTermState
 
@@ -212,7 +212,7 @@ class _Histories:
     def certain(self, top: float) -> list[float]:
         """The load factors up to which shakedown is proved from the start, within the scan."""
         begun = Passage(self.problem, 0.0, self.tolerances, self.start, self.open_nodes)
-        bounds = (bound_of_start(begun), box_of_start(begun), slip_of_start(begun))
+        bounds = (bound_of_start(begun), slip_of_start(begun))
         ends = [bound.load_factor for bound in bounds if not isinstance(bound, Missing)]
         return [nextafter(CERTAIN * end, 0.0) for end in ends if 0.0 < end < top]
 

@@ -37,7 +37,6 @@ from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.three_numbers import open_ends
 from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors
-from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
 from shakedown.bounds.independent_solver import ConicBound
 from shakedown.bounds.plane_or_space import takes_long
 from shakedown.campaign.recorded_steps import recorded_steps, run_header
@@ -89,9 +88,6 @@ class Verification(Result):
         Both bounds once more, by an interior-point method (Clarabel).
     critical
         All (n+1)-subsets, or None where there are more than the budget allows.
-    curve
-        λ_1(R) for initial states near the safe slip, or None where there is no
-        gap between the bounds to close, and for a load domain.
     slip_limit
         Up to where every slip range stays below a length, where that was asked for.
     runs
@@ -114,7 +110,6 @@ class Verification(Result):
     assessment: Assessment
     second: SecondBounds
     critical: CriticalLoadFactors | None
-    curve: GuaranteeCurve | None
     slip_limit: SlipLimit | None
     runs: tuple[Run, ...]
     disagreements: tuple[str, ...]
@@ -131,10 +126,10 @@ class Verification(Result):
             "problem": self.problem,
             **limits.bounds.to_dict(),
             "energy": limits.energy,
-            "box": present(limits.box),
+            "box": None,  # of what went, for one version, as is "core"
             "accumulated": limits.accumulated,
             **limits.universal.document(),
-            "core": limits.core,
+            "core": None,
             "first_slip": limits.first_slip,
             "first_opening": limits.first_opening,
             "agrees": self.agrees,
@@ -153,7 +148,6 @@ class Verification(Result):
             "transient": self.transient,
             "followed": None if self.transient is None else self.transient.followed,
             "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
-            "guarantee_curve": self.curve,
             **({} if self.slip_limit is None else {"slip_criterion": self.slip_limit}),
             "runs": self.runs,
             "nodes": self.nodes,
@@ -230,8 +224,8 @@ def verify(
     with all nodes in contact, nor below λ_lo where the mean load alone has no safe slip. Between the
     bounds the safe slip must shake down, and every state inside the energy ball, of
     which some are drawn just inside its surface (no farther away than the other states), and
-    the first given state (else slip zero) below its box bound, just below which it is
-    simulated; other states may do either. Where λ_max
+    the first given state (else slip zero) below its λ_S; just below that it is simulated,
+    where it is larger than λ_E. Other states may do either. Where λ_max
     is that of a zone, its safe slip, with its nodes open and after the transient, must
     shake down without a node that closes or opens; of all others, and above, nothing is
     predicted.
@@ -342,7 +336,6 @@ def _verified(
         assessment=found,
         second=other.second,
         critical=other.critical,
-        curve=present(other.curve),
         slip_limit=present(other.slip),
         runs=tuple(runs),
         disagreements=(
@@ -441,7 +434,6 @@ def _so_far(found: Assessment, runs: Sequence[Run], settings: Settings, to_come:
         assessment=replace(found, details=limits),
         second=SecondBounds(None, none, 0),
         critical=None,
-        curve=None,
         slip_limit=None,
         runs=tuple(runs),
         disagreements=tuple(disagreements(runs, limits.lower)),

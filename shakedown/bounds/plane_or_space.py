@@ -111,7 +111,7 @@ def methods_of(problem: Problem) -> Methods:
     >>> sorted(methods_of(shakedown.example("two-node")).ABSENT)
     []
     >>> sorted(methods_of(shakedown.example("one-node-3d")).ABSENT)
-    ['box', 'friction', 'guarantee_curve', 'lower', 'sensitivities']
+    ['friction', 'lower', 'sensitivities']
     """
     if problem.directions > 1:
         from shakedown.bounds import space_methods

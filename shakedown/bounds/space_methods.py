@@ -34,10 +34,8 @@ from shakedown.joint.contact_zone import Zone
 
 ABSENT: Mapping[str, str] = {
     "lower": in_the_plane_only("first collapse", NO_SIDES),
-    "box": in_the_plane_only("box bound", NO_SIDES),
     "friction": in_the_plane_only("friction thresholds", NO_SIGNS),
     "sensitivities": in_the_plane_only("sensitivities"),
-    "guarantee_curve": in_the_plane_only("guarantee curve", NO_SIDES),
 }
 FEW_NODES = 50  # nodes up to which runs take hundredths of a second
 HOLDING_BALL_SOONER = True

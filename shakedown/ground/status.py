@@ -7,17 +7,15 @@ SYMBOLS = {
     "lower": "λ_1",
     "universal": "λ_U",
     "energy": "λ_E",
-    "box": "λ_box",
     "accumulated": "λ_S",
     "transient": "λ_T",
     "upper": "λ_max",
 }
-FROM_HERE = ("energy", "box", "accumulated")  # proved from one state, below any of them
+FROM_HERE = ("energy", "accumulated")  # proved from one state, below any of them
 NAMES = {
     "λ_1": "first collapse",
     "λ_U": "from every state",
     "λ_E": "from this state, by energy",
-    "λ_box": "from this state, by a box",
     "λ_S": "from this state, by total slip",
     "λ_T": "simulated from this state",
     "λ_max": "impossible above",
@@ -88,14 +86,11 @@ class Guarantee(StrEnum):
 
     PROVED
         It is, from every state with all nodes closed.
-    EXCLUDED
-        No node alone can slip cyclically; several together may.
     EVIDENCE
         Nothing is proved.
     """
 
     PROVED = "proved"
-    EXCLUDED = "single-node-excluded"
     EVIDENCE = "evidence"
 
 

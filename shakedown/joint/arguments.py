@@ -67,8 +67,8 @@ def in_the_plane_only(what: str, why: str = PLANE_SO_FAR) -> str:
 
     Examples
     --------
-    >>> in_the_plane_only("box bound", NO_SIDES)
-    'box bound: expected one tangential direction, found two (it needs the two opposite limits ...)'
+    >>> in_the_plane_only("first collapse", NO_SIDES)
+    'first collapse: expected one tangential direction, found two (it needs the two opposite limits ...)'
     """
     return f"{what}: expected one tangential direction, found two ({why})"
 

@@ -13,7 +13,6 @@ from shakedown.ground.tolerances import DEFAULT
 
 IntArray = NDArray[np.intp]
 NONE = -1  # in the last column of a triangle
-ACROSS = 2.0  # times the usual size of a triangle: a larger one lies across a hole, or a gap between patches
 APART = 3.0  # longest steps between strips: far enough to be told from the steps within one
 NOT_NEGATIVE = {"node_area": ("areas", "node"), "load_amplitude": ("amplitudes", "load")}
 DIRECTIONS = ("normal", "tangent", "tangents")

@@ -62,22 +62,6 @@ class RigidSlips:
         kept[:, list(self.pinned)] = 0.0
         return kept
 
-    def avoiding(self, node: int) -> "RigidSlips":
-        """The same slips, pinned elsewhere than at one node, which takes part in the motion."""
-        if node not in self.pinned:
-            return self
-        column = self.pinned.index(node)
-        share = np.abs(self.motions[:, column])
-        share[list(self.pinned)] = 0.0
-        other = int(np.argmax(share))
-        if share[other] == 0.0:  # the node moves alone
-            return self
-        motions = self.motions.copy()
-        motions[:, column] /= motions[other, column]
-        for k in set(range(len(self.pinned))) - {column}:
-            motions[:, k] -= motions[other, k] * motions[:, column]
-        return _sorted(motions, [*self.pinned[:column], other, *self.pinned[column + 1 :]], self.doubt)
-
 
 @once_per_problem
 def rigid_slips(problem: Problem) -> RigidSlips:

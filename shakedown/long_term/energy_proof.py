@@ -1,4 +1,4 @@
-"""A verdict with proof: has the motion entered an energy ball, or a box that it cannot leave?"""
+"""A verdict with proof: has the motion entered an energy ball, or is the slip to come bounded?"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.bounds.accumulated.accumulated_bound import total_slip_bound
-from shakedown.bounds.collapse.box_bound import box_proves
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball, holding_ball
 from shakedown.bounds.plane_or_space import methods_of, takes_long
 from shakedown.ground.blas_threads import on_one_thread
@@ -115,7 +114,7 @@ class EnergyProof(Result):
     cycles
         After how many cycles the motion is in the state that proves it; None where nothing does.
     by
-        What proves it: ``"λ_E"`` (a ball, or the bound of its start), ``"λ_S"``, ``"λ_box"``; empty where
+        What proves it: ``"λ_E"`` (a ball, or the bound of its start) or ``"λ_S"``; empty where
         that differs from one uncoupled part to another.
     further
         With ``"λ_S"`` the bound on the total slip of any node from then on [length].
@@ -131,7 +130,7 @@ class EnergyProof(Result):
 
 
 NO_PROOF = EnergyProof(False)
-ENERGY, BOX, SLIP = (SYMBOLS[word] for word in ("energy", "box", "accumulated"))
+ENERGY, SLIP = SYMBOLS["energy"], SYMBOLS["accumulated"]
 
 
 def proof_of_parts(proofs: Sequence[EnergyProof]) -> EnergyProof:
@@ -152,15 +151,14 @@ def proof_of_parts(proofs: Sequence[EnergyProof]) -> EnergyProof:
 
 @on_one_thread
 def energy_proof(passage: Passage, approach: Approach) -> EnergyProof:
-    """What an energy ball, or else the least box, proves of a motion that has been found to shake down.
+    """What an energy ball, or else a bound on the slip to come, proves of a motion found to shake down.
 
     Within a ball the distance from its centre never grows. So a motion that comes to
     rest outside has never been inside, and one that comes to rest inside is there
     after finitely many cycles: the ball that holds the state at rest best is found, and
     the states that the motion really passes through are looked at until one is inside.
-    Where none is, the slip that is still to come is bounded, if it can be. Else the least box of the state at
-    rest, which is inside those of the states before, tells whether any of theirs can be a proof. In space any
-    ball that holds the state comes first.
+    Where none is, the slip that is still to come is bounded, if it can be. In space any ball that holds the
+    state comes first.
 
     Parameters
     ----------
@@ -169,8 +167,7 @@ def energy_proof(passage: Passage, approach: Approach) -> EnergyProof:
     approach
         Where it comes to rest, and what is known of how it gets there.
     """
-    methods = methods_of(passage.problem)
-    for best in (False, True) if methods.HOLDING_BALL_SOONER else (True,):
+    for best in (False, True) if methods_of(passage.problem).HOLDING_BALL_SOONER else (True,):
         ball = _ball(passage, approach, best=best)
         if not isinstance(ball, EnergyBall):
             break
@@ -185,20 +182,6 @@ def energy_proof(passage: Passage, approach: Approach) -> EnergyProof:
     slip = slip_proof(passage, approach)
     if slip is not None:
         return EnergyProof(True, cycles=slip.cycles, by=SLIP, further=slip.further)
-    return NO_PROOF if approach.open_nodes or "box" in methods.ABSENT else _box_proof(passage, approach)
-
-
-def _box_proof(passage: Passage, approach: Approach) -> EnergyProof:
-    """The proof by the smallest box about a state that the motion passes through."""
-
-    def proves(slip: FloatArray) -> bool:
-        found = sought(box_proves, passage.problem, slip, passage.load_factor, passage.tolerances)
-        return not isinstance(found, Missing) and bool(found)
-
-    if proves(approach.final_slip):
-        for state in passage.passed(approach.first_cycles, approach.most):
-            if not state.open_nodes and proves(state.slip):
-                return EnergyProof(True, cycles=state.cycles, by=BOX)
     return NO_PROOF
 
 

@@ -3,11 +3,9 @@
 from math import inf
 from typing import TypeGuard
 
-from shakedown.bounds.accumulated.accumulated_bound import ACCURACY, AccumulatedBound
-from shakedown.bounds.collapse.box_bound import BoxBound, box_bound
+from shakedown.bounds.accumulated.accumulated_bound import ACCURACY, AccumulatedBound, accumulated_bound
 from shakedown.bounds.energy.energy_ball import no_ball_holds
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
-from shakedown.bounds.plane_or_space import methods_of
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.round_off import NEGLIGIBLE
@@ -18,7 +16,6 @@ from shakedown.joint.problem import Problem
 from shakedown.long_term.passage import Passage
 
 ABOVE = 1.0 + DEFAULT.agreement  # times λ_max: beyond its uncertainty
-NO_BOX = "boxes are of one tangential direction, all nodes closed"
 BELOW = 1.0 - NEGLIGIBLE  # times a proved load factor: below its round-off
 
 
@@ -59,24 +56,14 @@ def note_bound(begun: Passage, bound: EnergyBound) -> None:
     _known_bounds(begun.problem).setdefault(_key(begun), bound)
 
 
-def box_of_start(begun: Passage) -> BoxBound | Missing:
-    """λ_box of the start, computed once; Missing where nodes are open there, and in space."""
-    known, asked = _known_boxes(begun.problem), _key(begun)
-    if begun.open_nodes or "box" in methods_of(begun.problem).ABSENT:
-        return Missing(NO_BOX)
-    if asked not in known:
-        known[asked] = box_bound(begun.problem, begun.start, tolerances=begun.tolerances)
-    return known[asked]
-
-
-def note_box(begun: Passage, box: BoxBound) -> None:
-    """Store λ_box of a start."""
-    _known_boxes(begun.problem).setdefault(_key(begun), box)
-
-
 def slip_of_start(begun: Passage) -> AccumulatedBound | Missing:
-    """λ_S of the start, where it is known already."""
-    return _known_slips(begun.problem).get(_key(begun), Missing("not worked out"))
+    """λ_S of the start, computed once; Missing where nodes are open there."""
+    if begun.open_nodes:
+        return Missing("λ_S is about all nodes closed")
+    known, asked = _known_slips(begun.problem), _key(begun)
+    if asked not in known:
+        known[asked] = accumulated_bound(begun.problem, begun.start)
+    return known[asked]
 
 
 def slip_unbounded_from(begun: Passage) -> float:
@@ -84,8 +71,9 @@ def slip_unbounded_from(begun: Passage) -> float:
 
     Nothing does at larger ones either, as the conditions of a bound cover all smaller load factors.
     """
-    known, asked = slip_of_start(begun), _asked_slips(begun.problem).get(_key(begun), inf)
-    if isinstance(known, Missing) or known.status not in (Status.OPTIMAL, Status.INFEASIBLE):
+    known = _known_slips(begun.problem).get(_key(begun))
+    asked = _asked_slips(begun.problem).get(_key(begun), inf)
+    if known is None or known.status not in (Status.OPTIMAL, Status.INFEASIBLE):
         return asked
     found_to = (1.0 + 2.0 * ACCURACY[begun.problem.directions]) * known.load_factor
     return min(asked, found_to if known.status == Status.OPTIMAL else 0.0)
@@ -110,12 +98,6 @@ def _asked_slips(problem: Problem) -> dict[object, float]:
 @once_per_problem
 def _known_slips(problem: Problem) -> dict[object, AccumulatedBound]:
     """Known bounds of one problem by total slip."""
-    return {}
-
-
-@once_per_problem
-def _known_boxes(problem: Problem) -> dict[object, BoxBound]:
-    """Known boxes of one problem, by start, open nodes and tolerances."""
     return {}
 
 

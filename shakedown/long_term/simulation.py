@@ -120,7 +120,7 @@ class Simulation(SettledState):
 
     @property
     def proved(self) -> bool:
-        """Whether shakedown is proved, by an energy ball or a box (:attr:`LongTermState.proved`)."""
+        """Whether shakedown is proved (:attr:`LongTermState.proved`)."""
         return self.long_term is not None and self.long_term.proved
 
     @property

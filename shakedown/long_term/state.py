@@ -246,8 +246,7 @@ class LongTermState(SettledState):
         It is where a state that the motion passed through after the transient, admissible and
         with exactly those nodes open that stay so, lies inside an energy ball of this load
         factor (:func:`energy_ball`); or, with all nodes closed, where the slip that is still to come is
-        bounded (:func:`accumulated_bound`), or with a coupling ratio below 1 no limits of a node meet in the
-        least box around it (:func:`box_bound`).
+        bounded (:func:`accumulated_bound`).
         """
         return self._proof.proved
 

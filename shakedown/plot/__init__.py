@@ -25,7 +25,6 @@ import shakedown.plot.backend  # noqa: F401  before matplotlib
 from shakedown.plot.basins import basin, shakedown_share
 from shakedown.plot.joint import contact, loads_along, loads_in_time, sensitivity
 from shakedown.plot.load_factors import (
-    guarantee,
     load_factor_scale,
     slip_over_load,
     slip_per_cycle,
@@ -71,7 +70,6 @@ __all__ = [
     "dissipation_along",
     "friction_use",
     "friction_use_at",
-    "guarantee",
     "hysteresis",
     "load_factor_scale",
     "load_loop",

@@ -1,4 +1,4 @@
-"""Load factors: limits on one scale, the guarantee curve, slip over the load and per cycle."""
+"""Load factors: limits on one scale, slip over the load and per cycle."""
 
 from collections.abc import Mapping
 
@@ -6,9 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, NullLocator
 
-from shakedown.assessment.shakedown_bounds import ShakedownBounds
 from shakedown.assessment.slip_limit import SlipLimit
-from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
 from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.shown_values import DIGITS, few
 from shakedown.ground.visible_text import with_unit
@@ -96,43 +94,6 @@ def _levels(spans: list[tuple[float, float]]) -> list[int]:
         touched = [levels[i] for i, span in enumerate(reversed(spans[k + 1 :])) if span[0] < spans[k][1]]
         levels.append(max(touched, default=-1) + 1)
     return levels[::-1]
-
-
-@checked
-def guarantee(
-    curve: GuaranteeCurve, bounds: ShakedownBounds | None = None, *, ax: Axes | None = None
-) -> Axes:
-    """First collapse λ_1(R) against the radius within which initial states keep to the safe slip.
-
-    Parameters
-    ----------
-    curve
-        From :func:`shakedown.guarantee_curve`.
-    bounds
-        To draw λ_1 and λ_max beside it.
-    ax
-        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> from shakedown import plot
-    >>> curve = shakedown.guarantee_curve(shakedown.example("two-node"), [0.0, 0.5, 4.0])
-    >>> plot.guarantee(curve).get_ylabel()
-    'load factor λ'
-    """
-    axes = axes_for(ax)
-    axes.plot(curve.radii, curve.load_factors, "o-", color=BLUE, ms=4, label="λ_1(R)")
-    if bounds is not None:
-        axes.axhline(bounds.upper.load_factor, color=RED, ls="--", lw=1, label="λ_max")
-        if lower := bounds.lower:
-            axes.axhline(lower.load_factor, color=GREEN, ls="--", lw=1, label="λ_1, for every R")
-    positive = curve.radii[curve.radii > 0]
-    if len(positive):
-        axes.set_xscale("symlog", linthresh=float(positive.min()), linscale=0.5)
-        axes.xaxis.set_major_formatter(power_of_ten)
-    axes.set_xlim(left=0.0)
-    return finished(axes, "radius R, in multiples of max |safe slip|", "load factor λ")
 
 
 @checked

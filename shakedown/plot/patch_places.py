@@ -15,12 +15,12 @@ from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.derived import once_per_problem
-from shakedown.joint.places import ACROSS
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.plot.flat_patch import Patch, laid_flat
 from shakedown.plot.style import GREY, MARGIN, axes_for
 
+ACROSS = 2.0  # times the usual size of a triangle: a larger one lies across a hole, or a gap between patches
 COVERED = 1.0 - THREE_DIGITS  # share of the area of a contact that the drawn triangles must cover
 FEWEST = 4  # nodes that span an area
 MOST_NUMBERED = 16  # nodes whose numbers stand beside them

@@ -41,7 +41,6 @@ LINES = {
     "universal": (named("λ_U"), GREEN, "-"),
     "lower": (named("λ_1"), BLACK, "--"),
     "energy": (named("λ_E"), BLUE, "-"),
-    "box": (named("λ_box"), BLUE, "-."),
     "accumulated": (named("λ_S"), BLUE, ":"),
     "transient": (named("λ_T"), PURPLE, ":"),
     "upper": ("λ_max", RED, "-"),
@@ -145,7 +144,7 @@ def regions(
         λ at which the regions are drawn where there are two parameters.
     contours
         The limit whose contour lines are drawn over them; by default the last of λ_max, λ_T,
-        λ_S, λ_box, λ_E, λ_1, λ_U that was asked for.
+        λ_S, λ_E, λ_1, λ_U that was asked for.
     ax
         Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 

@@ -10,7 +10,7 @@ What you see, and the module that writes it:
 - the answer in one sentence, its margin, how far it holds: ``answer_words``
 - the three numbers, and what is certain: ``assessment_words``; what decides, the next step: ``next_words``
 - what holds below, between and above the bounds: ``bound_words``; with a zone of open nodes: ``zone_words``
-- λ_T, the guarantee curve, the coupling ratio, the limiting node: ``limit_words``
+- λ_T, the coupling ratio, the limiting node: ``limit_words``
 - friction thresholds, critical load factors: ``friction_words``
 - what a simulation found: ``run_words``; a sweep: ``design_words``;
   a map of initial states: ``map_words``; finer meshes, averages: ``mesh_words``

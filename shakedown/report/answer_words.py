@@ -199,7 +199,7 @@ def _paths_in_words(problem: Problem, plane: bool) -> str:
     """For which paths through the load steps the numbers hold."""
     if problem.is_domain:
         return LOAD_DOMAIN
-    others = "λ_1, λ_U, λ_box" if plane else "λ_U"
+    others = "λ_1, λ_U" if plane else "λ_U"
     return (
         f"λ_E, λ_S and λ_max hold for every path through these load steps; {others} and what is simulated "
         "hold for this order, period after period."
@@ -215,13 +215,13 @@ def limits_in_words(v: Verification) -> list[str]:
         opened = open_in_words(upper.open_nodes, v.problem)
         zone = (
             f"Zone: λ_max and λ_E are about the joint with {opened} open and all others closed throughout; "
-            f"{'λ_1, λ_U, λ_box' if plane else 'λ_U'} and λ_S hold while all nodes stay in contact."
+            f"{'λ_1, λ_U' if plane else 'λ_U'} and λ_S hold while all nodes stay in contact."
         )
     if problem.C is None:
         zone += " The problem has no normal stiffness C: whether nodes open and close again is not followed."
     start = "zero slip" if problem.initial_slip is None else "the first given slip"
     states = (
-        f"Initial states: λ = 1, λ_E{', λ_box' * plane}, λ_S and λ_T start from {start} in contact. "
+        f"Initial states: λ = 1, λ_E, λ_S and λ_T start from {start} in contact. "
         f"Simulated besides: the safe slip, {'the critical slip state, ' * plane}"
         f"what {count(asked.random_states, 'random transient')} with up to twice the load amplitudes "
         f"{'leaves' if asked.random_states == 1 else 'leave'} behind (seed {asked.seed})."

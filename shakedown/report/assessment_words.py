@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.assessment.three_numbers import BOX, ENERGY, SLIP, FromState, from_state
+from shakedown.assessment.three_numbers import ENERGY, FromState, from_state
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, few, up
 from shakedown.ground.status import Said, Status
-from shakedown.joint.units import units_of, varying_loads_in_words
+from shakedown.joint.units import varying_loads_in_words
 from shakedown.report.hint_words import LOAD_DOMAIN, last_digit_in_words
 from shakedown.report.node_words import open_in_words
 
@@ -24,10 +24,6 @@ if TYPE_CHECKING:
     from shakedown.ground.float_array import FloatArray
     from shakedown.joint.problem import Problem
 
-PROOFS = {
-    BOX: "by a box of slips that the joint cannot leave",
-    SLIP: "by the total slip of its nodes",
-}
 IN_CONTACT = "while all nodes stay in contact"
 HEADING = "Shakedown under λ times the varying part of the load is"  # above the three numbers
 ARGUMENTS = {  # what the names of the proofs of λ_U stand for, where they are not self-explanatory
@@ -52,8 +48,6 @@ def numbers_in_words(found: Assessment) -> list[tuple[str, str, str]]:
     impossible above | λ_max = 0.7391456 | while all nodes stay in contact
     """
     limits = found.details
-    core = limits.core
-    inside = "" if core is None else f"; {down(core.load_factor, FEW_DIGITS)} if edge nodes do not slip"
     numbers = _aligned(
         [
             _number(found.proved_from_every_state, down),
@@ -67,7 +61,7 @@ def numbers_in_words(found: Assessment) -> list[tuple[str, str, str]]:
         for symbol, number in zip(symbols, numbers, strict=True)
     ]
     names = ["proved from every state", "proved from this state", "impossible above"]
-    remarks = [f"{IN_CONTACT}{inside}", _this_state(limits), _where_impossible(limits)]
+    remarks = [IN_CONTACT, _this_state(limits), _where_impossible(limits)]
     return list(zip(names, values, remarks, strict=True))
 
 
@@ -212,43 +206,13 @@ def certain_in_words(limits: JointLimits) -> list[str]:
     >>> import shakedown
     >>> for line in certain_in_words(shakedown.assess(shakedown.example("two-node")).details):
     ...     print(line)
-    Starting without slip, the joint is proved to shake down up to λ = 0.7315934 (by a box of slips that
-    the joint cannot leave; by energy up to λ_E = 0.6619611); from every initial state with all nodes in
-    contact and within their friction limits up to λ_U = 0.6573734 (first collapse); above λ_max =
-    0.7391456 it cannot shake down while all nodes stay in contact; all for these 50 load steps, joined by
-    straight lines.
+    Starting without slip, the joint is proved to shake down up to λ = 0.7315934 (by the total slip of its
+    nodes; by energy up to λ_E = 0.6619611); from every initial state with all nodes in contact and within
+    their friction limits up to λ_U = 0.6573734 (first collapse); above λ_max = 0.7391456 it cannot shake
+    down while all nodes stay in contact; all for these 50 load steps, joined by straight lines.
     """
     here = _proved_from_here(limits.energy, limits.from_state, limits.problem)
-    certain, *more = _certain([here, _proved_from_everywhere(limits.universal)], limits.upper, limits.problem)
-    return [certain, *_decided_at_the_edge(limits), *more]
-
-
-def _decided_at_the_edge(limits: JointLimits) -> list[str]:
-    """Where a node at an edge determines λ_U: what that means, and what is proved in addition."""
-    core, energy = limits.core, limits.energy
-    if core is None:
-        return []
-    where = open_in_words((limits.universal.node,), limits.problem)
-    sentences = [
-        f"λ_U is determined at an edge of the contact, by {where}: where slip of the size of one element is "
-        "locked in there, that edge may slip for ever."
-    ]
-    since = from_state(energy, slip=limits.accumulated)  # holds for every order of the loads
-    since_assembly = not energy.initial_slip.any() and energy.distance == since.least_load_factor == 0
-    if since_assembly and since.load_factor > limits.universal.load_factor:
-        up_to = f"{since.symbol} = {down(since.load_factor)}"
-        sentences.append(
-            "If the joint has only seen loads within this range since assembly, shakedown is proved up to "
-            f"{up_to}."
-        )
-    nodes, unit = len(core.near_edge), units_of(limits.problem).length
-    depth = f"{few(core.depth)} {unit}".rstrip()
-    sentences.append(
-        f"Whatever slip is locked in, below λ = {down(core.load_factor, FEW_DIGITS)} no slip goes on while "
-        f"the {nodes} nodes nearer than {depth} to an edge do not slip; if they do, the others slip at most "
-        "in proportion."
-    )
-    return [" ".join(sentences)]
+    return _certain([here, _proved_from_everywhere(limits.universal)], limits.upper, limits.problem)
 
 
 def load_steps_in_words(problem: Problem) -> str:
@@ -281,7 +245,7 @@ def _proved_from_here(energy: EnergyBound, here: FromState, problem: Problem) ->
     if energy.open_nodes:
         start += f", with {open_in_words(energy.open_nodes, problem)} open and in equilibrium"
     if here.symbol != ENERGY:
-        how = PROOFS[here.symbol]
+        how = "by the total slip of its nodes"
         if np.isinf(here.load_factor):
             return f"{start}, the joint is proved to shake down at every load factor ({how})"
         also = "" if np.isnan(energy.load_factor) else f"; by energy up to λ_E = {down(energy.load_factor)}"

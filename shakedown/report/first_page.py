@@ -109,8 +109,8 @@ def _limit_rows(v: Verification) -> list[Sequence[str]]:
         rows.append(["simulated limit", at_load_factor(problem, limit.load_factor, down, digits), what])
     collapse = v.limits.lower
     if isinstance(collapse, LowerBound) and np.isfinite(collapse.load_factor):
-        where = f", at {node_in_words(problem, collapse.node)}" if collapse.node >= 0 else ""
-        what = f"λ_1: below it no single node can slip in every cycle{where}"
+        where = f"; {node_in_words(problem, collapse.node)} loses it there" if collapse.node >= 0 else ""
+        what = f"λ_1: below it every node keeps a range of slips between its friction limits{where}"
         rows.append(["first collapse", at_load_factor(problem, collapse.load_factor, down), what])
     small = v.slip_limit
     if small is not None and np.isfinite(small.load_factor):

@@ -61,7 +61,6 @@ from shakedown.report.page_tables import (
 from shakedown.report.period_figures import contact_to_turn, no_pictures, state_pictures
 from shakedown.report.run_words import SEPARATION, as_given_in_words
 from shakedown.report.verification_figures import (
-    guarantee_picture,
     refinement_picture,
     run_pictures,
     scale_picture,
@@ -266,7 +265,6 @@ def _context(v: Verification) -> dict[str, Any]:
             *transient_beside_in_words(v),
             *([] if v.slip_limit is None else [slip_limit_in_words(v.slip_limit, problem)]),
         ],
-        "guarantee": guarantee_picture(v),
         "slips": slip_picture(v),
         "limited": sensitivities_in_words(v.limits),
         "sensitivity": sensitivity_picture(v),
@@ -310,7 +308,7 @@ def _runs_note(plane: bool) -> str:
     """What the columns of the table of runs mean; some sentences are for joints in the plane only."""
     return RUNS_NOTE.format(
         predicted="up to λ_1 that is predicted, and proved only where the guarantee of λ_1 says so; " * plane,
-        box=f", and the state asked about below its {'λ_box or ' * plane}λ_S",
+        box=", and the state asked about below its λ_S",
         domain="Of a load domain λ_1 predicts nothing; its" if plane else "Of a load domain the",
     )
 

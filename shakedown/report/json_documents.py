@@ -6,7 +6,7 @@ The words of one result are those of its ``to_dict``; here they are put together
 import json
 from typing import TYPE_CHECKING, Any
 
-from shakedown.ground.errors import Missing, present
+from shakedown.ground.errors import present
 from shakedown.ground.shown_values import plain
 from shakedown.ground.visible_text import visible
 from shakedown.joint.problem import Problem
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
     from shakedown.assessment.verify import Verification
     from shakedown.bounds.energy.energy_bound import EnergyBound
-    from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
     from shakedown.bounds.results import UpperBound
     from shakedown.studies.refined import Refinement
 
@@ -31,9 +30,7 @@ def _json_escape(character: str) -> str:
     return f"\\u{code:04x}" if code < 0x10000 else json.dumps(character)[1:-1]
 
 
-def assessment_document(
-    found: "Assessment", curve: "GuaranteeCurve | Missing | None", *, follow: bool = False
-) -> dict[str, Any]:
+def assessment_document(found: "Assessment", *, follow: bool = False) -> dict[str, Any]:
     """What ``shakedown-bounds solve --json`` writes."""
     limits, absent = found.details, found.details.absent
     limit = present(limits.transient) if follow else None
@@ -44,16 +41,15 @@ def assessment_document(
             "assessment": found,
             **limits.bounds.to_dict(),
             "energy": limits.energy,
-            "box": limits.box,
+            "box": None,  # of what went, for one version, as is "core"
             "accumulated": limits.accumulated,
             **limits.universal.document(),
-            "core": limits.core,
+            "core": None,
             "first_slip": limits.first_slip,
             "first_opening": limits.first_opening,
             "mesh": limits.mesh,
             "friction": limits.friction,
             "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
-            "guarantee_curve": present(curve),
             **({"followed": None if limit is None else limit.followed} if follow else {}),
             **({"missing": {word: each.reason for word, each in absent.items()}} if absent else {}),
         }

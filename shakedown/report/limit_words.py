@@ -1,4 +1,4 @@
-"""Sentences on limits other than the bounds: coupling ratio, guarantee curve, λ_T, the limiting node."""
+"""Sentences on limits other than the bounds: coupling ratio, λ_T, the limiting node."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from shakedown.assessment.sensitivities import Sensitivities
     from shakedown.assessment.transient_limit import TransientLimit
     from shakedown.assessment.verify import Verification
-    from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
     from shakedown.bounds.onset import Onset
     from shakedown.joint.problem import Problem
 
@@ -68,22 +67,6 @@ def _onset(found: Onset, problem: Problem, what: str, never: str) -> str:
     if found.status == Status.INFEASIBLE:
         return found.reason
     return f"{node_in_words(problem, found.node)}{what}" if found.node >= 0 else never
-
-
-def curve_in_words(curve: GuaranteeCurve, problem: Problem | None = None) -> str:
-    """How far the lower bound improves for initial states near the safe slip.
-
-    With the problem it is said that these are states after a transient.
-    """
-    points = ", ".join(
-        f"{down(load_factor)} (R = {radius:g})"
-        for radius, load_factor in zip(curve.radii, curve.load_factors, strict=True)
-    )
-    over = " when the transient is over" * (problem is not None and problem.q_transient is not None)
-    return (
-        f"For initial states within R of the safe slip{over} the first collapse lies at λ_1(R) = {points}; "
-        f"R is in multiples of {few(curve.unit)}, the largest safe slip."
-    )
 
 
 def transient_limit_as_text(limit: TransientLimit) -> str:

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.assessment.three_numbers import ENERGY, admitted_up_to
+from shakedown.assessment.three_numbers import ENERGY, admitted_up_to, first_to_leave
 from shakedown.ground.errors import Missing
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Said, Status
 from shakedown.report.assessment_words import percent, start_in_words
 from shakedown.report.bound_words import is_constant
 from shakedown.report.limit_words import limited_in_words
-from shakedown.report.node_words import open_in_words
+from shakedown.report.node_words import node_in_words, open_in_words
 from shakedown.report.zone_words import without_safe_slip_in_words, zone_in_words
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def margin_in_words(found: Assessment, simulated: float = np.nan) -> str:
     proved = max(every, here)
     if found.details.open_nodes:
         return ""
-    less = _why_less(found, every, here)
+    less = _why_less(found, every)
     if proved > 1:
         return _larger(found, every, here, simulated) + less
     known = _smaller(found, every, here)
@@ -51,18 +51,22 @@ def margin_in_words(found: Assessment, simulated: float = np.nan) -> str:
     return f"With the varying part of the load {', '.join(known)}.{less}" if known else ""
 
 
-def _why_less(found: Assessment, every: float, here: float) -> str:
+def _why_less(found: Assessment, every: float) -> str:
     """Why less is proved of the state that is asked about than of every state; empty where it is not so."""
     limits = found.details
-    if not 0 < here < every or limits.distance > 0 or limits.universal.after_transient:
+    if not found.proved_from_this_state < every:
         return ""
     slip = limits.energy.initial_slip
+    state = "the given slip" if slip.any() else "zero slip"
+    if limits.universal.after_transient:
+        return f" Every state means each that the transient load steps may leave; {state} is one before them."
+    if limits.distance > 0:
+        return f" Every state means each within its friction limits; not every slip near {state} is."
     admitted = admitted_up_to(limits.problem, slip, limits.tolerances)
-    above = f" above λ = {down(admitted)}" * (admitted > 0)
-    return (
-        f" Every state means each within its friction limits; {start_in_words(slip)} the first load step "
-        f"exceeds them{above}."
-    )
+    above = f"Above λ = {down(admitted)} the" if admitted > 0 else "The"
+    node, event = first_to_leave(limits.problem, slip, admitted)
+    where = node_in_words(limits.problem, node)
+    return f" {above} first load step makes {where} {event}, so {state} is not one of these states."
 
 
 def starting_in_words(found: Assessment) -> str:

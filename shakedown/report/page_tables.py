@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from shakedown.assessment.runs import Run
-from shakedown.assessment.three_numbers import BOX, SLIP
+from shakedown.assessment.three_numbers import SLIP
 from shakedown.assessment.verify import Verification
 from shakedown.bounds.collapse.lower import LowerBound
 from shakedown.ground.errors import present
@@ -57,7 +57,7 @@ def bounds_table(v: Verification) -> PageTable:
     proved = [
         (f"{named('λ_U')}, {IN_CONTACT}{_over(v)}", _bound(v.limits.universal.load_factor)),
         (f"{named('λ_E')}{least}", _bound(v.limits.energy.load_factor)),
-        *_other_rows(v),
+        (named(SLIP), _bound(v.limits.accumulated.load_factor)),
         (
             named("λ_T") + ", proved there" * transient_is_proved(v),
             "–" if transient is None else _bound(float(transient_limit_as_text(transient))),
@@ -68,12 +68,6 @@ def bounds_table(v: Verification) -> PageTable:
         rounded = up if name.startswith("λ_max") else down
         rows.append([name, _bound(one, rounded), _bound(two, rounded), _difference(one, two, scale)])
     return PageTable(["", "load factor", "independent solver (Clarabel)", "relative difference"], rows)
-
-
-def _other_rows(v: Verification) -> list[tuple[str, str]]:
-    """λ_box, where there is one, and λ_S."""
-    found = {BOX: present(v.limits.box), SLIP: v.limits.accumulated}
-    return [(named(symbol), _bound(each.load_factor)) for symbol, each in found.items() if each is not None]
 
 
 def _over(v: Verification) -> str:
@@ -110,7 +104,7 @@ def number(value: float, digits: int = 6) -> str:
 def limits_on_page(v: Verification) -> dict[str, float]:
     """Limits by name, rounded to the safe side; NaN where there is none.
 
-    Only the largest of λ_E, λ_box and λ_S is included.
+    Only the larger of λ_E and λ_S is included.
     """
     upper = v.limits.upper  # without a safe slip nothing is possible above 0
     nothing_safe = upper.status == Status.INFEASIBLE

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.assessment.three_numbers import BOX, ENERGY, SLIP
+from shakedown.assessment.three_numbers import ENERGY, SLIP
 from shakedown.ground.shown_values import FEW_DIGITS, count, down, up
 from shakedown.ground.status import Outcome
 from shakedown.joint.doubtful_data import is_pulled_everywhere
@@ -109,8 +109,6 @@ def without_margin_in_words(proof: EnergyProof, unit: str) -> str:
     >>> without_margin_in_words(EnergyProof(True, cycles=2, by="λ_S", further=0.5), "mm")
     'After 2 cycles no node can slip more than 0.5 mm in all, in whatever order the loads come'
     """
-    if proof.by == BOX:
-        return "Its slips stay in a box in which no node reaches both of its friction limits in one period"
     if proof.by == SLIP:
         begins = f"After {count(proof.cycles, 'cycle')}" if proof.cycles else "From its start on"
         most = f"{up(proof.further, FEW_DIGITS)} {unit}".rstrip()

@@ -13,8 +13,7 @@ from shakedown.assessment.runs import Run
 from shakedown.assessment.verify import Verification
 from shakedown.ground.errors import present
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import DIGITS, at_lambda, few, sized
-from shakedown.joint.units import units_of
+from shakedown.ground.shown_values import DIGITS, at_lambda, few
 from shakedown.plot.inline_svg import SIDE_BY_SIDE, Drawing, Picture, picture
 from shakedown.plot.style import BLACK, BLUE, GREEN, MANY, ORANGE, PURPLE, RED
 from shakedown.report.load_figures import drawn_patches, left_out, patch_size
@@ -102,26 +101,6 @@ def run_pictures(v: Verification) -> list[Picture]:
         ends = _drawings(v, "Final slip of every run along the contact", _final_slip, slipped)
         pictures += [picture(f"Slip {AT_THE_END}.", *ends, one_legend=True)] if ends else []
     return pictures
-
-
-def guarantee_picture(v: Verification) -> Picture | None:
-    """First collapse λ_1(R) against the radius within which initial states keep to the safe slip."""
-    if v.curve is None:
-        return None
-    stays = (
-        "No slip leads out of such a box, so that a joint that starts inside stays inside"
-        + (", the transient once over." if v.problem.q_transient is not None else ".")
-        if v.curve.invariant
-        else "Slip may lead out of such a box: either the coupling is too strong, or its middle is not safe "
-        "at every smaller load factor."
-    )
-    unit = sized(v.curve.unit, units_of(v.problem).length)
-    caption = (
-        "First collapse while all other slips stay within R of the safe slip; R = 1 is the largest safe "
-        f"slip, {unit}. {stays}"
-    )
-    alt = "First collapse λ_1(R) against the radius R of the box of initial states"
-    return picture(caption, Drawing(alt, partial(plot.guarantee, v.curve, v.limits.bounds)))
 
 
 def sensitivity_picture(v: Verification) -> Picture | None:

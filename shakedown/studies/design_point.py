@@ -74,10 +74,10 @@ class DesignPoint(Result):
     values
         The values of the parameters.
     limits
-        By name (``lower``, ``universal``, ``energy``, ``box``, ``accumulated``, ``transient``,
-        ``upper``); empty where there is no such joint.
+        By name (``lower``, ``universal``, ``energy``, ``accumulated``, ``transient``, ``upper``);
+        empty where there is no such joint.
     guarantee
-        How far λ_1 is a guarantee (``LowerBound.guarantee``); empty where it was not asked for.
+        Whether λ_1 is a guarantee (``LowerBound.guarantee``); empty where it was not asked for.
     open_nodes
         Nodes that stay open in the state that λ_max and λ_E belong to.
     reason
@@ -122,7 +122,7 @@ class Question(NamedTuple):
     load_factors
         Where to simulate.
     initial_slip : (n,) or None
-        The state that λ_E, λ_box, λ_S, λ_T and simulations are about [length]; zero by default.
+        The state that λ_E, λ_S, λ_T and simulations are about [length]; zero by default.
     open_nodes
         ``"auto"``: the zone with the largest λ_max; ``()``: all nodes in contact.
     quick
@@ -151,7 +151,7 @@ def design_point(
     >>> import shakedown
     >>> point = design_point(shakedown.example("two-node"), (0.35,), Question())
     >>> {name: round(limit.load_factor, 3) for name, limit in point.limits.items()}
-    {'lower': 0.657, 'universal': 0.657, 'energy': 0.662, 'box': 0.732, 'accumulated': 0.732, ...}
+    {'lower': 0.657, 'universal': 0.657, 'energy': 0.662, 'accumulated': 0.732, ...}
     """
     asked = set(question.bounds)
     joint = JointLimits(
@@ -246,7 +246,7 @@ class _Known(NamedTuple):
 
 
 def _contradictions(known: _Known, tolerances: Tolerances) -> Iterator[str]:
-    """Contradictions to λ_U ≤ λ_1 ≤ λ_max, λ_E, λ_box, λ_S ≤ λ_max, and to no cycle below a proved limit."""
+    """Contradictions to λ_U ≤ λ_1 ≤ λ_max, λ_E, λ_S ≤ λ_max, and to no cycle below a proved limit."""
     pairs = [("universal", "lower")]
     if not known.open_nodes:  # λ_1 and λ_U are about all nodes in contact
         pairs += [(name, "upper") for name in ("lower", "universal", *FROM_HERE)]

@@ -141,11 +141,6 @@ class Sweep(Result):
         return self.load_factors("energy")
 
     @cached_property
-    def box(self) -> FloatArray:
-        """λ_box, below which the box bound proves shakedown from this state."""
-        return self.load_factors("box")
-
-    @cached_property
     def accumulated(self) -> FloatArray:
         """λ_S, below which bounds of all slips prove shakedown from this state."""
         return self.load_factors("accumulated")
@@ -174,7 +169,7 @@ class Sweep(Result):
 
     @property
     def guarantee(self) -> NDArray[np.str_]:
-        """How far λ_1 is a guarantee: ``"proved"``, ``"single-node-excluded"``, ``"evidence"`` or empty."""
+        """Whether λ_1 is a guarantee: ``"proved"``, ``"evidence"`` or empty."""
         return self._grid([point.guarantee for point in self.points])
 
     @property

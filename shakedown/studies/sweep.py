@@ -50,7 +50,7 @@ def sweep(
 ) -> Sweep:
     """How the limits of the load factor move with one or two parameters of a joint.
 
-    Every point is checked for contradictions between its limits (λ_U ≤ λ_1 ≤ λ_max, λ_E, λ_box and
+    Every point is checked for contradictions between its limits (λ_U ≤ λ_1 ≤ λ_max, λ_E and
     λ_S ≤ λ_max, no cycle below a proved limit). Where the parameters make no joint the point says why.
 
     Parameters
@@ -67,13 +67,13 @@ def sweep(
         Name → rising values, for one or two parameters.
     bounds
         Which limits: ``"lower"`` (λ_1), ``"universal"`` (λ_U), ``"energy"`` (λ_E),
-        ``"box"`` (λ_box, the :func:`box_bound`), ``"accumulated"`` (λ_S, the :func:`accumulated_bound`),
+        ``"accumulated"`` (λ_S, the :func:`accumulated_bound`),
         ``"transient"`` (λ_T), ``"upper"`` (λ_max); by default all that the joint has: with two
         tangential directions λ_U, λ_E, λ_S, λ_T and λ_max.
     load_factors
         Where to simulate what becomes of the joint from the state asked about.
     initial_slip : (n,), optional
-        The state that λ_E, λ_box, λ_S, λ_T and simulations are about [length]; zero by default.
+        The state that λ_E, λ_S, λ_T and simulations are about [length]; zero by default.
     open_nodes
         ``"auto"``: λ_max and λ_E of the best zone of open nodes found; ``"none"``: of all
         nodes in contact.

@@ -14,14 +14,10 @@ OPTIONAL = [  # module and name of every step of evidence on which no answer of 
     "bounds.plane_methods.certified_upper",
     "bounds.collapse.lower.certified_lower",
     "bounds.collapse.collapse_programs.starts_safe",
-    "bounds.collapse.proof_status.single_node_cycle",
     "bounds.energy.energy_bound._certificate",
     "bounds.energy.row_bound.ExactBall.holds",
     "bounds.every_state.swing_bound.proved_swing",
-    "bounds.collapse.box_bound._box_bound",
-    "long_term.energy_proof.box_proves",
     "bounds.uniqueness.friction_thresholds.wedging_threshold",
-    "assessment.every_limit.guarantee_curve",
     "assessment.transient_limit.transient_limit",
     "assessment.every_limit.energy_ball",
     "assessment.plan.energy_ball",
@@ -73,7 +69,6 @@ def test_solve_keeps_every_answer(monkeypatch, expected, name, step):
     [
         "bounds.plane_methods.certified_upper",
         "bounds.collapse.lower.certified_lower",
-        "bounds.collapse.proof_status.single_node_cycle",
         "bounds.energy.energy_bound._certificate",
     ],
 )

@@ -161,25 +161,25 @@ def bounded_runs(report):
     ],
     ids=["two-node", "block-9", "given", "transient"],
 )
-def test_a_box_bound_beyond_the_ball_is_simulated_just_below(joint: Problem) -> None:
+def test_a_bound_of_total_slip_beyond_the_ball_is_simulated_just_below(joint: Problem) -> None:
     report = shakedown.verify(joint, random_states=0, budget=0)
     here = report.limits.from_state
-    assert (here.symbol, here.load_factor) == ("λ_box", report.limits.box.load_factor)
+    assert (here.symbol, here.load_factor) == ("λ_S", report.limits.accumulated.load_factor)
     assert here.load_factor > report.limits.energy.load_factor
     last = max(bounded_runs(report), key=lambda run: run.case.load_factor)
     assert 0 < 1.0 - last.case.load_factor / here.load_factor < 1e-5
-    assert np.array_equal(last.case.start, report.limits.box.initial_slip)
+    assert np.array_equal(last.case.start, report.limits.accumulated.initial_slip)
     assert (last.case.in_ball, last.predicted, last.simulation.outcome) == (False, "shakedown", "shakedown")
     assert report.agrees, report.disagreements
 
 
-def test_the_box_predicts_from_its_own_state_and_below_its_own_load_factor_alone() -> None:
+def test_total_slip_predicts_from_its_own_state_and_below_its_own_load_factor_alone() -> None:
     report = shakedown.verify(TWO, random_states=1, load_factors=[0.7, 0.735], budget=0)
     predicted = {(r.case.load_factor, r.initial): r.predicted for r in report.runs}
     assert (
         report.limits.energy.load_factor
         < 0.7
-        < report.limits.box.load_factor
+        < report.limits.accumulated.load_factor
         < 0.735
         < report.limits.upper.load_factor
     )

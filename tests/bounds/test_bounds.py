@@ -11,7 +11,6 @@ from hypothesis import given, settings
 import shakedown
 from benchmarks.problems import joint
 from shakedown import Problem
-from shakedown.bounds.collapse.single_node_cycle import single_node_cycle
 from shakedown.joint.constraints import constraints
 
 LAW = settings(derandomize=True, deadline=None, max_examples=10)
@@ -157,7 +156,6 @@ def test_zero_amplitude_is_told_from_wedging() -> None:
     assert (uncoupled.status, uncoupled.load_factor, uncoupled.node) == ("unbounded", np.inf, -1)
     A = problem.A
     assert uncoupled.coupling_ratio == pytest.approx(abs(A[0, 1]) / np.sqrt(A[0, 0] * A[1, 1]))
-    assert uncoupled.single_node_bound == np.inf
     assert uncoupled.guarantee == "proved"
 
 
@@ -236,7 +234,6 @@ def test_a_floating_body_without_coupling_shakes_down_below_the_upper_bound() ->
     assert (bounds.lower.node, bounds.lower.guarantee) == (-1, "proved")
     assert "vanish together" in bounds.lower.reason
     assert bounds.lower.coupling_ratio == pytest.approx(1.0)
-    assert bounds.lower.single_node_bound == single_node_cycle(problem).load_factor
 
 
 def test_the_round_off_of_a_rigid_motion_is_no_answer() -> None:

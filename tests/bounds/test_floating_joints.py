@@ -137,8 +137,6 @@ def test_every_bound_answers_for_the_true_joint(noise: float) -> None:
         one, other = (function(joint_, half) for joint_ in (true, rough))
         assert other.pinned == one.pinned == bounds.upper.pinned
         np.testing.assert_allclose(other.slip, one.slip, rtol=1e3 * near["rel"], atol=near["rel"])
-    curves = [shakedown.guarantee_curve(one, [0.5, 2.0]).load_factors for one in (true, rough)]
-    np.testing.assert_allclose(*curves, rtol=near["rel"])
     methods = [conic_upper_bound(one).load_factor for one in (true, rough)]
     assert methods == pytest.approx([bounds.upper.load_factor] * 2, rel=max(1e-6, near["rel"]))
 
@@ -169,16 +167,6 @@ def test_held_joints_are_left_alone(seed: int) -> None:
     assert rows.coefficients is rows.G
     sizes = 10.0 ** np.linspace(-3, 3, problem.n)
     assert rigid_slips(in_units(problem, 1e3 / sizes, sizes)).pinned == ()
-
-
-def test_a_pin_can_be_moved_to_another_node() -> None:
-    known = rigid_slips(rational_joint(3, 7, 2).rounded)
-    for node in range(7):
-        moved = known.avoiding(node)
-        assert node not in moved.pinned
-        assert len(moved.pinned) == 2
-        basis = np.hstack([known.motions, moved.motions])
-        assert np.linalg.matrix_rank(basis, tol=1e-9) == 2
 
 
 def test_relative_slips_change_no_limit() -> None:
@@ -234,7 +222,7 @@ def test_a_body_that_can_move_only_rigidly_in_a_zone_keeps_its_gap() -> None:
 
 def test_what_is_pinned_is_written_and_said() -> None:
     problem = two_bodies()
-    document = assessment_document(shakedown.assess(problem), None)
+    document = assessment_document(shakedown.assess(problem))
     assert document["pinned"] == document["lower"]["pinned"] == document["upper"]["pinned"]
     assert len(document["pinned"]) == 2
     said = relative_in_words(problem)

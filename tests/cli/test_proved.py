@@ -15,30 +15,21 @@ MANY_NODES = {"blade-root", "block-33", "block-3x3", "four-node-3d"}  # their ro
 def test_solve_says_first_what_is_certain():
     out = run("solve", "block-9", "--details")[1]
     lines = out.splitlines()
-    assert [" ".join(line.split()) for line in lines[2:7]] == [
+    assert [" ".join(line.split()) for line in lines[2:6]] == [
         "Shakedown under λ times the varying part of the load is",
-        "proved from every state nothing proved while all nodes stay in contact;",
-        "4.1 if edge nodes do not slip",
-        "proved from this state λ = 4.699826 starting without slip",
+        "proved from every state nothing proved while all nodes stay in contact",
+        "proved from this state λ = 4.663390 starting without slip",
         "impossible above λ_max = 4.715033 while all nodes stay in contact",
     ]
-    assert lines[8].startswith(
+    assert lines[7].startswith(
         "At the nominal load (λ = 1) the joint shakes down, proved from this state. The"
     )
-    assert lines[10].startswith("Mesh warning: With every second node removed, shakedown would be proved")
+    assert lines[9].startswith("Mesh warning: With every second node removed, shakedown would be proved")
     assert "--details" not in out
     first = " ".join(out.partition("\nStarting without slip")[2].splitlines()[:6])
-    assert "the joint is proved to shake down up to λ = 4.699826 (by a box" in first
-    assert "by energy up to λ_E = 4.66339" in first
+    assert "the joint is proved to shake down up to λ_E = 4.66339" in first
     assert "from every initial state no load factor is proved" in first
     assert "above λ_max = 4.715033 it cannot shake down while all nodes stay in contact" in first
-
-
-def test_json_has_what_is_proved_off_the_edges():
-    core = document("solve", "block-9")["core"]
-    assert core["load_factor"] == pytest.approx(4.100243, abs=1e-6)
-    assert core["near_edge"] == [0, 8]
-    assert document("solve", "two-node")["core"] is None
 
 
 def test_solve_json_has_energy_and_universal():
@@ -51,9 +42,6 @@ def test_solve_json_has_energy_and_universal():
     words = {"status": "optimal", "node": 1, "argument": "first collapse"}
     assert universal == {"load_factor": pytest.approx(0.65737347)} | words
     assert "followed" not in result
-    assert result["closing_box"] is None
-    assert result["box"]["load_factor"] == pytest.approx(0.7315935, abs=1e-6)
-    assert result["box"]["status"] == "optimal"
 
 
 def test_what_is_proved_by_following_stands_beside_the_three_numbers():
@@ -150,7 +138,7 @@ def test_the_report_begins_with_the_answer_for_the_loading_as_given(tmp_path, na
     banner = page[page.index('<div class="verdict') : page.index("<h2")]
     assert f'class="verdict {colour}"' in banner
     assert answer in banner.replace("\N{NO-BREAK SPACE}", " ")
-    assert "is proved to shake down up to λ = " in " ".join(out.split())
+    assert "is proved to shake down up to λ" in " ".join(out.split())
 
 
 def test_verify_predicts_from_the_energy_ball():

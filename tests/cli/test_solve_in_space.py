@@ -44,10 +44,10 @@ def test_text_begins_with_the_three_numbers_and_ends_with_both_slips_of_every_no
 
 def test_the_document_has_every_key_and_null_where_there_is_nothing(found):
     assert (found["problem"]["n"], found["problem"]["directions"]) == (9, 2)
-    for key in ("lower", "box", "closing_box", "friction", "guarantee_curve"):
+    for key in ("lower", "box", "closing_box", "core", "friction"):
         assert found[key] is None
     assert found["sensitivities"] == {"upper": None, "energy": None}
-    assert set(found["missing"]) >= {"lower", "box", "friction", "sensitivities", "guarantee_curve"}
+    assert set(found["missing"]) >= {"lower", "friction", "sensitivities"}
     upper = found["upper"]
     assert (upper["status"], len(upper["slip"])) == ("optimal", 18)
     assert all(0 <= node < 9 and 0 <= step < 40 for node, step in upper["active"])

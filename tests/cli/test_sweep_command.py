@@ -40,9 +40,9 @@ def test_too_wide_a_table_has_the_larger_of_what_is_proved_from_the_state():
     head, *rows = run("sweep", "two-node", *words)[1].splitlines()[-3:]
     points = document("sweep", "two-node", *words)["points"]
     place = head.split().index("λ_here") - 2  # × stands apart from both names
-    assert not {"λ_E", "λ_box", "λ_S"} & set(head.split())
+    assert not {"λ_E", "λ_S"} & set(head.split())
     for row, point in zip(rows, points, strict=True):
-        larger = max(point[name]["load_factor"] for name in ("energy", "box", "accumulated"))
+        larger = max(point[name]["load_factor"] for name in ("energy", "accumulated"))
         assert 0 <= larger - float(row.split()[place]) < 1e-3 * larger
 
 
@@ -51,7 +51,7 @@ def test_what_is_proved_is_rounded_down_and_the_upper_bound_up():
     found = document("sweep", "two-node", *words)["points"]
     out = run("sweep", "two-node", *words)[1]
     rows = [line.split() for line in out.splitlines()[-3:]]
-    here = ("energy", "box", "accumulated")
+    here = ("energy", "accumulated")
     for point, (_, universal, this, lower, transient, upper, *_) in zip(found, rows, strict=True):
         below = {"universal": universal, "lower": lower, "transient": transient}
         values = [(point[name]["load_factor"], shown) for name, shown in below.items()]

@@ -21,8 +21,6 @@ MISUSE = {
     "cycles a word": lambda: evolve(JOINT, 0.5, cycles="a"),
     "longest period zero": lambda: shakedown.long_term_state(JOINT, 0.5, longest_period=0),
     "damping negative": lambda: evolve(JOINT, 0.5, damping=[-1.0] * 4),
-    "radii a word": lambda: shakedown.guarantee_curve(JOINT, "x"),
-    "radii negative": lambda: shakedown.guarantee_curve(JOINT, [-1.0]),
     "seed negative": lambda: shakedown.verify(JOINT, seed=-1),
     "seed a word": lambda: shakedown.verify(JOINT, seed="a"),
     "load factors a number": lambda: shakedown.verify(JOINT, load_factors=0.5),
@@ -68,7 +66,6 @@ def test_misuse_is_refused_in_one_line(kind):
         lambda problem: shakedown.simulate(problem, 1.0, method="gauss-seidel"),
         lambda problem: evolve(problem, 1.0),
         lambda problem: shakedown.long_term_state(problem, 1.0),
-        lambda problem: shakedown.guarantee_curve(problem, [1.0]),
     ],
 )
 @pytest.mark.parametrize("thing", [None, {"A": 1}, "two-node"])

@@ -110,13 +110,6 @@ def test_joints_on_which_the_cone_solver_gives_up_have_their_energy_bound(seed):
     assert abs(bound.gap) < 1e-4
 
 
-@pytest.mark.parametrize("seed", [709, 983])
-def test_joints_on_which_the_simplex_method_gives_up_have_their_curve(seed):
-    problem, _ = joints.wild_joint(np.random.default_rng(seed))
-    curve = shakedown.guarantee_curve(problem, [0.25, 1.0, 4.0])
-    assert np.all(np.diff(curve.load_factors) <= 0)
-
-
 def test_one_node_at_its_own_critical_friction_has_the_bound_of_melan():
     """Slip of the node shifts its pressure in proportion to its shear: nothing is lost to the ball."""
     for seed in range(15):

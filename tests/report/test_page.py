@@ -317,7 +317,7 @@ def test_the_margin_is_about_this_state(two, block):
         "26.85 % starting without slip"
     )
     assert margin_of_answer(block).startswith(
-        "The varying part of the load alone may be 369.9 % larger, proved"
+        "The varying part of the load alone may be 366.3 % larger, proved"
     )
 
 
@@ -353,10 +353,8 @@ def test_words_and_symbols_are_told(page):
         assert name in words
 
 
-def test_a_line_on_the_floor_may_be_separation_and_the_radius_has_a_unit(block_page):
-    text = Page(block_page).text
-    assert "has shaken down, or is separation" in text
-    assert re.search(r"R = 1 is the largest safe slip, [\d.e-]+ mm\.", text)
+def test_a_line_on_the_floor_may_be_separation(block_page):
+    assert "has shaken down, or is separation" in Page(block_page).text
 
 
 def test_where_no_node_slips_no_panel_is_drawn_but_that_is_said(block):
@@ -396,7 +394,7 @@ def test_pages_are_small(block_page):
 def test_no_limit_on_the_page_is_rounded_to_the_unsafe_side(two):
     for name, value in limits_on_page(two).items():
         exact = {
-            "λ_box": two.limits.box.load_factor,
+            "λ_S": two.limits.accumulated.load_factor,
             "λ_T": two.transient.load_factor,
             "λ_U": two.limits.universal.load_factor,
             "λ_1": two.limits.lower.load_factor,
@@ -423,12 +421,12 @@ def test_a_body_that_slides_away_has_its_page():
 
 def test_a_limit_is_the_same_number_everywhere_on_the_page(two, two_page, block, block_page):
     """Text, cards, tables and pictures: rounded once, to at least four digits."""
-    names = {"E": "energy", "U": "universal", "box": "box", "1": "lower", "max": "upper"}
+    names = {"E": "energy", "U": "universal", "S": "accumulated", "1": "lower", "max": "upper"}
     for found, page in ((two, two_page), (block, block_page)):
         text = re.sub(r"<sub>(\w+)</sub>", r"_\1", page).replace("\N{NO-BREAK SPACE}", " ")
         said = set(re.findall(r"λ_(\w+)\s*=\s*([\d.]+\d)", text))
         for name, number in said - {("T", number) for _, number in said}:
             rounded = up if name == "max" else down
             assert number == rounded(getattr(found.limits, names[name]).load_factor), (name, said)
-        assert f">λ = {down(found.assessment.proved_from_this_state)}<" in text
+        assert re.search(rf">λ = {re.escape(down(found.assessment.proved_from_this_state))}0*<", text)
         assert f">λ_max = {up(found.assessment.impossible_above)}<" in text

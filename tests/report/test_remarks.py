@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.bounds.collapse.single_node_cycle import single_node_cycle
 from shakedown.ground.shown_values import down, up
 from shakedown.motion.cycle_record import Stop
 from shakedown.report.answer_words import banner_class, margin_of_answer, verdict_in_words
@@ -156,14 +155,6 @@ def test_a_free_body_is_told_why_no_subset_is_regular() -> None:
 def test_a_rounded_limit_is_never_on_the_wrong_side(value: float) -> None:
     assert float(down(value)) <= value <= float(up(value))
     assert float(up(value)) - float(down(value)) <= 1.0001e-6 * value
-
-
-def test_the_load_factor_below_which_no_node_cycles_alone_is_rounded_down() -> None:
-    joint = shakedown.example("three-node")
-    alone = single_node_cycle(joint).load_factor
-    status = shakedown.shakedown_bounds(joint).lower
-    assert f"may cycle alone from {up(alone)} on" in status.reason
-    assert float(up(alone)) >= alone
 
 
 def test_what_rests_on_a_stiffness_of_unknown_accuracy_says_so_first():

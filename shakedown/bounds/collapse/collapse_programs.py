@@ -199,19 +199,3 @@ def collapse_excess(rows: Constraints, node: int, x: FloatArray) -> float:
     """Largest relative violation of the rows, those of the collapsing node reversed."""
     excess = rows.relative_excess(x[:-1], float(x[-1]))
     return float(np.where(rows.limits_of(node), -excess, excess).max())
-
-
-def collapse_in_box(
-    program: Simplex, rows: Constraints, node: int, low: FloatArray, high: FloatArray
-) -> FloatArray | None:
-    """(slip, load factor) where a node collapses first while all other slips keep to a box, or None.
-
-    The columns of the program are confined to the box before and after; not its own slip meanwhile.
-    """
-    pair, free, column = rows_of(node), np.full(2, INF), np.array([node])
-    program.set_rows(pair, rows.g[pair], free)
-    program.set_columns(column, -free[:1], free[:1])
-    found = program.solve()
-    program.set_rows(pair, -free, rows.g[pair])
-    program.set_columns(column, low[column], high[column])
-    return found.x if found.optimal else None

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, nan
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -89,7 +89,7 @@ class LowerBound(Result):
     """
 
     DOCUMENT: ClassVar[str] = (
-        "status load_factor node slip kind single_node_bound guarantee reason coupling_ratio "
+        "status load_factor node slip kind guarantee reason coupling_ratio "
         "lift_off_bound certified uncertified disputed reduced_accuracy residual pinned"
     )
     TABLE: ClassVar[str] = "slip per_node"
@@ -115,7 +115,7 @@ class LowerBound(Result):
     def proof(self) -> GuaranteeStatus:
         """How far λ_1 is a guarantee; computed when first read, at several times the cost of λ_1."""
         if self.status == Status.INFEASIBLE:
-            return GuaranteeStatus(Guarantee.EVIDENCE, UNSAFE_MEAN, nan, nan, nan)
+            return GuaranteeStatus(Guarantee.EVIDENCE, UNSAFE_MEAN, nan, nan)
         return guarantee_status(self.evidence)
 
     @cached_property
@@ -154,17 +154,16 @@ class LowerBound(Result):
         return self.proof.coupling_ratio
 
     @property
-    def single_node_bound(self) -> float:
-        """Below this load factor no node alone can slip cyclically; NaN where not computed."""
-        return self.proof.single_node_bound
-
-    @property
     def lift_off_bound(self) -> float:
         """Below this load factor no admissible slip lifts a node off.
 
         NaN where it was not needed for the guarantee.
         """
         return self.proof.lift_off_bound
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON document; ``single_node_bound``, not computed any more, stays as null for one version."""
+        return super().to_dict() | {"single_node_bound": None}
 
     def why(self) -> str:
         """Why there is no node that collapses, or why it does at the mean load; empty elsewhere."""

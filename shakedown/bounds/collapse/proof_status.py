@@ -3,8 +3,7 @@
 The proofs are statements 1 to 6 of docs/guarantee.md. In short: where the coupling ratio ρ* is below 1
 every motion below λ_1 comes to rest (statement 3), for any number of nodes; also where no slip raises a
 measure of the differences between nodes (8), as of many bodies that friction alone holds; for two nodes
-wherever the motion is unique (5). Where none of these holds, at most cycles of one node alone are
-excluded (4).
+wherever the motion is unique (5).
 That no node lifts off is checked apart (6, ``lift_off``). All of it follows one loop in its
 order: of a load domain nothing is proved here.
 """
@@ -17,12 +16,11 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.bounds.collapse.lift_off import lift_off_bound
-from shakedown.bounds.collapse.single_node_cycle import SingleNodeCycle, single_node_cycle
-from shakedown.bounds.uniqueness.coupling import Coupling, coupling
+from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.bounds.uniqueness.difference_gauge import difference_gauge
 from shakedown.bounds.uniqueness.in_contact import Uniqueness, unique_in_contact
 from shakedown.ground.errors import Missing, sought
-from shakedown.ground.shown_values import down, up
+from shakedown.ground.shown_values import up
 from shakedown.ground.status import Guarantee
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import constraints
@@ -44,14 +42,11 @@ class GuaranteeStatus(Result):
     Attributes
     ----------
     guarantee
-        Proved, single-node-excluded or evidence (:class:`Guarantee`).
+        Proved or evidence (:class:`Guarantee`).
     reason
         Why, in words.
     coupling_ratio
         ρ*; NaN where a node is at or above its own critical friction.
-    single_node_bound
-        Load factor below which no node alone can slip cyclically; NaN where not computed, and
-        for a load domain.
     lift_off_bound
         Load factor below which no admissible slip lifts a node off; NaN where not computed.
     """
@@ -59,7 +54,6 @@ class GuaranteeStatus(Result):
     guarantee: Guarantee
     reason: str
     coupling_ratio: float
-    single_node_bound: float
     lift_off_bound: float
 
 
@@ -133,21 +127,16 @@ class Evidence:
         """Below this load factor no admissible slip lifts a node off."""
         return sought(lift_off_bound, self.problem, self.load_factor, tolerances=self.tolerances)
 
-    @cached_property
-    def alone(self) -> SingleNodeCycle | Missing:
-        """Below its load factor no node cycles alone."""
-        return sought(single_node_cycle, self.problem, tolerances=self.tolerances)
-
 
 def guarantee_status(known: Evidence) -> GuaranteeStatus:
-    """What is proved about shakedown from every initial state below the first collapse.
+    """Whether shakedown from every initial state is proved below the first collapse.
 
     Examples
     --------
     >>> import shakedown
     >>> status = guarantee_status(Evidence(shakedown.example("three-node"), 3.096))
-    >>> status.guarantee.value, round(status.coupling_ratio, 3), round(status.single_node_bound, 4)
-    ('evidence', 1.039, 2.4442)
+    >>> status.guarantee.value, round(status.coupling_ratio, 3)
+    ('evidence', 1.039)
     """
     parts = coupled_parts(known.problem)
     if len(parts) > 1:
@@ -157,37 +146,26 @@ def guarantee_status(known: Evidence) -> GuaranteeStatus:
             found[worst],
             reason=parts[worst].renumbered(found[worst].reason),
             coupling_ratio=float(np.max([each.coupling_ratio for each in found])),
-            single_node_bound=float(np.min([each.single_node_bound for each in found])),
             lift_off_bound=float(np.fmin.reduce([each.lift_off_bound for each in found])),
         )
-    if isinstance(known.alone, Missing):
-        rest = _status(known, nan)
-        return replace(rest, reason=f"{rest.reason}; the single-node bound is missing: {known.alone.reason}")
-    return _status(known, known.alone.load_factor)
-
-
-def _status(known: Evidence, alone: float) -> GuaranteeStatus:
-    """The status, with the load factor below which no node cycles alone (NaN where that is not known)."""
-    load_factor, ratio = known.load_factor, coupling(known.problem).ratio
+    load_factor, ratio, argument = known.load_factor, coupling(known.problem).ratio, known.argument
     if known.problem.is_domain and load_factor > 0.0:
-        return GuaranteeStatus(Guarantee.EVIDENCE, ANY_ORDER, ratio, alone, nan)
-    argument = known.argument
+        return GuaranteeStatus(Guarantee.EVIDENCE, ANY_ORDER, ratio, nan)
     if argument is not None and argument.keeps_closed:
-        return GuaranteeStatus(Guarantee.PROVED, argument.reason, ratio, alone, nan)
+        return GuaranteeStatus(Guarantee.PROVED, argument.reason, ratio, nan)
     if load_factor == 0.0:
-        return GuaranteeStatus(Guarantee.EVIDENCE, "there is no load factor below it", ratio, alone, nan)
+        return GuaranteeStatus(Guarantee.EVIDENCE, "there is no load factor below it", ratio, nan)
     reached = load_factor * (1 - known.tolerances.feasibility)
-    if argument is not None and argument.drift_bound >= reached:
-        stays_closed = known.lift_off
-        if isinstance(stays_closed, Missing):
-            caveat = f"{argument.reason}, but the lift-off bound is missing: {stays_closed.reason}"
-            return GuaranteeStatus(Guarantee.EXCLUDED, caveat, ratio, alone, nan)
-        if stays_closed >= reached:
-            return GuaranteeStatus(Guarantee.PROVED, argument.reason, ratio, alone, stays_closed)
-        caveat = f"from the load factor {up(stays_closed)} on locked-in slip can lift a node off"
-        text = f"{argument.reason}, but {caveat}"
-        return GuaranteeStatus(Guarantee.EXCLUDED, text, ratio, alone, stays_closed)
-    return _without_proof(reached, coupling(known.problem), alone)
+    if argument is None or argument.drift_bound < reached:
+        return GuaranteeStatus(Guarantee.EVIDENCE, _no_proof(ratio), ratio, nan)
+    stays_closed = known.lift_off
+    if isinstance(stays_closed, Missing):
+        caveat = f"{argument.reason}, but the lift-off bound is missing: {stays_closed.reason}"
+        return GuaranteeStatus(Guarantee.EVIDENCE, caveat, ratio, nan)
+    if stays_closed >= reached:
+        return GuaranteeStatus(Guarantee.PROVED, argument.reason, ratio, stays_closed)
+    caveat = f"from the load factor {up(stays_closed)} on locked-in slip can lift a node off"
+    return GuaranteeStatus(Guarantee.EVIDENCE, f"{argument.reason}, but {caveat}", ratio, stays_closed)
 
 
 def _drift_bound(problem: Problem) -> float:
@@ -210,16 +188,8 @@ def _drift_bound(problem: Problem) -> float:
     return min(bounds)
 
 
-def _without_proof(reached: float, influence: Coupling, alone: float) -> GuaranteeStatus:
-    """The status without a proof: at most, cycles of single nodes are excluded."""
-    status, ratio = Guarantee.EVIDENCE, influence.ratio
-    if alone >= reached:
-        status = Guarantee.EXCLUDED
-        reason = f"no node can cycle alone below {down(alone)}, which is weak evidence: several together may"
-    elif isnan(ratio):
-        reason = "a node is at or above its own critical friction: there is no proof, only simulation"
-    elif isnan(alone):
-        reason = f"coupling ratio {ratio:.4g}, not below 1: there is no proof, only simulation"
-    else:
-        reason = f"coupling ratio {ratio:.4g}, not below 1: a node may cycle alone from {up(alone)} on"
-    return GuaranteeStatus(status, reason, ratio, alone, nan)
+def _no_proof(ratio: float) -> str:
+    """Why nothing is proved."""
+    if isnan(ratio):
+        return "a node is at or above its own critical friction: there is no proof, only simulation"
+    return f"coupling ratio {ratio:.4g}, not below 1: there is no proof, only simulation"

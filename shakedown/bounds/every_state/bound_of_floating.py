@@ -1,11 +1,10 @@
 """What least pressures prove from every state for a body that friction alone holds."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.bounds.discs.disc_limits import largest_load_factor
 from shakedown.bounds.discs.disc_rows import DiscRows
@@ -18,7 +17,6 @@ from shakedown.ground.round_off import EPS, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import Constraints
-from shakedown.joint.derived import once_per_problem
 from shakedown.joint.law import Law
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips
@@ -113,12 +111,6 @@ class FloatingLimits:
         return np.where(limit >= 0.0, left, -inf), long
 
 
-@once_per_problem
-def _least_of_floating(problem: Problem) -> LeastPressures:
-    """The least pressures of a body that friction alone holds; λ_U and λ_core ask for them."""
-    return pressures_of_floating(scaled_joint(problem))
-
-
 def bound_of_floating(
     problem: Problem, tolerances: Tolerances
 ) -> tuple[LeastPressures, FloatingReach | None]:
@@ -134,7 +126,8 @@ def bound_of_floating(
     SolverError
         If a program ends without an answer.
     """
-    joint, least = scaled_joint(problem), _least_of_floating(problem)
+    joint = scaled_joint(problem)
+    least = pressures_of_floating(joint)
     if not least.proved.all() or not (bounds_at(joint, least, 0.0) > 0).all():
         return least, None
     limits = floating_limits(joint, least)
@@ -155,30 +148,6 @@ def bound_of_floating(
         if (limits.left(reach.reactions, reach.load_factor)[0] >= 0).all():
             return least, _without_jumps(limits, reach)
     return least, None
-
-
-def core_of_floating(problem: Problem, core: NDArray[np.intp], tolerances: Tolerances) -> float:
-    """Up to which load factor slip of some nodes costs energy, whatever the others do (statement 6.9)."""
-    joint, least = scaled_joint(problem), _least_of_floating(problem)
-    if (joint.f == 0).any() or not least.proved.all():
-        return 0.0
-    limits = floating_limits(joint, least)
-    if not (limits.least.at(joint, joint.q0[None], joint.p0[None])[0, core] > 0).all():
-        return 0.0
-    rows = limits.rows()
-    part = np.isin(rows.node, core)
-    known = np.isin(np.arange(joint.n), core)[:, None, None] * rows.stiffness
-    rows = replace(
-        rows, stiffness=known, node=rows.node[part], step=rows.step[part], c=rows.c[part], e=rows.e[part]
-    )
-    found = largest_load_factor(rows, None, True, tolerances)
-    if found.status != Status.OPTIMAL:
-        return inf if found.status == Status.UNBOUNDED else 0.0
-    z = _reactions(joint, found.x)
-    for load_factor in (share * found.load_factor for share in SHARES):
-        if all((limits.left(z, at)[0][:, core] >= 0).all() for at in (0.0, load_factor)):
-            return load_factor
-    return 0.0
 
 
 def bounds_at(joint: ScaledJoint, pressures: LeastPressures, load_factor: float) -> FloatArray:

@@ -11,7 +11,6 @@ import shakedown
 from shakedown import Problem
 from shakedown.bounds.collapse.lift_off import lift_off_bound
 from shakedown.bounds.collapse.proof_status import Evidence, guarantee_status
-from shakedown.bounds.collapse.single_node_cycle import single_node_cycle
 from shakedown.bounds.uniqueness.coupling import coupling, row_coupling_ratio
 from shakedown.bounds.uniqueness.in_contact import unique_in_contact
 from shakedown.joint.loading import loading
@@ -57,36 +56,22 @@ def test_three_node_counter_example_is_evidence_only() -> None:
     lower = shakedown.lower_bound(shakedown.example("three-node"))
     assert lower.load_factor == pytest.approx(3.096, rel=1e-12)
     assert lower.guarantee == "evidence"
-    assert lower.single_node_bound == pytest.approx(2.4442105263, abs=1e-9)
-    assert lower.single_node_bound <= 2.4442 + 5e-5
     assert lower.coupling_ratio > 1
 
 
-def test_single_node_bound_is_where_the_counter_example_begins_to_cycle() -> None:
+def test_the_counter_example_cycles_below_the_first_collapse() -> None:
     problem = shakedown.example("three-node")
-    bound = single_node_cycle(problem).load_factor
-    for load_factor, cycles in ((0.98 * bound, False), (1.0001 * bound, True), (3.0, True)):
+    for load_factor, cycles in ((2.395, False), (2.4445, True), (3.0, True)):
         v = problem.initial_slip[0].copy()
         for _ in range(60):
             v, slipped = implicit_cycle(problem, load_factor, v)
         assert (slipped > 1e-6) == cycles
 
 
-def test_single_node_cycle_is_a_start_that_cycles() -> None:
-    problem = shakedown.example("three-node")
-    cycle = single_node_cycle(problem)
-    assert cycle.node == 0
-    v = cycle.slip.copy()
-    for _ in range(60):
-        v, slipped = implicit_cycle(problem, 1.0001 * cycle.load_factor, v)
-    assert slipped > 1.0
-
-
 @pytest.mark.parametrize("name", ["one-node", "two-node", "uncoupled"])
 def test_small_and_uncoupled_systems_are_proved(name: str) -> None:
     lower = shakedown.lower_bound(shakedown.example(name))
     assert lower.guarantee == "proved"
-    assert lower.single_node_bound >= lower.load_factor * (1 - 1e-12)
 
 
 def test_above_the_friction_thresholds_nothing_is_proved() -> None:
@@ -195,21 +180,6 @@ def test_lift_off_takes_the_proof_away() -> None:
     bound = lift_off_bound(problem, enough=lower.load_factor)
     assert lower.coupling_ratio < 1
     assert bound < lower.load_factor
-    assert lower.guarantee == "single-node-excluded"
+    assert lower.guarantee == "evidence"
     assert "can lift a node off" in lower.reason
     assert lower.lift_off_bound == pytest.approx(bound, rel=1e-12)
-
-
-def test_single_node_bound_never_exceeds_what_a_found_cycle_needs() -> None:
-    """Simulated cycles in which one node slips and all others stick: none below the bound, some next to it."""
-    ratios = []
-    for seed in range(12):
-        problem = coupled_joint(seed, 3, 0.5)
-        cycle = single_node_cycle(problem)
-        for factor in (0.9, 0.999, 1.001, 1.1):
-            for start in (cycle.slip, shakedown.lower_bound(problem).slip):
-                state = shakedown.long_term_state(problem, factor * cycle.load_factor, start)
-                if state.outcome == "cyclic-slip" and np.count_nonzero(state.slip_per_cycle) == 1:
-                    ratios.append(factor)
-    assert len(ratios) >= 10
-    assert 1.0 < min(ratios) < 1.01
