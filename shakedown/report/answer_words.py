@@ -127,7 +127,7 @@ def margin_of_answer(v: Verification) -> str:
     --------
     >>> import shakedown
     >>> print(margin_of_answer(shakedown.verify(shakedown.example("block-9"), random_states=0)))
-    The varying part of the load alone may be 369.9 % larger, proved for this mesh, 370.2 % in the
+    The varying part of the load alone may be 366.3 % larger, proved for this mesh, 370.2 % in the
     simulation. No node slips up to λ = 4.334039, starting without slip.
     """
     limit = v.transient

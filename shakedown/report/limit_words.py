@@ -160,7 +160,7 @@ def proved_by_following(limits: JointLimits) -> tuple[str, str, str]:
     >>> import shakedown
     >>> name, value, remark = proved_by_following(shakedown.assess(shakedown.example("block-9")).details)
     >>> name, value[:8], remark
-    ('proved by following', 'λ = 4.70', 'at this λ, after 5 cycles')
+    ('proved by following', 'λ = 4.70', 'at this λ, after 4 cycles')
     """
     name, limit = "proved by following", limits.transient
     if limit is None:
