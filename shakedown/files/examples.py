@@ -151,7 +151,7 @@ def three_node() -> Problem:
 
 
 def pair_cycle() -> Problem:
-    """Two nodes cycle together below every cycle of one: from λ = 1.699024 on, λ_1 = λ_single = 3.096.
+    """Two nodes cycle together from λ = 1.699024 on, below λ_1 = 3.096, from where on one alone does.
 
     The three-node counter-example with its mover split in two, nodes 0 and 1, that do not
     act on each other: each drives the other two nodes half as far, and both together farther.
