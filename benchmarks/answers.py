@@ -31,8 +31,9 @@ NOT_COMPARED = (  # leaves, and what in their text differs from run to run of th
 GONE_WORDS = ("single-node-excluded",)  # statuses that stand for another one now
 GONE = (  # leaves of what was deleted: they may be null, or not there at all
     r"out\.(maps\[\d+\]\.)?limit_cycles\[\d+\]\.(stability|multipliers)\b.*",
-    r"(out|files\..*)\.(box|closing_box|core|guarantee_curve)\b.*",
-    r"(out|files\..*)\.single_node_bound",
+    r"(out|files\.).*\.(box|closing_box|core|guarantee_curve)\b.*",
+    r"(out|files\.).*\.single_node_bound",
+    r"out\.bounds\[\d+\]",  # of a sweep: their number shifts the others
     r"files\..*\.csv\[\d+\]\.lambda_box.*",
 )
 KEPT = r"code|out\..*|files\..*\.(npz|csv|json)\b.*"  # what programs read

@@ -182,10 +182,13 @@ def test_of_what_programs_read_words_may_change_and_keys_may_come() -> None:
         "reason": "it is so",
         "box": {"load_factor": 1.0},
         "upper": {"load_factor": 2.0},
+        "lower": {"single_node_bound": 1.0},
+        "points": [{"box": {"load_factor": 1.0}}],
     }
     new = json.loads(json.dumps(was))
     new |= {"err": "", "files": {"a.csv": [{"y": "3", "x": "1"}]}}
-    new["out"] |= {"reason": "as it is", "box": None, "creep": 1.0}
+    new["out"] |= {"reason": "as it is", "box": None, "creep": 1.0, "points": [{}]}
+    new["out"]["lower"]["single_node_bound"] = None
     assert differences(was, new, kept=True) == []
     for path, value in (("status", "infeasible"), ("upper", {"load_factor": 2.1}), ("upper", None)):
         other = new | {"out": new["out"] | {path: value}}
