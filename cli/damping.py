@@ -18,15 +18,13 @@ from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.units import units_of
 from shakedown.report.text_table import table
 
-from .claims import PICTURES, OutputFile, TableFile, record_of
+from .claims import PICTURES, OutputFile, TableFile
 from .initial import start_of
 from .options import (
     OpenNodes,
     cycles_option,
     output_options,
     problem_argument,
-    resume_option,
-    scheduler_option,
 )
 from .output import echo_json, headline, number, paragraph, progress, say
 
@@ -96,11 +94,6 @@ def _evenly_spaced(numbers: list[float]) -> list[float]:
 @cycles_option
 @click.option("-o", "--output", type=TableFile(), help="Write one row per amplitude (.csv or .parquet).")
 @click.option("--picture", type=OutputFile(PICTURES), help="Draw the curve here (.png, .svg or .pdf).")
-@click.option(
-    "--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes (--from-zero)."
-)
-@scheduler_option
-@resume_option
 @output_options
 @click.pass_context
 def damping(
@@ -114,9 +107,6 @@ def damping(
     cycles: int,
     output: Path | None,
     picture: Path | None,
-    workers: int,
-    scheduler: str | None,
-    resume: bool,
     as_json: bool,
 ) -> None:
     """Follow FILE at rising amplitudes of one load to its long-term states.
@@ -124,7 +114,6 @@ def damping(
     FILE has to know its loads (load_reactions, load_history; for displacements
     load_compliance), as import writes them. Each amplitude begins where the one before it ended.
     """
-    record_of(context, output, resume)
     with progress("amplitudes") as update:
         curve = shakedown.damping(
             problem,
@@ -134,12 +123,10 @@ def damping(
             open_nodes=open_nodes,
             from_zero=from_zero,
             max_cycles=cycles,
-            workers=workers,
-            scheduler=scheduler,
-            output=output,
-            resume=resume,
             progress=update,
         )
+    if output is not None:
+        curve.save(output)
     if picture is not None:
         _draw(curve, picture)
     if as_json:

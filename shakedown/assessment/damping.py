@@ -1,7 +1,6 @@
 """Friction damping and stiffness over the amplitude of a load, from exact long-term states."""
 
-import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from math import inf, nan
 from typing import Any, Literal
@@ -13,15 +12,8 @@ from shakedown.assessment.amplitude_curve import AmplitudePoint, DampingCurve, c
 from shakedown.assessment.loaded_joint import LoadedJoint
 from shakedown.assessment.transient_limit import transient_limit
 from shakedown.bounds.energy.energy_bound import energy_bound
-from shakedown.campaign.crew import Crew
-from shakedown.campaign.journal import Journal, journal_at
-from shakedown.campaign.pieces import run_campaign
-from shakedown.campaign.recorded_steps import run_header
-from shakedown.campaign.stored_result import restored, stored
-from shakedown.files.atomic_write import record_beside
-from shakedown.files.table_file import check_table
 from shakedown.ground.argument_kinds import check_count
-from shakedown.ground.errors import ProblemError, UsageError, allowed, present
+from shakedown.ground.errors import UsageError, allowed, present
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.ground.shown_values import short
@@ -54,10 +46,6 @@ def damping(
     open_nodes: Iterable[int] | Literal["auto"] = "auto",
     from_zero: bool = False,
     max_cycles: int = CYCLES,
-    workers: int = 1,
-    scheduler: str | None = None,
-    output: str | os.PathLike[str] | None = None,
-    resume: bool = False,
     progress: Callable[[int, int], None] | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> DampingCurve:
@@ -84,14 +72,6 @@ def damping(
         Whether to find also what becomes of every amplitude from the state given, and where that differs.
     max_cycles
         Cycles after which an amplitude is undecided.
-    workers, scheduler
-        Processes, or the dask cluster, that take the amplitudes from the state given; one by one from each
-        other they cannot be shared.
-    output
-        Where to write the table (:meth:`DampingCurve.save`). Until then every amplitude is recorded, as
-        soon as it is known, in a file of that name with ``.partial`` after it.
-    resume
-        Whether to go on with what a stopped run has recorded there.
     progress
         Called with (amplitudes done, in all).
     tolerances
@@ -122,28 +102,26 @@ def damping(
     check_count("max_cycles", max_cycles)
     start = checked_initial_slip(problem, initial_slip)
     work = _Amplitudes(loaded, values, start, opened, max_cycles, tolerances)
-    crew, partial = Crew(workers, scheduler), None if output is None else record_beside(output)
-    if output is not None:
-        check_table(output)
-    count = len(values)
-    with journal_at(partial, work.header(), resume=resume) as journal:
-        rising = work.rising(journal, progress, count * (1 + from_zero))
-        if from_zero:
-            run_campaign(work, 2 * count, journal, crew, progress, work.fits)
-        points: list[AmplitudePoint] = [restored(piece) for piece in journal.pieces()]
-        fixed = _about(loaded, values)
-        other = DampingCurve(**fixed, **columns_of(points[count:])) if from_zero else None
-        limits = _limits(work, rising, "auto" if isinstance(open_nodes, str) else opened)
-        curve = DampingCurve(**(fixed | limits), **columns_of(rising), from_zero=other)
-        if output is not None:
-            curve.save(output)
-        journal.remove()
-    return curve
+    count = 0
+
+    def done(point: AmplitudePoint) -> AmplitudePoint:
+        nonlocal count
+        count += 1
+        if progress is not None:
+            progress(count, len(values) * (1 + from_zero))
+        return point
+
+    rising = [done(point) for point in work.rising()]
+    fixed, other = _about(loaded, values), None
+    if from_zero:
+        other = DampingCurve(**fixed, **columns_of([done(work.from_start(one)) for one in values]))
+    limits = _limits(work, rising, "auto" if isinstance(open_nodes, str) else opened)
+    return DampingCurve(**(fixed | limits), **columns_of(rising), from_zero=other)
 
 
 @dataclass(frozen=True)
 class _Amplitudes:
-    """The work of a curve: pieces 0 … k − 1 each from the state before, k … 2k − 1 from the state given."""
+    """What a curve follows: every amplitude from the state before it, or from the state given."""
 
     loaded: LoadedJoint
     values: FloatArray
@@ -152,28 +130,18 @@ class _Amplitudes:
     max_cycles: int
     tolerances: Tolerances
 
-    def __call__(self, number: int) -> bytes:
-        amplitude = self.values[number - len(self.values)]
-        return stored(self.point(self.loaded, amplitude, self.start, self.open_nodes))
-
-    def rising(
-        self, journal: Journal, progress: Callable[[int, int], None] | None, count: int
-    ) -> list[AmplitudePoint]:
-        """The amplitudes one after the other, except those that are recorded."""
-        points: list[AmplitudePoint] = []
+    def rising(self) -> Iterator[AmplitudePoint]:
+        """The amplitudes one after the other, each from the state before it."""
         begun, after = (self.loaded, self.start, self.open_nodes), self.loaded.past_transient()
-        for number, amplitude in enumerate(self.values):
-            if number in journal.done() and self.fits(number, journal.piece(number)):
-                point: AmplitudePoint = restored(journal.piece(number))
-            else:
-                point = self.point(begun[0], amplitude, *begun[1:])
-                journal.add(number, stored(point))
-            points.append(point)
+        for amplitude in self.values:
+            point = self.point(begun[0], amplitude, *begun[1:])
+            yield point
             if point.closes:
                 begun = after, point.slip, tuple(point.open_nodes.tolist())
-            if progress is not None:
-                progress(number + 1, count)
-        return points
+
+    def from_start(self, amplitude: float) -> AmplitudePoint:
+        """One amplitude from the state given."""
+        return self.point(self.loaded, amplitude, self.start, self.open_nodes)
 
     def point(
         self, loaded: LoadedJoint, amplitude: float, slip: FloatArray, open_nodes: tuple[int, ...]
@@ -207,25 +175,6 @@ class _Amplitudes:
             return nan
         moved = float(np.ptp(load_loops(problem, state).displacement[:, self.loaded.load]))
         return 0.5 * moved / abs(load_units(self.loaded.problem)[self.loaded.load].size)
-
-    def fits(self, number: int, piece: bytes) -> bool:
-        """Whether a recorded piece can be a point of this curve."""
-        try:
-            point = restored(piece)
-        except ProblemError:
-            return False
-        known = isinstance(point, AmplitudePoint) and number < 2 * len(self.values)
-        return known and point.slip.shape == self.start.shape
-
-    def header(self) -> dict[str, str]:
-        """Everything that the points depend on."""
-        about: dict[str, Any] = {
-            "load": self.loaded.load,
-            "amplitudes": self.values.tolist(),
-            "start": [self.start.tolist(), self.open_nodes],
-            "max_cycles": self.max_cycles,
-        }
-        return run_header("damping", self.loaded.problem, self.tolerances, about)
 
 
 def _checked_amplitudes(amplitudes: ArrayLike) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Damping and stiffness over amplitude: closed forms, limits, resumed and shared work, what does not close."""
+"""Damping and stiffness over amplitude: closed forms, limits, what does not close."""
 
 from dataclasses import replace
 
@@ -8,7 +8,6 @@ import pytest
 import shakedown
 from shakedown import Outcome, Problem, UsageError, damping
 from shakedown.assessment.random_paths import random_paths
-from shakedown.campaign import journal as journals
 from shakedown.fem import ElasticBody, Force, Material, Pressure, block_mesh, contact_problem
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.plot import damping_curve, loop
@@ -264,28 +263,6 @@ def test_a_transient_comes_before_the_first_amplitude_only():
     joint = jenkins(q_transient=[[3.0]], p_transient=[[2.0]])
     curve = damping(joint, [0.2, 0.6], from_zero=True)
     assert curve.outcome == curve.from_zero.outcome == (Outcome.SHAKEDOWN,) * 2
-
-
-def test_a_stopped_curve_goes_on_where_it_was(tmp_path, monkeypatch):
-    """Killed after two amplitudes: the rest is done, not those, and the table is that of a run in one go."""
-    F, path = [0.5, 1.5, 2.0, 3.0], tmp_path / "curve.csv"
-    damping(jenkins(), F, output=path)
-    whole = path.read_bytes()
-    path.unlink()
-    add, done = journals.Journal.add, []
-
-    def stops(self, number, piece):
-        add(self, number, piece)
-        done.append(number)
-        if len(done) == 2:
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(journals.Journal, "add", stops)
-    with pytest.raises(KeyboardInterrupt):
-        damping(jenkins(), F, output=path)
-    damping(jenkins(), F, output=path, resume=True)
-    assert path.read_bytes() == whole
-    assert done == [0, 1, 2, 3]
 
 
 def test_without_compliance_the_dissipation_is_known():
