@@ -17,12 +17,11 @@ from shakedown.report.hint_words import simulated_path_in_words
 from shakedown.report.node_words import by_direction, open_in_words, resolution, without_round_off
 from shakedown.report.run_words import SEPARATION, margin_at_rest, separated_in_words, sliding_in_words
 
-from .claims import OutputFile, TableFile, record_of
+from .claims import OutputFile, TableFile
 from .initial import start_of
 from .options import (
     method_option,
     output_options,
-    resume_option,
     run_options,
     slip_below_option,
 )
@@ -52,7 +51,6 @@ IN_SPACE = "x, y: the two tangential directions of a node; Σ|Δv|: its slip per
 @method_option
 @slip_below_option
 @click.option("-o", "--output", type=OutputFile(), help="Write the path here (NPZ): events or load steps.")
-@resume_option
 @click.option(
     "--loop", type=TableFile(), help="Write the loops of the loads here (.csv): load and displacement."
 )
@@ -69,12 +67,10 @@ def simulate(
     method: str,
     slip_below: float | None,
     output: Path | None,
-    resume: bool,
     loop: Path | None,
     as_json: bool,
 ) -> None:
     """Follow FILE at one load factor from one initial state to its long-term state."""
-    record = record_of(context, output, resume)
     word, opened, start = start_of(problem, load_factor, initial, open_nodes)
     run = shakedown.simulate(
         problem,
@@ -85,10 +81,9 @@ def simulate(
         method=method,
         record=output is not None,
         slip_below=slip_below,
-        partial=record,
-        resume=resume,
-        save=None if output is None else lambda found: shakedown.save_history(output, found),
     )
+    if output is not None:
+        shakedown.save_history(output, run)
     if loop is not None:
         _write_loops(problem, run, loop)
     if as_json:

@@ -1,20 +1,18 @@
 """The exact long-term state of a joint under periodic loading."""
 
 from collections.abc import Iterable
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.campaign.recorded_steps import RecordedSteps, StepProgress
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words
 from shakedown.ground.size_limits import CYCLES, MANY
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_arguments, checked, checked_initial_slip
-from shakedown.joint.coupled_parts import Part, coupled_parts
+from shakedown.joint.coupled_parts import coupled_parts
 from shakedown.joint.derived import lent
 from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, empty_answers
@@ -89,11 +87,10 @@ def long_term_state(
 
 
 class Patience(NamedTuple):
-    """How long a long-term state is sought, and the run that records how far the search has got."""
+    """How long a long-term state is sought."""
 
     most_cycles: int
     longest_period: int
-    steps: RecordedSteps | None = None
 
 
 @on_one_thread
@@ -106,22 +103,21 @@ def settled_state(
     tolerances: Tolerances,
 ) -> LongTermState:
     """As :func:`long_term_state`, reusing the last search on the problem where its settings are the same."""
-    most_cycles, longest_period, steps = patience
+    most_cycles, longest_period = patience
     parts = coupled_parts(problem, open_nodes)
     if len(parts) > 1:
         start = beginning(problem, load_factor, initial_slip, open_nodes, tolerances).state.u
 
-        def settled(part: Part) -> LongTermState:
-            own = start[part.slips], part.among(open_nodes)
-            return settled_state(part.joint, load_factor, *own, patience, tolerances)
-
-        found = [steps.done(partial(settled, part)) if steps else settled(part) for part in parts]
+        of_parts = [(part.joint, start[part.slips], part.among(open_nodes)) for part in parts]
+        found = [
+            settled_state(joint, load_factor, slip, opened, patience, tolerances)
+            for joint, slip, opened in of_parts
+        ]
         return joined_state(problem, open_nodes, parts, found)
-    progress = None if steps is None else steps.progress()
     if problem.directions > 1:
         start = checked_initial_slip(problem, initial_slip)
         begun = Passage(problem, float(load_factor), tolerances, start, open_nodes)
-        return heeding_proofs(returned_state(begun, most_cycles, longest_period, progress))
+        return heeding_proofs(returned_state(begun, most_cycles, longest_period))
 
     def build() -> LimitSearch:
         evolution = Evolution(problem, load_factor, initial_slip, tolerances, open_nodes=open_nodes)
@@ -129,17 +125,15 @@ def settled_state(
 
     with lent(problem, "search", (tolerances, most_cycles, longest_period), build) as search:
         search.begin(load_factor, initial_slip, open_nodes)
-        return heeding_proofs(_found(search, open_nodes, most_cycles, progress))
+        return heeding_proofs(_found(search, open_nodes, most_cycles))
 
 
-def _found(
-    search: LimitSearch, open_nodes: tuple[int, ...], most_cycles: int, progress: StepProgress | None
-) -> LongTermState:
+def _found(search: LimitSearch, open_nodes: tuple[int, ...], most_cycles: int) -> LongTermState:
     """The long-term state of a motion from its start, with the given nodes open there."""
     evolution = search.evolution
     n, slips = evolution.problem.n, evolution.problem.layout.slips
     start, answers = evolution.state.u[slips].copy(), empty_answers(1, evolution.problem.layout)
-    search.from_here(answers, progress)
+    search.from_here(answers)
     seen, at, length = search.compiled, search.search_state, evolution.scale.length
     verdict, known = int(answers.verdict[0]), answers.verdict[0] >= SHAKEDOWN
     left, nan, cycles = verdict == LEFT, np.full(n, np.nan), max(at.done, 1)

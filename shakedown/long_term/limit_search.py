@@ -1,12 +1,10 @@
 """The search for the long-term state: compiled loops, and the cases that they hand back to Python."""
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from shakedown.campaign.recorded_steps import StepProgress
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import DISTINCT, RESOLVED
 from shakedown.ground.size_limits import BATCH
@@ -29,9 +27,7 @@ from shakedown.long_term.plane.phase_loop import (
 )
 from shakedown.long_term.plane.search import (
     LIMIT_WANTED,
-    REPEATS,
     SINGULAR,
-    WALK,
     Answers,
     SearchState,
     SettlingRules,
@@ -39,7 +35,6 @@ from shakedown.long_term.plane.search import (
 )
 from shakedown.motion.checked_law import alone, swing
 from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED
-from shakedown.motion.cycle_record import Checkpoint
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.plane.event_loop import address_of_loop
 from shakedown.motion.plane.plane_events import ROUNDING, PlaneEvents
@@ -49,7 +44,6 @@ OUTCOMES = (  # by the verdicts of compiled code
     Outcome.UNDECIDED, Outcome.UNDECIDED, Outcome.UNDECIDED, Outcome.UNDECIDED, Outcome.SEPARATION,
     Outcome.SHAKEDOWN, Outcome.CYCLIC_SLIP, Outcome.RATCHETTING, Outcome.SEPARATION,
 )  # fmt: skip
-COUNTED = "phase", "cycles", "events", "remembered", "signed", "patience"  # on a walk
 
 
 def empty_answers(s: int, layout: Layout) -> Answers:
@@ -117,37 +111,12 @@ class LimitSearch:
         self.compiled.check.set(force=scale.force, length=scale.length, near=near)
         self.compiled.weight[:] = near / alone(evolution.problem, max(share * moving, DISTINCT * lost))
 
-    def from_here(self, answers: Answers, progress: StepProgress | None = None) -> None:
-        """Answer for the present state of the evolution, at its start, or continue from recorded progress."""
+    def from_here(self, answers: Answers) -> None:
+        """Answer for the present state of the evolution, at its start."""
         tell(self.compiled, FROM_HERE, 0.0, 0.0)
-        if progress is not None and progress.found is not None:
-            self._walk_on(*progress.found)
-        elif not self.evolution.held:
+        if not self.evolution.held:
             self._give_up()
-        self._settle(answers.final_slip, answers, lambda: self._note(progress))
-
-    def _note(self, progress: StepProgress | None) -> bool:
-        """Report the progress of a walk where requested; always returns False (do not stop)."""
-        if progress is not None and self._walks():
-            progress.note(self._walked)
-        return False
-
-    def _walks(self) -> bool:
-        """Whether the search is between two cycles followed one by one."""
-        seen = self.compiled
-        return seen.phase in (WALK, REPEATS) and not seen.resumed and seen.placed and seen.cycles > 0
-
-    def _walked(self) -> tuple[Any, ...]:
-        seen = self.compiled
-        past = seen.past[: seen.remembered].copy(), seen.signatures[: seen.signed].copy()
-        return self.evolution.checkpoint(), *past, {name: getattr(seen, name) for name in COUNTED}
-
-    def _walk_on(
-        self, checkpoint: Checkpoint, past: FloatArray, signatures: NDArray[Any], counted: dict[str, int]
-    ) -> None:
-        self.evolution.restore(checkpoint)
-        self.compiled.past[: len(past)], self.compiled.signatures[: len(signatures)] = past, signatures
-        self.compiled.set(**counted)
+        self._settle(answers.final_slip, answers, lambda: False)
 
     def from_slips(self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]) -> None:
         """Answer for initial slips (s, n), one after the other, until ``stopped()`` is true."""

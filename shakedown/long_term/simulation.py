@@ -1,8 +1,7 @@
 """Evolution of a joint from a chosen initial state, its long-term state, and the path as a file."""
 
-import hashlib
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
@@ -11,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.bounds.named_start import named_start
-from shakedown.campaign.recorded_steps import RecordedSteps, recorded_steps, run_header
 from shakedown.files.atomic_write import atomic_write
 from shakedown.ground.errors import UsageError
 from shakedown.ground.round_off import DISTINCT
@@ -19,13 +17,12 @@ from shakedown.ground.shown_values import count, short
 from shakedown.ground.size_limits import CYCLES
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import check_arguments, checked, checked_initial_slip
+from shakedown.joint.arguments import check_arguments, checked
 from shakedown.joint.loading import loop_path
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import Patience, settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.recorded_verdict import Verdict, recorded_verdict
-from shakedown.long_term.recorded_walk import recorded_cycles, recorded_walk
 from shakedown.long_term.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
 from shakedown.long_term.space.returned_state import ReturnedState
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState
@@ -33,7 +30,7 @@ from shakedown.motion.checked_law import alone, law_resolution, swing
 from shakedown.motion.cycle_record import CycleRecord
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.fixed_steps import FixedSteps
-from shakedown.motion.method import Walk, walk
+from shakedown.motion.method import Walk, cycles_of, walk
 from shakedown.motion.violation import path_violation
 from shakedown.motion.viscous_jump import Jump
 
@@ -145,9 +142,6 @@ def simulate(
     method: str = "event",
     record: bool = False,
     slip_below: float | None = None,
-    partial: str | os.PathLike[str] | None = None,
-    resume: bool = False,
-    save: Callable[[Simulation], None] | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> Simulation:
     """Follow a joint through its transient and then cycle by cycle until the outcome is clear.
@@ -175,19 +169,11 @@ def simulate(
     slip_below
         A limit on the slip range of every node in the long run [length]; whether it holds is said
         beside the outcome (:class:`SlipCriterion`).
-    partial
-        Where it is recorded every few seconds how far the simulation has got, with the path so far (less
-        often where that is long), until it is over; valid after a kill at any instant. None: nowhere.
-    resume
-        Whether to go on with what a killed run has recorded there, if one has.
-    save
-        Called with the result before what is recorded is removed: what writes it to a file.
 
     Raises
     ------
     UsageError
-        If an argument is out of range, ``partial`` cannot be written, or what is recorded there is of
-        another run.
+        If an argument is out of range.
 
     Examples
     --------
@@ -203,16 +189,11 @@ def simulate(
         raise UsageError(f"method: expected one of {', '.join(METHODS)}, found '{method}'")
     if isinstance(initial_slip, str):
         initial_slip = named_start(problem, load_factor, initial_slip, tuple(open_nodes))
-    asked = _Request(float(load_factor), initial_slip, tuple(open_nodes), cycles, method, record, slip_below)
-    header = {} if partial is None else asked.header(problem, tolerances)
-    with recorded_steps(partial, header, problem, resume=resume) as steps:
-        run = _run(problem, asked, steps, tolerances)
-        if slip_below is not None:
-            run = replace(run, slip_criterion=slip_criterion(run.settled, slip_below, tolerances))
-        if save is not None:
-            save(run)
-        steps.remove()
-    return run
+    asked = _Request(float(load_factor), initial_slip, tuple(open_nodes), cycles, method, record)
+    run = _run(problem, asked, tolerances)
+    if slip_below is None:
+        return run
+    return replace(run, slip_criterion=slip_criterion(run.settled, slip_below, tolerances))
 
 
 class _Request(NamedTuple):
@@ -224,26 +205,19 @@ class _Request(NamedTuple):
     cycles: int
     method: str
     record: bool
-    slip_below: float | None
-
-    def header(self, problem: Problem, tolerances: Tolerances) -> dict[str, str]:
-        """Everything that a simulation depends on, by name."""
-        start = checked_initial_slip(problem, self.initial_slip)
-        words = self._asdict() | {"initial_slip": hashlib.sha256(start.tobytes()).hexdigest()}
-        return run_header("simulate", problem, tolerances, words)
 
 
-def _run(problem: Problem, asked: _Request, steps: RecordedSteps, tolerances: Tolerances) -> Simulation:
+def _run(problem: Problem, asked: _Request, tolerances: Tolerances) -> Simulation:
     """The simulation itself."""
     start = problem, asked.load_factor, asked.initial_slip
     if asked.method != "event":
-        return _at_fixed_steps(_stepping(*start, asked.open_nodes, asked.method, tolerances), asked, steps)
-
-    def settled() -> LongTermState:
-        patience = Patience(asked.cycles, LONGEST_PERIOD, steps)
-        return settled_state(*start, asked.open_nodes, patience, tolerances)
-
-    return _from_event_to_event(steps.done(settled), asked.record, steps)
+        return _at_fixed_steps(_stepping(*start, asked.open_nodes, asked.method, tolerances), asked)
+    patience = Patience(asked.cycles, LONGEST_PERIOD)
+    settled = settled_state(*start, asked.open_nodes, patience, tolerances)
+    if not asked.record:
+        return _simulation(settled, "event")
+    path = walk(settled.begun.motion(), _cycles_there(settled), record=True)
+    return _simulation(_judged(settled, path), "event", path)
 
 
 def _simulation(
@@ -251,13 +225,6 @@ def _simulation(
 ) -> Simulation:
     said = {each.name: getattr(settled, each.name) for each in fields(SettledState)}
     return Simulation(**said, settled=settled, method=method, followed=followed)
-
-
-def _from_event_to_event(settled: LongTermState, record: bool, steps: RecordedSteps) -> Simulation:
-    if not record:
-        return _simulation(settled, "event")
-    path = recorded_walk(settled.begun.motion(), _cycles_there(settled), steps)
-    return _simulation(_judged(settled, path), "event", path)
 
 
 def _cycles_there(settled: LongTermState) -> int:
@@ -298,7 +265,7 @@ def _stepping(
     return FixedSteps(problem, load_factor, *start, sweeps_only=swept)
 
 
-def _at_fixed_steps(motion: FixedSteps, asked: _Request, steps: RecordedSteps) -> Simulation:
+def _at_fixed_steps(motion: FixedSteps, asked: _Request) -> Simulation:
     """Cycle until the last cycles show the settled state, or the allowed cycles are spent."""
     problem, scale, t, records = motion.problem, motion.scale, motion.tolerances, list[CycleRecord]()
     moving = swing(problem, loop_path(problem, motion.load_factor))
@@ -308,7 +275,7 @@ def _at_fixed_steps(motion: FixedSteps, asked: _Request, steps: RecordedSteps) -
     slips = problem.layout.slips
     start = motion.state.u[slips].copy()
     verdict = None
-    for cycle in recorded_cycles(motion, asked.cycles, steps, record=asked.record):
+    for cycle in cycles_of(motion, asked.cycles, record=asked.record):
         records.append(cycle)
         verdict = recorded_verdict(records, threshold)
         if verdict is not None:

@@ -27,7 +27,7 @@ from shakedown.motion.course import (
     TOO_MANY_EVENTS,
     Progress,
 )
-from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, State, Stop
+from shakedown.motion.cycle_record import SLIDES_AWAY, Checkpoint, CycleRecord, State, Stop
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.method import Beginning, Motion
 from shakedown.motion.plane.plane_events import PlaneEvents
@@ -236,6 +236,18 @@ class Evolution(Motion):
     def after_the_first_cycle(self, pieces: list[Any]) -> EventHistory:
         """The history of pieces of later cycles, whichever motions of this load factor they are of."""
         return self._joined(pieces, self._later)
+
+    def checkpoint(self) -> Checkpoint:
+        """Everything the continuation depends on, in space; another motion of this joint can use it."""
+        assert isinstance(self.method, SpaceEvents)
+        return self.done, *self.method.checkpoint()
+
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Continue from a checkpoint, as if followed so far, except for the recorded path."""
+        done, *checkpoint_of_method = checkpoint
+        assert isinstance(self.method, SpaceEvents)
+        self.method.restore(*checkpoint_of_method)
+        self.enter_cycle(done)
 
     @property
     def history(self) -> EventHistory:

@@ -15,7 +15,7 @@ from shakedown.joint.arguments import require_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import free_stiffness
 from shakedown.motion.checked_law import Scales, law_violation, reactions
-from shakedown.motion.cycle_record import SLIDES_AWAY, Checkpoint, CycleRecord, State, Stop
+from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, State, Stop
 from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.motion.method import Beginning, Motion
 from shakedown.motion.plane.gauss_seidel import PlaneStiffness, load_steps
@@ -107,16 +107,6 @@ class FixedSteps(Motion):
         paths = [path for path, _ in chosen] or [self._nothing()]
         ways = [way for _, way in chosen] or [np.zeros((0, self.problem.n))]
         return EventHistory.joined(paths), np.concatenate(ways)
-
-    def checkpoint(self) -> Checkpoint:
-        """Everything the continuation depends on, with the stored load steps."""
-        return *super().checkpoint(), self.residual, tuple(self.recent)
-
-    def restore(self, checkpoint: Checkpoint) -> None:
-        """Continue from a checkpoint, except for the recorded path."""
-        *of_method, self.residual, recent = checkpoint
-        super().restore(tuple(of_method))
-        self.recent.extend(recent)
 
     def _follow(self, cycles: int, record: bool) -> bool:
         path, self._steps = self._advance(self.load, 0)
@@ -227,14 +217,6 @@ class SweptSteps:
         self.v[:], self.w[:] = self.problem.layout.split(state.u)
         self.contact = state.contact.copy()
 
-    def checkpoint(self) -> Checkpoint:
-        """All that what follows depends on."""
-        return self.v.copy(), self.w.copy(), self.contact.copy()
-
-    def restore(self, v: FloatArray, w: FloatArray, contact: NDArray[np.int64]) -> None:
-        """Go on from a checkpoint."""
-        self.v[:], self.w[:], self.contact = v, w, contact
-
     def solve(self, q_w: FloatArray, p_w: FloatArray) -> Steps:
         """Carry the state through load steps (k, n), (k, n)."""
         loads = np.ascontiguousarray(q_w), np.ascontiguousarray(p_w)
@@ -295,15 +277,6 @@ class SolvedSteps:
         split = self.problem.layout.split
         self.contact = np.array(state.contact)
         self.joint.begin(*split(state.u), *split(self._last))
-
-    def checkpoint(self) -> Checkpoint:
-        """All that what follows depends on."""
-        return self.begun, self.contact.copy(), self.joint.checkpoint()
-
-    def restore(self, begun: bool, contact: NDArray[np.int64], joint: Checkpoint) -> None:
-        """Go on from a checkpoint."""
-        self.begun, self.contact = begun, contact
-        self.joint.restore(joint)
 
     def solve(self, q_w: FloatArray, p_w: FloatArray) -> Steps:
         """Carry the state through load steps (k, 2n), (k, n), the very first of all in one."""

@@ -18,7 +18,7 @@ from shakedown.joint.loading import first_load, loop_path, ramp_start, transient
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.checked_law import Scales, scales, scales_of
-from shakedown.motion.cycle_record import Checkpoint, CycleRecord, State, Stop
+from shakedown.motion.cycle_record import CycleRecord, State, Stop
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.viscous_jump import Jump
 
@@ -169,16 +169,6 @@ class Motion:
     def enter_cycle(self, done: int) -> None:
         """Enter a cycle: a number of cycles are done, and nothing has stopped the next one yet."""
         self.done, self.stop = done, None
-
-    def checkpoint(self) -> Checkpoint:
-        """Everything the continuation depends on; another motion of this joint and load factor can use it."""
-        return self.done, *self.method.checkpoint()
-
-    def restore(self, checkpoint: Checkpoint) -> None:
-        """Continue from a checkpoint, as if followed so far, except for the recorded path."""
-        done, *checkpoint_of_method = checkpoint
-        self.method.restore(*checkpoint_of_method)
-        self.enter_cycle(done)
 
     def cycle(self, *, record: bool = False) -> CycleRecord | None:
         """Carry the joint through its next cycle; None, and ``stop`` says why, where that cannot be done.

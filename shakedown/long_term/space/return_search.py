@@ -3,11 +3,10 @@
 from collections import deque
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.campaign.recorded_steps import StepProgress
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import (
     FOUR_DIGITS,
@@ -37,7 +36,7 @@ from shakedown.long_term.space.local_map import Moving, Period, PeriodStep
 from shakedown.long_term.space.mean_leaps import OnAverage
 from shakedown.long_term.space.settled import VARIES_LITTLE, ReturnRules, Settled, opened_and_closed
 from shakedown.long_term.space.slope_leaps import Along, Landing
-from shakedown.motion.cycle_record import Checkpoint, CycleRecord, State
+from shakedown.motion.cycle_record import CycleRecord, State
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.viscous_jump import Jump
 
@@ -96,12 +95,8 @@ class ReturnSearch:
         self.passed: list[tuple[CycleRecord, State]] = []  # before the first leap
         self.jumps: list[Jump] = []
 
-    def settle(self, progress: StepProgress | None = None) -> Settled:
+    def settle(self) -> Settled:
         """Follow cycles until the outcome is clear, the motion stops or the cycles allowed are spent."""
-        if progress is not None and progress.found is not None:
-            search_state, checkpoint = progress.found
-            vars(self).update(search_state)
-            self.motion.restore(checkpoint)
         while self.cycles < self.rules.most_cycles + min(self.looked, MORE * self.rules.most_cycles):
             if not self._cycle():
                 stop = self.motion.stop
@@ -109,16 +104,9 @@ class ReturnSearch:
             found = self._verdict_at_rest() or self._verdict_for_ever()
             if found is not None:
                 return found
-            leapt = self._leap()
-            if progress is not None and not leapt:  # a state leapt to is followed once before
-                progress.note(self._checkpoint)
+            self._leap()
         spent = f"no periodic state within {self.rules.most_cycles} cycles"
         return self._verdict_in_round_off() or self._undecided(spent)
-
-    def _checkpoint(self) -> tuple[dict[str, Any], Checkpoint]:
-        """How far the search has got, and the motion."""
-        given = ("motion", "rules", "layout", "measure", "none")
-        return {k: v for k, v in vars(self).items() if k not in given}, self.motion.checkpoint()
 
     def _cycle(self) -> bool:
         record = self.motion.cycle()

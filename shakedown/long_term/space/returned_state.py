@@ -6,7 +6,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from shakedown.campaign.recorded_steps import StepProgress
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import DISTINCT, RESOLVED
 from shakedown.ground.status import Outcome
@@ -106,9 +105,7 @@ def _enter_rest(found: Settled, answers: Answers, k: int) -> None:
     answers.cycles[k], answers.signature[k] = found.cycles, found.signature
 
 
-def returned_state(
-    begun: Passage, most_cycles: int, longest_period: int, progress: StepProgress | None = None
-) -> ReturnedState:
+def returned_state(begun: Passage, most_cycles: int, longest_period: int) -> ReturnedState:
     """What a joint settles into from where its motion begins.
 
     Parameters
@@ -117,19 +114,17 @@ def returned_state(
         The joint, its loading and where its motion begins.
     most_cycles, longest_period
         As for :func:`long_term_state`.
-    progress
-        Where the search says how far it has got.
     """
     motion, scale = begun.motion(), scales(begun.problem, begun.load_factor)
     start = motion.state.u[begun.problem.layout.slips].copy()
     rules = rules_of(motion, scale, most_cycles, longest_period)
-    found = settled(motion, rules, progress)
+    found = settled(motion, rules)
     return _state(begun, found, start, scale, most_cycles)
 
 
-def settled(motion: Evolution, rules: ReturnRules, progress: StepProgress | None = None) -> Settled:
+def settled(motion: Evolution, rules: ReturnRules) -> Settled:
     """The long-term state of a motion; undecided where the period found breaks the friction law."""
-    found = carefully(motion, rules, progress)
+    found = carefully(motion, rules)
     return lawful(motion, [found], [_period_path(motion, found)])[0]
 
 
@@ -161,13 +156,13 @@ def lawful(motion: Evolution, found: list[Settled], paths: list[list[PathSteps]]
     ]
 
 
-def carefully(motion: Evolution, rules: ReturnRules, progress: StepProgress | None = None) -> Settled:
+def carefully(motion: Evolution, rules: ReturnRules) -> Settled:
     """The long-term state of a motion; where leaps leave it in doubt, as a stricter search confirms it.
 
     Where none does within the cycles allowed, the reason says so.
     """
     begun, care = motion.checkpoint(), 1.0
-    found = ReturnSearch(motion, rules).settle(progress)
+    found = ReturnSearch(motion, rules).settle()
     while found.doubtful:
         care *= TIGHTER
         motion.restore(begun)

@@ -20,7 +20,7 @@ from shakedown.motion.course import (
     course,
     progress,
 )
-from shakedown.motion.cycle_record import Checkpoint, State, Totals
+from shakedown.motion.cycle_record import State, Totals
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.plane.active_set import active_set, factorize
 from shakedown.motion.plane.event_loop import follow_straight
@@ -94,30 +94,6 @@ class PlaneEvents:
         """Go to a state; False where nothing holds its moving nodes."""
         self.u[:], self.contact[:] = state.u, state.contact
         return bool(factorize(self.active) != 0)
-
-    def checkpoint(self) -> Checkpoint:
-        """Everything the continuation depends on, with the path-dependent equations of the moving nodes."""
-        act = self.active
-        size, places = act.size, (act.state.copy(), act.place.copy())
-        equations = act.col[:size].copy(), act.coef[:size].copy(), act.inverse[:size, :size].copy()
-        return self.u.copy(), *places, *equations, act.sign, act.updates
-
-    def restore(
-        self,
-        u: FloatArray,
-        state: NDArray[np.int64],
-        place: NDArray[np.int64],
-        col: NDArray[np.int64],
-        coef: FloatArray,
-        inverse: FloatArray,
-        sign: int,
-        updates: int,
-    ) -> None:
-        """Go on from a checkpoint."""
-        act, size = self.active, len(col)
-        self.u[:], act.state[:], act.place[:], act.col[:size], act.coef[:size] = u, state, place, col, coef
-        act.inverse[:size, :size] = inverse
-        act.set(size=size, sign=sign, updates=updates)
 
     def run(self, first: bool, record: bool) -> PlaneRun:
         """The run through the first cycle or another one, created when first needed."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from enum import IntEnum
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -167,19 +167,6 @@ class ImplicitJoint:
         np.dot(tableau.N, tableau.given, out=tableau.out)
         self._slips[:] = 0.0
         tableau.r_w[:] = self._by_node(q_w, p_w)
-
-    def checkpoint(self) -> tuple[NDArray[Any], ...]:
-        """All that the next step depends on, for :meth:`restore`."""
-        return tuple(array.copy() for array in self._changing())
-
-    def restore(self, checkpoint: tuple[NDArray[Any], ...]) -> None:
-        """Continue from a checkpoint of a joint with the same arguments."""
-        for array, kept in zip(self._changing(), checkpoint, strict=True):
-            array[...] = kept
-
-    def _changing(self) -> tuple[NDArray[Any], ...]:
-        """The arrays that steps change: all except the addresses of LAPACK's routines."""
-        return self._state, self._slips, *self._tableau, *self._factors[:-1]
 
     def forget(self) -> None:
         """Count the slip of the next step from v = 0; its initial state is unchanged."""
