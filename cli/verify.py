@@ -22,7 +22,7 @@ from shakedown.report.node_words import slip_limit_in_words
 from shakedown.report.run_words import SEPARATION, as_given_in_words
 from shakedown.report.text_table import table
 
-from .claims import NODE_FILES, OutputFile, reads, record_of, writes
+from .claims import NODE_FILES, OutputFile, reads, writes
 from .options import (
     average_option,
     cycles_option,
@@ -30,7 +30,6 @@ from .options import (
     open_option,
     output_options,
     problem_argument,
-    resume_option,
     slip_below_option,
 )
 from .output import (
@@ -82,7 +81,6 @@ SUMMED = "slip per period of the node that slips most, to and fro added up."
 @cycles_option
 @method_option
 @slip_below_option
-@resume_option
 @click.option(
     "--nodes",
     type=OutputFile(NODE_FILES),
@@ -104,7 +102,6 @@ def verify(
     cycles: int,
     method: str,
     slip_below: float | None,
-    resume: bool,
     nodes: Path | None,
     details: bool,
     as_json: bool,
@@ -116,8 +113,6 @@ def verify(
 
         report_path(output)  # before the work, not after
         writes(context, "the JSON beside -o", output.with_suffix(".json"))
-        writes(context, "the page of what is known beside -o", _page_so_far(output))
-    record = record_of(context, output, resume)
     with progress("verification", rest=int(output is not None)) as update:
         result = shakedown.verify(
             problem,
@@ -128,12 +123,12 @@ def verify(
             cycles=cycles,
             method=method,
             slip_below=slip_below,
-            partial=record,
-            resume=resume,
-            save=None if output is None else lambda found: _written(output, found, beside),
-            so_far=None if output is None else lambda found: _shown_so_far(output, found),
             progress=update,
         )
+        if output is not None:
+            from shakedown.report.html import write_report
+
+            write_report(output, result, **beside)
     if nodes is not None:
         result.nodes.save(nodes)
     if as_json:
@@ -163,24 +158,6 @@ def _beside(
         found = Refinement.load(path)
         check_refinement(found, problem)
     return {"average": average, "refinement": found}
-
-
-def _page_so_far(output: Path) -> Path:
-    """Where what is known can be read while the work goes on."""
-    return output.with_suffix(f".partial{output.suffix}")
-
-
-def _shown_so_far(output: Path, found: shakedown.Verification) -> None:
-    from shakedown.report.html import write_page
-
-    write_page(_page_so_far(output), found)
-
-
-def _written(output: Path, found: shakedown.Verification, beside: dict[str, Any]) -> None:
-    from shakedown.report.html import write_report
-
-    write_report(output, found, **beside)
-    _page_so_far(output).unlink(missing_ok=True)
 
 
 def _text(problem: Problem, result: shakedown.Verification, details: bool) -> str:

@@ -12,6 +12,6 @@ amplitude of each node: ``row_rates`` (how the slack in every row changes with a
 
 Beside simulations: ``load_regions`` (where a load factor lies), ``plan`` (which load factors and initial
 states, what is predicted there), ``runs`` (the simulations), ``independent_bounds`` (the bounds by another
-method), ``recorded_work`` (a verification in recorded pieces), ``verify``, ``random_paths`` (other paths
+method), ``side_by_side`` (of a verification, beside each other), ``verify``, ``random_paths`` (other paths
 through the same loads).
 """

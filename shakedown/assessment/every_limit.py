@@ -1,7 +1,6 @@
 """Every limit of the load factor of one joint, each computed when it is first read, and once."""
 
 from collections.abc import Callable, Iterable, Iterator
-from copy import copy
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from math import inf, isnan, nan
@@ -9,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
 
 from numpy.typing import ArrayLike
 
-from shakedown.assessment.mesh_check import UNCHECKED, MeshCheck, mesh_check
+from shakedown.assessment.mesh_check import MeshCheck, mesh_check
 from shakedown.assessment.sensitivities import Sensitivities, sensitivities
 from shakedown.assessment.shakedown_bounds import ShakedownBounds
 from shakedown.assessment.three_numbers import REFUTED, FromState, from_state, not_refuted
@@ -47,8 +46,6 @@ if TYPE_CHECKING:
 
 LIMITS = ("universal", "energy", "accumulated", "transient", "lower", "upper")  # shown
 
-STILL = Missing("still to come")
-TO_COME = {"transient": STILL, "friction": STILL, "mesh": UNCHECKED}  # left out meanwhile
 
 REFUTED_BY_ALL = "round-off decides: it is {:.7g} in floats, although shakedown is proved up to {:.7g}"
 
@@ -118,21 +115,8 @@ class JointLimits(Result):
             yield name, value.reason if isinstance(value, Missing) else short(value)
 
     def keep(self, name: str, found: object) -> None:
-        """Store a limit that was computed as a piece of recorded work, now or earlier."""
+        """Store a limit that was computed beside others."""
         vars(self)[name] = found
-
-    def so_far(self) -> "JointLimits":
-        """A copy without what takes long, where that is not computed yet."""
-        known = copy(self)
-        vars(known).update({name: value for name, value in TO_COME.items() if name not in vars(self)})
-        return known
-
-    def learn(self, known: "JointLimits") -> None:
-        """Keep what has been computed with such a copy, so that it is not computed again."""
-        new = {name: value for name, value in vars(known).items() if name not in vars(self)}
-        vars(self).update(
-            {name: value for name, value in new.items() if value is not TO_COME.get(name, self)}
-        )
 
     @cached_property
     def absent(self) -> dict[str, Missing]:

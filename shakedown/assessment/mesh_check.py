@@ -64,9 +64,6 @@ class MeshCheck(Result):
     warning: str | None
 
 
-UNCHECKED = MeshCheck(nan, (), {}, None)
-
-
 def mesh_check(limits: NumberedLimits) -> MeshCheck:
     """Check limits on one mesh: whether its edge determines λ_max, and their values on a coarser mesh."""
     problem = limits.problem
@@ -77,7 +74,7 @@ def mesh_check(limits: NumberedLimits) -> MeshCheck:
         or limits.open_nodes
         or limits.upper.open_nodes
     ):
-        return UNCHECKED
+        return MeshCheck(nan, (), {}, None)
     shares = _shares(limits)
     edge = shares * surface.edge
     ranked = np.argsort(-edge, kind="stable")

@@ -1,28 +1,15 @@
 """Predicted against simulated: does time integration agree with the bounds?"""
 
 import functools
-import os
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from math import nan
-from typing import Any, Literal, NamedTuple
-
-import numpy as np
+from typing import Any, Literal, NamedTuple, TypeVar
 
 from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.independent_bounds import SecondBounds, independent_findings
 from shakedown.assessment.plan import Case, case_as_given, plan_steps, planned_cases
-from shakedown.assessment.recorded_work import (
-    OtherEvidence,
-    RecordedWork,
-    SideBySide,
-    evidence_steps,
-    limited,
-    other_evidence,
-    second_step,
-)
 from shakedown.assessment.runs import (
     AFTER_SPENT,
     MOST_WORK,
@@ -33,19 +20,26 @@ from shakedown.assessment.runs import (
     open_questions,
     run_of,
 )
+from shakedown.assessment.side_by_side import (
+    Begin,
+    OtherEvidence,
+    evidence_steps,
+    limited,
+    other_evidence,
+    second_step,
+    side_by_side,
+)
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.three_numbers import open_ends
 from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors
-from shakedown.bounds.independent_solver import ConicBound
 from shakedown.bounds.plane_or_space import takes_long
-from shakedown.campaign.recorded_steps import recorded_steps, run_header
 from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.blas_threads import all_cores, on_one_thread
 from shakedown.ground.errors import UsageError, present
 from shakedown.ground.shown_values import plain
 from shakedown.ground.size_limits import CYCLES, MANY
-from shakedown.ground.status import FROM_HERE, Status
+from shakedown.ground.status import FROM_HERE
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked, require_problem
 from shakedown.joint.problem import Problem
@@ -55,7 +49,8 @@ from shakedown.long_term.node_table import NodeResults
 from shakedown.long_term.slip_criterion import check_slip_below
 
 RANDOM_STATES = 3
-AT_LEISURE = 1  # how urgent is what nothing waits for
+Progress = Callable[[int, int], None]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -103,8 +98,6 @@ class Verification(Result):
         that the independent solver does not reach, or not to full accuracy.
     settings
         How it was made.
-    unfinished
-        What is still missing, in words, where it is shown before it is finished; else empty.
     """
 
     assessment: Assessment
@@ -116,7 +109,6 @@ class Verification(Result):
     open_questions: tuple[str, ...]
     notes: tuple[str, ...]
     settings: Settings
-    unfinished: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``shakedown-bounds verify --json`` writes."""
@@ -210,11 +202,7 @@ def verify(
     method: str = "event",
     budget: int = 200_000,
     slip_below: float | None = None,
-    partial: str | os.PathLike[str] | None = None,
-    resume: bool = False,
-    save: Callable[[Verification], None] | None = None,
-    so_far: Callable[[Verification], None] | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> Verification:
     """Hold the bounds against time integration from several initial states.
@@ -257,15 +245,6 @@ def verify(
     slip_below
         A limit on the slip range of every node in the long run [length]; up to which load factor it
         holds from the first given state, or from slip zero, is said beside (:func:`slip_limit`).
-    partial
-        Where every piece of work is recorded as soon as it is done, until all are; valid after a kill at any
-        instant. None: nowhere.
-    resume
-        Whether to go on with what a killed run has recorded there, if one has.
-    save
-        Called with the result before what is recorded is removed: what writes it to a file.
-    so_far
-        Called now and then, of work that takes long, with what is known, from the bounds and λ = 1 on.
     progress
         Called with (done, total) after every piece of work: the bounds, every simulation,
         every other bound.
@@ -275,8 +254,7 @@ def verify(
     Raises
     ------
     UsageError
-        If an argument is out of range, ``partial`` cannot be written, or what is recorded there is of
-        another run.
+        If an argument is out of range.
 
     Examples
     --------
@@ -296,13 +274,7 @@ def verify(
     asked = _Scope(open_nodes, load_factors, budget, slip_below)
     asked = asked._replace(open_nodes=open_nodes if isinstance(open_nodes, str) else tuple(open_nodes))
     settings = Settings(random_states, seed, cycles, method)
-    header = {} if partial is None else _header(problem, asked, settings, tolerances)
-    with recorded_steps(partial, header, problem, resume=resume) as steps:
-        found = _verified(problem, asked, settings, RecordedWork(steps, progress, so_far), tolerances)
-        if save is not None:
-            save(found)
-        steps.remove()
-    return found
+    return _verified(problem, asked, settings, progress, tolerances)
 
 
 class _Scope(NamedTuple):
@@ -314,23 +286,16 @@ class _Scope(NamedTuple):
     slip_below: float | None
 
 
-def _header(problem: Problem, asked: _Scope, settings: Settings, tolerances: Tolerances) -> dict[str, str]:
-    """Everything that a verification depends on, by name."""
-    factors = None if asked.load_factors is None else [float(factor) for factor in asked.load_factors]
-    words = asked._replace(load_factors=factors)._asdict() | vars(settings)
-    return run_header("verify", problem, tolerances, words)
-
-
 def _verified(
-    problem: Problem, asked: _Scope, settings: Settings, work: RecordedWork, tolerances: Tolerances
+    problem: Problem, asked: _Scope, settings: Settings, progress: Progress | None, tolerances: Tolerances
 ) -> Verification:
     """The verification itself, piece by piece."""
     start = None if problem.initial_slip is None else problem.initial_slip[0]
     found = assess(problem, start, open_nodes=asked.open_nodes, tolerances=tolerances)
     limits = found.details
-    with SideBySide(all_cores() if takes_long(problem) else 1) as threads:
-        second = _find_bounds(limits, settings.method, work, threads)
-        runs, other = _simulated(found, asked, settings, work, threads, second)
+    with side_by_side(all_cores() if takes_long(problem) else 1) as begin:
+        second = _find_bounds(limits, settings.method, begin)
+        runs, other = _simulated(limits, asked, settings, progress, begin, second)
     findings = list(independent_findings(limits.bounds, other.second, tolerances))
     return Verification(
         assessment=found,
@@ -351,67 +316,63 @@ def _verified(
     )
 
 
-def _find_bounds(
-    limits: JointLimits, method: str, work: RecordedWork, threads: SideBySide
-) -> Callable[[], SecondBounds]:
+def _find_bounds(limits: JointLimits, method: str, begin: Begin) -> Callable[[], SecondBounds]:
     """The bounds, in space λ_U, which takes longest, beside the others; compiled loops.
 
-    Also what gives the bounds by another solver, which begins where a thread has nothing else to do.
+    Also what waits for the bounds by another solver.
     """
-    first, every = threads.add(lambda: limits.upper), threads.add(lambda: limits.universal)
-    compiled = threads.add(lambda: compile_loops(limits, method), AT_LEISURE)
-    limits.keep("upper", work.steps.done(first))
+    first, every = begin(lambda: limits.upper), begin(lambda: limits.universal)
+    limits.keep("upper", first())
     for name in ("lower", "through_transient"):
-        limits.keep(name, work.steps.done(threads.add(functools.partial(getattr, limits, name))))
-    from_here = [threads.add(functools.partial(getattr, limits, name)) for name in FROM_HERE]
-    second = threads.add(second_step(limits), AT_LEISURE)
+        limits.keep(name, getattr(limits, name))
+    from_here = [begin(functools.partial(getattr, limits, name)) for name in FROM_HERE]
+    compiled, second = begin(lambda: compile_loops(limits, method)), begin(second_step(limits))
     for name, end in zip(FROM_HERE, from_here, strict=True):
-        limits.keep(name, work.steps.done(end))
-    limits.keep("universal", work.steps.done(every))
+        limits.keep(name, end())
+    limits.keep("universal", every())
     compiled()
     limits.note_what_is_known()
     return second
 
 
 def _simulated(
-    found: Assessment,
+    limits: JointLimits,
     asked: _Scope,
     settings: Settings,
-    work: RecordedWork,
-    threads: SideBySide,
+    progress: Progress | None,
+    begin: Begin,
     second: Callable[[], SecondBounds],
 ) -> tuple[list[Run], OtherEvidence]:
-    """Every simulation, λ_T, and the other evidence; shown while they come."""
-    limits, how = found.details, (settings.cycles, settings.method)
-    nominal = threads.add(lambda: _nominal_run(limits, *how))
+    """Every simulation, λ_T, and the other evidence."""
+    how = settings.cycles, settings.method
+    nominal = begin(lambda: _nominal_run(limits, *how))
     # early: its simulations follow from each other
-    transient = threads.add(limited(lambda: limits.transient))
+    transient = begin(limited(lambda: limits.transient))
     plan = plan_steps(limits, asked.load_factors, settings.random_states, settings.seed)
-    planned = [threads.add(limited(step)) for step in plan]
-    evidence = evidence_steps(limits, asked.budget, asked.slip_below)
-    others = [threads.add(limited(step), AT_LEISURE) for step in evidence]
-
-    runs: list[Run] = [work.steps.done(nominal)]
+    planned = [begin(limited(step)) for step in plan]
+    runs: list[Run] = [nominal()]
     most = AFTER_SPENT if is_spent(runs[0].simulation) else MOST_WORK
-    show = functools.partial(_so_far, found, runs, settings)
-    work.show(limits, functools.partial(show, "all other runs"))  # before the other runs are planned
     cases, ends = list[Case](), list[Callable[[], Run]]()
     for step in planned:  # what one load factor has begins while the next one is planned
-        new = planned_cases(limits, work.steps.done(step))
-        ends += [threads.add(functools.partial(run_of, limits, case, *how, most)) for case in new]
+        new = planned_cases(limits, step())
+        ends += [begin(functools.partial(run_of, limits, case, *how, most)) for case in new]
         cases += new
-    work.count, work.pieces = len(runs), len(runs) + len(cases) + 2 + len(others)
-    work.show(limits, functools.partial(show, "all other runs"))  # in case it was too early before
+    others = [begin(limited(step)) for step in evidence_steps(limits, asked.budget, asked.slip_below)]
+    pieces, done = len(runs) + len(cases) + 2 + len(others), len(runs)
+
+    def awaited(end: Callable[[], T]) -> T:
+        nonlocal done
+        result = end()
+        done += 1
+        if progress is not None:
+            progress(done, pieces)
+        return result
 
     first = sum(case.load_factor == AS_GIVEN for case in cases)  # λ = 1 comes first, then λ_T
-    for number in range(len(ends) + 1):
-        if number == first:
-            limits.keep("transient", work.done(transient))
-        else:
-            runs.append(work.done(ends[number - (number > first)]))
-        to_come = f"{len(cases) + 1 - len(runs)} of the runs"
-        work.show(limits, functools.partial(show, to_come))
-    return runs, other_evidence(limits, work.done(second), [work.done(end) for end in others])
+    runs += [awaited(end) for end in ends[:first]]
+    limits.keep("transient", awaited(transient))
+    runs += [awaited(end) for end in ends[first:]]
+    return runs, other_evidence(limits, awaited(second), [awaited(end) for end in others])
 
 
 def _nominal_run(limits: JointLimits, cycles: int, method: str) -> Run:
@@ -424,27 +385,6 @@ def _nominal_run(limits: JointLimits, cycles: int, method: str) -> Run:
 def _is_as_given(run: Run, problem: Problem) -> bool:
     name = "zero" if problem.initial_slip is None else "given 0"
     return run.initial == name and run.simulation.load_factor == AS_GIVEN
-
-
-def _so_far(found: Assessment, runs: Sequence[Run], settings: Settings, to_come: str) -> Verification:
-    """What is known before the end; limits that are not computed yet are missing."""
-    limits = found.details.so_far()
-    none = ConicBound(Status.UNDECIDED, nan, -1, np.full(limits.problem.layout.slip_size, nan), "Clarabel")
-    return Verification(
-        assessment=replace(found, details=limits),
-        second=SecondBounds(None, none, 0),
-        critical=None,
-        slip_limit=None,
-        runs=tuple(runs),
-        disagreements=tuple(disagreements(runs, limits.lower)),
-        open_questions=(
-            *open_ends(limits.lower, limits.upper, limits.energy, limits.universal),
-            *open_questions(runs),
-        ),
-        notes=(),
-        settings=settings,
-        unfinished=f"Unfinished: {to_come}, the check of the mesh and the independent solver are to come.",
-    )
 
 
 def _check(random_states: int, seed: int) -> None:

@@ -28,6 +28,5 @@ results depends neither on who did the work nor on how often it was interrupted.
 
 Reading order: ``journal`` (what is done, on disk), ``stored_result`` (results and arrays as bytes),
 ``crew`` (who works: this process, several, a cluster), ``processes``, ``cluster`` with
-``worker_versions``, ``pieces`` (the run; how a function that makes joints is known again);
-``recorded_steps`` (a long run whose steps follow from each other).
+``worker_versions``, ``pieces`` (the run; how a function that makes joints is known again).
 """

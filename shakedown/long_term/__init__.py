@@ -6,9 +6,9 @@ Python), ``passage`` (where a motion began, and what the transient leaves of its
 loads leave), ``known_bounds`` (limits that no verdict contradicts), ``energy_proof`` (verdicts with proof),
 ``state`` (the answer), ``space/`` (the search for motions that are known cycle by cycle only; verdicts of
 both held against what is proved), ``find_state`` (for one initial state), ``part_by_part`` (of a
-joint in uncoupled parts), ``many_states`` (for many);
-``recorded_walk`` (cycles of a run that can be resumed), ``recorded_verdict`` (what the last ones show),
-``simulation`` (from event to event or at fixed load steps, and the path as a file).
+joint in uncoupled parts), ``many_states`` (for many); ``recorded_verdict`` (what the last
+cycles at fixed steps show), ``simulation`` (from event to event or at fixed load steps, and the path as a
+file).
 
 Where a verdict is said, "for ever" included: in the plane by ``plane.period_verdict.judge_period``, of one
 period that has come back to where it began; whether a drift lasts is decided before it, by

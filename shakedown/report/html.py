@@ -13,7 +13,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from shakedown.assessment.verify import Verification
-from shakedown.files.atomic_write import atomic_write, atomic_write_together, check_target
+from shakedown.files.atomic_write import atomic_write_together, check_target
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
@@ -117,14 +117,6 @@ def check_refinement(refinement: Refinement | None, problem: Problem) -> None:
             "refinement: expected meshes of which the joint has one, found only others "
             f"({shortened(str(refinement.nodes.tolist()))} contact nodes)"
         )
-
-
-@checked
-def write_page(path: str | os.PathLike[str], verification: Verification) -> None:
-    """Write only the page of a verification, for one still running; raises as :func:`write_report`."""
-    page = render(verification).encode()
-    with atomic_write(path) as file:
-        file.write(page)
 
 
 @checked
@@ -237,7 +229,6 @@ def _context(v: Verification) -> dict[str, Any]:
         "total_slip": "" if no_node_ever_slips(v.nodes) else total_slip_in_words(v.nodes, problem),
         "headline": as_given_in_words(v.as_given, units_of(problem).length, problem, v.limits.universal),
         "reservations": [
-            *filter(None, [v.unfinished]),
             *(f"Warning: {warning}." for warning in problem.warnings),
             *reservations,
             *doubtful_data(problem),

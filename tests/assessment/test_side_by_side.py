@@ -1,61 +1,55 @@
-"""Pieces of work in threads: in order of urgency, none before a result is asked for, errors where asked for."""
+"""Pieces of work of a verification beside each other: the same answers, errors where they are asked for."""
 
 from threading import Event
 
 import pytest
 
-from shakedown.assessment.recorded_work import SideBySide
+import shakedown
+from shakedown import Problem
+from shakedown.assessment import verify as module
+from shakedown.assessment.side_by_side import side_by_side
+
+SPACE = Problem(A=[[2, 0], [0, 2]], B=[[0, 0]], f=0.4, q_w=[[0.4, 0], [0.4, 1]], p_w=[[1], [1]])
 
 
-def test_with_one_thread_each_piece_is_done_when_it_is_asked_for():
-    done = []
-    with SideBySide(1) as work:
-        ends = [work.add(lambda number=number: done.append(number)) for number in range(3)]
+def test_with_one_thread_each_piece_is_done_when_it_is_asked_for() -> None:
+    done: list[int] = []
+    with side_by_side(1) as begin:
+        ends = [begin(lambda number=number: done.append(number)) for number in range(3)]
         assert done == []
         ends[2]()
         ends[0]()
     assert done == [2, 0]
 
 
-def test_the_most_urgent_piece_comes_first():
-    done, ready = [], Event()
-    with SideBySide(2) as work:
-        alone = [work.add(ready.wait), work.add(ready.wait)]  # both threads are busy until all are there
-        ends = [work.add(lambda k=k: done.append(k), urgency) for k, urgency in enumerate((3, 2, 1, 2))]
-        ready.set()
-        for end in alone + ends:
-            end()
-    assert done.index(0) >= 2  # one of two threads may have been quicker
-
-
-def test_what_is_recorded_already_is_not_begun_again():
-    """Who asks first for a later piece has the earlier ones; one asked for after all is done after all."""
-    done = []
-    with SideBySide(2) as work:
-        ends = [work.add(lambda k=k: done.append(k) or k) for k in range(4)]
-        assert [ends[k]() for k in (2, 3)] == [2, 3]
-        assert sorted(done) == [2, 3]
-        assert ends[0]() == 0
-        assert work.add(lambda: 5)() == 5
-    assert 1 not in done
-
-
-def test_an_error_is_raised_where_the_result_is_asked_for():
-    with SideBySide(2) as work:
-        bad, good = work.add(lambda: 1 // 0), work.add(lambda: "good")
+def test_an_error_is_raised_where_the_result_is_asked_for() -> None:
+    with side_by_side(2) as begin:
+        bad, good = begin(lambda: 1 // 0), begin(lambda: "good")
         assert good() == "good"
         with pytest.raises(ZeroDivisionError):
             bad()
-        assert work.add(lambda: "later")() == "later"
+        assert begin(lambda: "later")() == "later"
 
 
-def test_when_it_ends_nothing_more_begins():
+def test_when_it_ends_nothing_more_begins() -> None:
     go, late = Event(), Event()
-    with SideBySide(2) as work:
-        first = work.add(lambda: 1)
+    with side_by_side(2) as begin:
         for _ in range(2):
-            work.add(go.wait)
-        work.add(late.set, 5)
-        assert first() == 1
+            begin(go.wait)
+        begin(late.set)
     go.set()
     assert not late.wait(0.05)
+
+
+@pytest.mark.usefixtures("no_transient_limit")
+def test_two_threads_find_what_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    def found() -> dict:
+        document = shakedown.verify(SPACE, load_factors=[0.3], random_states=2).to_dict()
+        for run in document["runs"]:
+            del run["seconds"]
+        return document
+
+    alone = found()
+    monkeypatch.setattr(module, "takes_long", lambda problem: True)
+    monkeypatch.setattr(module, "all_cores", lambda: 2)
+    assert found() == alone

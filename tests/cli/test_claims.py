@@ -51,8 +51,6 @@ def contents(folder):
         (["sweep", "joint.toml", "--vary", "f=1,2", "-o", "here/joint.toml"], "ends in .csv or .parquet"),
         ([*SIMULATE, "--initial", "v.npy", "-o", "here/v.npy"], "-o: expected another file than --initial"),
         (["verify", "p.npz", "-o", "p.npz"], "-o: expected another file than FILE"),
-        (["simulate", "p.npz.partial", *SIMULATE[2:], "-o", "p.npz"], "the record of -o: expected another file"),
-        (["verify", "s.html.partial", "-o", "s.html"], "the record of -o: expected another file than FILE"),
         (["verify", "r.json", "-o", "r.html"], "r.json: the JSON of the report r.html goes there"),
         (["import", "joint.toml", "-o", "joint.toml"], "-o: expected another file than CONFIG.toml"),
         (["import", "joint.toml", "-o", "a.png", "--picture", "a.png"], "--picture: expected another file"),

@@ -203,11 +203,6 @@ BAD = {
         ["simulate", "one-node", "--load-factor", "1", "-o", "none/h.npz"],
         "cannot be written",
     ),
-    "resumed without a report": (["verify", "one-node", "--resume"], "--resume: expected -o FILE"),
-    "resumed without a path to write": (
-        ["simulate", "one-node", "--load-factor", "1", "--resume"],
-        "--resume: expected -o FILE",
-    ),
     "random negative": (["verify", "one-node", "--random", "-1"], "-1 is not in the range"),
     "budget zero": (["critical", "one-node", "--budget", "0"], "0 is not in the range"),
 }
