@@ -60,6 +60,16 @@ def record_of(context: click.Context, output: Path | None, resume: bool) -> str 
     return record
 
 
+def pieces_of(context: click.Context, output: Path | None, resume: bool) -> None:
+    """Note the folder beside the output in which a run keeps its pieces."""
+    if output is not None:
+        from shakedown.files.atomic_write import record_beside  # only where a file is asked for
+
+        writes(context, "the pieces of -o", record_beside(output, ".parts"))
+    elif resume:
+        raise click.UsageError("--resume: expected -o FILE, beside which the pieces of the run are kept")
+
+
 def _claim(context: click.Context | None, new: Claim) -> None:
     if context is None:
         return

@@ -11,15 +11,16 @@ import numpy as np
 
 import shakedown
 from shakedown import Problem
+from shakedown.campaign.cluster import cluster_executor
 from shakedown.report.map_words import SAMPLED
 
-from .claims import PICTURES, OutputFile, record_of
+from .claims import PICTURES, OutputFile, pieces_of
 from .map_text import map_text
 from .options import (
     cycles_option,
     output_options,
+    pieces_option,
     problem_argument,
-    resume_option,
     scheduler_option,
     slip_below_option,
 )
@@ -105,7 +106,7 @@ class GridSlip(click.ParamType):
 @cycles_option
 @slip_below_option
 @click.option("-o", "--output", type=OutputFile(), help="Write all states here (NPZ).")
-@resume_option
+@pieces_option
 @click.option(
     "--workers",
     type=click.IntRange(min=1),
@@ -138,8 +139,8 @@ def map_command(
     First slip zero, the initial slip in FILE and the critical slip state; then states in a box or ball: the
     share of these that shakes down, the dissipation of the others, their limit cycles.
     """
-    record_of(context, output, resume)
-    with progress("pieces") as update:
+    pieces_of(context, output, resume)
+    with progress("pieces") as update, cluster_executor(scheduler) as executor:
         found = shakedown.initial_state_map(
             problem,
             load_factor,
@@ -151,7 +152,7 @@ def map_command(
             path=output,
             resume=resume,
             workers=workers,
-            scheduler=scheduler,
+            executor=executor,
             max_cycles=cycles,
             slip_below=slip_below,
             progress=update,

@@ -91,6 +91,9 @@ problem_argument = click.argument("problem", metavar="FILE", type=ProblemFile())
 resume_option = click.option(
     "--resume", is_flag=True, help="Go on with what a run that was stopped left in OUTPUT.partial."
 )
+pieces_option = click.option(
+    "--resume", is_flag=True, help="Go on with what a run that was stopped left in OUTPUT.parts."
+)
 scheduler_option = click.option(
     "--scheduler", metavar="ADDRESS", help="Work on the dask cluster of this scheduler instead."
 )

@@ -12,8 +12,8 @@ from shakedown import Problem
 from shakedown.report.mesh_words import refinement_notes
 from shakedown.report.text_table import table
 
-from .claims import PICTURES, OutputFile, TableFile, record_of
-from .options import ProblemFile, average_option, output_options, resume_option
+from .claims import PICTURES, OutputFile, TableFile, pieces_of
+from .options import ProblemFile, average_option, output_options, pieces_option
 from .output import echo_json, headline, paragraph, progress, say
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", type=TableFile(), help="Write one row per mesh here (.csv or .parquet).")
 @click.option("--picture", type=OutputFile(PICTURES), help="Draw the numbers here (.png, .svg or .pdf).")
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
-@resume_option
+@pieces_option
 @output_options
 @click.pass_context
 def refine(
@@ -62,7 +62,7 @@ def refine(
     """
     if len(problems) < 2:
         raise click.UsageError("FILE FILE …: expected several meshes of one joint, found one file")
-    record_of(context, output, resume)
+    pieces_of(context, output, resume)
     with progress("meshes") as update:
         found = shakedown.refine(
             {problem.n: problem for problem in problems},

@@ -10,6 +10,7 @@ import numpy as np
 
 import shakedown
 from shakedown import Problem
+from shakedown.campaign.cluster import cluster_executor
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import down, sized, up
 from shakedown.ground.status import FROM_HERE, SYMBOLS
@@ -19,12 +20,12 @@ from shakedown.report.design_words import HERE, SHORT, sweep_in_words
 from shakedown.report.hint_words import LOAD_DOMAIN
 from shakedown.report.text_table import table
 
-from .claims import PICTURES, OutputFile, TableFile, name_of, reads, record_of
+from .claims import PICTURES, OutputFile, TableFile, name_of, pieces_of, reads
 from .initial import initial_state
 from .options import (
     ProblemFile,
     output_options,
-    resume_option,
+    pieces_option,
     scheduler_option,
     slip_below_option,
 )
@@ -146,7 +147,7 @@ class Bounds(click.ParamType):
 @click.option("--picture", type=OutputFile(PICTURES), help="Draw the regions here (.png, .svg or .pdf).")
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
 @scheduler_option
-@resume_option
+@pieces_option
 @output_options
 @click.pass_context
 def sweep(
@@ -179,11 +180,11 @@ def sweep(
     """
     if len({name for name, _ in vary}) < len(vary):
         raise click.UsageError(f"--vary: expected each parameter once, found {vary[0][0]} twice")
-    record_of(context, output, resume)
+    pieces_of(context, output, resume)
     if initial in ("safe", "witness"):
         raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")
     problem = joint if isinstance(joint, Problem) else joint.problem
-    with progress("points") as update:
+    with progress("points") as update, cluster_executor(scheduler) as executor:
         found = shakedown.sweep(
             joint,
             dict(vary),
@@ -194,7 +195,7 @@ def sweep(
             quick=quick,
             slip_below=slip_below,
             workers=workers,
-            scheduler=scheduler,
+            executor=executor,
             output=output,
             resume=resume,
             progress=update,

@@ -9,10 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from shakedown.campaign.crew import Crew
-from shakedown.campaign.journal import journal_at
-from shakedown.campaign.pieces import run_campaign
-from shakedown.campaign.stored_result import packed, unpacked
+from shakedown.campaign.pieces import run_pieces
 
 
 @dataclass(frozen=True)
@@ -21,37 +18,49 @@ class Squares:
 
     pause: float = 0.0
     weight: bytes = b""
+    seed: int = 0
+    most_bytes = 1000
 
     def __call__(self, number):
         time.sleep(self.pause)
-        return packed({"square": np.arange(10 * number, 10 * number + 10) ** 2})
+        return {"square": np.arange(10 * number, 10 * number + 10) ** 2}
+
+    def fits(self, number, arrays):
+        return set(arrays) == {"square"} and arrays["square"].dtype == int and arrays["square"].shape == (10,)
+
+    def settings(self):
+        return {"squares": self.seed}
 
 
 @dataclass(frozen=True)
-class Deadly:
-    """One piece ends the process that takes it; ``once``: only where no such file stands yet."""
-
-    once: Path | None = None
+class Deadly(Squares):
+    """One piece ends the process that takes it."""
 
     def __call__(self, number):
-        if number == 2 and not (self.once and self.once.exists()):
-            if self.once:
-                self.once.touch()
+        if number == 2:
             os.kill(os.getpid(), signal.SIGKILL)
-        return bytes([number])
+        return super().__call__(number)
 
 
-def mistaken(number):
-    raise ValueError(f"piece {number}")
+@dataclass(frozen=True)
+class Mistaken(Squares):
+    """Work with an error in it."""
+
+    def __call__(self, number):
+        raise ValueError(f"piece {number}")
 
 
-def squares(journal):
-    return np.concatenate([unpacked(piece)["square"] for piece in journal.pieces()])
+def squares(pieces, count):
+    return np.concatenate([pieces.read(number)["square"] for number in range(count)])
 
 
-if __name__ == "__main__":  # a run to be killed: journal, number of pieces, workers, pause
+def done(path):
+    """The numbers of the pieces kept beside an output."""
+    return sorted(int(name.stem.partition("-")[2]) for name in Path(f"{path}.parts").glob("*.npz"))
+
+
+if __name__ == "__main__":  # a run to be killed: output, number of pieces, workers, pause
     path, count, workers, pause = sys.argv[1], *map(float, sys.argv[2:])
-    with journal_at(path, {"what": "squares"}, resume=True) as journal:
-        print("begun", flush=True)
-        run_campaign(Squares(pause), int(count), journal, Crew(workers=int(workers)))
-        print(squares(journal).sum())
+    print("begun", flush=True)
+    with run_pieces(Squares(pause), int(count), output=path, resume=True, workers=int(workers)) as pieces:
+        print(squares(pieces, int(count)).sum())

@@ -1,86 +1,233 @@
-"""The run of a campaign: missing pieces are computed, and recorded as they finish."""
+"""Many pieces of work: here, on processes or on an executor, each kept in a file as soon as it is done."""
 
-from collections.abc import Callable, Iterator
+import json
+import logging
+import os
+import re
+import struct
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor
+from contextlib import ExitStack, contextmanager, suppress
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, Protocol
+from zipfile import ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 
-from shakedown.campaign.crew import Crew, Work
-from shakedown.campaign.journal import Journal
-from shakedown.ground.errors import ShakedownError
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.campaign.executors import finished, processes_asked
+from shakedown.files.atomic_write import atomic_write, locked, record_beside
+from shakedown.files.npy import read_array, read_header
+from shakedown.ground.errors import ProblemError, ShakedownError, UsageError
+from shakedown.ground.regular_file import open_regular
+from shakedown.ground.size_limits import BLOCK
+from shakedown.ground.visible_text import visible
 from shakedown.joint.problem import Problem
 
+Arrays = dict[str, NDArray[Any]]
 Progress = Callable[[int, int], None]
-Fits = Callable[[int, bytes], bool]
+
+PARTS = ".parts"  # suffix of the folder with the pieces of an unfinished run
+NAME = re.compile("([0-9a-f]{16})-[0-9]+.npz")  # of a piece: what its run is, and its number
+TEXT_SIZE = 4 * BLOCK  # bytes of a piece that is a text, at most
+UNREADABLE = (AttributeError, LookupError, OverflowError, RecursionError, TypeError, ValueError)  # texts
+BROKEN = (BadZipFile, KeyError, EOFError, OSError, RuntimeError, ValueError, OverflowError, struct.error)
 
 
-def run_campaign(
+class Work(Protocol):
+    """A picklable function from the number of a piece to its arrays: the same ones whenever and wherever."""
+
+    def __call__(self, number: int) -> Arrays:
+        """The arrays of a piece."""
+
+    @property
+    def most_bytes(self) -> int:
+        """The largest size of the file of a piece [bytes]."""
+
+    def fits(self, number: int, arrays: Arrays) -> bool:
+        """Whether arrays from a file can be those of this piece."""
+
+    def settings(self) -> Mapping[str, Any]:
+        """Everything that the arrays depend on."""
+
+
+class Pieces:
+    """The pieces that are done, by number: in memory, or in the files of a folder."""
+
+    def __init__(self, work: Work, folder: Path | None) -> None:
+        self._work, self.folder, self._here = work, folder, dict[int, Arrays]()
+        text = "" if folder is None else json.dumps(dict(work.settings()), sort_keys=True)
+        self.run = sha256(text.encode()).hexdigest()[:16]
+
+    def keep(self, number: int, arrays: Arrays) -> None:
+        """Keep a piece."""
+        if self.folder is None:
+            self._here[number] = arrays
+            return
+        with atomic_write(self._path(self.folder, number)) as file:
+            np.savez(file, allow_pickle=False, **arrays)
+
+    def read(self, number: int, *keys: str) -> Arrays:
+        """The arrays of a piece, all of them or some."""
+        if self.folder is None:
+            return self._here[number]
+        return read_arrays(self._path(self.folder, number), self._work.most_bytes, *keys)
+
+    def kept(self, count: int) -> set[int]:
+        """The numbers below ``count`` whose files are whole and fit; says how many, and where."""
+        there = [] if self.folder is None else _names(self.folder)
+        if not there:
+            return set()
+        found = {number for number in range(count) if self._fits(number)}
+        others = f"; {n} others there do not fit" if (n := len(there) - len(found)) else ""
+        where = visible(str(self.folder))
+        logging.getLogger("shakedown").warning(
+            f"goes on from {len(found)} of {count} pieces in {where}{others}"
+        )
+        return found
+
+    def _fits(self, number: int) -> bool:
+        try:
+            return self._work.fits(number, self.read(number))
+        except ProblemError:
+            return False
+
+    def _path(self, folder: Path, number: int) -> Path:
+        return folder / f"{self.run}-{number}.npz"
+
+
+@contextmanager
+def run_pieces(
     work: Work,
     count: int,
-    journal: Journal,
-    crew: Crew | None = None,
+    *,
+    output: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    executor: Executor | None = None,
+    workers: int | None = 1,
     progress: Progress | None = None,
-    fits: Fits | None = None,
-) -> None:
-    """Do the pieces 0 … count − 1 of a campaign that its journal does not hold yet.
+) -> Iterator[Pieces]:
+    """Do the pieces 0 … count − 1, and hand them over.
 
     Parameters
     ----------
     work
-        From the number of a piece to its bytes; see the subpackage's docstring.
+        What to do.
     count
         How many pieces there are.
-    journal
-        Where they are recorded, each as soon as it is done.
-    crew
-        Who works; this process by default.
+    output
+        The file that will be made of them: until the block ends well, they are files in ``OUTPUT.parts``.
+    resume
+        Whether to go on with those that an earlier run left there.
+    executor
+        Who works (any of ``concurrent.futures``); it is not shut down.
+    workers
+        Without one: the number of processes, None one for each core; 1 is this process.
     progress
         Called as ``progress(done, count)`` at the start and after each piece.
-    fits
-        Whether a piece that is recorded can be what the work gives for its number; one that
-        cannot is done again.
 
     Raises
     ------
     UsageError
-        If the cluster does not answer, or the journal cannot be written.
+        If an unfinished run is there and is not to be resumed, another run is writing it, a file cannot be
+        written, or processes cannot begin to work.
     SolverError
-        If workers die again and again with nothing done.
-
-    Examples
-    --------
-    >>> from shakedown.campaign.journal import journal_at
-    >>> with journal_at(None, {}) as journal:
-    ...     run_campaign(lambda number: bytes([number]), 3, journal)
-    ...     list(journal.pieces())
-    [b'\\x00', b'\\x01', b'\\x02']
+        If a worker dies.
     """
-    for number in journal.done():
-        if number >= count or not (fits is None or fits(number, journal.piece(number))):
-            journal.drop(number)
-    done = journal.done()
-    todo = [number for number in range(count) if number not in done]
-    finished = count - len(todo)
-    if progress is not None:
-        progress(finished, count)
-    for number, piece in _worked(work, todo, crew or Crew()):
-        journal.add(number, piece)
-        finished += 1
+    workers = processes_asked(workers if executor is None else 1)
+    with ExitStack() as stack:
+        folder = None if output is None else Path(record_beside(output, PARTS))
+        if folder is not None:
+            stack.enter_context(_folder(folder, resume))
+        pieces = Pieces(work, folder)
+        done = pieces.kept(count)
+        todo = [number for number in range(count) if number not in done]
         if progress is not None:
-            progress(finished, count)
+            progress(len(done), count)
+        for place, (number, arrays) in enumerate(finished(work, todo, executor, workers), len(done) + 1):
+            pieces.keep(number, arrays)
+            if progress is not None:
+                progress(place, count)
+        yield pieces
+        if folder is not None:
+            remove_pieces(folder)
 
 
-def _worked(work: Work, todo: list[int], crew: Crew) -> Iterator[tuple[int, bytes]]:
-    """(number, piece) of all missing pieces."""
-    if not todo:
-        return
-    if crew.scheduler is not None:
-        from shakedown.campaign.cluster import by_cluster  # dask is needed only here
+@contextmanager
+def _folder(path: Path, resume: bool) -> Iterator[None]:
+    """The folder of the pieces, which no other run writes; it does not stay where it is empty."""
+    with ExitStack() as stack:
+        try:
+            if not resume and path.is_dir() and _names(path):
+                raise UsageError(f"{path}: an unfinished run is kept there; resume it, or remove that folder")
+            path.mkdir(exist_ok=True)
+            if os.name == "posix":  # others open no folders
+                handle = os.open(path, os.O_RDONLY)
+                stack.callback(os.close, handle)
+                if not locked(handle):
+                    raise UsageError(f"{path}: another run is writing there")
+        except OSError as error:
+            raise UsageError(f"{path}: cannot be written ({error.strerror or error})") from None
+        try:
+            yield
+        finally:
+            with suppress(OSError):
+                path.rmdir()
 
-        yield from by_cluster(work, todo, crew.scheduler)
-    elif crew.processes == 1 or len(todo) == 1:
-        yield from ((number, work(number)) for number in todo)
-    else:
-        from shakedown.campaign.processes import by_processes
 
-        yield from by_processes(work, todo, crew.processes)
+def _names(folder: Path) -> list[str]:
+    """The names of all pieces in a folder."""
+    return [name for name in os.listdir(folder) if NAME.fullmatch(name)]
+
+
+def remove_pieces(folder: Path) -> None:
+    """Remove all pieces in a folder, and the folder where nothing else is in it."""
+    with suppress(OSError):
+        for name in _names(folder):
+            (folder / name).unlink(missing_ok=True)
+        folder.rmdir()
+
+
+def read_arrays(path: Path, most_bytes: int, *keys: str) -> Arrays:
+    """The arrays of an NPZ file of ``numpy.savez``, all or some; their size is known before memory is taken.
+
+    Raises
+    ------
+    ProblemError
+        If it is none, or too large.
+    """
+    try:
+        with open_regular(path) as file:
+            if (size := os.fstat(file.fileno()).st_size) > most_bytes:
+                raise ProblemError(f"expected at most {most_bytes} bytes, found {size}")
+            with ZipFile(file) as archive:
+                members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
+                stored = all(info.compress_type == ZIP_STORED for info in members.values())
+                if not stored or sum(info.file_size for info in members.values()) > size:
+                    raise ProblemError("expected arrays as they are, found compressed ones")
+                return {key: _array(archive, members[key]) for key in keys or members}
+    except BROKEN as error:
+        raise ProblemError(f"{path}: expected a piece of this run, found a damaged one ({error})") from None
+
+
+def _array(archive: ZipFile, info: ZipInfo) -> NDArray[Any]:
+    with archive.open(info) as member:
+        header = read_header(member)
+    with archive.open(info) as member:
+        return read_array(member, header, info.file_size)
+
+
+def text_of(arrays: Arrays) -> Any:
+    """What :func:`as_text` made a piece of; of other arrays raises ``ValueError``."""
+    if set(arrays) != {"text"} or arrays["text"].dtype.kind != "U" or arrays["text"].shape:
+        raise ValueError("expected one text")
+    return json.loads(str(arrays["text"]))
+
+
+def as_text(said: Any) -> Arrays:
+    """A piece of what JSON can say, NaN and infinities too; floats come back to the last bit."""
+    return {"text": np.array(json.dumps(said, default=int))}  # whole numbers of NumPy
 
 
 def function_stamp(make: Callable[..., Problem], *first: object) -> str:

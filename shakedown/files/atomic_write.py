@@ -70,8 +70,8 @@ def check_target(path: str | os.PathLike[str]) -> Path:
 
 
 @checked
-def record_beside(path: str | os.PathLike[str]) -> str:
-    """Where a run records itself that will write to ``path``: ``PATH.partial``, symbolic links followed.
+def record_beside(path: str | os.PathLike[str], end: str = RECORD) -> str:
+    """Where a run records itself that will write to ``path``: that name and ``end``, symbolic links followed.
 
     A name that becomes too long for its folder is cut short and told apart by a checksum.
 
@@ -85,9 +85,9 @@ def record_beside(path: str | os.PathLike[str]) -> str:
         longest = os.pathconf(folder or ".", "PC_NAME_MAX")
     except (AttributeError, OSError, ValueError):  # no such question there, or no such folder
         longest = _LONGEST
-    spelt, end = os.fsencode(name), RECORD
+    spelt = os.fsencode(name)
     if len(spelt) + len(end) > longest:
-        end = f".{hashlib.sha256(spelt).hexdigest()[:16]}{RECORD}"
+        end = f".{hashlib.sha256(spelt).hexdigest()[:16]}{end}"
         name = spelt[: longest - len(end)].decode(errors="ignore")  # without half a character
     return os.path.join(folder, name + end)
 

@@ -205,7 +205,7 @@ def _kind_of(annotation: Any) -> Kind | None:
         )
     if origin is np.ndarray:
         return _array_of(members)
-    if origin.__module__.startswith(("shakedown", "matplotlib", "skfem")):
+    if origin.__module__.startswith(("shakedown", "matplotlib", "skfem", "concurrent")):
         article = "an" if origin.__name__[0] in "AEIOU" else "a"
         expected = f"{article} {origin.__name__}"
         return Kind(lambda value: _where(isinstance(value, origin), value), expected)

@@ -55,7 +55,7 @@ def place_of(package: str) -> Path | None:
     """
     root = Path(cast(str, modules[package].__file__)).parent
     given = cast(Any, numba.config).CACHE_DIR
-    beside, name = root / "__pycache__", f"{FOLDER}{_hash_of_sources(root)[:16]}"
+    beside, name = root / "__pycache__", f"{FOLDER}{hash_of_sources(root)[:16]}"
     own = Path(user_cache_dir(package, appauthor=False))
     for above in (Path(given) / package if given else None, beside, own):
         if above is not None and _can_be_written(above / name):
@@ -67,7 +67,7 @@ def place_of(package: str) -> Path | None:
     return None
 
 
-def _hash_of_sources(root: Path) -> str:
+def hash_of_sources(root: Path) -> str:
     """A number for the names and contents of all modules below a folder."""
     whole = sha256()
     for path in sorted(root.rglob("*.py")):

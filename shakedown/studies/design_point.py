@@ -112,6 +112,25 @@ class DesignPoint(Result):
         return self.limits[name].load_factor if name in self.limits else nan
 
 
+def point_of(said: dict[str, Any]) -> DesignPoint:
+    """The point whose fields JSON has said."""
+    numbers, slips = (tuple(map(float, said[name] or ())) for name in ("values", "slip_criterion"))
+    return DesignPoint(
+        values=numbers,
+        limits={
+            str(name): DesignLimit(float(limit), Status(status), str(remark), float(low), float(high))
+            for name, (limit, status, remark, low, high) in said["limits"].items()
+        },
+        guarantee=str(said["guarantee"]),
+        open_nodes=tuple(map(int, said["open_nodes"])),
+        reason=str(said["reason"]),
+        proved_from_this_state=float(said["proved_from_this_state"]),
+        outcomes=tuple(map(Outcome, said["outcomes"])),
+        contradictions=tuple(map(str, said["contradictions"])),
+        slip_criterion=SlipAllowed(*slips) if slips else None,
+    )
+
+
 class Question(NamedTuple):
     """The request for every point.
 

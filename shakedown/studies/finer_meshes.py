@@ -1,8 +1,8 @@
 """One joint on finer and finer meshes: which of its numbers converge."""
 
-import json
 import logging
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from importlib.metadata import version
 from math import nan
@@ -14,10 +14,16 @@ from numpy.typing import ArrayLike
 
 from shakedown.assessment.assess import assess
 from shakedown.assessment.slip_limit import slip_limit
-from shakedown.campaign.crew import Crew
-from shakedown.campaign.journal import journal_at
-from shakedown.campaign.pieces import function_stamp, run_campaign
-from shakedown.files.atomic_write import record_beside
+from shakedown.campaign.pieces import (
+    TEXT_SIZE,
+    UNREADABLE,
+    Arrays,
+    Progress,
+    as_text,
+    function_stamp,
+    run_pieces,
+    text_of,
+)
 from shakedown.files.table_file import check_table
 from shakedown.ground.errors import SolverError, UsageError
 from shakedown.ground.status import Outcome
@@ -31,9 +37,18 @@ from shakedown.long_term.node_results import node_results
 from shakedown.long_term.slip_criterion import check_slip_below
 from shakedown.studies.refined import COLUMNS, LIMITS, Refinement
 
-Progress = Callable[[int, int], None]
 Make = Callable[[Any], Problem] | Mapping[Any, Problem]
 LOGGER = logging.getLogger("shakedown")
+ROW: dict[str, Any] = {  # what a row holds; whole numbers are those that an array can
+    "nodes": np.int64,
+    "elements": float,
+    "directions": np.int64,
+    "fingerprint": str,
+    "units": str,
+    "friction": list,
+    "load steps": np.int64,
+    "loads": list,
+} | dict.fromkeys(COLUMNS, float)
 
 
 class Asked(NamedTuple):
@@ -52,7 +67,8 @@ def refine(
     radius: float | None = None,
     load_factor: float = 1.0,
     slip_below: float | None = None,
-    workers: int = 1,
+    executor: Executor | None = None,
+    workers: int | None = 1,
     output: str | PathLike[str] | None = None,
     resume: bool = False,
     progress: Progress | None = None,
@@ -76,13 +92,16 @@ def refine(
         At which friction work and slips are found.
     slip_below
         Also up to which load factor the slip of every node stays below this length [length].
+    executor
+        Who works: any :class:`concurrent.futures.Executor`; it is not shut down.
     workers
-        Number of processes; a function that makes joints has to be one that can be imported then.
+        Without one the number of processes; a function that makes joints has to be one that can be imported,
+        and a script to keep the call under ``if __name__ == "__main__":``.
     output
-        Where to write the table (.csv or .parquet). Every mesh is recorded as soon as it is known, in a
-        file of that name with ``.partial`` after it.
+        Where to write the table (.csv or .parquet). Until then every mesh is kept, as soon as it is known, in
+        a file of its own in ``OUTPUT.parts``.
     resume
-        Whether to go on with what a killed run has recorded there, if one has.
+        Whether to go on with the meshes that a stopped run has left there.
     progress
         Called with (meshes done, meshes in all).
 
@@ -109,20 +128,25 @@ def refine(
     if not wanted or (isinstance(make, Mapping) and not set(wanted) <= set(make)):
         raise UsageError(f"sizes: expected sizes of joints, found {wanted}")
     work = _Meshes(make, wanted, Asked(float(load_factor), radius, slip_below))
-    partial = None if output is None else record_beside(output)
     if output is not None:
         check_table(output)
     if isinstance(make, Mapping):  # for a function the joints are known only afterwards
         _check_one_joint([_about(make[size]) for size in wanted])
-    with journal_at(partial, {} if partial is None else work.header(), resume=resume) as journal:
-        run_campaign(work, len(wanted), journal, Crew(workers), progress)
-        rows = [json.loads(piece) for piece in journal.pieces()]
+    with run_pieces(
+        work,
+        len(wanted),
+        output=output,
+        resume=resume,
+        executor=executor,
+        workers=workers,
+        progress=progress,
+    ) as pieces:
+        rows = [_row(pieces.read(number)) for number in range(len(wanted))]
         if not isinstance(make, Mapping):
             _check_one_joint(rows)
         found = _refinement(wanted, rows, work.asked)
         if output is not None:
             found.save(output)
-        journal.remove()
     return found
 
 
@@ -168,28 +192,45 @@ def _refinement(sizes: tuple[float, ...], rows: Sequence[dict[str, Any]], asked:
     )
 
 
+def _row(arrays: Arrays) -> dict[str, Any]:
+    """The row of a mesh."""
+    said = text_of(arrays)
+    return {name: kind(said[name]) for name, kind in ROW.items()}
+
+
 @dataclass(frozen=True)
 class _Meshes:
-    """The work of a refinement: from the number of a mesh to its row, as bytes."""
+    """The work of a refinement: from the number of a mesh to its row, as text."""
 
     make: Make
     sizes: tuple[float, ...]
     asked: Asked
 
-    def __call__(self, number: int) -> bytes:
+    def __call__(self, number: int) -> Arrays:
         size = self.sizes[number]
         problem = self.make[size] if isinstance(self.make, Mapping) else self.make(size)
-        row = _about(problem) | mesh_row(problem, *self.asked)
-        return json.dumps(row).encode()
+        return as_text(_about(problem) | mesh_row(problem, *self.asked))
 
-    def header(self) -> dict[str, str]:
+    @property
+    def most_bytes(self) -> int:
+        """The largest size of the file of a mesh [bytes]."""
+        return TEXT_SIZE
+
+    def fits(self, number: int, arrays: Arrays) -> bool:
+        """Whether a piece is the row of a mesh."""
+        try:
+            return bool(_row(arrays))
+        except UNREADABLE:
+            return False
+
+    def settings(self) -> dict[str, str]:
         """All that the rows depend on."""
         if isinstance(self.make, Mapping):
             joints = [self.make[size].fingerprint for size in self.sizes]
         else:
             joints = [function_stamp(self.make, self.sizes[0])]
         return {
-            "joints": repr(joints),
+            "refine": repr(joints),
             "sizes": repr(self.sizes),
             "question": repr(self.asked),
             "version": version("shakedown-bounds"),

@@ -11,8 +11,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.campaign.journal import Journal
-from shakedown.campaign.stored_result import unpacked
+from shakedown.campaign.pieces import Pieces
 from shakedown.files.atomic_write import atomic_write
 from shakedown.files.npy import read_header
 from shakedown.ground.errors import ProblemError
@@ -27,57 +26,49 @@ DIGITS = 2 * hashlib.sha256().digest_size  # of the checksum
 LONG_AGO = (1980, 1, 1, 0, 0, 0)  # fixed time stamp of every member, so that equal maps are equal files
 
 
-def write_map(path: str | os.PathLike[str], journal: Journal, rows: int, settings: Mapping[str, Any]) -> None:
+def write_map(
+    path: str | os.PathLike[str], pieces: Pieces, count: int, kinds: Kinds, settings: Mapping[str, Any]
+) -> None:
     """Write the columns of all pieces, one after the other, so that memory holds one piece at a time.
 
     Parameters
     ----------
     path
         Where to write, whole or not at all.
-    journal
+    pieces, count
         The pieces; a column is all of them in order.
-    rows
-        Number of states in all.
+    kinds
+        Type and shape of each column.
     settings
         What the map is, as the JSON text of the key ``settings``. ``load_factor`` is one
         number where all states have the same, ``named`` the names of the first states at each load factor.
     """
-    first = unpacked(next(journal.pieces()))
-    single = settings["load_factors"] if len(settings["load_factors"]) == 1 else None
     with atomic_write(path) as file:
         with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
-            for key, sample in first.items():
-                if key == "load_factor" and single:
-                    _write(archive, key, np.array(single[0]))
-                else:
-                    pieces = (unpacked(piece, key)[key] for piece in journal.pieces())
-                    _write_column(archive, key, (rows, *sample.shape[1:]), sample.dtype, pieces)
-            _write(archive, "named", np.array(settings["named"]))
-            _write(archive, "settings", np.array(json.dumps(settings, ensure_ascii=False)))
+            for key, (dtype, shape) in kinds.items():
+                column = (pieces.read(number, key)[key] for number in range(count))
+                _write(archive, key, dtype, shape, column if shape else iter([settings["load_factors"][0]]))
+            for key, value in (
+                ("named", np.array(settings["named"])),
+                ("settings", np.array(json.dumps(settings, ensure_ascii=False))),
+            ):
+                _write(archive, key, value.dtype, value.shape, iter([value]))
             archive.comment = SEAL + bytes(DIGITS)
         checksum = _checksum(file)
         file.seek(-DIGITS, os.SEEK_END)
         file.write(checksum)
 
 
-def _write(archive: zipfile.ZipFile, key: str, array: NDArray[Any]) -> None:
-    _write_column(archive, key, array.shape, array.dtype, iter([array]))
-
-
-def _write_column(
-    archive: zipfile.ZipFile,
-    key: str,
-    shape: tuple[int, ...],
-    dtype: np.dtype[Any],
-    pieces: Iterator[NDArray[Any]],
+def _write(
+    archive: zipfile.ZipFile, key: str, dtype: np.dtype[Any], shape: tuple[int, ...], parts: Iterator[Any]
 ) -> None:
     """One member of the archive, as ``numpy.save`` would write it."""
     info = zipfile.ZipInfo(f"{key}.npy", LONG_AGO)
     with archive.open(info, "w", force_zip64=True) as member:
         head = {"descr": np.lib.format.dtype_to_descr(dtype), "fortran_order": False, "shape": shape}
         np.lib.format.write_array_header_1_0(member, head)
-        for piece in pieces:
-            member.write(np.ascontiguousarray(piece, dtype=dtype).tobytes())
+        for part in parts:
+            member.write(np.ascontiguousarray(part, dtype=dtype).tobytes())
 
 
 def _checksum(file: BinaryIO) -> bytes:
@@ -134,9 +125,3 @@ def finished_map(path: str | os.PathLike[str], settings: Mapping[str, Any], kind
         return None
     fits = found == json.loads(json.dumps(settings)) and kinds_of(columns) == kinds
     return columns if fits else None
-
-
-def joined_columns(journal: Journal) -> Columns:
-    """The columns of all pieces in memory."""
-    pieces = [unpacked(piece) for piece in journal.pieces()]
-    return {key: np.concatenate([piece[key] for piece in pieces]) for key in pieces[0]}

@@ -1,12 +1,14 @@
 """The work of a map, cut into pieces: the long-term states of some initial states."""
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from importlib.metadata import version
+from math import prod
+from typing import Any
 
 import numpy as np
 
-from shakedown.campaign.stored_result import packed, unpacked
+from shakedown.campaign.pieces import Arrays
 from shakedown.ground.argument_kinds import check_count, check_fields
-from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.size_limits import CYCLES, MANY
 from shakedown.ground.status import Outcome
@@ -21,6 +23,7 @@ from shakedown.studies.samplers import BLOCK, Sampling
 
 LITTLE = 1 << 17  # states times nodes squared: a few seconds at most
 MUCH = 1 << 22  # the same: half a minute or more
+LARGEST_HEADERS = 1 << 13  # bytes of an archive beside its columns
 IN_SPACE = 16  # times the work of a state in the plane, with correspondingly fewer states in a piece
 COLUMNS = (  # columns kept for every state in any case
     "initial_slip",
@@ -119,18 +122,42 @@ class MapPieces:
             return chosen, np.array(list(chosen.named.values()))
         return chosen, self.slips[which][rows] if self.slips else chosen.slips(rows.start, rows.stop)
 
-    def fits(self, number: int, piece: bytes) -> bool:
-        """Whether a recorded piece holds the columns of as many states, at the load factor of its number."""
+    @property
+    def most_bytes(self) -> int:
+        """The largest size of the file of a piece [bytes]."""
+        rows = max(self.size, len(self.samplings[0].named))
+        return LARGEST_HEADERS + sum(kind.itemsize * prod(shape) for kind, shape in self.kinds(rows).values())
+
+    def fits(self, number: int, arrays: Arrays) -> bool:
+        """Whether a piece holds the columns of as many states, at the load factor of its number."""
         which, part = divmod(number, self._per_load_factor)
         chosen = self.samplings[which]
         rows = min(self.size, chosen.states - (part - 1) * self.size) if part else len(chosen.named)
-        try:
-            found = unpacked(piece)
-        except ProblemError:
-            return False
-        return kinds_of(found) == self.kinds(rows) and bool(
-            (found["load_factor"] == chosen.load_factor).all()
-        )
+        there = kinds_of(arrays) == self.kinds(rows)
+        return there and bool((arrays["load_factor"] == chosen.load_factor).all())
+
+    def settings(self) -> dict[str, Any]:
+        """Everything that the pieces depend on."""
+        return {"map": self.of_the_map(), "piece": self.size}
+
+    def of_the_map(self) -> dict[str, Any]:
+        """Everything that the states depend on, to repeat them and to distinguish maps."""
+        first = self.samplings[0]
+        asked = {"slip_ranges": True} if self.slip_ranges else {}
+        return asked | {
+            "problem_sha256": first.problem.fingerprint,
+            "load_factors": [chosen.load_factor for chosen in self.samplings],
+            "sampler": str(first.sampler),
+            "seed": first.seed,
+            "states": first.states,
+            "named": list(first.named),
+            "coordinates": list(first.coordinates),
+            "reach": first.reach,
+            "max_cycles": self.search.max_cycles,
+            "longest_period": self.search.longest_period,
+            "tolerances": asdict(self.search.tolerances),
+            "version": version("shakedown-bounds"),
+        }
 
     def kinds(self, rows: int) -> Kinds:
         """Type and shape of the columns of some states."""
@@ -141,7 +168,7 @@ class MapPieces:
             for key in (*self.columns, "load_factor")
         }
 
-    def __call__(self, number: int) -> bytes:
+    def __call__(self, number: int) -> Arrays:
         chosen, slips = self._part(number)
         found = long_term_states(
             chosen.problem,
@@ -155,7 +182,7 @@ class MapPieces:
         columns = {key: getattr(found, key) for key in COLUMNS}
         if self.slip_ranges:
             columns["slip_range"] = self._slip_ranges(chosen.problem, found)
-        return packed(columns | {"load_factor": np.full(len(found), chosen.load_factor)})
+        return columns | {"load_factor": np.full(len(found), chosen.load_factor)}
 
     def _slip_ranges(self, problem: Problem, found: LongTermStates) -> FloatArray:
         """The largest slip range of a node in each long-term state, (s,), as in :class:`SlipCriterion`."""

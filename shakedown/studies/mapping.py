@@ -1,20 +1,16 @@
 """Long-term states from many initial states: the public function."""
 
-import json
 import logging
 import os
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
-from dataclasses import asdict, replace
-from importlib.metadata import version
+from concurrent.futures import Executor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, overload
 
 import numpy as np
 
-from shakedown.campaign.crew import Crew
-from shakedown.campaign.journal import journal_at
-from shakedown.campaign.pieces import run_campaign
+from shakedown.campaign.pieces import PARTS, remove_pieces, run_pieces
 from shakedown.files.atomic_write import check_target, record_beside
 from shakedown.ground.blas_threads import all_cores
 from shakedown.ground.errors import UsageError
@@ -26,7 +22,7 @@ from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.slip_criterion import check_slip_below
 from shakedown.studies.basin_map import InitialStateMap, InitialStateMaps, MissingMap, basin_map
-from shakedown.studies.map_file import Columns, finished_map, joined_columns, mapped_columns, write_map
+from shakedown.studies.map_file import Columns, finished_map, mapped_columns, write_map
 from shakedown.studies.map_pieces import MapPieces, MapSearch
 from shakedown.studies.samplers import Sampler, require_ball, sampling
 
@@ -45,8 +41,8 @@ def initial_state_map(
     reach: float = ...,
     path: str | os.PathLike[str] | None = ...,
     resume: bool = ...,
+    executor: Executor | None = ...,
     workers: int | None = ...,
-    scheduler: str | None = ...,
     max_cycles: int = ...,
     longest_period: int = ...,
     slip_below: float | None = ...,
@@ -67,8 +63,8 @@ def initial_state_map(
     reach: float = ...,
     path: str | os.PathLike[str] | None = ...,
     resume: bool = ...,
+    executor: Executor | None = ...,
     workers: int | None = ...,
-    scheduler: str | None = ...,
     max_cycles: int = ...,
     longest_period: int = ...,
     slip_below: float | None = ...,
@@ -89,8 +85,8 @@ def initial_state_map(
     reach: float = 1.0,
     path: str | os.PathLike[str] | None = None,
     resume: bool = False,
+    executor: Executor | None = None,
     workers: int | None = 1,
-    scheduler: str | None = None,
     max_cycles: int = CYCLES,
     longest_period: int = LONGEST_PERIOD,
     slip_below: float | None = None,
@@ -124,16 +120,19 @@ def initial_state_map(
     path
         Where to write all states (NPZ: ``initial_slip``, ``final_slip``, ``outcome``,
         ``period``, ``dissipation``, ``load_factor``, ``named``, the names of the first states, and what
-        the limit cycles follow from). Until the map is whole its pieces are recorded beside it, in
-        ``PATH.partial``, which is valid after a kill at any instant. The result's arrays
+        the limit cycles follow from). Until the map is whole its pieces are files in ``PATH.parts``,
+        each whole after a kill at any instant. The result's arrays
         then stay on the disk; while statistics are taken, memory holds some 25
         bytes of each state, and no slips.
     resume
-        Whether to go on with what is recorded there; a map that is whole already is read.
-    workers, scheduler
-        Who works: see :class:`Crew`. None is one process for a little work, in the plane with threads for
-        half a minute's, else all cores. A script has to keep the call under ``if __name__ == "__main__":``
-        where it is more than one.
+        Whether to go on with the pieces that are there; a map that is whole already is read.
+    executor
+        Who works: any :class:`concurrent.futures.Executor`, as of threads, loky, MPI or
+        ``dask.distributed.Client(…).get_executor()``. It is not shut down.
+    workers
+        Without an executor the number of processes. None is one for a little work, in the plane with threads
+        for half a minute's, else one for each core. A script has to keep the call under
+        ``if __name__ == "__main__":`` where it is more than one.
     max_cycles, longest_period
         As for :func:`long_term_state`.
     slip_below
@@ -148,10 +147,10 @@ def initial_state_map(
     ------
     UsageError
         If an argument is out of range, a ball is asked for and none of the load factors has
-        one, the file cannot be written, what is recorded there is of another map, the
-        cluster does not answer, or processes cannot begin to work.
+        one, the file cannot be written, an unfinished run is kept there and not resumed, or
+        processes cannot begin to work.
     SolverError
-        If workers die again and again.
+        If a worker dies.
 
     Examples
     --------
@@ -194,9 +193,12 @@ def initial_state_map(
     work = MapPieces(
         chosen, MapSearch(max_cycles, longest_period, tolerances), slip_ranges=slip_below is not None
     )
-    if workers is None and (work.little or (work.for_threads and scheduler is None)):
+    if executor is None and workers is None and (work.little or work.for_threads):
         workers, work = 1, replace(work, threads=all_cores() if work.for_threads else 1)
-    columns = _columns(work, target, resume, Crew(workers, scheduler), progress)
+    if executor is not None or workers != 1:
+        work = work.for_other_processes()
+    run = {"executor": executor, "workers": workers, "progress": progress}
+    columns = _columns(work, target, resume, run)
     each = chosen[0].rows
     maps = tuple(
         basin_map(
@@ -210,52 +212,20 @@ def initial_state_map(
     return InitialStateMaps(maps, missing) if several else maps[0]
 
 
-def _columns(
-    work: MapPieces,
-    target: Path | None,
-    resume: bool,
-    crew: Crew,
-    progress: Callable[[int, int], None] | None,
-) -> Columns:
+def _columns(work: MapPieces, target: Path | None, resume: bool, run: dict[str, Any]) -> Columns:
     """All states of all load factors, done now or before; on the disk where they have a file."""
-    settings, rows = _settings(work), len(work.samplings) * work.samplings[0].rows
-    header = {key: json.dumps(value) for key, value in settings.items()} | {"piece": str(work.size)}
-    record = None if target is None else Path(record_beside(target))
-    if resume and target is not None and record is not None and not record.exists():
-        kinds = work.kinds(rows)
-        if len(work.samplings) == 1:
-            kinds["load_factor"] = (kinds["load_factor"][0], ())
-        finished = finished_map(target, settings, kinds)
-        if finished is not None:
-            return finished
-        if target.exists():
-            LOGGER.warning("%s: not this map, or altered since; made again", visible(str(target)))
-    with ExitStack() as stack:
-        journal = stack.enter_context(journal_at(record, header, resume=resume))
-        sent = work if crew.processes == 1 and crew.scheduler is None else work.for_other_processes()
-        run_campaign(sent, work.count, journal, crew, progress, work.fits)
+    settings, kinds = work.of_the_map(), work.kinds(len(work.samplings) * work.samplings[0].rows)
+    if len(work.samplings) == 1:
+        kinds["load_factor"] = (kinds["load_factor"][0], ())
+    if resume and target is not None and target.exists():
+        found = finished_map(target, settings, kinds)
+        if found is not None:
+            remove_pieces(Path(record_beside(target, PARTS)))
+            return found
+        LOGGER.warning("%s: not this map, or altered since; made again", visible(str(target)))
+    with run_pieces(work, work.count, output=target, resume=resume, **run) as pieces:
         if target is None:
-            return joined_columns(journal)
-        write_map(target, journal, rows, settings)
-        journal.remove()
+            whole = [pieces.read(number) for number in range(work.count)]
+            return {key: np.concatenate([piece[key] for piece in whole]) for key in whole[0]}
+        write_map(target, pieces, work.count, kinds, settings)
     return mapped_columns(target)
-
-
-def _settings(work: MapPieces) -> dict[str, Any]:
-    """Everything that the states of a map depend on, to repeat them and to distinguish maps."""
-    first = work.samplings[0]
-    asked = {"slip_ranges": True} if work.slip_ranges else {}
-    return asked | {
-        "problem_sha256": first.problem.fingerprint,
-        "load_factors": [chosen.load_factor for chosen in work.samplings],
-        "sampler": str(first.sampler),
-        "seed": first.seed,
-        "states": first.states,
-        "named": list(first.named),
-        "coordinates": list(first.coordinates),
-        "reach": first.reach,
-        "max_cycles": work.search.max_cycles,
-        "longest_period": work.search.longest_period,
-        "tolerances": asdict(work.search.tolerances),
-        "version": version("shakedown-bounds"),
-    }

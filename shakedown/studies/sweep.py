@@ -1,6 +1,7 @@
 """Limits of the load factor over the whole grid of parameters."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from importlib.metadata import version
 from os import PathLike
@@ -10,24 +11,27 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.bounds.plane_or_space import methods_of
-from shakedown.campaign.crew import Crew
-from shakedown.campaign.journal import journal_at
-from shakedown.campaign.pieces import function_stamp, run_campaign
-from shakedown.campaign.stored_result import restored, stored
-from shakedown.files.atomic_write import record_beside
+from shakedown.campaign.pieces import (
+    TEXT_SIZE,
+    UNREADABLE,
+    Arrays,
+    Progress,
+    as_text,
+    function_stamp,
+    run_pieces,
+    text_of,
+)
 from shakedown.files.table_file import check_table
-from shakedown.ground.errors import ProblemError, ShakedownError, UsageError
+from shakedown.ground.errors import ShakedownError, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked, real_array
 from shakedown.joint.problem import Problem
 from shakedown.long_term.slip_criterion import check_slip_below
 from shakedown.models.importing.import_model import Import
-from shakedown.studies.design_point import LIMITS, DesignPoint, Question, design_point
+from shakedown.studies.design_point import LIMITS, DesignPoint, Question, design_point, point_of
 from shakedown.studies.diagram import Sweep
 from shakedown.studies.variation import Configured, ProblemOf, Variation, checked_variation
-
-Progress = Callable[[int, int], None]
 
 
 @checked
@@ -41,8 +45,8 @@ def sweep(
     open_nodes: Literal["auto", "none"] = "auto",
     quick: bool = False,
     slip_below: float | None = None,
-    workers: int = 1,
-    scheduler: str | None = None,
+    executor: Executor | None = None,
+    workers: int | None = 1,
     output: str | PathLike[str] | None = None,
     resume: bool = False,
     progress: Progress | None = None,
@@ -82,16 +86,17 @@ def sweep(
     slip_below
         A limit on the slip range of every node in the long run [length]; up to which load factor it holds
         from the state asked about is said beside (:class:`~shakedown.assessment.slip_limit.SlipLimit`).
+    executor
+        Who works: any :class:`concurrent.futures.Executor`, as of threads, loky, MPI or
+        ``dask.distributed.Client(…).get_executor()``. It is not shut down.
     workers
-        Number of processes; of a function that makes joints it has to be one that can be
-        imported, and the script has to keep the call under ``if __name__ == "__main__"``.
-    scheduler
-        Address of a dask scheduler, whose workers take over.
+        Without an executor the number of processes, None one for each core; a function that makes joints has
+        to be one that can be imported, and a script to keep the call under ``if __name__ == "__main__":``.
     output
-        Where to write the table (:meth:`Sweep.save`). Until it is written every point is
-        recorded, as soon as it is known, in a file of that name with ``.partial`` after it.
+        Where to write the table (:meth:`Sweep.save`). Until it is written every point is kept, as soon as it
+        is known, in a file of its own in ``OUTPUT.parts``.
     resume
-        Whether to go on with what a killed run has recorded there, if one has.
+        Whether to go on with the points that a stopped run has left there.
     progress
         Called with (points done, points in all).
     tolerances
@@ -104,7 +109,7 @@ def sweep(
     BudgetExceeded
         If there are more than a million points.
     SolverError
-        If worker processes die again and again.
+        If a worker dies.
 
     Examples
     --------
@@ -125,13 +130,19 @@ def sweep(
         slip_below=None if slip_below is None else check_slip_below(slip_below),
     )
     work = _Points(variation, values, question, tolerances)
-    crew, partial = Crew(workers, scheduler), None if output is None else record_beside(output)
     if output is not None:
         check_table(output)
-    header = {} if partial is None else work.header()
-    with journal_at(partial, header, resume=resume) as journal:
-        run_campaign(work, int(np.prod(work.shape)), journal, crew, progress, work.fits)
-        points = tuple(restored(piece) for piece in journal.pieces())
+    count = int(np.prod(work.shape))
+    with run_pieces(
+        work,
+        count,
+        output=output,
+        resume=resume,
+        executor=executor,
+        workers=workers,
+        progress=progress,
+    ) as pieces:
+        points = tuple(point_of(text_of(pieces.read(number))) for number in range(count))
         found = Sweep(
             name=variation.name,
             parameters=variation.parameters,
@@ -144,7 +155,6 @@ def sweep(
         )
         if output is not None:
             found.save(output)
-        journal.remove()
     return found
 
 
@@ -174,7 +184,7 @@ def _checked_zone(open_nodes: str) -> Literal["auto"] | tuple[()]:
 
 @dataclass(frozen=True)
 class _Points:
-    """The work of a sweep: from the number of a point to the point, as bytes."""
+    """The work of a sweep: from the number of a point to the point, as text."""
 
     variation: Variation
     values: tuple[FloatArray, ...]
@@ -186,16 +196,19 @@ class _Points:
         """Number of values of each parameter."""
         return tuple(len(array) for array in self.values)
 
-    def __call__(self, number: int) -> bytes:
-        return stored(point_at(self.variation, self._at(number), self.question, self.tolerances))
+    def __call__(self, number: int) -> Arrays:
+        return as_text(vars(point_at(self.variation, self._at(number), self.question, self.tolerances)))
 
-    def fits(self, number: int, piece: bytes) -> bool:
-        """Whether a recorded piece is a point of these values that answers this question."""
+    @property
+    def most_bytes(self) -> int:
+        """The largest size of the file of a point [bytes]."""
+        return TEXT_SIZE
+
+    def fits(self, number: int, arrays: Arrays) -> bool:
+        """Whether a piece is the point of these values, and answers this question."""
         try:
-            point = restored(piece)
-        except ProblemError:
-            return False
-        if not isinstance(point, DesignPoint):
+            point = point_of(text_of(arrays))
+        except UNREADABLE:
             return False
         simulated = len(self.question.load_factors) if point.exists else 0
         limits = self.question.bounds if point.exists else ()
@@ -211,11 +224,11 @@ class _Points:
         places = np.unravel_index(number, self.shape)  # the last parameter runs fastest
         return tuple(float(array[k]) for array, k in zip(self.values, places, strict=True))
 
-    def header(self) -> dict[str, str]:
+    def settings(self) -> dict[str, str]:
         """All that the points depend on."""
         joint, base, initial = self.variation.joint, self.variation.base, self.question.initial_slip
         return {
-            "joint": function_stamp(joint, *self._at(0)) if base is None else base.fingerprint,  # type: ignore[arg-type]
+            "sweep": function_stamp(joint, *self._at(0)) if base is None else base.fingerprint,  # type: ignore[arg-type]
             "configuration": _sources(self.variation),
             "values": repr(
                 dict(zip(self.variation.parameters, (v.tolist() for v in self.values), strict=True))

@@ -1,28 +1,28 @@
-"""Campaigns: whoever does the work, and however often it is interrupted, the result is the same."""
+"""Pieces of work: whoever does them, and however often they are interrupted, the result is the same."""
 
-import multiprocessing
 import os
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import campaign_works
 import numpy as np
 import pytest
-from campaign_works import Deadly, Squares, mistaken, squares
+from campaign_works import Deadly, Mistaken, Squares, done, squares
 
-from shakedown.campaign.crew import Crew
-from shakedown.campaign.journal import journal_at
-from shakedown.campaign.pieces import run_campaign
+from shakedown.campaign.pieces import run_pieces
 from shakedown.files.examples import example
 from shakedown.ground.blas_threads import all_cores
 from shakedown.ground.errors import SolverError, UsageError
 
-HEADER = {"what": "squares"}
 WORKS = Path(campaign_works.__file__)
+
+
+class Stopped(Exception):
+    """The run ends here."""
 
 
 def started(path, *arguments):
@@ -30,77 +30,112 @@ def started(path, *arguments):
     return subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
+def ended(**words):
+    """Do three pieces and end after them."""
+    with run_pieces(Squares(), 3, **words):
+        raise Stopped
+
+
+@pytest.fixture
+def stopped(tmp_path):
+    """The output of a run that ended when three pieces were done."""
+    with pytest.raises(Stopped):
+        ended(output=tmp_path / "map.npz")
+    return tmp_path / "map.npz"
+
+
+class NoDefaults(ThreadPoolExecutor):
+    """An executor that does not tell how many workers it has, and may not be shut down by others."""
+
+    _max_workers = None
+
+    def __init__(self):
+        super().__init__(2)
+        self.threads, self.most = 2, 0
+
+    def submit(self, *words):
+        self._max_workers = self.threads
+        try:
+            future = super().submit(*words)
+        finally:
+            self._max_workers = None
+        self.most = max(self.most, self._work_queue.qsize())
+        return future
+
+
 @pytest.mark.parametrize("workers", [1, 2])
-def test_every_piece_is_done_once_and_read_in_order(workers):
-    calls = []
-    with journal_at(None, HEADER) as journal:
-        crew = Crew(workers=workers)
-        run_campaign(Squares(), 7, journal, crew, progress=lambda done, of: calls.append((done, of)))
-        assert squares(journal).tolist() == [k**2 for k in range(70)]
-    assert calls == [(done, 7) for done in range(8)]
-
-
-def test_what_is_recorded_is_not_done_again(tmp_path):
-    path = tmp_path / "map.npz.partial"
-    with journal_at(path, HEADER) as journal:
-        run_campaign(Squares(), 3, journal)
-    with journal_at(path, HEADER, resume=True) as journal:
-        asked = []
-        run_campaign(lambda number: asked.append(number) or Squares()(number), 6, journal)
-        assert asked == [3, 4, 5]
-        assert squares(journal).tolist() == [k**2 for k in range(60)]
-        journal.remove()
+@pytest.mark.parametrize("kept", [False, True])
+def test_every_piece_is_done_once_and_read_in_order(tmp_path, workers, kept):
+    calls, output = [], tmp_path / "map.npz" if kept else None
+    progress = lambda *at: calls.append(at)  # noqa: E731
+    with run_pieces(Squares(), 7, output=output, workers=workers, progress=progress) as pieces:
+        assert squares(pieces, 7).tolist() == [k**2 for k in range(70)]
+        assert kept == bool(list(tmp_path.iterdir()))
+    assert calls == [(number, 7) for number in range(8)]
     assert not list(tmp_path.iterdir())
 
 
+def test_any_executor_does_the_work_a_few_pieces_at_a_time_and_goes_on_living():
+    executor = NoDefaults()
+    with run_pieces(Squares(), 300, executor=executor) as pieces:
+        assert squares(pieces, 300).tolist() == [k**2 for k in range(3000)]
+    assert executor.most < 70
+    assert executor.submit(int).result() == 0
+    with ThreadPoolExecutor(3) as threads, run_pieces(Squares(0.001), 30, executor=threads) as pieces:
+        assert squares(pieces, 30).tolist() == [k**2 for k in range(300)]
+
+
+def test_what_is_kept_is_not_done_again(stopped, caplog):
+    calls = []
+    with run_pieces(
+        Squares(), 6, output=stopped, resume=True, progress=lambda *at: calls.append(at)
+    ) as pieces:
+        assert squares(pieces, 6).tolist() == [k**2 for k in range(60)]
+    assert calls == [(number, 6) for number in range(3, 7)]
+    assert caplog.messages == [f"goes on from 3 of 6 pieces in {stopped}.parts"]
+    assert not list(stopped.parent.iterdir())
+
+
 def test_a_run_killed_at_random_instants_ends_as_an_undisturbed_one(tmp_path):
-    path, generator, counts = tmp_path / "journal", np.random.default_rng(0), [0]
-    while counts[-1] < 12 and len(counts) < 30:
-        run = started(path, 12, 1, 0.05)
+    path, generator, counts = tmp_path / "map.npz", np.random.default_rng(0), [0]
+    for _ in range(5):
+        run = started(path, 40, 1, 0.05)
         assert run.stdout.readline() == "begun\n"
         time.sleep(generator.uniform(0.05, 0.3))
         run.kill()
         run.communicate()
-        with journal_at(path, HEADER, resume=True) as journal:
-            counts.append(len(journal.done()))
+        counts.append(len(done(path)))
     assert counts == sorted(counts)
     assert len(set(counts)) >= 3
-    run = started(path, 12, 1, 0.0)
-    assert run.communicate(timeout=60) == (f"begun\n{sum(k**2 for k in range(120))}\n", "")
+    run = started(path, 40, 1, 0.0)
+    out, err = run.communicate(timeout=60)
+    assert out == f"begun\n{sum(k**2 for k in range(400))}\n"
+    assert err == f"goes on from {counts[-1]} of 40 pieces in {path}.parts\n"
+    assert not list(tmp_path.iterdir())
 
 
-def test_a_killed_process_of_the_pool_costs_its_pieces_only():
-    with journal_at(None, HEADER) as journal:
-        killed = []
-
-        def kill_one(done, _):
-            if done == 2 and not killed:
-                killed.append(multiprocessing.active_children()[0].pid)
-                os.kill(killed[0], signal.SIGKILL)
-
-        run_campaign(Squares(0.02), 8, journal, Crew(workers=2), progress=kill_one)
-        assert killed
-        assert squares(journal).tolist() == [k**2 for k in range(80)]
-
-
-def test_work_that_kills_its_workers_is_given_up_in_words():
-    with journal_at(None, HEADER) as journal, pytest.raises(SolverError, match="3 workers died one after"):
-        run_campaign(Deadly(), 3, journal, Crew(workers=2))
+def test_work_that_kills_its_workers_is_given_up_in_words_and_what_is_done_stays(tmp_path):
+    path = tmp_path / "map.npz"
+    with (
+        pytest.raises(SolverError, match=r"one died .*; what is done is kept"),
+        run_pieces(Deadly(), 9, output=path, workers=2),
+    ):
+        pass
+    assert set(done(path)) <= {0, 1, 3, 4}
 
 
 UNGUARDED = """
 import sys
-from campaign_works import Crew, Squares, journal_at, run_campaign
-crew = Crew(workers=2)
-with journal_at(sys.argv[1], {}) as journal:
-    run_campaign(Squares(weight=bytes(1 << 17)), 3, journal, crew)
+from campaign_works import Squares, run_pieces
+with run_pieces(Squares(weight=bytes(1 << 17)), 3, output=sys.argv[1], workers=2):
+    pass
 """
 
 
 def test_a_script_without_a_guard_ends_with_a_line_that_names_it(tmp_path):
     """Its workers end while they start; what a pipe does not hold, 64 KiB, must not wait for them to read it."""
     (tmp_path / "script.py").write_text(UNGUARDED)
-    words = [sys.executable, "script.py", "journal"]
+    words = [sys.executable, "script.py", "map.npz"]
     path = {"PYTHONPATH": str(WORKS.parent)}
     run = subprocess.run(
         words, cwd=tmp_path, env=os.environ | path, capture_output=True, text=True, timeout=60
@@ -110,8 +145,14 @@ def test_a_script_without_a_guard_ends_with_a_line_that_names_it(tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["script.py"]
 
 
+def test_work_that_cannot_be_sent_is_one_line():
+    local = type("Local", (Squares,), {})
+    with pytest.raises(UsageError, match="functions that other processes can import"):
+        run_pieces(local(), 3, workers=2).__enter__()
+
+
 def test_the_workers_of_a_killed_run_go_with_it(tmp_path):
-    run = started(tmp_path / "journal", 100, 2, 0.3)
+    run = started(tmp_path / "map.npz", 100, 2, 0.3)
     children = Path(f"/proc/{run.pid}/task/{run.pid}/children")
     if not children.exists():
         run.kill()
@@ -129,47 +170,65 @@ def test_the_workers_of_a_killed_run_go_with_it(tmp_path):
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_an_error_in_the_work_comes_through(workers):
-    with journal_at(None, HEADER) as journal, pytest.raises(ValueError, match="piece 0"):
-        run_campaign(mistaken, 1, journal, Crew(workers=workers))
+def test_an_error_in_the_work_comes_through_and_leaves_nothing(tmp_path, workers):
+    with (
+        pytest.raises(ValueError, match=r"piece [01]"),
+        run_pieces(Mistaken(), 2, output=tmp_path / "map.npz", workers=workers),
+    ):
+        pass
+    assert not list(tmp_path.iterdir())
 
 
-def test_another_run_is_not_mixed_in(tmp_path):
-    path = tmp_path / "journal"
-    with journal_at(path, HEADER | {"seed": "0"}) as journal:
-        run_campaign(Squares(), 1, journal)
-        with pytest.raises(UsageError, match="another run is writing it"):
-            journal_at(path, HEADER, resume=True).__enter__()
-    with pytest.raises(UsageError, match="unfinished run is recorded there; resume it, or remove"):
-        journal_at(path, HEADER).__enter__()
-    with pytest.raises(UsageError, match="found it recorded with seed = 0, not 1"):
-        journal_at(path, HEADER | {"seed": "1"}, resume=True).__enter__()
+def test_another_run_is_not_mixed_in(stopped, caplog):
+    with pytest.raises(UsageError, match="unfinished run is kept there; resume it, or remove that folder"):
+        ended(output=stopped)
+    with run_pieces(Squares(seed=1), 3, output=stopped, resume=True) as pieces:
+        assert len(list(pieces.folder.iterdir())) == 6
+        with pytest.raises(UsageError, match="another run is writing there"):
+            ended(output=stopped, resume=True)
+    assert caplog.messages == [f"goes on from 0 of 3 pieces in {stopped}.parts; 3 others there do not fit"]
+    assert not list(stopped.parent.iterdir())
 
 
-@pytest.mark.parametrize("content", [b"something else entirely" * 100, "database"])
-def test_other_peoples_files_are_left_alone(tmp_path, content):
-    path = tmp_path / "file"
-    if content == "database":
-        with sqlite3.connect(path) as connection:
-            connection.execute("CREATE TABLE theirs (a)")
-        connection.close()
-    else:
-        path.write_bytes(content)
-    before = path.read_bytes()
-    with pytest.raises(UsageError, match="found another"):
-        journal_at(path, HEADER, resume=True).__enter__()
-    assert path.read_bytes() == before
-
-
-def test_a_journal_that_cannot_be_written_is_said_in_one_line(tmp_path):
+def test_other_peoples_files_are_left_alone(tmp_path):
+    for name in ("notes.txt", "0123456789abcdef-1.npy"):
+        (tmp_path / "map.npz.parts").mkdir(exist_ok=True)
+        (tmp_path / "map.npz.parts" / name).write_text("theirs")
+    with run_pieces(Squares(), 3, output=tmp_path / "map.npz"):
+        pass
+    assert len(list((tmp_path / "map.npz.parts").iterdir())) == 2
+    (tmp_path / "other.npz.parts").write_text("theirs")
     with pytest.raises(UsageError, match="cannot be written"):
-        journal_at(tmp_path / "missing" / "journal", HEADER).__enter__()
+        ended(output=tmp_path / "other.npz")
+    assert (tmp_path / "other.npz.parts").read_text() == "theirs"
 
 
-@pytest.mark.parametrize(("words", "said"), [({"workers": 0}, "at least 1"), ({"scheduler": ""}, "address")])
-def test_a_crew_has_to_exist(words, said):
-    with pytest.raises(UsageError, match=said):
-        Crew(**words)
+def test_a_folder_that_cannot_be_made_is_said_in_one_line(tmp_path):
+    with pytest.raises(UsageError, match="cannot be written"):
+        ended(output=tmp_path / "missing" / "map.npz")
+
+
+def test_a_full_disk_is_said_in_one_line_and_what_is_done_stays(stopped, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(UsageError, match=r"cannot be written \(No space left on device\)"):
+        run_pieces(Squares(), 6, output=stopped, resume=True).__enter__()
+    assert done(stopped) == [0, 1, 2]
+
+
+def test_at_least_one_worker_is_needed():
+    with pytest.raises(UsageError, match="workers: expected at least 1"):
+        run_pieces(Squares(), 3, workers=0).__enter__()
+
+
+def test_a_termination_while_workers_begin_ends_the_run(tmp_path):
+    run = started(tmp_path / "map.npz", 100, 2, 0.3)
+    assert run.stdout.readline() == "begun\n"
+    run.send_signal(signal.SIGTERM)
+    assert run.communicate(timeout=60)[0] == ""
+    assert run.returncode == -signal.SIGTERM
 
 
 def test_the_fingerprint_tells_problems_apart():

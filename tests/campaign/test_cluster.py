@@ -1,20 +1,18 @@
 """The same on a dask cluster of this machine; workers may die."""
 
-import inspect
 import os
 import signal
 import sys
+from importlib import import_module
 
 import pytest
-from campaign_works import Squares, squares
+from campaign_works import Deadly, Squares, done, squares
 
-from shakedown.campaign import worker_versions
-from shakedown.campaign.crew import Crew
-from shakedown.campaign.journal import journal_at
-from shakedown.campaign.pieces import run_campaign
+from shakedown.campaign import cluster as module
+from shakedown.campaign.cluster import cluster_executor
+from shakedown.campaign.pieces import run_pieces
+from shakedown.ground import code_cache
 from shakedown.ground.errors import SolverError, UsageError
-
-HEADER = {"what": "squares"}
 
 
 @pytest.fixture(scope="module")
@@ -34,36 +32,65 @@ def test_a_killed_worker_costs_its_pieces_only(cluster):
             killed.append(next(iter(cluster.workers.values())).process.pid)
             os.kill(killed[0], signal.SIGKILL)
 
-    with journal_at(None, HEADER) as journal:
-        run_campaign(Squares(0.02), 10, journal, Crew(scheduler=cluster.scheduler_address), progress=kill_one)
+    with (
+        cluster_executor(cluster.scheduler_address) as executor,
+        run_pieces(Squares(0.02), 10, executor=executor, progress=kill_one) as pieces,
+    ):
         assert killed
-        assert squares(journal).tolist() == [k**2 for k in range(100)]
+        assert squares(pieces, 10).tolist() == [k**2 for k in range(100)]
 
 
-@pytest.mark.parametrize("name", ["the code of shakedown", "numpy"])
-def test_workers_of_another_version_are_sent_nothing(cluster, monkeypatch, name):
-    known = worker_versions.versions() | {name: "7.7"}
-    monkeypatch.setattr(worker_versions, "versions", lambda: known)
-    done, crew = [], Crew(scheduler=cluster.scheduler_address)
-    said = rf"found at tcp://\S+ {name} \S+ for 7\.7$"
-    with journal_at(None, HEADER) as journal, pytest.raises(UsageError, match=said):
-        run_campaign(Squares(), 3, journal, crew, lambda *at: done.append(at))
-    assert done == [(0, 3)]
+def test_the_executor_of_a_client_of_ones_own(cluster):
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.Client(cluster.scheduler_address, set_as_default=False) as client,
+        run_pieces(Squares(), 10, executor=client.get_executor()) as pieces,
+    ):
+        assert squares(pieces, 10).tolist() == [k**2 for k in range(100)]
 
 
-def test_what_is_asked_needs_nothing_of_the_package():
-    namespace = {"__name__": "worker_versions"}
-    exec(inspect.getsource(worker_versions), namespace)
-    namespace["find_spec"], namespace["version"] = lambda _: None, lambda name: f"{name} of a worker"
-    assert namespace["versions"]()["the code of shakedown"] == "none"
-    assert namespace["versions"]()["numpy"] == "numpy of a worker"
+def opened(address):
+    with cluster_executor(address):
+        raise AssertionError("it is sent work")
 
 
-def test_a_scheduler_that_is_lost_is_one_line_and_the_record_stays(tmp_path):
+@pytest.fixture
+def another_version(monkeypatch):
+    """Versions of this process other than those of the workers."""
+    monkeypatch.setattr(code_cache, "hash_of_sources", lambda _: "7.7")
+    monkeypatch.setattr(module, "version", {"shakedown-bounds": "0", "numpy": "1"}.get)
+    module.versions.cache_clear()
+    yield
+    module.versions.cache_clear()
+
+
+@pytest.mark.usefixtures("another_version")
+def test_workers_of_another_version_are_sent_nothing(cluster):
+    said = (
+        r"found at tcp://\S+ the code of shakedown \S+ for 7\.7, shakedown-bounds \S+ for 0, numpy \S+ for 1"
+    )
+    with pytest.raises(UsageError, match=said):
+        opened(cluster.scheduler_address)
+
+
+def test_workers_without_the_package_are_named(cluster, tmp_path, monkeypatch):
+    """What asks for the versions stands in a module that only this process has, as the package may."""
+    (tmp_path / "only_here.py").write_text("def versions():\n    return {}\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(module, "versions", import_module("only_here").versions)
+    with pytest.raises(UsageError, match=r"found at tcp://\S+ .*ModuleNotFoundError"):
+        opened(cluster.scheduler_address)
+
+
+def test_a_worker_that_joins_with_another_version_says_so():
+    with pytest.raises(UsageError, match="found another one that has joined"):
+        module._checked_call({}, int)
+
+
+def test_a_scheduler_that_is_lost_is_one_line_and_what_is_done_stays(tmp_path):
     distributed = pytest.importorskip("distributed")
     options = {"processes": False, "dashboard_address": ":0", "silence_logs": 50, "n_workers": 1}
     with distributed.LocalCluster(**options, protocol="tcp") as lost:
-        crew = Crew(scheduler=lost.scheduler_address)
 
         def lose(done, _):
             if done == 1:
@@ -71,21 +98,43 @@ def test_a_scheduler_that_is_lost_is_one_line_and_the_record_stays(tmp_path):
 
         with (
             pytest.raises(SolverError, match="was lost in the middle of the work"),
-            journal_at(tmp_path / "record", HEADER) as journal,
+            cluster_executor(lost.scheduler_address) as executor,
+            run_pieces(Squares(0.01), 50, output=tmp_path / "map.npz", executor=executor, progress=lose),
         ):
-            run_campaign(Squares(0.01), 50, journal, crew, lose)
-    with journal_at(tmp_path / "record", HEADER, resume=True) as journal:
-        assert len(journal.done()) >= 1
+            pass
+    assert len(done(tmp_path / "map.npz")) >= 1
 
 
-def test_nobody_there_is_said_in_one_line(monkeypatch):
+def test_work_that_kills_its_workers_is_given_up_in_words(cluster, monkeypatch):
+    monkeypatch.setattr(cluster.scheduler, "allowed_failures", 0)  # times that dask tries it again
+    with (
+        pytest.raises(SolverError, match="workers died one after the other"),
+        cluster_executor(cluster.scheduler_address) as executor,
+        run_pieces(Deadly(), 3, executor=executor),
+    ):
+        pass
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense"])
+def test_nobody_there_is_said_in_one_line(monkeypatch, address):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("shakedown.campaign.cluster.PATIENCE", 0.5)
-    with journal_at(None, HEADER) as journal, pytest.raises(UsageError, match="dask scheduler at tcp://127"):
-        run_campaign(Squares(), 1, journal, Crew(scheduler="tcp://127.0.0.1:9"))
+    monkeypatch.setattr(module, "PATIENCE", 0.5)
+    with pytest.raises(UsageError, match=f"dask scheduler at {address}"):
+        opened(address)
+
+
+def test_a_cluster_without_workers_is_said_in_one_line(monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(module, "PATIENCE", 0.5)
+    options = {"processes": False, "dashboard_address": ":0", "silence_logs": 50, "n_workers": 0}
+    with (
+        distributed.LocalCluster(**options, protocol="tcp") as empty,
+        pytest.raises(UsageError, match="expected workers"),
+    ):
+        opened(empty.scheduler_address)
 
 
 def test_without_dask_there_is_a_clear_line(monkeypatch):
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    with journal_at(None, HEADER) as journal, pytest.raises(UsageError, match=r"shakedown-bounds\[cluster\]"):
-        run_campaign(Squares(), 1, journal, Crew(scheduler="tcp://127.0.0.1:9"))
+    monkeypatch.setitem(sys.modules, "distributed.scheduler", None)
+    with pytest.raises(UsageError, match=r"shakedown-bounds\[cluster\]"):
+        opened("tcp://127.0.0.1:9")

@@ -1,19 +1,24 @@
 """The file of a map: the same bytes whoever did the work and however often it was interrupted."""
 
 import errno
+import gc
 import hashlib
 import io
 import os
+import tracemalloc
 import zipfile
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import replace
+from multiprocessing import get_context
 
 import numpy as np
 import pytest
 from hostile.damaged_npz import HEADERS, npy, with_header
 
 import shakedown
-from shakedown.campaign.journal import Journal
-from shakedown.campaign.stored_result import packed, unpacked
-from shakedown.studies.map_file import finished_map
+from shakedown.campaign.pieces import Pieces, run_pieces
+from shakedown.studies.map_file import finished_map, write_map
+from shakedown.studies.map_pieces import MapPieces
 
 JOINT = shakedown.example("two-node")
 KEYS = ("initial_slip", "final_slip", "outcome", "period", "dissipation", "load_factor")
@@ -51,12 +56,12 @@ def test_a_map_that_is_whole_is_not_made_again(tmp_path, monkeypatch):
     path = tmp_path / "map.npz"
     before, bytes_before = mapped(path, 70), path.read_bytes()
     with monkeypatch.context() as patch:
-        patch.setattr("shakedown.studies.mapping.run_campaign", None)
+        patch.setattr("shakedown.studies.mapping.run_pieces", None)
         after = mapped(path, 70, resume=True)
         np.testing.assert_array_equal(after.final_slip, before.final_slip)
         with pytest.raises(TypeError):
             mapped(path, 70, resume=True, seed=1)
-    assert not (tmp_path / "map.npz.partial").exists()  # it ended before its first piece
+    assert not (tmp_path / "map.npz.parts").exists()  # it ended before its first piece
     assert mapped(path, 71, resume=True).initial_slip.shape == (73, 2)
     path.write_bytes(b"something else")
     mapped(path, 70, resume=True)
@@ -138,24 +143,23 @@ def test_what_is_made_again_is_said(tmp_path, caplog):
 
 @pytest.mark.usefixtures("small_pieces")
 def test_a_piece_of_another_shape_is_done_again(tmp_path, monkeypatch):
-    path, add = tmp_path / "map.npz", Journal.add
+    path, keep = tmp_path / "map.npz", Pieces.keep
     mapped(path, 48)
     whole = path.read_bytes()
     path.unlink()
 
-    def wrong(journal, number, piece):
-        arrays = unpacked(piece)
+    def wrong(pieces, number, arrays):
         column, values = [
             ("period", arrays["period"] * 1.0),
             ("final_slip", np.ones((15, 2))),
             ("x", np.ones(16)),
         ][number]
-        add(journal, number, packed(arrays | {column: values}))
+        keep(pieces, number, arrays | {column: values})
         if number == 2:
             raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(Journal, "add", wrong)
+        patch.setattr(Pieces, "keep", wrong)
         with pytest.raises(KeyboardInterrupt):
             mapped(path, 48)
     mapped(path, 48, resume=True)
@@ -180,15 +184,15 @@ class Stopped(Exception):
 
 
 def stopped_after(patch, last):
-    """A run ends as soon as its piece ``last`` is recorded."""
-    add = Journal.add
+    """A run ends as soon as its piece ``last`` is kept."""
+    keep = Pieces.keep
 
-    def stop(journal, number, piece):
-        add(journal, number, piece)
+    def stop(pieces, number, arrays):
+        keep(pieces, number, arrays)
         if number == last:
             raise Stopped
 
-    patch.setattr(Journal, "add", stop)
+    patch.setattr(Pieces, "keep", stop)
 
 
 @pytest.mark.usefixtures("small_pieces")
@@ -207,32 +211,68 @@ def test_interrupted_after_any_piece_the_bytes_are_the_same(tmp_path, monkeypatc
 
 
 @pytest.mark.usefixtures("small_pieces")
-def test_another_map_is_not_gone_on_with(tmp_path, monkeypatch):
-    path, partial = tmp_path / "map.npz", tmp_path / "map.npz.partial"
+def test_another_map_is_not_gone_on_with(tmp_path, monkeypatch, caplog):
+    path, parts = tmp_path / "map.npz", tmp_path / "map.npz.parts"
+    mapped(path, 64, seed=1)
+    expected = path.read_bytes()
+    path.unlink()
     with monkeypatch.context() as patch:
         stopped_after(patch, 1)
         with pytest.raises(Stopped):
             mapped(path, 64)
-    assert partial.exists()
-    with pytest.raises(shakedown.UsageError, match="unfinished run is recorded there; resume it, or remove"):
+    assert len(list(parts.iterdir())) == 2
+    with pytest.raises(shakedown.UsageError, match="unfinished run is kept there; resume it, or remove"):
         mapped(path, 64)
-    with pytest.raises(shakedown.UsageError, match="recorded with seed = 0, not 1"):
-        mapped(path, 64, seed=1, resume=True)
-    with pytest.raises(shakedown.UsageError, match="recorded with states = 64, not 80"):
-        mapped(path, 80, resume=True)
-    assert not path.exists()
+    mapped(path, 64, seed=1, resume=True)
+    assert path.read_bytes() == expected
+    assert f"goes on from 0 of 5 pieces in {parts}; 2 others there do not fit" in caplog.messages
+    assert not parts.exists()
+
+
+@pytest.mark.parametrize("executor", [ThreadPoolExecutor, ProcessPoolExecutor])
+def test_on_any_executor_the_bytes_are_the_same(tmp_path, executor):
+    calls, fresh = [], {} if executor is ThreadPoolExecutor else {"mp_context": get_context("spawn")}
+    mapped(tmp_path / "whole.npz", 8200)
+    with executor(2, **fresh) as pool:
+        mapped(tmp_path / "other.npz", 8200, executor=pool, progress=lambda *done: calls.append(done))
+        assert pool.submit(int).result() == 0
+    assert calls[-1] == (3, 3)  # the named states are one
+    assert digest(tmp_path / "other.npz") == digest(tmp_path / "whole.npz")
 
 
 @pytest.mark.usefixtures("small_pieces")
-def test_on_a_cluster_the_bytes_are_the_same(tmp_path):
-    """Its worker is a thread of this process; those that die are in ``tests/campaign/test_cluster.py``."""
-    distributed = pytest.importorskip("distributed")
-    calls = []
-    mapped(tmp_path / "whole.npz", 64)
-    with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=":0", silence_logs=50
-    ) as cluster:
-        address = cluster.scheduler_address
-        mapped(tmp_path / "cluster.npz", 64, scheduler=address, progress=lambda *done: calls.append(done))
-    assert calls[-1] == (5, 5)  # the named states are one
-    assert digest(tmp_path / "cluster.npz") == digest(tmp_path / "whole.npz")
+def test_pieces_that_stay_beside_a_whole_map_go(tmp_path):
+    """As after a kill between the two."""
+    path, parts = tmp_path / "map.npz", tmp_path / "map.npz.parts"
+    mapped(path, 64)
+    parts.mkdir()
+    (parts / f"{'0' * 16}-3.npz").touch()
+    mapped(path, 64, resume=True)
+    assert not parts.exists()
+
+
+@pytest.fixture
+def collected_often():
+    before = gc.get_threshold()
+    gc.set_threshold(100, 5, 5)
+    yield
+    gc.set_threshold(*before)
+
+
+@pytest.mark.usefixtures("collected_often")
+def test_memory_stays_flat(tmp_path, monkeypatch):
+    """Of a map of many pieces no more than one or two are in memory while it is made."""
+    monkeypatch.setattr("shakedown.studies.map_file.BLOCK", 1 << 14)
+    monkeypatch.setattr("shakedown.studies.map_pieces.MapPieces.size", 64)
+    path, peaks = tmp_path / "map.npz", []
+    found = mapped(path, 64)  # imports, compiled code
+    for states in (512, 2048):
+        work = MapPieces((replace(found.sampling, states=states),), found.search)
+        kinds = work.kinds(states + len(found.sampling.named))
+        tracemalloc.start()
+        with run_pieces(work, work.count, output=path) as pieces:
+            write_map(path, pieces, work.count, kinds, work.of_the_map())
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert 2048 * 130 > 1.5 * peaks[0]  # more than that cannot hide
+    assert peaks[1] < 1.5 * peaks[0]

@@ -1,0 +1,114 @@
+"""Pieces that a disk, another program or an attacker altered: they are done again, and nothing else happens."""
+
+import io
+import json
+import os
+import tracemalloc
+import zipfile
+
+import numpy as np
+import pytest
+from campaign_works import Squares, squares
+from hostile.damaged_npz import BYTES, HEADERS, npy, with_header
+
+from shakedown.campaign.pieces import as_text, read_arrays, run_pieces, text_of
+from shakedown.ground.errors import ProblemError
+
+WORK = Squares()
+
+
+@pytest.fixture(autouse=True)
+def quick_disk(monkeypatch):
+    monkeypatch.setattr(os, "fsync", lambda _: None)
+
+
+def kept(tmp_path):
+    """The path of one piece of a run that has ended, and its bytes."""
+    with pytest.raises(KeyError), run_pieces(WORK, 1, output=tmp_path / "map.npz"):
+        raise KeyError
+    (path,) = (tmp_path / "map.npz.parts").iterdir()
+    return path, path.read_bytes()
+
+
+def resumed(tmp_path):
+    """Whether the piece was done again."""
+    calls = []
+    with run_pieces(
+        WORK, 1, output=tmp_path / "map.npz", resume=True, progress=lambda *at: calls.append(at)
+    ) as pieces:
+        assert squares(pieces, 1).tolist() == [k**2 for k in range(10)]
+    return len(calls) == 2
+
+
+def archive(*members, method=zipfile.ZIP_STORED):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", method) as file:
+        for member in members:
+            file.writestr("square.npy", member)
+    return buffer.getvalue()
+
+
+def test_any_flipped_byte_or_cut_costs_the_piece_at_most(tmp_path):
+    path, whole = kept(tmp_path)
+    for place in range(0, len(whole), 11):
+        for damaged in (
+            whole[:place] + bytes([whole[place] ^ 1 << place % 8]) + whole[place + 1 :],
+            whole[:place],
+        ):
+            path.parent.mkdir(exist_ok=True)
+            path.write_bytes(damaged)
+            resumed(tmp_path)
+
+
+def test_bytes_put_in_anywhere(tmp_path):
+    path, whole = kept(tmp_path)
+    generator = np.random.default_rng(0)
+    for place in generator.integers(0, len(whole), 60):
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(whole[:place] + BYTES[place % len(BYTES)] + whole[place:])
+        resumed(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"", b"PK", b"text", npy(np.arange(10)), *(archive(with_header(header, bytes(80))) for header in HEADERS),
+        archive(npy(np.arange(9))), archive(npy(np.ones(10))), archive(npy(np.arange(10).astype(">i8"))),
+        archive(npy(np.arange(10)), method=zipfile.ZIP_DEFLATED), archive(),
+        archive(npy(np.zeros(1 << 22, np.int8)), method=zipfile.ZIP_DEFLATED), bytes(1 << 20),
+    ],
+    ids=lambda content: content[:4].hex(),
+)  # fmt: skip
+def test_a_piece_that_cannot_be_is_done_again(tmp_path, content):
+    path, _ = kept(tmp_path)
+    path.write_bytes(content)
+    tracemalloc.start()
+    try:
+        assert resumed(tmp_path)
+        assert tracemalloc.get_traced_memory()[1] < 1 << 20
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("make", [os.mkdir, os.mkfifo, lambda path: os.symlink("/dev/zero", path)])
+def test_what_is_no_file_is_one_line_or_done_again(tmp_path, make):
+    path, _ = kept(tmp_path)
+    path.unlink()
+    make(path)
+    with pytest.raises(ProblemError):
+        read_arrays(path, 1000)
+
+
+def test_pickles_are_not_read(tmp_path):
+    path = tmp_path / "0.npz"
+    np.savez(path, square=np.array([print], dtype=object))
+    with pytest.raises(ProblemError, match="never unpickled"):
+        read_arrays(path, 10_000)
+
+
+def test_texts_come_back_to_the_last_bit():
+    said = {"a": [0.1 + 0.2, float("inf"), float("nan"), -0.0, 5e-324], "b": np.int64(3), "λ": None}
+    assert repr(text_of(as_text(said))) == repr(json.loads(json.dumps(said | {"b": 3})))
+    for other in ({}, {"text": np.ones(1)}, {"text": np.array(["{}"])}, {"text": np.array("{")}):
+        with pytest.raises(ValueError, match=r"expected|Expecting"):
+            text_of(other)
