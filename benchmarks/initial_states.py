@@ -96,7 +96,7 @@ def _killed_again_and_again(case: dict, path: Path) -> int:
             [sys.executable, "-m", "shakedown", *words, workers], stdout=subprocess.DEVNULL
         )
         if kills < case["kills"]:
-            while not path.with_name(path.name + ".partial").exists() and run.poll() is None:
+            while not path.with_name(path.name + ".parts").exists() and run.poll() is None:
                 time.sleep(0.01)
             time.sleep(generator.uniform(0.5, 2.0))
             kills += run.poll() is None
@@ -117,7 +117,8 @@ def _with_a_worker_killed(case: dict, path: Path) -> int:
                 killed.append(next(iter(cluster.workers.values())).process.pid)
                 os.kill(killed[0], signal.SIGKILL)
 
-        _map(case["states"], path, scheduler=cluster.scheduler_address, progress=kill_one)
+        with cluster.get_client() as client:
+            _map(case["states"], path, executor=client.get_executor(), progress=kill_one)
     return len(killed)
 
 

@@ -53,6 +53,8 @@ MOST_NAMES = 74  # at the top
 INSIDE = {  # what commands and studies reach for beside public names: checks of targets, the loops that are timed
     ("cli.claims", "shakedown.files.atomic_write"),
     ("cli.claims", "shakedown.files.table_file"),
+    ("cli.map", "shakedown.campaign.cluster"),
+    ("cli.sweep", "shakedown.campaign.cluster"),
     ("cli.solve", "shakedown.assessment.three_numbers"),
     ("benchmarks.block_cycle", "shakedown.motion.plane.gauss_seidel"),
     ("benchmarks.rigid_motions", "shakedown.joint.rigid_slips"),

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.campaign.executors import finished, processes_asked
-from shakedown.files.atomic_write import atomic_write, locked, record_beside
+from shakedown.files.atomic_write import PART, atomic_write, locked, record_beside
 from shakedown.files.npy import read_array, read_header
 from shakedown.ground.errors import ProblemError, ShakedownError, UsageError
 from shakedown.ground.regular_file import open_regular
@@ -29,7 +29,7 @@ Arrays = dict[str, NDArray[Any]]
 Progress = Callable[[int, int], None]
 
 PARTS = ".parts"  # suffix of the folder with the pieces of an unfinished run
-NAME = re.compile("([0-9a-f]{16})-[0-9]+.npz")  # of a piece: what its run is, and its number
+NAME = re.compile(r"[0-9a-f]{16}-[0-9]+\.npz")  # of a piece: what its run is, and its number
 TEXT_SIZE = 4 * BLOCK  # bytes of a piece that is a text, at most
 UNREADABLE = (AttributeError, LookupError, OverflowError, RecursionError, TypeError, ValueError)  # texts
 BROKEN = (BadZipFile, KeyError, EOFError, OSError, RuntimeError, ValueError, OverflowError, struct.error)
@@ -62,15 +62,16 @@ class Pieces:
 
     def keep(self, number: int, arrays: Arrays) -> None:
         """Keep a piece."""
-        if self.folder is None:
+        if self.folder is None or "text" in arrays:  # a short one
             self._here[number] = arrays
+        if self.folder is None:
             return
-        with atomic_write(self._path(self.folder, number)) as file:
+        with atomic_write(self._path(self.folder, number), alone=False) as file:
             np.savez(file, allow_pickle=False, **arrays)
 
     def read(self, number: int, *keys: str) -> Arrays:
         """The arrays of a piece, all of them or some."""
-        if self.folder is None:
+        if self.folder is None or number in self._here:
             return self._here[number]
         return read_arrays(self._path(self.folder, number), self._work.most_bytes, *keys)
 
@@ -184,7 +185,7 @@ def _names(folder: Path) -> list[str]:
 def remove_pieces(folder: Path) -> None:
     """Remove all pieces in a folder, and the folder where nothing else is in it."""
     with suppress(OSError):
-        for name in _names(folder):
+        for name in (*_names(folder), *(path.name for path in folder.glob(f".*{PART}"))):
             (folder / name).unlink(missing_ok=True)
         folder.rmdir()
 

@@ -93,7 +93,7 @@ def record_beside(path: str | os.PathLike[str], end: str = RECORD) -> str:
 
 
 @contextmanager
-def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+def atomic_write(path: str | os.PathLike[str], *, alone: bool = True) -> Iterator[BinaryIO]:
     """Open a file that takes its place at ``path`` when the block ends without error.
 
     Until then an older file stands there unchanged; afterwards the new one does,
@@ -105,6 +105,9 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     ----------
     path
         Where to write. A symbolic link stays one: the file that it points to is replaced.
+    alone
+        False for one of thousands of files that can be made again: then the folder is neither swept nor its
+        names flushed to the disk.
 
     Raises
     ------
@@ -120,12 +123,14 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     >>> path.read_text()
     '0.5'
     """
-    with atomic_write_together([path]) as (file,):
+    with atomic_write_together([path], alone=alone) as (file,):
         yield file
 
 
 @contextmanager
-def atomic_write_together(paths: Sequence[str | os.PathLike[str]]) -> Iterator[list[BinaryIO]]:
+def atomic_write_together(
+    paths: Sequence[str | os.PathLike[str]], *, alone: bool = True
+) -> Iterator[list[BinaryIO]]:
     """Open several files that take their places one right after the other when the block ends.
 
     All of them are complete and on the disk before the first takes its place, so
@@ -133,7 +138,7 @@ def atomic_write_together(paths: Sequence[str | os.PathLike[str]]) -> Iterator[l
     :func:`atomic_write`.
     """
     with ExitStack() as stack:
-        parts = [stack.enter_context(_part(path)) for path in paths]
+        parts = [stack.enter_context(_part(path, alone)) for path in paths]
         with _refusing(" and ".join(part.name for part in parts)):
             yield [part.file for part in parts]
         for part in parts:
@@ -145,7 +150,7 @@ def atomic_write_together(paths: Sequence[str | os.PathLike[str]]) -> Iterator[l
                 part.file.close()
             with _refusing(part.name):
                 os.replace(part.temporary, part.target)
-        for folder in {part.target.parent for part in parts}:
+        for folder in {part.target.parent for part in parts if alone}:
             sync_folder(folder)
 
 
@@ -159,10 +164,10 @@ def _refusing(name: str) -> Iterator[None]:
 
 
 @contextmanager
-def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
+def _part(path: str | os.PathLike[str], alone: bool) -> Iterator[_Part]:
     """An unfinished file beside its target, locked while we write, gone afterwards in any case."""
     target, name = check_target(path), os.fspath(path)
-    if fcntl is not None:
+    if fcntl is not None and alone:
         _sweep(target.parent)
     with _refusing(name):
         old = _status(target)

@@ -22,6 +22,7 @@ def folder(tmp_path):
     """A joint, a slip and a configuration, with other ways to spell them."""
     shakedown.save_problem(tmp_path / "p.npz", shakedown.example("two-node"))
     shakedown.save_problem(tmp_path / "p.npz.partial", shakedown.example("two-node"))
+    shakedown.save_problem(tmp_path / "p.npz.parts", shakedown.example("two-node"))
     shakedown.save_problem(tmp_path / "s.html.partial", shakedown.example("two-node"))
     shakedown.save_problem(tmp_path / "r.json", shakedown.example("two-node"))
     np.save(tmp_path / "v.npy", np.zeros(2))
@@ -45,7 +46,7 @@ def contents(folder):
         ([*MAP, "-o", "same.png", "--picture", "link.png"], "--picture: expected another file than -o"),
         ([*MAP, "-o", "p.npz"], "-o: expected another file than FILE"),
         (["map", "-o", "link", *MAP[1:]], "-o: expected another file than FILE"),
-        (["map", "p.npz.partial", *MAP[2:], "-o", "p.npz"], "the record of -o: expected another file than FILE"),
+        (["map", "p.npz.parts", *MAP[2:], "-o", "p.npz"], "the pieces of -o: expected another file than FILE"),
         (["map", "-o", "../{name}/p.npz", *MAP[1:]], "-o: expected another file than FILE"),
         ([*SWEEP, "-o", "v.csv", "--initial", "v.csv"], "-o: expected another file than --initial"),
         (["sweep", "joint.toml", "--vary", "f=1,2", "-o", "here/joint.toml"], "ends in .csv or .parquet"),

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -221,32 +222,36 @@ def begun(tmp_path, *words):
 
 
 def stopped(tmp_path, process, number, after):
-    while not (tmp_path / "map.npz.partial").exists() and process.poll() is None:
+    while not list(tmp_path.glob("map.npz.parts/*.npz")) and process.poll() is None:
         time.sleep(0.01)
     time.sleep(after)
     os.kill(process.pid, number)
     return process.communicate(timeout=60)
 
 
-def test_killed_and_resumed_the_file_is_that_of_an_undisturbed_run(tmp_path, undisturbed):
+def test_killed_and_resumed_the_file_is_that_of_an_undisturbed_run(tmp_path, undisturbed, caplog):
     process = begun(tmp_path, "--resume", "--workers", "2")
     stopped(tmp_path, process, signal.SIGKILL, 0.3)
     assert process.returncode == -signal.SIGKILL
     words = ("--states", str(STATES), "-o", "map.npz", "--resume", "--workers", "1", "--json")
-    code, out, err = run(*MAP, *words, cwd=tmp_path)
-    assert (code, err) == (0, "goes on from map.npz.partial\n")
+    code, out, _ = run(*MAP, *words, cwd=tmp_path)
+    assert code == 0
+    assert re.fullmatch(r"goes on from \d of 9 pieces in \S+/map\.npz\.parts", caplog.messages[0])
     assert json.loads(out)["states"] == STATES
     assert [entry.name for entry in tmp_path.iterdir()] == ["map.npz"]
     assert (tmp_path / "map.npz").read_bytes() == undisturbed
 
 
-def test_ctrl_c_is_one_line_and_keeps_what_is_done(tmp_path):
-    out, err = stopped(tmp_path, process := begun(tmp_path, "--workers", "2"), signal.SIGINT, 0.3)
-    assert (process.returncode, out, err) == (130, "", "shakedown-bounds: interrupted\n")
-    assert (tmp_path / "map.npz.partial").exists()
+@pytest.mark.parametrize(
+    ("number", "code", "word"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")]
+)
+def test_a_signal_is_one_line_and_keeps_what_is_done(tmp_path, number, code, word):
+    out, err = stopped(tmp_path, process := begun(tmp_path, "--workers", "2"), number, 0.0)
+    assert (process.returncode, out, err) == (code, "", f"shakedown-bounds: {word}\n")
+    assert list(tmp_path.glob("map.npz.parts/*.npz"))
     code, out, err = run(*MAP, "--states", str(STATES), "-o", "map.npz", cwd=tmp_path)
     assert (code, out) == (2, "")
-    assert "unfinished run is recorded there; resume it, or remove that file" in err
+    assert "unfinished run is kept there; resume it, or remove that folder" in err
 
 
 def test_below_the_limit_of_every_state_a_map_says_that_all_are_proved():
