@@ -30,7 +30,6 @@ Progress = Callable[[int, int], None]
 
 PARTS = ".parts"  # suffix of the folder with the pieces of an unfinished run
 NAME = re.compile(r"[0-9a-f]{16}-[0-9]+\.npz")  # of a piece: what its run is, and its number
-TEXT_SIZE = 4 * BLOCK  # bytes of a piece that is a text, at most
 UNREADABLE = (AttributeError, LookupError, OverflowError, RecursionError, TypeError, ValueError)  # texts
 BROKEN = (BadZipFile, KeyError, EOFError, OSError, RuntimeError, ValueError, OverflowError, struct.error)
 
@@ -217,6 +216,23 @@ def _array(archive: ZipFile, info: ZipInfo) -> NDArray[Any]:
         header = read_header(member)
     with archive.open(info) as member:
         return read_array(member, header, info.file_size)
+
+
+class TextWork:
+    """Work whose pieces are texts: what they tell can be told again from arrays that fit."""
+
+    most_bytes = 4 * BLOCK
+
+    def told(self, number: int, arrays: Arrays) -> Any:
+        """What the piece tells; nothing, or an error of ``UNREADABLE``, where the arrays are none of it."""
+        raise NotImplementedError
+
+    def fits(self, number: int, arrays: Arrays) -> bool:
+        """Whether arrays from a file can be those of this piece."""
+        try:
+            return bool(self.told(number, arrays))
+        except UNREADABLE:
+            return False
 
 
 def text_of(arrays: Arrays) -> Any:

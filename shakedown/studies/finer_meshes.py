@@ -14,16 +14,7 @@ from numpy.typing import ArrayLike
 
 from shakedown.assessment.assess import assess
 from shakedown.assessment.slip_limit import slip_limit
-from shakedown.campaign.pieces import (
-    TEXT_SIZE,
-    UNREADABLE,
-    Arrays,
-    Progress,
-    as_text,
-    function_stamp,
-    run_pieces,
-    text_of,
-)
+from shakedown.campaign.pieces import Arrays, Progress, TextWork, as_text, function_stamp, run_pieces, text_of
 from shakedown.files.table_file import check_table
 from shakedown.ground.errors import SolverError, UsageError
 from shakedown.ground.status import Outcome
@@ -39,16 +30,13 @@ from shakedown.studies.refined import COLUMNS, LIMITS, Refinement
 
 Make = Callable[[Any], Problem] | Mapping[Any, Problem]
 LOGGER = logging.getLogger("shakedown")
-ROW: dict[str, Any] = {  # what a row holds; whole numbers are those that an array can
-    "nodes": np.int64,
-    "elements": float,
-    "directions": np.int64,
-    "fingerprint": str,
-    "units": str,
-    "friction": list,
-    "load steps": np.int64,
-    "loads": list,
-} | dict.fromkeys(COLUMNS, float)
+KINDS = {  # what a row holds
+    np.int64: ("nodes", "directions", "load steps"),
+    float: ("elements", *COLUMNS),
+    str: ("fingerprint", "units"),
+    list: ("friction", "loads"),
+}
+ROW: dict[str, Any] = {name: kind for kind, names in KINDS.items() for name in names}
 
 
 class Asked(NamedTuple):
@@ -132,16 +120,9 @@ def refine(
         check_table(output)
     if isinstance(make, Mapping):  # for a function the joints are known only afterwards
         _check_one_joint([_about(make[size]) for size in wanted])
-    with run_pieces(
-        work,
-        len(wanted),
-        output=output,
-        resume=resume,
-        executor=executor,
-        workers=workers,
-        progress=progress,
-    ) as pieces:
-        rows = [_row(pieces.read(number)) for number in range(len(wanted))]
+    run: dict[str, Any] = {"executor": executor, "workers": workers, "progress": progress}
+    with run_pieces(work, len(wanted), output=output, resume=resume, **run) as pieces:
+        rows = [work.told(number, pieces.read(number)) for number in range(len(wanted))]
         if not isinstance(make, Mapping):
             _check_one_joint(rows)
         found = _refinement(wanted, rows, work.asked)
@@ -192,14 +173,8 @@ def _refinement(sizes: tuple[float, ...], rows: Sequence[dict[str, Any]], asked:
     )
 
 
-def _row(arrays: Arrays) -> dict[str, Any]:
-    """The row of a mesh."""
-    said = text_of(arrays)
-    return {name: kind(said[name]) for name, kind in ROW.items()}
-
-
 @dataclass(frozen=True)
-class _Meshes:
+class _Meshes(TextWork):
     """The work of a refinement: from the number of a mesh to its row, as text."""
 
     make: Make
@@ -211,17 +186,10 @@ class _Meshes:
         problem = self.make[size] if isinstance(self.make, Mapping) else self.make(size)
         return as_text(_about(problem) | mesh_row(problem, *self.asked))
 
-    @property
-    def most_bytes(self) -> int:
-        """The largest size of the file of a mesh [bytes]."""
-        return TEXT_SIZE
-
-    def fits(self, number: int, arrays: Arrays) -> bool:
-        """Whether a piece is the row of a mesh."""
-        try:
-            return bool(_row(arrays))
-        except UNREADABLE:
-            return False
+    def told(self, number: int, arrays: Arrays) -> dict[str, Any]:
+        """The row of a mesh."""
+        said = text_of(arrays)
+        return {name: kind(said[name]) for name, kind in ROW.items()}
 
     def settings(self) -> dict[str, str]:
         """All that the rows depend on."""

@@ -5,22 +5,13 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from importlib.metadata import version
 from os import PathLike
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.bounds.plane_or_space import methods_of
-from shakedown.campaign.pieces import (
-    TEXT_SIZE,
-    UNREADABLE,
-    Arrays,
-    Progress,
-    as_text,
-    function_stamp,
-    run_pieces,
-    text_of,
-)
+from shakedown.campaign.pieces import Arrays, Progress, TextWork, as_text, function_stamp, run_pieces, text_of
 from shakedown.files.table_file import check_table
 from shakedown.ground.errors import ShakedownError, UsageError
 from shakedown.ground.float_array import FloatArray
@@ -133,16 +124,9 @@ def sweep(
     if output is not None:
         check_table(output)
     count = int(np.prod(work.shape))
-    with run_pieces(
-        work,
-        count,
-        output=output,
-        resume=resume,
-        executor=executor,
-        workers=workers,
-        progress=progress,
-    ) as pieces:
-        points = tuple(point_of(text_of(pieces.read(number))) for number in range(count))
+    run: dict[str, Any] = {"executor": executor, "workers": workers, "progress": progress}
+    with run_pieces(work, count, output=output, resume=resume, **run) as pieces:
+        points = tuple(work.told(number, pieces.read(number)) for number in range(count))
         found = Sweep(
             name=variation.name,
             parameters=variation.parameters,
@@ -183,7 +167,7 @@ def _checked_zone(open_nodes: str) -> Literal["auto"] | tuple[()]:
 
 
 @dataclass(frozen=True)
-class _Points:
+class _Points(TextWork):
     """The work of a sweep: from the number of a point to the point, as text."""
 
     variation: Variation
@@ -199,25 +183,18 @@ class _Points:
     def __call__(self, number: int) -> Arrays:
         return as_text(vars(point_at(self.variation, self._at(number), self.question, self.tolerances)))
 
-    @property
-    def most_bytes(self) -> int:
-        """The largest size of the file of a point [bytes]."""
-        return TEXT_SIZE
-
-    def fits(self, number: int, arrays: Arrays) -> bool:
-        """Whether a piece is the point of these values, and answers this question."""
-        try:
-            point = point_of(text_of(arrays))
-        except UNREADABLE:
-            return False
+    def told(self, number: int, arrays: Arrays) -> Any:
+        """The point of these values, where it answers this question."""
+        point = point_of(text_of(arrays))
         simulated = len(self.question.load_factors) if point.exists else 0
         limits = self.question.bounds if point.exists else ()
-        return (
+        answers = (
             point.values == self._at(number)
             and set(point.limits) == set(limits)
             and len(point.outcomes) == simulated
             and _asked(point) == (self.question.slip_below if point.exists else None)
         )
+        return point if answers else None
 
     def _at(self, number: int) -> tuple[float, ...]:
         """The values of the parameters at a point."""
