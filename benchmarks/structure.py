@@ -358,7 +358,8 @@ def counts(root: Path) -> dict[str, int]:
 
 
 def main() -> None:
-    root = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parents[1]
+    places = [word for word in sys.argv[1:] if not word.startswith("-")]
+    root = Path(places[0]) if places else Path(__file__).parents[1]
     kept = json.loads(CODE_LINES.read_text(encoding="utf-8"))
     lines, start = lines_by_subpackage(root), kept["start"]
     print(f"{'':16}{'now':>8}{'start':>8}")

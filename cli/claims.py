@@ -11,8 +11,6 @@ import click
 import shakedown
 from shakedown.ground.visible_text import shortened
 
-from .output import remark
-
 CLAIMS = "shakedown.claims"  # key of the command's context
 PICTURES = (".png", ".svg", ".pdf")
 NODE_FILES = (".csv", ".vtu", ".vtp")
@@ -45,27 +43,12 @@ def writes_whole(context: click.Context | None, name: str, path: Path) -> None:
     writes(context, name, path)
 
 
-def record_of(context: click.Context, output: Path | None, resume: bool) -> str | None:
-    """The file beside the output in which a run records itself; a remark says where it resumes from one."""
-    if output is None:
-        if resume:
-            raise click.UsageError("--resume: expected -o FILE, beside which the unfinished run is recorded")
-        return None
-    from shakedown.files.atomic_write import record_beside  # only where a file is asked for
-
-    record = record_beside(output)
-    writes(context, "the record of -o", record)
-    if resume and os.path.exists(record):
-        remark(f"goes on from {record}")
-    return record
-
-
 def pieces_of(context: click.Context, output: Path | None, resume: bool) -> None:
     """Note the folder beside the output in which a run keeps its pieces."""
     if output is not None:
-        from shakedown.files.atomic_write import record_beside  # only where a file is asked for
+        from shakedown.files.atomic_write import pieces_beside  # only where a file is asked for
 
-        writes(context, "the pieces of -o", record_beside(output, ".parts"))
+        writes(context, "the pieces of -o", pieces_beside(output))
     elif resume:
         raise click.UsageError("--resume: expected -o FILE, beside which the pieces of the run are kept")
 

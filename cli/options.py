@@ -88,9 +88,6 @@ def output_options(command: F) -> F:
 
 
 problem_argument = click.argument("problem", metavar="FILE", type=ProblemFile())
-resume_option = click.option(
-    "--resume", is_flag=True, help="Go on with what a run that was stopped left in OUTPUT.partial."
-)
 pieces_option = click.option(
     "--resume", is_flag=True, help="Go on with what a run that was stopped left in OUTPUT.parts."
 )

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.campaign.executors import finished, processes_asked
-from shakedown.files.atomic_write import PART, atomic_write, locked, record_beside
+from shakedown.files.atomic_write import PART, atomic_write, locked, pieces_beside
 from shakedown.files.npy import read_array, read_header
 from shakedown.ground.errors import ProblemError, ShakedownError, UsageError
 from shakedown.ground.regular_file import open_regular
@@ -28,13 +28,12 @@ from shakedown.joint.problem import Problem
 Arrays = dict[str, NDArray[Any]]
 Progress = Callable[[int, int], None]
 
-PARTS = ".parts"  # suffix of the folder with the pieces of an unfinished run
 NAME = re.compile(r"[0-9a-f]{16}-[0-9]+\.npz")  # of a piece: what its run is, and its number
 UNREADABLE = (AttributeError, LookupError, OverflowError, RecursionError, TypeError, ValueError)  # texts
 BROKEN = (BadZipFile, KeyError, EOFError, OSError, RuntimeError, ValueError, OverflowError, struct.error)
 
 
-class Work(Protocol):
+class Task(Protocol):
     """A picklable function from the number of a piece to its arrays: the same ones whenever and wherever."""
 
     def __call__(self, number: int) -> Arrays:
@@ -54,7 +53,7 @@ class Work(Protocol):
 class Pieces:
     """The pieces that are done, by number: in memory, or in the files of a folder."""
 
-    def __init__(self, work: Work, folder: Path | None) -> None:
+    def __init__(self, work: Task, folder: Path | None) -> None:
         self._work, self.folder, self._here = work, folder, dict[int, Arrays]()
         text = "" if folder is None else json.dumps(dict(work.settings()), sort_keys=True)
         self.run = sha256(text.encode()).hexdigest()[:16]
@@ -99,7 +98,7 @@ class Pieces:
 
 @contextmanager
 def run_pieces(
-    work: Work,
+    work: Task,
     count: int,
     *,
     output: str | os.PathLike[str] | None = None,
@@ -137,7 +136,7 @@ def run_pieces(
     """
     workers = processes_asked(workers if executor is None else 1)
     with ExitStack() as stack:
-        folder = None if output is None else Path(record_beside(output, PARTS))
+        folder = None if output is None else Path(pieces_beside(output))
         if folder is not None:
             stack.enter_context(_folder(folder, resume))
         pieces = Pieces(work, folder)

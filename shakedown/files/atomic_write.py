@@ -22,7 +22,7 @@ except ImportError:  # not POSIX: no locks, so unfinished files are not swept
 PART = ".shakedown-part"  # suffix of an unfinished file
 _PARTS = ".*." + "[0-9a-f]" * 16 + PART
 _STEM = 40  # characters of the target's name in that of its unfinished file, as names have at most 255 bytes
-RECORD = ".partial"  # suffix of the record of an unfinished run
+PIECES = ".parts"  # what the name of a file is followed by in that of the folder with its pieces
 _TRIES = 16  # to make a file that no sweep finds between two system calls
 _LONGEST = 255  # bytes of a name, where the file system does not tell
 
@@ -70,22 +70,22 @@ def check_target(path: str | os.PathLike[str]) -> Path:
 
 
 @checked
-def record_beside(path: str | os.PathLike[str], end: str = RECORD) -> str:
-    """Where a run records itself that will write to ``path``: that name and ``end``, symbolic links followed.
+def pieces_beside(path: str | os.PathLike[str]) -> str:
+    """The folder for the pieces of what will be written to ``path``: ``.parts`` after it, links followed.
 
     A name that becomes too long for its folder is cut short and told apart by a checksum.
 
     Examples
     --------
-    >>> record_beside("runs/map.npz"), len(os.path.basename(record_beside("x" * 250)))
-    ('runs/map.npz.partial', 255)
+    >>> pieces_beside("runs/map.npz"), len(os.path.basename(pieces_beside("x" * 250)))
+    ('runs/map.npz.parts', 255)
     """
     folder, name = os.path.split(os.path.realpath(path) if os.path.islink(path) else os.fspath(path))
     try:
         longest = os.pathconf(folder or ".", "PC_NAME_MAX")
     except (AttributeError, OSError, ValueError):  # no such question there, or no such folder
         longest = _LONGEST
-    spelt = os.fsencode(name)
+    spelt, end = os.fsencode(name), PIECES
     if len(spelt) + len(end) > longest:
         end = f".{hashlib.sha256(spelt).hexdigest()[:16]}{end}"
         name = spelt[: longest - len(end)].decode(errors="ignore")  # without half a character
@@ -171,7 +171,7 @@ def _part(path: str | os.PathLike[str], alone: bool) -> Iterator[_Part]:
         _sweep(target.parent)
     with _refusing(name):
         old = _status(target)
-        temporary, handle = created_part(target, 0o666 if old is None else 0o600)
+        temporary, handle = _created_part(target, 0o666 if old is None else 0o600)
     file = os.fdopen(handle, "w+b")
     try:
         if old is not None:
@@ -184,14 +184,14 @@ def _part(path: str | os.PathLike[str], alone: bool) -> Iterator[_Part]:
             temporary.unlink(missing_ok=True)
 
 
-def created_part(target: Path, mode: int) -> tuple[Path, int]:
+def _created_part(target: Path, mode: int) -> tuple[Path, int]:
     """A new, locked file beside ``target``; the kernel applies the umask to its mode."""
     flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
     for left in reversed(range(_TRIES)):
         temporary = target.with_name(f".{target.name[:_STEM]}.{secrets.token_hex(8)}{PART}")
         handle = os.open(temporary, flags, mode)
         # where even a new file cannot be locked, no sweep locks it either
-        if (locked(handle) or not left) and is_at(handle, temporary):
+        if (locked(handle) or not left) and _is_at(handle, temporary):
             return temporary, handle
         os.close(handle)
         temporary.unlink(missing_ok=True)
@@ -203,7 +203,7 @@ def _sweep(folder: Path) -> None:
     for path in folder.glob(_PARTS):
         with suppress(OSError, ProblemError), open_regular(path) as left:
             fcntl.flock(left, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if is_at(left.fileno(), path):
+            if _is_at(left.fileno(), path):
                 path.unlink()
 
 
@@ -219,7 +219,7 @@ def locked(handle: int) -> bool:
     return True
 
 
-def is_at(handle: int, path: Path) -> bool:
+def _is_at(handle: int, path: Path) -> bool:
     """Whether an open file is still the one at that path."""
     try:
         return os.path.samestat(os.fstat(handle), os.stat(path))

@@ -10,8 +10,8 @@ from typing import Any, overload
 
 import numpy as np
 
-from shakedown.campaign.pieces import PARTS, remove_pieces, run_pieces
-from shakedown.files.atomic_write import check_target, record_beside
+from shakedown.campaign.pieces import remove_pieces, run_pieces
+from shakedown.files.atomic_write import check_target, pieces_beside
 from shakedown.ground.blas_threads import all_cores
 from shakedown.ground.errors import UsageError
 from shakedown.ground.size_limits import CYCLES
@@ -220,7 +220,7 @@ def _columns(work: MapPieces, target: Path | None, resume: bool, run: dict[str, 
     if resume and target is not None and target.exists():
         found = finished_map(target, settings, kinds)
         if found is not None:
-            remove_pieces(Path(record_beside(target, PARTS)))
+            remove_pieces(Path(pieces_beside(target)))
             return found
         LOGGER.warning("%s: not this map, or altered since; made again", visible(str(target)))
     with run_pieces(work, work.count, output=target, resume=resume, **run) as pieces:

@@ -4,13 +4,14 @@ from pathlib import Path
 
 from command import run
 
-from shakedown.files.atomic_write import record_beside
+from shakedown.files.atomic_write import pieces_beside
+
 
 def test_the_pieces_of_the_longest_name_have_a_folder(tmp_path, caplog):
     """255 bytes are the most: what ``.parts`` leaves no room for is cut short, and told apart."""
     words = ("sweep", "one-node", "--vary", "f=0.2:0.5:3", "--bounds", "upper", "-q")
     names = ["é" * 125 + end for end in ["a.csv", "b.csv"]]
-    folders = {Path(record_beside(tmp_path / name, ".parts")) for name in names}
+    folders = {Path(pieces_beside(tmp_path / name)) for name in names}
     assert len(folders) == 2
     for name in names:
         assert run(*words, "-o", name, cwd=tmp_path)[0] == 0
@@ -24,4 +25,4 @@ def test_the_pieces_of_the_longest_name_have_a_folder(tmp_path, caplog):
     assert run(*words[:-1], "-o", names[0], "--resume", cwd=tmp_path)[0] == 0
     assert caplog.messages[0].startswith("goes on from 0 of 3 pieces in ")
     (tmp_path / "link.csv").symlink_to(tmp_path / names[1])
-    assert Path(record_beside(tmp_path / "link.csv", ".parts")) in folders
+    assert Path(pieces_beside(tmp_path / "link.csv")) in folders

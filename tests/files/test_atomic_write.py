@@ -224,7 +224,7 @@ def test_where_no_file_can_be_locked_files_are_written_all_the_same(tmp_path, mo
 
 
 def test_where_new_files_vanish_the_line_says_so(tmp_path, monkeypatch):
-    monkeypatch.setattr("shakedown.files.atomic_write.is_at", lambda *_: False)
+    monkeypatch.setattr("shakedown.files.atomic_write._is_at", lambda *_: False)
     with pytest.raises(UsageError, match=r"a: cannot be written \(new files are swept away"):
         write(tmp_path / "a")
     assert names(tmp_path) == []

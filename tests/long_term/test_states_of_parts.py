@@ -9,7 +9,6 @@ import shakedown
 from benchmarks.drawn_joints import drawn_joint_in_space
 from benchmarks.uncoupled_parts import in_units, joined, pair
 from shakedown import Outcome, Problem
-from shakedown.campaign.stored_result import restored, stored
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.long_term.many_states import long_term_states
 from shakedown.long_term.node_results import node_results
@@ -130,21 +129,6 @@ def test_rest_is_proved_part_by_part():
     assert alone.proved
     assert both.proved
     assert both.energy_margin == pytest.approx(1e-5 * alone.energy_margin, rel=1e-6)
-    again = restored(stored(both, whole), whole)
-    assert again == both
-    assert again.proved
-
-
-def test_a_killed_simulation_goes_on_with_the_parts_that_are_done(tmp_path):
-    problem = joined(pair("space", 8, 0))
-
-    def killed(_):
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        shakedown.simulate(problem, 1.05, partial=tmp_path / "run.journal", save=killed)
-    again = shakedown.simulate(problem, 1.05, partial=tmp_path / "run.journal", resume=True)
-    assert again.settled == shakedown.simulate(problem, 1.05).settled
 
 
 def test_an_undecided_part_leaves_the_joint_undecided_and_is_named():
