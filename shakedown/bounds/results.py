@@ -82,7 +82,7 @@ class UpperBound(Result):
         their last digits: where searches that end at λ_max begin. NaN where it found none.
     parts
         With two directions, of a joint in uncoupled parts (:mod:`shakedown.joint.coupled_parts`), the bound
-        of each; ``multipliers`` are those of the part with the least one. Else empty.
+        of each; ``multipliers`` are 0 but in the part with the least one. Else empty.
     """
 
     DOCUMENT: ClassVar[str] = (

@@ -121,6 +121,8 @@ def _of_parts(
         for own, each in zip(parts, zones, strict=True):
             slip[own.slips] = safe(each, bound.load_factor, transient, tolerances).slip
         slip[part.slips] = bound.slip
+    multipliers = np.zeros(len(zone.constraints.g))
+    multipliers[np.isin(zone.constraints.node, part.nodes)] = bound.multipliers
     known = [each.certified for each in found if each.certified is not None]
     certified = tuple(np.min(known, axis=0).tolist()) if len(known) == len(found) else None
     pinned = (int(own.slips[k]) for own, each in zip(parts, found, strict=True) for k in each.pinned)
@@ -128,6 +130,7 @@ def _of_parts(
         bound,
         slip=slip,
         active=tuple((part.number(node), step) for node, step in bound.active),
+        multipliers=multipliers,
         direction=of_slips(parts, (each.direction for each in found)),
         reason=part.renumbered(reason),
         residual=max(each.residual for each in found),

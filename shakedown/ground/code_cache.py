@@ -53,7 +53,10 @@ def place_of(package: str) -> Path | None:
     In ``NUMBA_CACHE_DIR``, beside the package (there code of other sources is removed), or in the cache of
     the user.
     """
-    root = Path(cast(str, modules[package].__file__)).parent
+    file = modules[package].__file__
+    if file is None:  # no package, but a folder of modules
+        return None
+    root = Path(file).parent
     given = cast(Any, numba.config).CACHE_DIR
     beside, name = root / "__pycache__", f"{FOLDER}{hash_of_sources(root)[:16]}"
     own = Path(user_cache_dir(package, appauthor=False))

@@ -140,6 +140,8 @@ def _rigid_motions(problem: Problem) -> tuple[FloatArray, str]:
     if not slips.pinned and problem.stiffness_accuracy is None and _clearly_held(scaled):
         return basis, slips.doubt
     most = float(np.abs(scaled).sum(axis=0).max())
+    if most == 0.0:
+        return np.eye(layout.size), slips.doubt
     scaled = _deflated(scaled, basis) / most
     known = _unresisted(scaled, _motions_of_a_body(problem) / lengths[:, None], problem)
     values, vectors = np.linalg.eigh(_deflated(scaled, known))
