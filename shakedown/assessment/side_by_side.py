@@ -63,11 +63,11 @@ class OtherEvidence(NamedTuple):
                 yield f"{name} is missing: {found.reason}"
 
 
-def limited(step: Callable[[], T], most: float = MOST_WORK) -> Callable[[], T]:
-    """A piece of work whose motions take so much at most."""
+def limited(step: Callable[[], T]) -> Callable[[], T]:
+    """A piece of work whose motions take ``MOST_WORK`` at most."""
 
     def within() -> T:
-        with limited_work(most):
+        with limited_work(MOST_WORK):
             return step()
 
     return within

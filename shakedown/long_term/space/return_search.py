@@ -325,14 +325,14 @@ class ReturnSearch:
         opened = states[0].contact == OPEN
         return np.array([state.u for state in reversed(states) if ((state.contact == OPEN) == opened).all()])
 
-    def _leap(self) -> bool:
+    def _leap(self) -> None:
         """Leap to where the last states lead, and stay if a period from there does what was predicted."""
         window = self._window()
         if self._comes_back(window):
-            return False
+            return
         stuck = self.cycles >= STUCK and not self._awaits() and len(window) > 1
         if stuck and ((self.cycles >= self.along.since and self._go_along()) or self._go_on_average()):
-            return True
+            return
         missed = self.crawl.rigid_miss(window, self.measure)
         if missed is not None:
             window = window + missed
@@ -342,8 +342,7 @@ class ReturnSearch:
             leap = way.plan(window, self.measure, self.cycles)
             if leap is not None:
                 self._take(way, leap)
-                return True
-        return missed is not None
+                return
 
     def _comes_back(self, window: FloatArray) -> bool:
         """Whether the last change undoes the previous one along other contact states: no smooth map."""
