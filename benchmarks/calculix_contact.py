@@ -17,7 +17,7 @@ import shakedown
 from benchmarks import calculix_peer
 from benchmarks.calculix_cycles import follow, modelled
 from benchmarks.calculix_joints import JOINTS, SIZE, YOUNG, joint
-from shakedown import TransientLimit
+from shakedown import Bound
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.evolve import evolve
 from shakedown.report.text_table import table
@@ -45,7 +45,7 @@ def cases(short: bool) -> list[dict]:
 
 
 @cache
-def limit(name: str) -> TransientLimit:
+def limit(name: str) -> Bound:
     """λ_T of the toolkit, from slip zero as assembled."""
     return shakedown.transient_limit(modelled(name).problem)
 

@@ -66,7 +66,7 @@ def measure(case: dict) -> dict:
     return counts | {"growth": growth, "share": float(np.median(shares))}
 
 
-def drawn(rng: np.random.Generator, case: dict) -> tuple[Problem, shakedown.UniversalBound]:
+def drawn(rng: np.random.Generator, case: dict) -> tuple[Problem, shakedown.Bound]:
     """A random joint of which something is proved."""
     for _ in range(TRIES):
         problem = floating_joint(rng, case["n"], case["kind"], case["loads"])
@@ -96,7 +96,7 @@ def floating_joint(rng: np.random.Generator, n: int, kind: str, loads: str) -> P
 
 
 def attacked(
-    rng: np.random.Generator, problem: Problem, bound: shakedown.UniversalBound, fraction: float, starts: int
+    rng: np.random.Generator, problem: Problem, bound: shakedown.Bound, fraction: float, starts: int
 ) -> tuple[np.ndarray, float]:
     """How many starts ended in which way, and by how much a known potential grew in a step at most."""
     q_w, p_w = loading(problem).at(fraction * bound.load_factor)

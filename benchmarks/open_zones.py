@@ -168,7 +168,7 @@ def _compare(problem: Problem, opened: tuple[int, ...], counts: dict) -> None:
     counts["rests above"] += above == "rests"
 
 
-def _outcome(problem: Problem, load_factor: float, upper: shakedown.UpperBound) -> str:
+def _outcome(problem: Problem, load_factor: float, upper: shakedown.Bound) -> str:
     """What becomes of the state of a zone: it rests with these nodes open, or what else happens."""
     try:
         state = shakedown.long_term_state(problem, load_factor, upper.slip, open_nodes=upper.open_nodes)

@@ -116,7 +116,7 @@ def loop(rng: np.random.Generator, n: int, f: np.ndarray, loads: str, d: int = 2
 
 
 def attacked(
-    rng, problem: Problem, bound: shakedown.UniversalBound, fraction: float, starts: int
+    rng, problem: Problem, bound: shakedown.Bound, fraction: float, starts: int
 ) -> tuple[np.ndarray, float]:
     """How many starts ended in which way, and the relative growth of the potential in a step."""
     q_w, p_w = loading(problem).at(fraction * bound.load_factor)

@@ -175,11 +175,7 @@ def _unmet(found: shakedown.Assessment, claim: str, least: float) -> str:
 
 def _leave(
     context: click.Context,
-    *results: shakedown.LowerBound
-    | shakedown.UpperBound
-    | shakedown.EnergyBound
-    | shakedown.UniversalBound
-    | Missing,
+    *results: shakedown.Bound | shakedown.Bound | shakedown.Bound | shakedown.Bound | Missing,
     unmet: Sequence[str] = (),
 ) -> None:
     """Exit code 1, and why, where something stays open."""

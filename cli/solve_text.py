@@ -54,9 +54,7 @@ OPEN_NODES = (
 )
 
 
-def quick_text(
-    problem: Problem, energy: shakedown.EnergyBound, upper: shakedown.UpperBound, details: bool
-) -> str:
+def quick_text(problem: Problem, energy: shakedown.Bound, upper: shakedown.Bound, details: bool) -> str:
     """What one linear and one cone program tell."""
     lines = [headline(problem), ""]
     lines += [paragraph(sentence) for sentence in quickly_in_words(energy, upper, problem)]
@@ -123,7 +121,7 @@ def _facts(limits: JointLimits) -> list[Fact]:
     return [*facts, _least(limits.upper), _largest(limits.upper, "certified" if lower is None else "exact")]
 
 
-def _of_first_collapse(lower: shakedown.LowerBound) -> list[Fact]:
+def _of_first_collapse(lower: shakedown.Bound) -> list[Fact]:
     """λ_1 and what it rests on."""
     collapse = "no node collapses"
     if lower.node >= 0:
@@ -137,21 +135,21 @@ def _of_first_collapse(lower: shakedown.LowerBound) -> list[Fact]:
     ]
 
 
-def _from_here(energy: shakedown.EnergyBound) -> Fact:
+def _from_here(energy: shakedown.Bound) -> Fact:
     """λ_E, with what exact arithmetic confirms."""
     exactly = energy.certified
     certified = "" if exactly is None else f", certified to {1 - exactly / energy.load_factor:.0e}"
     return (named("λ_E"), bound(energy.load_factor), f"{energy.status}{certified}")
 
 
-def _least(upper: shakedown.UpperBound) -> Fact:
+def _least(upper: shakedown.Bound) -> Fact:
     """λ_lo where there is one, rounded up."""
     least = upper.least_load_factor
     begins = bound(least, rounded=up) if least else "-"
     return ("λ_lo, least load factor", begins, "safe slips exist from here on")
 
 
-def _largest(upper: shakedown.UpperBound, how: str) -> Fact:
+def _largest(upper: shakedown.Bound, how: str) -> Fact:
     """λ_max, with the nodes that are open where it is that of a zone."""
     remark = f"{upper.status}{_certified(upper.certified, how)}"
     if upper.open_nodes:

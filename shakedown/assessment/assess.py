@@ -11,11 +11,6 @@ from numpy.typing import ArrayLike
 
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.mesh_check import on_mesh
-from shakedown.assessment.three_numbers import (
-    impossible_above,
-    proved_from_every_state,
-    proved_from_this_state,
-)
 from shakedown.ground.shown_values import plain, short
 from shakedown.ground.status import Outcome, Said
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -54,7 +49,7 @@ class Assessment(Result):
         Every state is one that the load admits at some instant of the loop. 0 where nothing is proved,
         inf where every load factor is, NaN where a program of the proof came to no end.
         """
-        return proved_from_every_state(self.details)
+        return self.details.proved_from_every_state
 
     @property
     def proved_from_this_state(self) -> float:
@@ -65,7 +60,7 @@ class Assessment(Result):
         0 where nothing is proved, or not from λ = 0 on (``details.from_state``); NaN where a program came to
         no end.
         """
-        return proved_from_this_state(self.details)
+        return self.details.proved_from_this_state
 
     @property
     def impossible_above(self) -> float:
@@ -75,7 +70,7 @@ class Assessment(Result):
         every load factor, and where the nodes of ``details.open_nodes`` are open: of other zones nothing is
         said. 0 where no slip is safe at any load factor, NaN where a search found none and left out zones.
         """
-        return impossible_above(self.details)
+        return self.details.impossible_above
 
     @property
     def said_as_given(self) -> Said:

@@ -1,79 +1,57 @@
 """Every limit of the load factor of one joint, each computed when it is first read, and once."""
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, fields, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields
 from functools import cached_property, partial
 from math import inf, isnan, nan
-from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.mesh_check import MeshCheck, mesh_check
 from shakedown.assessment.sensitivities import Sensitivities, sensitivities
 from shakedown.assessment.shakedown_bounds import ShakedownBounds
-from shakedown.assessment.three_numbers import REFUTED, FromState, from_state, not_refuted
-from shakedown.bounds.accumulated.accumulated_bound import (
-    AccumulatedBound,
-    accumulated_bound,
-    total_slip_bound,
-)
-from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
-from shakedown.bounds.collapse.lower import LowerBound, lower_bound
+from shakedown.assessment.three_numbers import REFUTED, admitted_up_to, not_refuted
+from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
-from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
 from shakedown.bounds.energy.energy_results import NO_SAFE_SLIP
 from shakedown.bounds.enumeration.critical import subset_count
-from shakedown.bounds.every_state.universal_bound import UniversalBound, universal_bound
 from shakedown.bounds.onset import Onset, first_opening, first_slip
 from shakedown.bounds.plane_or_space import methods_of, takes_long
-from shakedown.bounds.results import UpperBound
+from shakedown.bounds.registry import BOUNDS, BoundKind, Claim, kinds_of
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, friction_thresholds
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.errors import Missing, present, sought
-from shakedown.ground.round_off import FOUR_DIGITS, SIX_DIGITS
-from shakedown.ground.shown_values import short
+from shakedown.ground.shown_values import plain, short
 from shakedown.ground.size_limits import EXTRAS_UP_TO
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked
+from shakedown.joint.arguments import NO_SIGNS, checked, in_the_plane_only
 from shakedown.joint.constraints import constraints, through_transient
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
 if TYPE_CHECKING:
     from shakedown.assessment.slip_limit import SlipLimit
-    from shakedown.assessment.transient_limit import TransientLimit
-
-LIMITS = ("universal", "energy", "accumulated", "transient", "lower", "upper")  # shown
-
 
 REFUTED_BY_ALL = "round-off decides: it is {:.7g} in floats, although shakedown is proved up to {:.7g}"
-
-T = TypeVar("T")
-P = TypeVar("P", EnergyBound, AccumulatedBound)
-
-
-def _where_it_exists(compute: "Callable[[JointLimits], T]") -> "cached_property[T | Missing]":
-    """A limit that some kinds of joints do not have: for these it is the reason why."""
-
-    def found(limits: "JointLimits") -> T | Missing:
-        absent = limits.absent.get(compute.__name__)
-        return compute(limits) if absent is None else absent
-
-    found.__doc__ = compute.__doc__
-    return cached_property(found)
+IN_THE_PLANE = {  # what else is there of joints in the plane only
+    "friction": in_the_plane_only("friction thresholds", NO_SIGNS),
+    "sensitivities": in_the_plane_only("sensitivities"),
+}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class JointLimits(Result):
     """The limits of one joint, the only place where they are computed.
 
-    With two tangential directions there are λ_max, λ_E, λ_U and λ_T. A disc has no sides, so that there is no
-    first collapse λ_1 and nothing that rests on it, and no friction threshold by signs: these are
-    ``Missing``, with the reason (``absent``), and null in documents.
+    The limits are attributes by their names in ``BOUNDS`` (:mod:`shakedown.bounds.registry`), each a
+    :class:`Bound`. One that joints with two tangential directions do not have is ``Missing``, with the reason
+    (``absent``), and null in documents.
 
     A limit whose program does not finish raises ``SolverError`` where it is an answer (λ_1, λ_max) and is a
-    status where it is a proof; evidence beside the answers (λ_T) is ``Missing`` then.
+    status where it is a proof; evidence beside the answers (λ_T) is ``Missing`` then, and λ_T is None without
+    a finite λ_max to scan up to.
 
     Attributes
     ----------
@@ -93,8 +71,6 @@ class JointLimits(Result):
         The tolerances that decide.
     """
 
-    DOCUMENT: ClassVar[str] = "lower upper energy accumulated universal friction"
-
     problem: Problem
     initial_slip: ArrayLike | None = None
     distance: float = 0.0
@@ -110,7 +86,7 @@ class JointLimits(Result):
             if name == "problem" or value != short(usual[name]):
                 yield name, value
         known = self.absent | vars(self)
-        for name in LIMITS:
+        for name in BOUNDS:
             value = known.get(name, Missing("not read yet"))
             yield name, value.reason if isinstance(value, Missing) else short(value)
 
@@ -118,23 +94,31 @@ class JointLimits(Result):
         """Store a limit that was computed beside others."""
         vars(self)[name] = found
 
+    def __getattr__(self, name: str) -> Any:
+        """A limit that was not computed yet, by its name in ``BOUNDS``."""
+        if name not in BOUNDS:
+            raise AttributeError(f"the limits of a joint have no {name!r}")
+        self.keep(name, self._bound(BOUNDS[name]))
+        return vars(self)[name]
+
+    def _bound(self, kind: BoundKind) -> "Bound | Missing | None":
+        """A limit; undecided where another one refutes it."""
+        if not kind.exists_for(self.problem):
+            return Missing(kind.absent)
+        found = kind.of(self)
+        if kind.claim == Claim.THIS_STATE:
+            return self._not_refuted(found)
+        return self._at_least_proved(found) if kind.claim == Claim.IMPOSSIBLE else found
+
     @cached_property
     def absent(self) -> dict[str, Missing]:
-        """The limits that joints of this kind do not have, by their words in documents, and why."""
-        return {word: Missing(reason) for word, reason in methods_of(self.problem).ABSENT.items()}
+        """What joints of this kind do not have, by its word in documents, and why."""
+        reasons = {name: kind.absent for name, kind in BOUNDS.items() if not kind.exists_for(self.problem)}
+        reasons |= IN_THE_PLANE if self.problem.directions > 1 else {}
+        return {name: Missing(reason) for name, reason in reasons.items()}
 
-    @_where_it_exists
-    def lower(self) -> LowerBound:
-        """λ_1, the first collapse with all nodes closed, with its guarantee."""
-        exact = self.problem.n <= LOWER_CERTIFIED_UP_TO if self.certify is None else self.certify
-        return lower_bound(self.problem, certify=exact, tolerances=self.tolerances)
-
-    @cached_property
-    def upper(self) -> UpperBound:
-        """λ_max, with its safe slip and its zone; undecided where it is not certified and λ_U refutes it."""
-        found = upper_bound(
-            self.problem, open_nodes=self.zone, certify=self.certify, tolerances=self.tolerances
-        )
+    def _at_least_proved(self, found: Bound) -> Bound:
+        """λ_max; undecided where it is not certified and a proof from every state refutes it."""
         if not found.uncertified or found.open_nodes:
             return found
         every = sought(lambda: self.universal)
@@ -142,18 +126,18 @@ class JointLimits(Result):
         if not isnan(not_refuted(proved, found, self.tolerances)) or isnan(proved):
             return found
         why = REFUTED_BY_ALL.format(found.load_factor, proved)
-        return replace(found, status=Status.UNDECIDED, load_factor=nan, reason=why)
+        return found.but(status=Status.UNDECIDED, load_factor=nan, reason=why)
 
-    def _not_refuted(self, found: P) -> P:
+    def _not_refuted(self, found: Bound) -> Bound:
         """A proof from this state with all nodes closed; undecided where λ_max refutes it."""
         upper = present(sought(lambda: self.upper))
         if upper is None or not found.load_factor > 0.0:
             return found
         at = not_refuted(found.load_factor, upper, self.tolerances)
         if not isnan(at):
-            return found if at == found.load_factor else replace(found, load_factor=at)
+            return found if at == found.load_factor else found.but(load_factor=at)
         why = REFUTED.format(found.load_factor, upper.load_factor)
-        return replace(found, status=Status.UNDECIDED, load_factor=nan, reason=why)
+        return found.but(status=Status.UNDECIDED, load_factor=nan, reason=why)
 
     @cached_property
     def open_nodes(self) -> tuple[int, ...]:
@@ -162,7 +146,7 @@ class JointLimits(Result):
         return () if isinstance(upper, Missing) else upper.open_nodes
 
     @cached_property
-    def through_transient(self) -> UpperBound | None:
+    def through_transient(self) -> Bound | None:
         """λ_max for slips that the transient load steps do not move either; None without such steps."""
         problem = self.problem
         if self.open_nodes or through_transient(problem) is constraints(problem):
@@ -173,35 +157,6 @@ class JointLimits(Result):
     def bounds(self) -> ShakedownBounds:
         """λ_1, where there is one, and λ_max together."""
         return ShakedownBounds(self.lower, self.upper, self.tolerances, self.through_transient)
-
-    @cached_property
-    def universal(self) -> UniversalBound:
-        """λ_U, proved from every state."""
-        return universal_bound(
-            self.problem,
-            first_collapse=present(self.lower),
-            certify=self.certify,
-            tolerances=self.tolerances,
-        )
-
-    @cached_property
-    def energy(self) -> EnergyBound:
-        """λ_E, proved from this state by an energy; for the zone where nodes are open."""
-        return self._not_refuted(
-            energy_bound(
-                self.problem,
-                self.initial_slip,
-                self.distance,
-                open_nodes=self.open_nodes,
-                certify=self.certify,
-                tolerances=self.tolerances,
-            )
-        )
-
-    @cached_property
-    def accumulated(self) -> AccumulatedBound:
-        """λ_S, proved from this state, closed at all nodes, by a bound on their total slip."""
-        return self._not_refuted(accumulated_bound(self.problem, self.initial_slip))
 
     @cached_property
     def first_slip(self) -> Onset:
@@ -241,46 +196,23 @@ class JointLimits(Result):
                 around = (1.0 - share) * proved.slip + share * upper.slip
         return energy_ball(problem, load_factor, around=around, split=split, tolerances=self.tolerances)
 
-    @cached_property
-    def transient(self) -> "TransientLimit | Missing | None":
-        """λ_T, up to which this history is found to shake down; None without a finite λ_max to scan up to."""
-        from shakedown.assessment.transient_limit import scan_end, transient_limit  # loads compiled code
-
-        end = scan_end(self.upper)
-        if end is None:
-            return None
-        self.note_what_is_known()
-        return sought(
-            transient_limit,
-            self.problem,
-            self.initial_slip,
-            largest=end,
-            accuracy=self._usual_accuracy if self.accuracy is None else self.accuracy,
-            tolerances=self.tolerances,
-        )
-
-    @property
-    def _usual_accuracy(self) -> float:
-        # where following a joint takes seconds, and longer near λ_T
-        return FOUR_DIGITS if takes_long(self.problem) else SIX_DIGITS
-
     def note_what_is_known(self) -> None:
         """Pass λ_max and the proved limits on to simulations; nothing where nodes stay open."""
-        from shakedown.long_term.known_bounds import known_limits, note_bound, note_slip
+        from shakedown.long_term.known_bounds import known_limits, note
         from shakedown.long_term.passage import Passage
 
         if self.open_nodes:
             return
-        bound = self.energy
-        known = known_limits(self.problem)
-        known["upper"] = self.upper.load_factor
-        if "universal" in vars(self):
-            known["universal"] = self.universal.load_factor
         begun = partial(Passage, self.problem, 0.0, self.tolerances, open_nodes=())
-        if self.distance == 0.0 and bound.status != Status.UNDECIDED:
-            note_bound(begun(start=bound.initial_slip), bound)
-        if "accumulated" in vars(self):
-            note_slip(begun(start=self.accumulated.initial_slip), self.accumulated)
+        found, _ = self.energy, self.upper
+        for name, limit in vars(self).items():
+            kind = BOUNDS.get(name)
+            if kind is None or not isinstance(limit, Bound):
+                continue
+            if kind.claim in (Claim.IMPOSSIBLE, Claim.EVERY_STATE):
+                known_limits(self.problem)[name] = limit.load_factor
+            elif kind.claim == Claim.THIS_STATE and self.distance == 0.0 and not limit.undecided:
+                note(begun(start=found.initial_slip), limit)
 
     @cached_property
     def mesh(self) -> MeshCheck:
@@ -307,26 +239,79 @@ class JointLimits(Result):
         return self.upper.pinned if self.open_nodes else constraints(self.problem).pinned
 
     @property
-    def from_state(self) -> FromState:
-        """What is proved from this state: the larger of λ_E and λ_S, which is computed where it may be."""
-        slip = self.accumulated if self._slip_may_prove_more else None
-        return from_state(self.energy, slip)
+    def from_state(self) -> Bound:
+        """The largest limit proved from this state; those that may be larger are computed.
+
+        Where nodes are open, or the state is known only up to a distance, it is the first kind, λ_E.
+        """
+        first, *others = kinds_of(Claim.THIS_STATE)
+        best: Bound = getattr(self, first.name)
+        for kind in others if not self.open_nodes and self.distance == 0.0 else ():
+            if self._may_exceed(kind, best):
+                found = getattr(self, kind.name)
+                more = best.least_load_factor > 0.0 or not found.load_factor <= best.load_factor
+                best = found if more and not isnan(found.load_factor) else best
+        return best
+
+    def _may_exceed(self, kind: BoundKind, known: Bound) -> bool:
+        """Whether another proof may reach farther than a known one."""
+        if kind.name in vars(self) or known.least_load_factor > 0.0 or not known.load_factor > 0.0:
+            return True
+        if known.load_factor >= (1.0 - self.tolerances.agreement) * self.upper.load_factor:
+            return False
+        return kind.may_exceed(self, known.load_factor)
+
+    @property
+    def proved_from_every_state(self) -> float:
+        """The largest proof from every state; 0 where nothing is proved, NaN where a program did not end."""
+        known = [getattr(self, kind.name) for kind in kinds_of(Claim.EVERY_STATE)]
+        proved = [each.load_factor for each in known if not isnan(each.load_factor)]
+        if proved:
+            return not_refuted(max(proved), self.upper, self.tolerances)
+        return nan if any(each.undecided for each in known) else 0.0
+
+    @property
+    def proved_from_this_state(self) -> float:
+        """The largest limit proved for the state in question; NaN where a program did not end."""
+        here = self.from_state
+        known = [nan if here.least_load_factor > 0 else here.load_factor, self._as_one_of_all]
+        proved = [number for number in known if not isnan(number)]
+        if proved:
+            return max(proved)
+        return nan if any(getattr(self, k.name).undecided for k in kinds_of(Claim.THIS_STATE)[:1]) else 0.0
+
+    @property
+    def _as_one_of_all(self) -> float:
+        """Up to where this state is among those that are proved with every state; NaN where not known."""
+        if self.open_nodes or self.distance > 0 or self.universal.after_transient:
+            return nan
+        start = self.energy.initial_slip
+        return min(self.proved_from_every_state, admitted_up_to(self.problem, start, self.tolerances))
+
+    @property
+    def impossible_above(self) -> float:
+        """The upper end of what encloses λ_max; inf where nodes are open, 0 where no slip is safe."""
+        upper = self.upper
+        if upper.open_nodes:
+            return inf
+        if upper.status == Status.INFEASIBLE:
+            return 0.0
+        return float(
+            upper.load_factor if upper.certified is None else max(upper.load_factor, upper.certified[1])
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Every limit as JSON knows it; what is not there any more is null for one version."""
+        found = {name: getattr(self, name) for name, kind in BOUNDS.items() if kind.claim != Claim.FOLLOWED}
+        words = ("through_transient", "first_slip", "first_opening")
+        gone = dict.fromkeys(("box", "closing_box", "core"))
+        return {word: plain(getattr(self, word)) for word in words} | plain(found) | gone
 
     @cached_property
-    def _slip_may_prove_more(self) -> bool:
-        """Whether λ_S may be larger than λ_E, by checking its conditions at that load factor."""
-        if self.open_nodes or self.distance > 0.0:
-            return False
-        energy = self.energy
-        if "accumulated" in vars(self) or energy.least_load_factor > 0.0 or not energy.load_factor > 0.0:
-            return True
-        if energy.load_factor >= (1.0 - self.tolerances.agreement) * self.upper.load_factor:
-            return False
-        return total_slip_bound(self.problem, energy.load_factor, self.initial_slip).status == Status.OPTIMAL
-
-    @_where_it_exists
-    def friction(self) -> FrictionThresholds:
+    def friction(self) -> FrictionThresholds | Missing:
         """The friction at which the motion stops being unique, and at which the joint wedges."""
+        if "friction" in self.absent:
+            return self.absent["friction"]
         return friction_thresholds(self.problem, tolerances=self.tolerances)
 
     @cached_property
@@ -338,7 +323,7 @@ class JointLimits(Result):
         if "sensitivities" in self.absent:
             return dict.fromkeys(("upper", "energy"), self.absent["sensitivities"])
         few = self.problem.n <= EXTRAS_UP_TO  # one-sided derivatives at a degenerate optimum take longer
-        bounds: dict[str, UpperBound | EnergyBound] = {"upper": self.upper, "energy": self.energy}
+        bounds: dict[str, Bound] = {"upper": self.upper, "energy": self.energy}
         return {
             name: sought(sensitivities, self.problem, bound, one_sided=few, tolerances=self.tolerances)
             for name, bound in bounds.items()

@@ -6,9 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.assessment.shakedown_bounds import ShakedownBounds
-from shakedown.bounds.collapse.lower import LowerBound
+from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
-from shakedown.bounds.results import UpperBound
 from shakedown.ground.errors import Missing
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
@@ -35,7 +34,7 @@ def second_bounds(problem: Problem, bounds: ShakedownBounds, tolerances: Toleran
     return SecondBounds(conic_lower_bound(problem, nodes=nodes, tolerances=tolerances), upper, len(nodes))
 
 
-def nodes_asked(lower: LowerBound) -> list[int]:
+def nodes_asked(lower: Bound) -> list[int]:
     """The nodes that the independent solver checks, in the order in which they collapse."""
     order = np.argsort(lower.collapse_limits, kind="stable").tolist()  # unknown limits come first
     if lower.node in order:
@@ -44,7 +43,7 @@ def nodes_asked(lower: LowerBound) -> list[int]:
     return order if len(order) <= ALL_NODES else order[:FIRST_NODES]
 
 
-def _closest(bound: LowerBound | UpperBound, tolerances: Tolerances) -> float:
+def _closest(bound: Bound, tolerances: Tolerances) -> float:
     """How far both answers may differ; one of reduced accuracy proves no disagreement."""
     return tolerances.cross_check if bound.reduced_accuracy else tolerances.agreement
 
@@ -56,7 +55,7 @@ def independent_findings(
     # As a bound may be zero, differences are relative to λ_max, or to the nominal load.
     size = bounds.upper.load_factor if 0 < bounds.upper.load_factor < np.inf else 1.0
     lower = bounds.lower
-    pairs: list[tuple[str, LowerBound | UpperBound, ConicBound]] = [("λ_max", bounds.upper, second.upper)]
+    pairs: list[tuple[str, Bound, ConicBound]] = [("λ_max", bounds.upper, second.upper)]
     if second.lower is not None and not isinstance(lower, Missing):
         pairs.insert(0, ("λ_1", lower, second.lower))
     method = "linear programming" if second.lower is not None else "the cone program"

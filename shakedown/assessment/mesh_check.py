@@ -1,18 +1,12 @@
 """Whether the edge of the mesh determines a limit, judged from one mesh (docs/mesh.md)."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite, isinf, nan
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from shakedown.assessment.three_numbers import (
-    NumberedLimits,
-    impossible_above,
-    proved_from_every_state,
-    proved_from_this_state,
-)
 from shakedown.ground.errors import SolverError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import MUCH, PER_CENT
@@ -28,13 +22,11 @@ FEWEST = {True: 9, False: 16}  # nodes, in the plane or in space; fewer cannot b
 MOST = 0.5  # share of the multipliers at the edge from which on it determines the limit
 NEARLY = 1.0 - PER_CENT  # share from which on nothing else does
 TIMES = 2.0  # a larger relative change is given as a factor
-NUMBERS: dict[str, tuple[str, Callable[[Any], float]]] = {
-    "impossible_above": ("λ_max", impossible_above),
-    "proved_from_this_state": ("what is proved from this state", proved_from_this_state),
-    "proved_from_every_state": ("what is proved from every state", proved_from_every_state),
+NUMBERS = {
+    "impossible_above": "λ_max",
+    "proved_from_this_state": "what is proved from this state",
+    "proved_from_every_state": "what is proved from every state",
 }
-
-T = TypeVar("T", bound=NumberedLimits)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -64,7 +56,7 @@ class MeshCheck(Result):
     warning: str | None
 
 
-def mesh_check(limits: NumberedLimits) -> MeshCheck:
+def mesh_check(limits: Any) -> MeshCheck:
     """Check limits on one mesh: whether its edge determines λ_max, and their values on a coarser mesh."""
     problem = limits.problem
     surface = surface_of(problem)
@@ -84,16 +76,16 @@ def mesh_check(limits: NumberedLimits) -> MeshCheck:
     return MeshCheck(share, deciding, coarser, _warning(share, sorted(deciding), coarser))
 
 
-def on_mesh(limits: T, problem: Problem) -> T:
+def on_mesh(limits: Any, problem: Problem) -> Any:
     """The same limits for an averaged joint; its first initial slip is the state in question."""
     start = None if problem.initial_slip is None else problem.initial_slip[0]
     changes: dict[str, Any] = {"problem": problem, "initial_slip": start}
     if not isinstance(limits.zone, str):
         changes["zone"] = ()
-    return replace(limits, **changes)  # type: ignore[type-var]  # a dataclass
+    return replace(limits, **changes)
 
 
-def _shares(limits: NumberedLimits) -> FloatArray:
+def _shares(limits: Any) -> FloatArray:
     """The share of every node in the multipliers that prove λ_max, (n,); NaN where there are none."""
     problem, upper = limits.problem, limits.upper
     rows = constraints(problem)
@@ -103,22 +95,20 @@ def _shares(limits: NumberedLimits) -> FloatArray:
     return np.asarray(parts / parts.sum())
 
 
-def _coarser(limits: NumberedLimits) -> dict[str, float]:
+def _coarser(limits: Any) -> dict[str, float]:
     """Ratios, less 1, of the known limits on every second node to those on all nodes."""
     problem = limits.problem
     start = limits.energy.initial_slip
     between = coarsened(replace(problem, initial_slip=start if np.isfinite(start).all() else None))
     assert between is not None  # its surface is known
-    coarse = replace(on_mesh(limits, between), certify=False)  # type: ignore[type-var]  # a dataclass
+    coarse = replace(on_mesh(limits, between), certify=False)
     found = {}
-    for name, (_, number) in NUMBERS.items():
+    for name in NUMBERS:
         try:
-            one = number(limits)
-            if (
-                one == 0 and number is proved_from_this_state
-            ):  # the costliest; nothing is proved to be compared
+            one = getattr(limits, name)
+            if one == 0 and name == "proved_from_this_state":  # the costliest, and nothing to compare with
                 continue
-            other = number(coarse)
+            other = getattr(coarse, name)
         except SolverError:
             continue
         if isfinite(one) and isfinite(other):
@@ -150,10 +140,10 @@ def _warning(share: float, nodes: Sequence[int], coarser: dict[str, float]) -> s
 def _told(name: str, by: float) -> str:
     """The change of one limit on the coarser mesh, in words."""
     if not isinf(by):
-        return f"{NUMBERS[name][0]} is {_change(by)}"
-    if NUMBERS[name][1] is proved_from_every_state:
+        return f"{NUMBERS[name]} is {_change(by)}"
+    if name == "proved_from_every_state":
         return "shakedown would be proved from every state"
-    return f"{NUMBERS[name][0]} would be above 0"
+    return f"{NUMBERS[name]} would be above 0"
 
 
 def _rise(low: float, high: float) -> str:

@@ -20,9 +20,9 @@ from shakedown.assessment.load_regions import (
     default_load_factors,
     region_of,
 )
-from shakedown.assessment.three_numbers import ENERGY
 from shakedown.bounds.energy.energy_ball import energy_ball
 from shakedown.bounds.plane_or_space import takes_long
+from shakedown.bounds.registry import Claim, kinds_of
 from shakedown.bounds.safe_slip import safe_slip
 from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
@@ -117,7 +117,7 @@ def plan_steps(
         for each in sorted(chosen, key=lambda load_factor: load_factor != AS_GIVEN)
     ]
     here = limits.from_state
-    if load_factors is None and here.symbol != ENERGY and here.load_factor < np.inf:
+    if load_factors is None and here.kind != "energy" and here.load_factor < np.inf:
         near = JUST_BELOW * here.load_factor
         steps.append(lambda: [_case_at(limits, near, name, state)])
     return steps
@@ -242,9 +242,9 @@ def _bounded(limits: JointLimits, case: Case) -> Case:
     """The case, marked where it begins at the state of λ_S and below that limit."""
     if case.after_transient or case.open_nodes:
         return case
-    bound = limits.accumulated
-    below = case.load_factor < bound.load_factor and np.array_equal(case.start, bound.initial_slip)
-    return replace(case, bounded=below)
+    bounds = [getattr(limits, kind.name) for kind in kinds_of(Claim.THIS_STATE)[1:]]
+    below = [case.load_factor < b.load_factor and np.array_equal(case.start, b.initial_slip) for b in bounds]
+    return replace(case, bounded=any(below))
 
 
 def given_states(problem: Problem) -> dict[str, FloatArray]:

@@ -8,7 +8,7 @@ from typing import Any
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.load_regions import BELOW, NO_ZONE
 from shakedown.assessment.plan import Case
-from shakedown.bounds.collapse.lower import LowerBound
+from shakedown.bounds.bound_result import Bound
 from shakedown.ground.errors import Missing, present
 from shakedown.ground.shown_values import at_lambda, nodes_in_words, plain, short
 from shakedown.ground.status import Guarantee, Outcome
@@ -137,7 +137,7 @@ def is_spent(found: Simulation) -> bool:
     return found.outcome == Outcome.UNDECIDED and stop is not None and stop.spent
 
 
-def disagreements(runs: Sequence[Run], lower: LowerBound | Missing) -> Iterator[str]:
+def disagreements(runs: Sequence[Run], lower: Bound | Missing) -> Iterator[str]:
     """One sentence for each run that contradicts its prediction."""
     for run in runs:
         if run.agrees is not False:
@@ -147,7 +147,7 @@ def disagreements(runs: Sequence[Run], lower: LowerBound | Missing) -> Iterator[
             f"predicted {run.predicted}, simulated {run.simulation.outcome}"
         )
         below = run.region == BELOW
-        if below and isinstance(lower, LowerBound) and lower.guarantee != Guarantee.PROVED:
+        if below and not isinstance(lower, Missing) and lower.guarantee != Guarantee.PROVED:
             text += f"; λ_1 is no proved bound here ({lower.guarantee}), and this is a counter-example"
         yield text
 

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from shakedown.assessment.one_sided import OneSidedOptimum
 from shakedown.assessment.row_rates import SIDES, RowRates, rates_of, spread_slopes
-from shakedown.bounds.energy.energy_bound import EnergyBound
+from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.energy.energy_rows import EnergyRows, zone_rows
-from shakedown.bounds.results import UpperBound
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import DIGITS, plain
@@ -105,7 +104,7 @@ class Sensitivities(Result):
 @checked
 def sensitivities(
     problem: Problem,
-    bound: UpperBound | EnergyBound,
+    bound: Bound,
     *,
     one_sided: bool = True,
     tolerances: Tolerances = DEFAULT,
@@ -157,17 +156,17 @@ def sensitivities(
     require_plane("sensitivities", problem)
     if bound.slip.shape != (problem.layout.slip_size,):
         raise UsageError(f"bound: expected one of a joint with {problem.n} nodes, found {bound.slip.size}")
-    symbol = "λ_max" if isinstance(bound, UpperBound) else "λ_E"
+    symbol = bound.symbol
     reason = bound.reason if bound.status != Status.OPTIMAL else ""
     if not reason and not bound.load_factor > 0:
         reason = "at λ = 0 nothing is left to lose"
     if reason:
         none = Slopes(*(np.full(shape, np.nan) for shape in ((problem.n, 2), (problem.n, 2), 2)))
         return Sensitivities(symbol, bound.status, reason, bound.load_factor, none, none, none)
-    if isinstance(bound, EnergyBound) and bound.parts:
+    if bound.kind == "energy" and bound.parts:
         return _of_parts(problem, bound, one_sided, tolerances)
     zone = contact_zone(problem, bound.open_nodes, tolerances=tolerances)
-    if isinstance(bound, UpperBound):
+    if bound.kind == "upper":
         parts = _of_upper(zone, bound, one_sided, tolerances)
     else:
         parts = _of_energy(zone, bound, one_sided, tolerances)
@@ -182,7 +181,7 @@ def sensitivities(
     )
 
 
-def _of_parts(problem: Problem, bound: EnergyBound, one_sided: bool, tolerances: Tolerances) -> Sensitivities:
+def _of_parts(problem: Problem, bound: Bound, one_sided: bool, tolerances: Tolerances) -> Sensitivities:
     """Those of the uncoupled part that decides; where several do, no node of one alone raises the least."""
     parts, most = coupled_parts(problem, bound.open_nodes), (1.0 + tolerances.feasibility) * bound.load_factor
     deciding = [
@@ -241,7 +240,7 @@ class _Reached:
         return Slopes(derivative, derivative / load_factor, together / load_factor)
 
 
-def _of_upper(zone: Zone, bound: UpperBound, one_sided: bool, tolerances: Tolerances) -> _Reached:
+def _of_upper(zone: Zone, bound: Bound, one_sided: bool, tolerances: Tolerances) -> _Reached:
     before = len(bound.multipliers) > len(zone.constraints.g)
     rows, slip = zone.rows(before), bound.slip[zone.problem.layout.slips_of(zone.closed_nodes)]
     excess = rows.relative_excess(slip, bound.load_factor)
@@ -263,7 +262,7 @@ def _of_upper(zone: Zone, bound: UpperBound, one_sided: bool, tolerances: Tolera
     return _Reached(optimum, rates, rates.pressures(slip), rates.pressure_slopes())
 
 
-def _of_energy(zone: Zone, bound: EnergyBound, one_sided: bool, tolerances: Tolerances) -> _Reached:
+def _of_energy(zone: Zone, bound: Bound, one_sided: bool, tolerances: Tolerances) -> _Reached:
     rows = zone_rows(zone, tolerances=tolerances)
     metric, closed = rows.metric, zone.problem.layout.slips_of(zone.closed_nodes)
     slip, start = bound.slip[closed], bound.initial_slip[closed]

@@ -3,8 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from shakedown.bounds.collapse.lower import LowerBound
-from shakedown.bounds.results import UpperBound
+from shakedown.bounds.bound_result import Bound
 from shakedown.ground.errors import Missing
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -27,10 +26,10 @@ class ShakedownBounds(Result):
 
     DOCUMENT: ClassVar[str] = "lower upper through_transient"
 
-    lower: LowerBound | Missing
-    upper: UpperBound
+    lower: Bound | Missing
+    upper: Bound
     tolerances: Tolerances = field(default=DEFAULT, repr=False)
-    through_transient: UpperBound | None = None
+    through_transient: Bound | None = None
 
     def columns(self) -> dict[str, Any]:
         """The safe slip, the critical slip state, and the load factor at which each node collapses."""

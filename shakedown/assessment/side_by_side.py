@@ -9,7 +9,7 @@ from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.independent_bounds import SecondBounds, second_bounds
 from shakedown.assessment.runs import MOST_WORK
 from shakedown.assessment.slip_limit import SlipLimit
-from shakedown.assessment.transient_limit import TransientLimit
+from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_load_factors
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds
 from shakedown.ground.errors import Missing, present
@@ -53,7 +53,7 @@ class OtherEvidence(NamedTuple):
     second: SecondBounds
     critical: CriticalLoadFactors | None
     friction: FrictionThresholds | None
-    transient: TransientLimit | Missing | None
+    transient: Bound | Missing | None
     slip: SlipLimit | Missing | None
 
     def missing(self) -> Iterator[str]:

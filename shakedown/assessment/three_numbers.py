@@ -1,71 +1,25 @@
-"""Proved from every state, proved from this state, impossible above: three numbers from many limits."""
-
-from __future__ import annotations
+"""What joins many limits to three numbers: which refute each other, which states the loads admit."""
 
 from collections.abc import Iterator
-from math import inf, isnan, nan
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from math import nan
 
 import numpy as np
 
+from shakedown.bounds.bound_result import Bound
 from shakedown.ground.errors import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.size_limits import CONE
-from shakedown.ground.status import SYMBOLS, Status
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import Side, constraints, step_loads
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.programs.cone_rays import leaves_cone
 
-if TYPE_CHECKING:  # they load solvers
-    from shakedown.bounds.accumulated.accumulated_bound import AccumulatedBound
-    from shakedown.bounds.collapse.lower import LowerBound
-    from shakedown.bounds.energy.energy_bound import EnergyBound
-    from shakedown.bounds.every_state.universal_bound import UniversalBound
-    from shakedown.bounds.results import UpperBound
-
 REFUTED = "round-off decides: its load factor is {:.7g}, although no slip is safe above {:.7g}"
-ENERGY, SLIP = SYMBOLS["energy"], SYMBOLS["accumulated"]
 
 
-class FromState(NamedTuple):
-    """Between which load factors shakedown is proved from one state, and by which bound.
-
-    Attributes
-    ----------
-    symbol
-        λ_E or λ_S, whichever is the larger.
-    load_factor
-        Where the proof ends; NaN where nothing is proved.
-    least_load_factor
-        Where it begins: zero, except for λ_E where the mean load alone is not safe.
-    """
-
-    symbol: str
-    load_factor: float
-    least_load_factor: float
-
-
-def from_state(energy: EnergyBound, slip: AccumulatedBound | None = None) -> FromState:
-    """The larger of the bounds for one state; λ_E where λ_S, which is for all nodes closed, proves no more.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> joint = shakedown.example("two-node")
-    >>> found = from_state(shakedown.energy_bound(joint), shakedown.accumulated_bound(joint))
-    >>> found.symbol, round(found.load_factor, 5)
-    ('λ_S', 0.73159)
-    """
-    by_energy = FromState(ENERGY, energy.load_factor, energy.least_load_factor)
-    if energy.open_nodes or energy.distance > 0 or slip is None or isnan(slip.load_factor):
-        return by_energy
-    more = by_energy.least_load_factor > 0 or not slip.load_factor <= by_energy.load_factor
-    return FromState(SLIP, slip.load_factor, 0.0) if more else by_energy
-
-
-def not_refuted(load_factor: float, upper: UpperBound, tolerances: Tolerances = DEFAULT) -> float:
+def not_refuted(load_factor: float, upper: Bound, tolerances: Tolerances = DEFAULT) -> float:
     """What is proved, unless λ_max of closed nodes refutes it: NaN then.
 
     What is above it by ``agreement`` at most, as round-off in either may put it, is rounded down.
@@ -128,68 +82,7 @@ def first_to_leave(problem: Problem, slip: FloatArray, load_factor: float) -> tu
     return node, "slip" if p[node] > 0 else "open"
 
 
-class NumberedLimits(Protocol):
-    """The limits from which the three numbers are taken."""
-
-    @property
-    def problem(self) -> Problem: ...
-    @property
-    def distance(self) -> float: ...
-    @property
-    def tolerances(self) -> Tolerances: ...
-    @property
-    def zone(self) -> object: ...
-    @property
-    def universal(self) -> UniversalBound: ...
-    @property
-    def upper(self) -> UpperBound: ...
-    @property
-    def energy(self) -> EnergyBound: ...
-    @property
-    def from_state(self) -> FromState: ...
-    @property
-    def open_nodes(self) -> tuple[int, ...]: ...
-
-
-def proved_from_every_state(limits: NumberedLimits) -> float:
-    """λ_U; 0 where nothing is proved, NaN where a program of the proof did not finish."""
-    universal = limits.universal
-    if universal.status == Status.UNDECIDED:
-        return nan
-    return 0.0 if isnan(universal.load_factor) else not_refuted(universal.load_factor, limits.upper)
-
-
-def proved_from_this_state(limits: NumberedLimits) -> float:
-    """The largest limit proved for the state in question; NaN where a program did not finish."""
-    here = limits.from_state
-    known = [nan if here.least_load_factor > 0 else here.load_factor, _as_one_of_all(limits)]
-    proved = [number for number in known if not isnan(number)]
-    if proved:
-        return max(proved)
-    return nan if limits.energy.status == Status.UNDECIDED else 0.0
-
-
-def _as_one_of_all(limits: NumberedLimits) -> float:
-    """Up to where this state is among those that λ_U is about; NaN where that is not known."""
-    if limits.open_nodes or limits.distance > 0 or limits.universal.after_transient:
-        return nan
-    every = proved_from_every_state(limits)
-    return min(every, admitted_up_to(limits.problem, limits.energy.initial_slip, limits.tolerances))
-
-
-def impossible_above(limits: NumberedLimits) -> float:
-    """The upper end of what encloses λ_max; inf where nodes are open, 0 where no slip is safe."""
-    upper = limits.upper
-    if upper.open_nodes:
-        return inf
-    if upper.status == Status.INFEASIBLE:
-        return 0.0
-    return upper.load_factor if upper.certified is None else max(upper.load_factor, upper.certified[1])
-
-
-def open_ends(
-    *results: LowerBound | UpperBound | EnergyBound | UniversalBound | Missing,
-) -> Iterator[str]:
+def open_ends(*results: Bound | Missing) -> Iterator[str]:
     """One sentence for each result that is open or disputed.
 
     A limit that does not exist, like λ_1 with two tangential directions, is not open.
@@ -200,17 +93,10 @@ def open_ends(
     >>> list(open_ends(shakedown.upper_bound(shakedown.example("two-node"))))
     []
     """
-    from shakedown.bounds.collapse.lower import LowerBound
-    from shakedown.bounds.energy.energy_bound import EnergyBound
-    from shakedown.bounds.every_state.universal_bound import UniversalBound
-    from shakedown.bounds.results import UpperBound
-
-    names = {LowerBound: "λ_1", UpperBound: "λ_max", EnergyBound: "λ_E", UniversalBound: "λ_U"}
     for result in results:
         if isinstance(result, Missing):
             continue
-        name = names[type(result)]
-        if result.status == Status.UNDECIDED:
-            yield f"{name} is open: {result.reason}"
-        elif isinstance(result, LowerBound | UpperBound) and result.disputed:
-            yield f"{name} is disputed: {result.uncertified}"
+        if result.undecided:
+            yield f"{result.symbol} is open: {result.reason}"
+        elif result.disputed:
+            yield f"{result.symbol} is disputed: {result.uncertified}"

@@ -3,48 +3,48 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from math import nextafter
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shakedown.bounds.bound_result import Bound, Evidence
 from shakedown.bounds.plane_or_space import takes_long
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.blas_threads import on_one_thread
-from shakedown.ground.errors import Missing, UsageError
+from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import THREE_DIGITS
+from shakedown.ground.round_off import FOUR_DIGITS, SIX_DIGITS, THREE_DIGITS
+from shakedown.ground.shown_values import down
 from shakedown.ground.size_limits import MANY
 from shakedown.ground.status import Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, checked_initial_slip, is_finite
 from shakedown.joint.problem import Problem
-from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.known_bounds import BELOW as CERTAIN
 from shakedown.long_term.known_bounds import bound_of_start, slip_of_start
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.state import LongTermState
 
-if TYPE_CHECKING:
-    from shakedown.bounds.results import UpperBound
-
 SCANNED = 20  # load factors besides λ = 0; fixed, so that a joint has one λ_T
 SCAN_ABOVE = 1.05  # times λ_max, beyond which nothing shakes down: end of the scan
 BELOW = (  # shares below λ_T at which a proof is sought
     0.0, 1e-6, 1e-5, 1e-4, 2e-4, 4e-4, 6e-4, 8e-4, 1e-3, 2e-3, 5e-3, 1e-2, 1.5e-2, 2e-2, 3e-2, 0.1, 0.3,
 )  # fmt: skip
+NOWHERE = "no load factor scanned shakes down"
 HALVINGS = 2  # bisections between two of these, with two tangential directions
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TransientLimit(Result):
-    """Result of :func:`transient_limit`.
+class ScannedHistory(Evidence):
+    """What only λ_T has, the largest load factor at which one history was found to shake down.
+
+    The bound is infeasible where it does at no load factor scanned. Where it does at every one, the load
+    factor is the last of these, and the status undecided.
 
     Attributes
     ----------
-    load_factor
-        λ_T: the largest load factor found to shake down; NaN where none does.
     low, high
         It shakes down at ``low`` (λ_T) and not at ``high``; ``high`` is infinite
         where everything scanned shakes down, ``low`` NaN where nothing does.
@@ -74,7 +74,6 @@ class TransientLimit(Result):
     DOCUMENT: ClassVar[str] = "load_factor low high proved cycling initial_slip scanned outcomes monotone"
     TABLE: ClassVar[str] = "scanned outcomes"
 
-    load_factor: float
     low: float
     high: float
     proved: float
@@ -106,6 +105,25 @@ class TransientLimit(Result):
         return self.proved, self.cycling
 
 
+def of_joint(limits: Any) -> Bound | Missing | None:
+    """λ_T of a joint whose limits are computed (``registry.BOUNDS``); None without a finite λ_max."""
+    end = scan_end(limits.upper)
+    if end is None:
+        return None
+    limits.note_what_is_known()
+    accuracy = limits.accuracy
+    if accuracy is None:  # where following a joint takes seconds, and longer near λ_T
+        accuracy = FOUR_DIGITS if takes_long(limits.problem) else SIX_DIGITS
+    return sought(
+        transient_limit,
+        limits.problem,
+        limits.initial_slip,
+        largest=end,
+        accuracy=accuracy,
+        tolerances=limits.tolerances,
+    )
+
+
 @checked
 @on_one_thread
 def transient_limit(
@@ -117,7 +135,7 @@ def transient_limit(
     steps: int = SCANNED,
     accuracy: float = 1e-9,
     tolerances: Tolerances = DEFAULT,
-) -> TransientLimit:
+) -> Bound:
     """The largest load factor at which the history from an initial slip shakes down (thesis §4.3.5).
 
     Outcomes need not be monotone in λ. Therefore the range is scanned in equal
@@ -216,7 +234,7 @@ class _Histories:
         ends = [bound.load_factor for bound in bounds if not isinstance(bound, Missing)]
         return [nextafter(CERTAIN * end, 0.0) for end in ends if 0.0 < end < top]
 
-    def limit(self, low: float, high: float) -> TransientLimit:
+    def limit(self, low: float, high: float) -> Bound:
         """Everything found, with a proof near ``low``."""
         at_proved = self._proved(low) if np.isfinite(low) else None
         for state in (self.runs[each] for each in self.certain(low)):
@@ -225,8 +243,7 @@ class _Histories:
         scanned = np.array(sorted(self.runs))
         outcomes = tuple(self.runs[float(x)].outcome for x in scanned)
         expected = scanned <= low if np.isfinite(low) else np.zeros(len(scanned), dtype=bool)
-        return TransientLimit(
-            load_factor=low,
+        evidence = ScannedHistory(
             low=low,
             high=high,
             proved=np.nan if at_proved is None else at_proved.load_factor,
@@ -239,6 +256,13 @@ class _Histories:
             at_high=self.runs.get(high),
             at_proved=at_proved,
         )
+        if np.isnan(low):
+            return Bound("transient", Status.INFEASIBLE, low, evidence, reason=NOWHERE)
+        if np.isinf(high):
+            reason = f"every load factor scanned shakes down, up to {down(low)}"
+            return Bound("transient", Status.UNDECIDED, low, evidence, reason=reason)
+        reason = "" if evidence.monotone else "outcomes are not monotone in λ"
+        return Bound("transient", Status.OPTIMAL, low, evidence, reason=reason)
 
     def is_open(self, load_factor: float) -> bool:
         """Whether a state in space is undecided; where such states begin depends on the cycles allowed.
@@ -311,7 +335,7 @@ def bisected(
     return low, high
 
 
-def scan_end(upper: "UpperBound") -> float | None:
+def scan_end(upper: Bound) -> float | None:
     """Slightly more than λ_max, so that the scan ends above it; None where that is not positive."""
     largest = SCAN_ABOVE * upper.load_factor
     return largest if 0 < largest < np.inf else None

@@ -31,15 +31,15 @@ from shakedown.assessment.side_by_side import (
 )
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.three_numbers import open_ends
-from shakedown.assessment.transient_limit import TransientLimit
+from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors
 from shakedown.bounds.plane_or_space import takes_long
+from shakedown.bounds.registry import Claim, kinds_of
 from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.blas_threads import all_cores, on_one_thread
 from shakedown.ground.errors import UsageError, present
 from shakedown.ground.shown_values import plain
 from shakedown.ground.size_limits import CYCLES, MANY
-from shakedown.ground.status import FROM_HERE
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked, require_problem
 from shakedown.joint.problem import Problem
@@ -116,14 +116,7 @@ class Verification(Result):
         second = {"lower": self.second.lower, "upper": self.second.upper}
         document = {
             "problem": self.problem,
-            **limits.bounds.to_dict(),
-            "energy": limits.energy,
-            "box": None,  # of what went, for one version, as is "core"
-            "accumulated": limits.accumulated,
-            **limits.universal.document(),
-            "core": None,
-            "first_slip": limits.first_slip,
-            "first_opening": limits.first_opening,
+            **limits.to_dict(),
             "agrees": self.agrees,
             "disagreements": self.disagreements,
             "open_questions": self.open_questions,
@@ -169,7 +162,7 @@ class Verification(Result):
         return self.assessment.details
 
     @property
-    def transient(self) -> TransientLimit | None:
+    def transient(self) -> Bound | None:
         """λ_T; None where λ_max is not finite and positive, or where it is missing (``notes``)."""
         return present(self.limits.transient)
 
@@ -325,9 +318,10 @@ def _find_bounds(limits: JointLimits, method: str, begin: Begin) -> Callable[[],
     limits.keep("upper", first())
     for name in ("lower", "through_transient"):
         limits.keep(name, getattr(limits, name))
-    from_here = [begin(functools.partial(getattr, limits, name)) for name in FROM_HERE]
+    from_here_on = [kind.name for kind in kinds_of(Claim.THIS_STATE)]
+    from_here = [begin(functools.partial(getattr, limits, name)) for name in from_here_on]
     compiled, second = begin(lambda: compile_loops(limits, method)), begin(second_step(limits))
-    for name, end in zip(FROM_HERE, from_here, strict=True):
+    for name, end in zip(from_here_on, from_here, strict=True):
         limits.keep(name, end())
     limits.keep("universal", every())
     compiled()

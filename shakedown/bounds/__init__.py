@@ -1,7 +1,8 @@
 """What programs alone prove about a joint: where shakedown is impossible, and from which states certain.
 
-Reading order: ``upper`` (λ_max and the safe slip), ``opened_by_mean_load`` and ``best_zone`` (which nodes
-stay open), ``safe_slip`` (most slack at one load factor), ``results`` (their results), ``named_start``
+Reading order: ``registry`` (the kinds of bounds, what each is about), ``bound_result`` (the result of all),
+``upper`` (λ_max and the safe slip), ``opened_by_mean_load`` and ``best_zone`` (which nodes
+stay open), ``safe_slip`` (most slack at one load factor), ``results`` (their evidence), ``named_start``
 (initial slips by name). The methods differ in the plane and in space: ``plane_or_space`` (which of
 the two serve a joint), ``plane_methods`` (over ``row_programs`` of all rows),
 ``space_methods`` (over ``discs/``). ``onset``: up to where a given slip lasts, and where the contact

@@ -20,7 +20,7 @@ from shakedown.ground.size_limits import CONE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, node_numbers, require_plane
-from shakedown.joint.constraints import Constraints, Side, constraints, step_loads
+from shakedown.joint.constraints import Constraints, Side, constraints
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -74,15 +74,14 @@ def conic_upper_bound(
     solver: str | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> ConicBound:
-    """λ_max from |q| ≤ f p at every node and every load step: the program (5.16) as it stands.
+    """λ_max by interior points: the program (5.16) over the extreme load step of every row or disc.
 
     Parameters
     ----------
     problem
         The contact and its loading loop.
     open_nodes
-        The nodes that stay open (:func:`upper_bound`); with them the extreme load step of
-        every row is taken alone.
+        The nodes that stay open (:func:`upper_bound`).
     solver
         Name of a linear-programming solver, called through cvxpy (the extra ``solvers``); by default
         Clarabel, called directly.
@@ -99,26 +98,10 @@ def conic_upper_bound(
     if problem.directions > 1:
         rows = _without_round_off(zone.constraints)
         bound = _bound_over_discs(rows, solver, tolerances)
-        return replace(bound, slip=zone.slips(rows.slips(bound.slip)))
-    if zone.open_nodes:
-        bound = _bound_in_zone(zone.constraints, solver, tolerances)
-        return replace(bound, slip=zone.slips(bound.slip))
-    rows, steps = constraints(problem), step_loads(problem)
-    most = load_factor_program(rows, towards=-1.0, tolerances=tolerances)
-    taken = np.zeros(steps.shape, dtype=bool)
-    taken[rows.step, np.arange(len(rows.step))] = True  # only few rows matter: begin with these
-    while True:  # ends: every round takes further rows, and there are finitely many
-        step, row = np.nonzero(taken)
-        matrix = np.column_stack([rows.coefficients[row], steps[step, row]])
-        bound = extreme_load_factor(replace(most, matrix=matrix, right=rows.g[row]), solver)
-        if bound.status != Status.OPTIMAL:
-            return bound
-        excess = rows.G @ bound.slip + bound.load_factor * steps - rows.g
-        terms = np.abs(rows.G) @ np.abs(bound.slip) + np.abs(bound.load_factor * steps) + np.abs(rows.g)
-        violated = ~taken & (excess > tolerances.agreement * terms)
-        if not violated.any():
-            return bound
-        taken |= violated
+    else:
+        rows = zone.constraints
+        bound = extreme_load_factor(load_factor_program(rows, towards=-1.0, tolerances=tolerances), solver)
+    return replace(bound, slip=zone.slips(rows.slips(bound.slip)))
 
 
 def _without_round_off(rows: Constraints) -> Constraints:
@@ -201,21 +184,6 @@ def _sparse(rows: Constraints, towards: float, tolerances: Tolerances) -> _Spars
         scales,
         slips * scales.x[:-1, None],
     )
-
-
-def _bound_in_zone(rows: Constraints, solver: str | None, tolerances: Tolerances) -> ConicBound:
-    """λ_max of a zone; gap rows, most of which never matter, are added where they are violated."""
-    taken, most = rows.side != Side.GAP, load_factor_program(rows, towards=-1.0, tolerances=tolerances)
-    while True:
-        bound = extreme_load_factor(replace(most, matrix=most.matrix[taken], right=rows.g[taken]), solver)
-        bound = replace(bound, slip=rows.slips(bound.slip))
-        violated = ~taken
-        if bound.status == Status.OPTIMAL:
-            excess = rows.relative_excess(bound.slip, bound.load_factor)
-            violated &= excess > tolerances.agreement
-        if bound.status == Status.INFEASIBLE or not violated.any():
-            return bound
-        taken |= violated
 
 
 @checked

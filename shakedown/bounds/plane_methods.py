@@ -1,12 +1,12 @@
 """Safe slips in the plane: linear programs over the two opposite limits of every node."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from math import inf, nan
 
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.certificate import (
     UPPER_CERTIFIED_UP_TO,
     Certificate,
@@ -24,8 +24,8 @@ from shakedown.bounds.results import (
     RELIEVING,
     WEDGING,
     ZERO_AMPLITUDE,
+    LargestLoadFactor,
     SafeSlip,
-    UpperBound,
     ZoneLimit,
 )
 from shakedown.bounds.row_programs import contradiction, load_factor_program
@@ -39,13 +39,12 @@ from shakedown.joint.problem import Problem
 from shakedown.programs.program import Solution
 from shakedown.programs.solver import solve, widest
 
-ABSENT: Mapping[str, str] = {}
 FEW_NODES = MOST_ZONES = ALL_COMPARED_UP_TO = inf
 HOLDING_BALL_SOONER = False
 CHANGES_AT_ONCE: tuple[int, ...] = ()
 
 
-def limit_of_rows(problem: Problem, rows: Constraints, certify: bool, tolerances: Tolerances) -> UpperBound:
+def limit_of_rows(problem: Problem, rows: Constraints, certify: bool, tolerances: Tolerances) -> Bound:
     """λ_max of a joint in the plane over some of its rows; in exact arithmetic where asked for."""
     outcome = solve(load_factor_program(rows, towards=-1.0, tolerances=tolerances))
     found: Certificate | Missing = Missing("")
@@ -54,8 +53,7 @@ def limit_of_rows(problem: Problem, rows: Constraints, certify: bool, tolerances
     certificate = found if isinstance(found, Certificate) else None
     status = outcome.status if certificate is None else certificate.status
     answer = {Status.OPTIMAL: _optimal, Status.INFEASIBLE: _infeasible, Status.UNBOUNDED: _unbounded}[status]
-    return replace(
-        answer(rows, outcome, certificate, tolerances),
+    return answer(rows, outcome, certificate, tolerances).but(
         uncertified=found.reason if isinstance(found, Missing) else "",
         disputed=isinstance(found, Disputed),
         reduced_accuracy=outcome.reduced_accuracy,
@@ -73,7 +71,7 @@ def _in_floats(rows: Constraints, outcome: Solution) -> FloatArray:
 
 def _optimal(
     rows: Constraints, outcome: Solution, certificate: Certificate | None, tolerances: Tolerances
-) -> UpperBound:
+) -> Bound:
     if certificate is not None:
         load_factor, y = certificate.load_factor, certificate.multipliers
         slip = significant(rows, certificate.slip, load_factor, tolerances)[:-1]
@@ -82,19 +80,18 @@ def _optimal(
         slip, load_factor = _in_floats(rows, outcome)[:-1], float(outcome.x[-1])
         y, active, certified = outcome.multipliers, outcome.meeting[0], None
     least, missing = _least(rows, tolerances)
-    return UpperBound(
+    return Bound(
+        kind="upper",
         status=Status.OPTIMAL,
         load_factor=load_factor,
+        evidence=LargestLoadFactor(np.full(rows.n, nan), certificate is not None, missing),
         slip=slip,
         active=rows_named(rows, active),
         multipliers=y,
-        direction=np.full(rows.n, nan),
         reason="",
         residual=float(rows.relative_excess(slip, load_factor).max()),
         least_load_factor=least,
         certified=certified,
-        exact=certificate is not None,
-        missing=missing,
     )
 
 
@@ -118,7 +115,7 @@ def least_load_factor(rows: Constraints, tolerances: Tolerances) -> float:
 
 def _infeasible(
     rows: Constraints, outcome: Solution, certificate: Certificate | None, tolerances: Tolerances
-) -> UpperBound:
+) -> Bound:
     y, missing = np.full(len(rows.g), nan), tuple[str, ...]()
     if certificate is not None:
         y = certificate.multipliers
@@ -129,25 +126,24 @@ def _infeasible(
         else:
             y = found.multipliers
     terms = np.abs(y) @ np.abs(rows.G)
-    return UpperBound(
+    return Bound(
+        kind="upper",
         status=Status.INFEASIBLE,
         load_factor=nan,
+        evidence=LargestLoadFactor(np.full(rows.n, nan), certificate is not None, missing),
         slip=np.full(rows.n, nan),
         active=rows_named(rows, np.flatnonzero(y != 0)) if not missing else (),
         multipliers=y,
-        direction=np.full(rows.n, nan),
         reason=NO_SAFE_STATE,
         residual=float(np.max(np.abs(y @ rows.coefficients) / np.where(terms > 0, terms, 1.0))),
         least_load_factor=nan,
         certified=None,
-        exact=certificate is not None,
-        missing=missing,
     )
 
 
 def _unbounded(
     rows: Constraints, outcome: Solution, certificate: Certificate | None, tolerances: Tolerances
-) -> UpperBound:
+) -> Bound:
     least, missing = _least(rows, tolerances)
     if np.all(rows.d <= 0):
         direction, reason = np.zeros(rows.n), ZERO_AMPLITUDE if not np.any(rows.d) else RELIEVING
@@ -159,19 +155,18 @@ def _unbounded(
             direction = found
     terms = np.maximum(np.max(np.abs(rows.G * direction), axis=1), np.abs(rows.d))
     excess = (rows.G @ direction + rows.d) / np.where(terms > 0, terms, 1.0)
-    return UpperBound(
+    return Bound(
+        kind="upper",
         status=Status.UNBOUNDED,
         load_factor=inf,
+        evidence=LargestLoadFactor(direction, certificate is not None, missing),
         slip=np.full(rows.n, nan),
         active=(),
         multipliers=np.zeros(len(rows.g)),
-        direction=direction,
         reason=reason,
         residual=float(excess.max()),
         least_load_factor=least,
-        missing=missing,
         certified=None if certificate is None else (inf, inf),
-        exact=certificate is not None,
     )
 
 
@@ -185,7 +180,7 @@ def _widest_direction(
     return rows.slips(found.x) if found.margin >= 0 or certificate is None else certificate.slip
 
 
-def upper(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> UpperBound:
+def upper(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> Bound:
     """λ_max of the closed nodes."""
     problem, rows = zone.problem, zone.rows(transient)
     certify = problem.n <= UPPER_CERTIFIED_UP_TO if certify is None else certify

@@ -1,4 +1,4 @@
-"""Results on safe slips: the largest load factor with one, the safest slip, the comparison of zones."""
+"""Results on safe slips: evidence of λ_max, the safest slip, the comparison of zones."""
 
 from dataclasses import dataclass, field
 from math import nan
@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from shakedown.bounds.bound_result import Evidence
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.joint.result import Result
@@ -19,70 +20,39 @@ WEDGING = "wedging: slip along one direction raises the friction limits faster t
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class UpperBound(Result):
-    """Largest load factor at which a safe slip exists: λ_max of thesis (5.16).
+class LargestLoadFactor(Evidence):
+    """What only λ_max has, the largest load factor at which a safe slip exists (thesis (5.16)).
 
     With all nodes in contact: above it no slip keeps every node closed and at rest
     through the period. With nodes of a zone open: above it there is no state at rest with
-    exactly these nodes open throughout; other zones may do better.
+    exactly these nodes open throughout; other zones may do better. It is infeasible where no slip is safe
+    at any load factor, unbounded where safe slips exist at arbitrarily large ones, undecided where a search
+    found no zone with a safe slip, and not all zones were tried, or where that there is no limit rests on a
+    resistance in doubt.
+
+    Its ``slip`` (dn,) is the safe slip at λ_max [length]; the slip of an open node is its displacement under
+    the mean load. Of a zone with open nodes it is the one in which the largest slip of a closed node is
+    least. Steps of a transient are counted from −k to −1 in ``active``. Its ``multipliers`` y ≥ 0 (r,) prove
+    the status, of the r rows of the constraints (with two directions, in their cones). Optimal: yᵀG = 0,
+    yᵀd = 1, yᵀg = λ_max. Infeasible (Farkas): yᵀG = 0, yᵀd ≥ 0, yᵀg < 0. Zero where unbounded.
+    ``residual`` is the largest relative violation of the rows at ``slip`` or along ``direction``, or of the
+    equalities of ``multipliers``. ``certified`` are neighbouring floats, with two directions 1e-10 apart as a
+    rule, relatively (docs/space.md, U1 and U2); (inf, inf) where it is proved unbounded. Of a joint in
+    uncoupled parts ``multipliers`` are 0 but in the part with the least bound.
 
     Attributes
     ----------
-    status
-        Optimal; infeasible (no safe slip at any load factor); unbounded (safe slips
-        exist at arbitrarily large load factors); undecided where a search found no zone with a safe slip,
-        and not all zones were tried, or where that there is no limit rests on a resistance in doubt.
-    load_factor
-        λ_max; NaN where infeasible, inf where unbounded.
-    slip : (dn,)
-        The safe slip at λ_max [length]; NaN unless optimal. Of a zone with open nodes the one in which
-        the largest slip of a closed node is least.
-    active
-        (node, side) of the rows that determine it; with two directions (node, load step) of the limits,
-        steps of a transient counted from −k to −1.
-    multipliers : (r,)
-        y ≥ 0 that prove the status, of the r rows of the constraints (with two directions, in their cones).
-        Optimal: yᵀG = 0, yᵀd = 1, yᵀg = λ_max. Infeasible (Farkas): yᵀG = 0, yᵀd ≥ 0, yᵀg < 0.
-        Zero where unbounded.
     direction : (dn,)
         Where unbounded: v with G v + d ≤ 0, along which every load factor stays
         safe [length]; else NaN.
-    reason
-        The status in words; empty where optimal.
-    residual
-        Largest relative violation of what the status claims: of the rows at
-        ``slip`` or along ``direction``, or of the equalities of ``multipliers``.
-    least_load_factor
-        λ_lo, the smallest load factor ≥ 0 with a safe slip: safe slips exist from λ_lo
-        to λ_max. It is 0 but where the constant part of the loading is not the mean
-        and has no safe slip of its own; NaN where infeasible.
-    certified
-        (low, high) with the exact λ_max of the problem as stored between them: neighbouring floats, with
-        two directions 1e-10 apart as a rule, relatively (docs/space.md, U1 and U2); (inf, inf) where it is
-        proved unbounded, else None.
     exact
         Whether the status was checked in exact arithmetic, with two directions with every rounding bounded.
-    uncertified
-        Why there is no certificate although it was asked for; else empty.
-    disputed
-        Whether exact arithmetic on the stored digits contradicts the number by more than the data allow.
     missing
         Other evidence that a solver failed to give, and why: ``multipliers`` or ``direction``,
         ``least_load_factor``, which is NaN then.
-    reduced_accuracy
-        Whether the linear program ended only at loosened tolerances (1e-7).
-    open_nodes
-        The nodes that are open through the whole period; empty with all nodes in contact.
-        The slip of an open node is its displacement under the mean load.
-    pinned
-        Where the joint can move as a whole: the nodes that slips are given relative to. Their own
-        slips are 0, as safe slips are known only up to that motion; empty for a joint that is held.
     in_floats : (dn + 1,)
         Safe slip [length] and load factor as the linear program found them, before exact arithmetic moved
         their last digits: where searches that end at λ_max begin. NaN where it found none.
-    parts
-        With two directions, of a joint in uncoupled parts (:mod:`shakedown.joint.coupled_parts`), the bound
-        of each; ``multipliers`` are 0 but in the part with the least one. Else empty.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -91,25 +61,10 @@ class UpperBound(Result):
     )
     TABLE: ClassVar[str] = "slip"
 
-    status: Status
-    load_factor: float
-    slip: FloatArray
-    active: tuple[tuple[int, int], ...]
-    multipliers: FloatArray
     direction: FloatArray
-    reason: str
-    residual: float
-    least_load_factor: float
-    certified: tuple[float, float] | None
     exact: bool
-    uncertified: str = ""
-    disputed: bool = False
     missing: tuple[str, ...] = ()
-    reduced_accuracy: bool = False
-    open_nodes: tuple[int, ...] = ()
-    pinned: tuple[int, ...] = ()
     in_floats: FloatArray = field(default_factory=lambda: np.full(1, nan), repr=False)
-    parts: tuple["UpperBound", ...] = field(default=(), repr=False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

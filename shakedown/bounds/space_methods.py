@@ -1,11 +1,11 @@
 """Safe slips in space: cone programs over the disc of every node and load step."""
 
-from collections.abc import Mapping
 from math import inf, nan
 
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.discs.disc_limits import largest_load_factor, relieving
 from shakedown.bounds.discs.disc_rows import DiscRows, disc_rows, zone_rows
 from shakedown.bounds.discs.safest_slip import safest
@@ -19,8 +19,8 @@ from shakedown.bounds.results import (
     RELIEVING,
     WEDGING,
     ZERO_AMPLITUDE,
+    LargestLoadFactor,
     SafeSlip,
-    UpperBound,
     ZoneLimit,
 )
 from shakedown.ground.float_array import FloatArray
@@ -28,15 +28,9 @@ from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.size_limits import ALL_PAIRS_UP_TO, CONE, LARGE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
-from shakedown.joint.arguments import NO_SIDES, NO_SIGNS, in_the_plane_only
 from shakedown.joint.constraints import Constraints
 from shakedown.joint.contact_zone import Zone
 
-ABSENT: Mapping[str, str] = {
-    "lower": in_the_plane_only("first collapse", NO_SIDES),
-    "friction": in_the_plane_only("friction thresholds", NO_SIGNS),
-    "sensitivities": in_the_plane_only("sensitivities"),
-}
 FEW_NODES = 50  # nodes up to which runs take hundredths of a second
 HOLDING_BALL_SOONER = True
 MOST_ZONES = 100  # each costs a cone program
@@ -45,7 +39,7 @@ CHANGES_AT_ONCE = (8, 4, 2)  # changes at once
 INSIDE = 1.05  # ratio σ / |y| from which on multipliers are well inside their cone
 
 
-def upper(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> UpperBound:
+def upper(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> Bound:
     """λ_max over the discs of all closed nodes."""
     if transient:
         zone.check_transient()
@@ -57,23 +51,26 @@ def upper(zone: Zone, transient: bool, certify: bool | None, tolerances: Toleran
     slips, optimal = rows.half_spaces.slips(found.x), found.status == Status.OPTIMAL
     nowhere = np.full(len(slips), nan)
     direction = slips if found.status == Status.UNBOUNDED else nowhere
-    return UpperBound(
+    return Bound(
+        kind="upper",
         status=found.status,
         load_factor=found.load_factor,
+        evidence=LargestLoadFactor(
+            direction,
+            found.exact,
+            found.missing,
+            np.append(slips, found.load_factor) if optimal else np.full(len(slips) + 1, nan),
+        ),
         slip=slips if optimal else nowhere,
         active=rows.named(*found.carrying),
         multipliers=found.multipliers,
-        direction=direction,
         reason=_reason(found.status, rows, transient),
         residual=found.residual,
         least_load_factor=found.least_load_factor,
         certified=found.certified,
-        exact=found.exact,
         uncertified=found.uncertified,
-        missing=found.missing,
         reduced_accuracy=found.reduced_accuracy,
         pinned=rows.half_spaces.pinned,
-        in_floats=np.append(slips, found.load_factor) if optimal else np.full(len(slips) + 1, nan),
     )
 
 

@@ -3,14 +3,14 @@
 from collections.abc import Iterable
 from dataclasses import replace
 from math import nan
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from shakedown.bounds.best_zone import chosen_zone
+from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.plane_or_space import methods_of
 from shakedown.bounds.results import MOVED, NO_SAFE_STATE
-from shakedown.bounds.results import UpperBound as UpperBound
 from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
@@ -39,7 +39,7 @@ def upper_bound(
     transient: bool = False,
     certify: bool | None = None,
     tolerances: Tolerances = DEFAULT,
-) -> UpperBound:
+) -> Bound:
     """The largest load factor at which a safe slip exists (thesis (5.16), on the 2n extremal rows).
 
     Parameters
@@ -93,20 +93,27 @@ def upper_bound(
         found.status == Status.UNBOUNDED and doubt
     ):  # a resistance in doubt may hold the body at any load factor
         no_slip = np.full_like(found.slip, np.nan)
-        return replace(found, status=Status.UNDECIDED, load_factor=np.nan, direction=no_slip, reason=doubt)
+        return found.but(status=Status.UNDECIDED, load_factor=np.nan, direction=no_slip, reason=doubt)
     if others_left and found.status == Status.INFEASIBLE:
-        return replace(found, status=Status.UNDECIDED, reason=NOT_FOUND, active=(), exact=False)
+        return found.but(status=Status.UNDECIDED, reason=NOT_FOUND, active=(), exact=False)
     return found
 
 
-def _of_zone(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> UpperBound:
+def of_joint(limits: Any) -> Bound:
+    """λ_max of a joint whose limits are computed (:data:`shakedown.bounds.registry.BOUNDS`)."""
+    return upper_bound(
+        limits.problem, open_nodes=limits.zone, certify=limits.certify, tolerances=limits.tolerances
+    )
+
+
+def _of_zone(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> Bound:
     found = methods_of(zone.problem).upper(zone, transient, certify, tolerances)
     return _in_zone(zone, found, tolerances) if zone.open_nodes else found
 
 
 def _of_parts(
     zone: Zone, parts: tuple[Part, ...], transient: bool, certify: bool | None, tolerances: Tolerances
-) -> UpperBound:
+) -> Bound:
     """The bound of a joint in uncoupled parts, from those of each; safe slips of the others at its λ_max."""
     zones = [contact_zone(p.joint, p.among(zone.open_nodes), tolerances=tolerances) for p in parts]
     found = [_of_zone(each, transient, certify, tolerances) for each in zones]
@@ -126,8 +133,7 @@ def _of_parts(
     known = [each.certified for each in found if each.certified is not None]
     certified = tuple(np.min(known, axis=0).tolist()) if len(known) == len(found) else None
     pinned = (int(own.slips[k]) for own, each in zip(parts, found, strict=True) for k in each.pinned)
-    return replace(
-        bound,
+    return bound.but(
         slip=slip,
         active=tuple((part.number(node), step) for node, step in bound.active),
         multipliers=multipliers,
@@ -147,14 +153,13 @@ def _of_parts(
     )
 
 
-def _in_zone(zone: Zone, found: UpperBound, tolerances: Tolerances) -> UpperBound:
+def _in_zone(zone: Zone, found: Bound, tolerances: Tolerances) -> Bound:
     """A bound on the closed nodes in terms of all nodes, with the least of its safe slips."""
     slip, residual, rows = found.slip, found.residual, zone.constraints
     if found.status == Status.OPTIMAL:
         slip = _least_slip(zone, found.load_factor, slip, tolerances)
         residual = float(rows.relative_excess(slip, found.load_factor).max())
-    return replace(
-        found,
+    return found.but(
         slip=zone.slips(slip),
         residual=residual,
         direction=zone.spread(found.direction),

@@ -7,7 +7,7 @@ whatever units each is.
 import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,15 +19,6 @@ from shakedown.joint.conjugate_loads import NO_LOADS
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.field_table import FORCES
 from shakedown.joint.problem import Problem
-
-
-class Bound(Protocol):
-    """What all results on a limit of the load factor have."""
-
-    @property
-    def status(self) -> Status: ...
-    @property
-    def load_factor(self) -> float: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +95,7 @@ def of_slips(parts: Sequence[Part], values: Iterable[FloatArray]) -> FloatArray:
     return np.concatenate(list(values), axis=-1)[..., np.argsort(np.concatenate([p.slips for p in parts]))]
 
 
-def weakest(bounds: Sequence[Bound]) -> int:
+def weakest(bounds: Sequence[Any]) -> int:
     """Which of the bounds on the load factors of parts is that of the whole joint.
 
     The first one that is infeasible, else the first one that is undecided, else the smallest.

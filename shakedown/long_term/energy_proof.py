@@ -10,10 +10,11 @@ import numpy as np
 from shakedown.bounds.accumulated.accumulated_bound import total_slip_bound
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball, holding_ball
 from shakedown.bounds.plane_or_space import methods_of, takes_long
+from shakedown.bounds.registry import BOUNDS
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.status import SYMBOLS, Status
+from shakedown.ground.status import Status
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
@@ -130,7 +131,7 @@ class EnergyProof(Result):
 
 
 NO_PROOF = EnergyProof(False)
-ENERGY, SLIP = SYMBOLS["energy"], SYMBOLS["accumulated"]
+ENERGY, SLIP = BOUNDS["energy"].symbol, BOUNDS["accumulated"].symbol
 
 
 def proof_of_parts(proofs: Sequence[EnergyProof]) -> EnergyProof:

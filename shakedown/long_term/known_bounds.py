@@ -3,9 +3,10 @@
 from math import inf
 from typing import TypeGuard
 
-from shakedown.bounds.accumulated.accumulated_bound import ACCURACY, AccumulatedBound, accumulated_bound
+from shakedown.bounds.accumulated.accumulated_bound import ACCURACY, accumulated_bound
+from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.energy.energy_ball import no_ball_holds
-from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
+from shakedown.bounds.energy.energy_bound import energy_bound
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.round_off import NEGLIGIBLE
@@ -19,16 +20,16 @@ ABOVE = 1.0 + DEFAULT.agreement  # times λ_max: beyond its uncertainty
 BELOW = 1.0 - NEGLIGIBLE  # times a proved load factor: below its round-off
 
 
-def bound_proves(bound: EnergyBound | Missing, load_factor: float) -> TypeGuard[EnergyBound]:
+def bound_proves(bound: Bound | Missing, load_factor: float) -> TypeGuard[Bound]:
     """Whether a bound proves shakedown at a load factor, beyond its round-off."""
     if isinstance(bound, Missing):
         return False
     return bool(bound.least_load_factor <= load_factor < BELOW * bound.load_factor)
 
 
-def bound_of_start(begun: Passage) -> EnergyBound | Missing:
+def bound_of_start(begun: Passage) -> Bound | Missing:
     """λ_E of the start, computed once."""
-    known, asked = _known_bounds(begun.problem), _key(begun)
+    known, asked = _known_bounds(begun.problem), _key(begun, "energy")
     if asked not in known:
         known[asked] = allowed(
             energy_bound, begun.problem, begun.start, open_nodes=begun.open_nodes, certify=False,
@@ -39,10 +40,10 @@ def bound_of_start(begun: Passage) -> EnergyBound | Missing:
 
 def is_known(begun: Passage) -> bool:
     """Whether λ_E of the start is known already."""
-    return _key(begun) in _known_bounds(begun.problem)
+    return _key(begun, "energy") in _known_bounds(begun.problem)
 
 
-def proving_bound(begun: Passage) -> EnergyBound | None:
+def proving_bound(begun: Passage) -> Bound | None:
     """λ_E of the start where it proves shakedown; not worked out where no ball is seen to hold the start."""
     asked = begun.problem, begun.load_factor, begun.start, begun.open_nodes, begun.tolerances
     if not is_known(begun) and allowed(no_ball_holds, *asked):
@@ -51,16 +52,16 @@ def proving_bound(begun: Passage) -> EnergyBound | None:
     return bound if bound_proves(bound, begun.load_factor) else None
 
 
-def note_bound(begun: Passage, bound: EnergyBound) -> None:
-    """Store λ_E of a start."""
-    _known_bounds(begun.problem).setdefault(_key(begun), bound)
+def note(begun: Passage, bound: Bound) -> None:
+    """Store a limit that is proved from a start: λ_E or λ_S."""
+    _known_bounds(begun.problem).setdefault(_key(begun, bound.kind), bound)
 
 
-def slip_of_start(begun: Passage) -> AccumulatedBound | Missing:
+def slip_of_start(begun: Passage) -> Bound | Missing:
     """λ_S of the start, computed once; Missing where nodes are open there."""
     if begun.open_nodes:
         return Missing("λ_S is about all nodes closed")
-    known, asked = _known_slips(begun.problem), _key(begun)
+    known, asked = _known_bounds(begun.problem), _key(begun, "accumulated")
     if asked not in known:
         known[asked] = accumulated_bound(begun.problem, begun.start)
     return known[asked]
@@ -71,9 +72,9 @@ def slip_unbounded_from(begun: Passage) -> float:
 
     Nothing does at larger ones either, as the conditions of a bound cover all smaller load factors.
     """
-    known = _known_slips(begun.problem).get(_key(begun))
+    known = _known_bounds(begun.problem).get(_key(begun, "accumulated"))
     asked = _asked_slips(begun.problem).get(_key(begun), inf)
-    if known is None or known.status not in (Status.OPTIMAL, Status.INFEASIBLE):
+    if not known or known.status not in (Status.OPTIMAL, Status.INFEASIBLE):
         return asked
     found_to = (1.0 + 2.0 * ACCURACY[begun.problem.directions]) * known.load_factor
     return min(asked, found_to if known.status == Status.OPTIMAL else 0.0)
@@ -84,30 +85,19 @@ def note_slip_unbounded(begun: Passage, load_factor: float) -> None:
     _asked_slips(begun.problem)[_key(begun)] = load_factor
 
 
-def note_slip(begun: Passage, slip: AccumulatedBound) -> None:
-    """Store λ_S of a start."""
-    _known_slips(begun.problem).setdefault(_key(begun), slip)
-
-
 @once_per_problem
 def _asked_slips(problem: Problem) -> dict[object, float]:
     """The least load factor asked about at which total slip has no bound, by the start."""
     return {}
 
 
-@once_per_problem
-def _known_slips(problem: Problem) -> dict[object, AccumulatedBound]:
-    """Known bounds of one problem by total slip."""
-    return {}
-
-
-def _key(begun: Passage) -> object:
-    return begun.start.tobytes(), begun.open_nodes, begun.tolerances
+def _key(begun: Passage, kind: str = "") -> object:
+    return kind, begun.start.tobytes(), begun.open_nodes, begun.tolerances
 
 
 @once_per_problem
-def _known_bounds(problem: Problem) -> dict[object, EnergyBound | Missing]:
-    """Known energy bounds of one problem, by start, open nodes and tolerances."""
+def _known_bounds(problem: Problem) -> dict[object, Bound | Missing]:
+    """Known proofs from a start of one problem, by kind, start, open nodes and tolerances."""
     return {}
 
 

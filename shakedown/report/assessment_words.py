@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.assessment.three_numbers import ENERGY, FromState, from_state
+from shakedown.bounds.bound_result import Bound
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, few, up
 from shakedown.ground.status import Said, Status
 from shakedown.joint.units import varying_loads_in_words
@@ -18,9 +18,6 @@ from shakedown.report.node_words import open_in_words
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
     from shakedown.assessment.every_limit import JointLimits
-    from shakedown.bounds.energy.energy_bound import EnergyBound
-    from shakedown.bounds.every_state.universal_bound import UniversalBound
-    from shakedown.bounds.results import UpperBound
     from shakedown.ground.float_array import FloatArray
     from shakedown.joint.problem import Problem
 
@@ -222,12 +219,12 @@ def load_steps_in_words(problem: Problem) -> str:
     return f"for these {problem.m} load steps, joined by straight lines"
 
 
-def quickly_in_words(energy: EnergyBound, upper: UpperBound, problem: Problem) -> list[str]:
+def quickly_in_words(energy: Bound, upper: Bound, problem: Problem) -> list[str]:
     """What is certain by λ_E and λ_max alone."""
-    return _certain([_proved_from_here(energy, from_state(energy), problem)], upper, problem)
+    return _certain([_proved_from_here(energy, energy, problem)], upper, problem)
 
 
-def _certain(parts: list[str], upper: UpperBound, problem: Problem) -> list[str]:
+def _certain(parts: list[str], upper: Bound, problem: Problem) -> list[str]:
     if upper.status == Status.OPTIMAL and not upper.open_nodes:
         often = " on a path that returns to all corners" * problem.is_domain
         parts.append(f"above λ_max = {up(upper.load_factor)} it cannot shake down{often} {IN_CONTACT}")
@@ -236,7 +233,7 @@ def _certain(parts: list[str], upper: UpperBound, problem: Problem) -> list[str]
     return [sentence + ".", *last_digit_in_words(problem), *([LOAD_DOMAIN] if problem.is_domain else [])]
 
 
-def _proved_from_here(energy: EnergyBound, here: FromState, problem: Problem) -> str:
+def _proved_from_here(energy: Bound, here: Bound, problem: Problem) -> str:
     closed = np.delete(energy.initial_slip, problem.layout.slips_of(energy.open_nodes))
     start = f"Starting {start_in_words(closed)}"
     if energy.distance > 0:
@@ -244,7 +241,7 @@ def _proved_from_here(energy: EnergyBound, here: FromState, problem: Problem) ->
         start = f"Starting from any slip within the energy distance {few(energy.distance)} of {near}"
     if energy.open_nodes:
         start += f", with {open_in_words(energy.open_nodes, problem)} open and in equilibrium"
-    if here.symbol != ENERGY:
+    if here.kind != "energy":
         how = "by the total slip of its nodes"
         if np.isinf(here.load_factor):
             return f"{start}, the joint is proved to shake down at every load factor ({how})"
@@ -265,7 +262,7 @@ def _proved_from_here(energy: EnergyBound, here: FromState, problem: Problem) ->
     return f"{start}, the joint is proved to shake down{begins} up to λ_E = {down(energy.load_factor)}"
 
 
-def _proved_from_everywhere(universal: UniversalBound) -> str:
+def _proved_from_everywhere(universal: Bound) -> str:
     if universal.status == Status.UNDECIDED:
         return f"from every initial state it is open what is proved ({universal.reason})"
     if np.isnan(universal.load_factor):
@@ -279,7 +276,7 @@ def _proved_from_everywhere(universal: UniversalBound) -> str:
     return f"from every initial state {admissible_in_words(universal)} up to {number} ({how})"
 
 
-def argument_in_words(universal: UniversalBound) -> str:
+def argument_in_words(universal: Bound) -> str:
     """What proves λ_U, and what that means.
 
     Examples
@@ -292,12 +289,12 @@ def argument_in_words(universal: UniversalBound) -> str:
     return "; ".join(": ".join(filter(None, [part, ARGUMENTS.get(part)])) for part in parts)
 
 
-def admissible_in_words(universal: UniversalBound | None) -> str:
+def admissible_in_words(universal: Bound | None) -> str:
     """Which initial states λ_U is about."""
     over = universal is not None and universal.after_transient
     return "with all nodes in contact and within their friction limits" + " after the transient" * over
 
 
-def proved_up_to(universal: UniversalBound | None) -> float:
+def proved_up_to(universal: Bound | None) -> float:
     """λ_U; 0 where there is none."""
     return 0.0 if universal is None or np.isnan(universal.load_factor) else universal.load_factor

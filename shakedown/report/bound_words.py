@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from shakedown.assessment.three_numbers import ENERGY
+from shakedown.bounds.bound_result import Bound
 from shakedown.ground.errors import Missing, present
 from shakedown.ground.round_off import MUCH
 from shakedown.ground.shown_values import down, up
@@ -17,8 +17,6 @@ from shakedown.report.zone_words import without_safe_slip_in_words, zone_in_word
 
 if TYPE_CHECKING:
     from shakedown.assessment.every_limit import JointLimits
-    from shakedown.bounds.collapse.lower import LowerBound
-    from shakedown.bounds.upper import UpperBound
     from shakedown.joint.problem import Problem
 
 NO_FIRST_COLLAPSE = (
@@ -54,7 +52,7 @@ def bounds_in_words(limits: JointLimits) -> list[str]:
     return [*said, *reservations_in_words(limits)]
 
 
-def _below_and_above(limits: JointLimits, lower: LowerBound | None) -> list[str]:
+def _below_and_above(limits: JointLimits, lower: Bound | None) -> list[str]:
     """What holds below, between and above the limits of a joint with all nodes in contact."""
     upper = limits.upper
     begins = upper.least_load_factor > 0 if lower is None else lower.status == Status.INFEASIBLE
@@ -69,25 +67,25 @@ def _below_and_above(limits: JointLimits, lower: LowerBound | None) -> list[str]
     return [_below(limits, lower), *between, *above]
 
 
-def _closed(limits: JointLimits, lower: LowerBound) -> str:
+def _closed(limits: JointLimits, lower: Bound) -> str:
     """What holds with all nodes closed, where the upper bound is that of a zone."""
     if lower.status == Status.INFEASIBLE:
         return f"No slip is safe {IN_CONTACT}, under the mean load alone."
     return _below(limits, lower)
 
 
-def _below(limits: JointLimits, lower: LowerBound) -> str:
+def _below(limits: JointLimits, lower: Bound) -> str:
     """What holds below λ_1."""
     universal = limits.universal
     if lower.load_factor == 0:
-        return f"λ_1 = 0, so no load factor is safe from every initial state: {lower.reason}."
+        return f"λ_1 = 0, so no load factor is safe from every initial state: {_why(lower)}."
     where = f"Below λ_1 = {down(lower.load_factor)}"
     if lower.status == Status.UNBOUNDED:
         where = "At every load factor"
     if lower.guarantee == Guarantee.PROVED:
         return (
             f"{where} the joint, closed at all nodes{_transient_over(lower)}, shakes down from every initial "
-            f"state ({lower.reason})."
+            f"state ({_why(lower)})."
         )
     claim = "every node keeps a range of slips, but shakedown is not proved from every initial state"
     known = proved_up_to(universal)
@@ -98,21 +96,21 @@ def _below(limits: JointLimits, lower: LowerBound) -> str:
         where = f"Between λ_U = {down(known)} and λ_1 = {down(lower.load_factor)}"
         if lower.status == Status.UNBOUNDED:
             where = f"Above λ_U = {down(known)}"
-    return f"{where} {claim} (guarantee of λ_1: {lower.guarantee}): {lower.reason}."
+    return f"{where} {claim} (guarantee of λ_1: {lower.guarantee}): {_why(lower)}."
 
 
-def _transient_over(lower: LowerBound) -> str:
+def _why(lower: Bound) -> str:
+    return str(lower.to_dict()["reason"])
+
+
+def _transient_over(lower: Bound) -> str:
     """λ_1 is about the periodic loop; it says nothing about transient load steps before it."""
     return "" if lower.problem.q_transient is None else " when the transient is over"
 
 
-def _from_least(upper: UpperBound, problem: Problem) -> list[str]:
+def _from_least(upper: Bound, problem: Problem) -> list[str]:
     """The bounds where the mean load alone has no safe slip, but load factors from λ_lo on do."""
-    from shakedown.bounds.plane_or_space import (
-        methods_of,  # loaded with the bounds, not with the words of commands
-    )
-
-    elsewhere = "lower" not in methods_of(problem).ABSENT
+    elsewhere = problem.directions == 1
     none = " So λ_1, which is counted from there, does not exist." * elsewhere
     sentences = [
         f"Below λ_lo = {down(upper.least_load_factor)} there is no safe slip {IN_CONTACT}: "
@@ -130,16 +128,16 @@ def is_constant(problem: Problem) -> bool:
     return not (loop.q1.any() or loop.p1.any())
 
 
-def _constant(lower: LowerBound | None, upper: UpperBound) -> str:
+def _constant(lower: Bound | None, upper: Bound) -> str:
     """What the bounds mean where the load factor makes no difference."""
     said = "The loading does not change over the period, so the load factor makes no difference: with all "
     said += "nodes in contact there is a slip in which no node slips"
     if upper.status == Status.UNBOUNDED and lower is not None and lower.load_factor == 0:
-        return f"{said}, but not every initial slip leads to one ({lower.reason})."
+        return f"{said}, but not every initial slip leads to one ({_why(lower)})."
     return f"{said}."
 
 
-def _between(limits: JointLimits, lower: LowerBound) -> str:
+def _between(limits: JointLimits, lower: Bound) -> str:
     """What decides between λ_1 and λ_max."""
     upper, before = limits.upper, limits.through_transient
     finite, domain = upper.status == Status.OPTIMAL, lower.problem.is_domain
@@ -154,7 +152,7 @@ def _between(limits: JointLimits, lower: LowerBound) -> str:
     )
 
 
-def _through_transient(before: UpperBound, limits: JointLimits, first: float) -> str:
+def _through_transient(before: Bound, limits: JointLimits, first: float) -> str:
     """What transient load steps leave of the safe slips that are locked in before them."""
     near, last = 1 - limits.tolerances.feasibility, limits.upper.load_factor
     low, high = before.least_load_factor, before.load_factor
@@ -170,7 +168,7 @@ def _through_transient(before: UpperBound, limits: JointLimits, first: float) ->
     )
 
 
-def above_in_words(upper: UpperBound, problem: Problem) -> str:
+def above_in_words(upper: Bound, problem: Problem) -> str:
     """What is excluded above λ_max, or that nothing is."""
     if upper.status == Status.UNBOUNDED:
         return f"A safe slip exists at every load factor {IN_CONTACT}: {upper.reason}."
@@ -178,7 +176,7 @@ def above_in_words(upper: UpperBound, problem: Problem) -> str:
     return f"Above λ_max = {up(upper.load_factor)} it cannot shake down{often} {IN_CONTACT}."
 
 
-def _nominal_load(limits: JointLimits, lower: LowerBound | None) -> str:
+def _nominal_load(limits: JointLimits, lower: Bound | None) -> str:
     """Where λ = 1 lies between the limits; where that leaves it open, whether this state is proved."""
     upper, known = limits.upper, proved_up_to(limits.universal)
     finite = upper.status == Status.OPTIMAL
@@ -207,7 +205,7 @@ def from_here_in_words(limits: JointLimits) -> str:
     if energy.open_nodes:
         return ""
     start = f"starting {start_in_words(energy.initial_slip)}"
-    if here.symbol != ENERGY and here.load_factor > 1:
+    if here.kind != "energy" and here.load_factor > 1:
         return f"; {start} the joint is proved to shake down there"
     if energy.least_load_factor < 1 < energy.load_factor:
         return f", and below λ_E: {start} the joint is proved to shake down"

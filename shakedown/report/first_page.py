@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.assessment.verify import Verification
-from shakedown.bounds.collapse.lower import LowerBound
+from shakedown.ground.errors import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import down, sized
 from shakedown.joint.units import units_of
@@ -108,7 +108,7 @@ def _limit_rows(v: Verification) -> list[Sequence[str]]:
         what = f"λ_T: largest load factor at which the simulation shakes down{proved}"
         rows.append(["simulated limit", at_load_factor(problem, limit.load_factor, down, digits), what])
     collapse = v.limits.lower
-    if isinstance(collapse, LowerBound) and np.isfinite(collapse.load_factor):
+    if not isinstance(collapse, Missing) and np.isfinite(collapse.load_factor):
         where = f"; {node_in_words(problem, collapse.node)} loses it there" if collapse.node >= 0 else ""
         what = f"λ_1: below it every node keeps a range of slips between its friction limits{where}"
         rows.append(["first collapse", at_load_factor(problem, collapse.load_factor, down), what])

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from shakedown.bounds.bound_result import Bound
 from shakedown.ground.errors import Missing
 from shakedown.ground.shown_values import LONGEST_WHOLE, down, up
 from shakedown.joint.rigid_slips import rigid_slips
@@ -14,9 +15,7 @@ from shakedown.report.assessment_words import IN_CONTACT
 
 if TYPE_CHECKING:
     from shakedown.assessment.shakedown_bounds import ShakedownBounds
-    from shakedown.bounds.collapse.lower import LowerBound
     from shakedown.bounds.enumeration.critical import CriticalLoadFactors
-    from shakedown.bounds.results import UpperBound
     from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, Threshold
     from shakedown.joint.problem import Problem
 
@@ -115,7 +114,7 @@ def critical_in_words(
     return sentences
 
 
-def _why_degenerate(lower: LowerBound, upper: UpperBound) -> list[str]:
+def _why_degenerate(lower: Bound, upper: Bound) -> list[str]:
     """Why no subset meets in one point where a rigid slip changes no friction limit, and what helps."""
     if not rigid_slips(lower.problem).pinned:
         return []

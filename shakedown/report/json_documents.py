@@ -6,6 +6,7 @@ The words of one result are those of its ``to_dict``; here they are put together
 import json
 from typing import TYPE_CHECKING, Any
 
+from shakedown.bounds.bound_result import Bound
 from shakedown.ground.errors import present
 from shakedown.ground.shown_values import plain
 from shakedown.ground.visible_text import visible
@@ -14,8 +15,6 @@ from shakedown.joint.problem import Problem
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
     from shakedown.assessment.verify import Verification
-    from shakedown.bounds.energy.energy_bound import EnergyBound
-    from shakedown.bounds.results import UpperBound
     from shakedown.studies.refined import Refinement
 
 
@@ -39,14 +38,7 @@ def assessment_document(found: "Assessment", *, follow: bool = False) -> dict[st
             "problem": found.problem,
             "pinned": limits.pinned,
             "assessment": found,
-            **limits.bounds.to_dict(),
-            "energy": limits.energy,
-            "box": None,  # of what went, for one version, as is "core"
-            "accumulated": limits.accumulated,
-            **limits.universal.document(),
-            "core": None,
-            "first_slip": limits.first_slip,
-            "first_opening": limits.first_opening,
+            **limits.to_dict(),
             "mesh": limits.mesh,
             "friction": limits.friction,
             "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
@@ -70,7 +62,7 @@ def averaged_document(found: "Assessment", radius: float) -> dict[str, Any]:
     return {"averaged": plain(about)}
 
 
-def quick_document(problem: Problem, energy: "EnergyBound", upper: "UpperBound") -> dict[str, Any]:
+def quick_document(problem: Problem, energy: "Bound", upper: "Bound") -> dict[str, Any]:
     """What ``shakedown-bounds solve --quick --json`` writes."""
     about = {"problem": problem.to_dict(), "pinned": list(upper.pinned)}
     return about | {"energy": energy.to_dict(), "upper": upper.to_dict()}

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from shakedown.bounds.bound_result import Bound
 from shakedown.ground.errors import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import DIGITS, certain_digits, count, down, few, up
@@ -16,7 +17,6 @@ from shakedown.report.node_words import node_in_words, open_in_words
 if TYPE_CHECKING:
     from shakedown.assessment.every_limit import JointLimits
     from shakedown.assessment.sensitivities import Sensitivities
-    from shakedown.assessment.transient_limit import TransientLimit
     from shakedown.assessment.verify import Verification
     from shakedown.bounds.onset import Onset
     from shakedown.joint.problem import Problem
@@ -69,12 +69,12 @@ def _onset(found: Onset, problem: Problem, what: str, never: str) -> str:
     return f"{node_in_words(problem, found.node)}{what}" if found.node >= 0 else never
 
 
-def transient_limit_as_text(limit: TransientLimit) -> str:
+def transient_limit_as_text(limit: Bound) -> str:
     """λ_T in as many digits as are certain."""
     return down(limit.load_factor, digits_of_transient_limit(limit))
 
 
-def digits_of_transient_limit(limit: TransientLimit) -> int:
+def digits_of_transient_limit(limit: Bound) -> int:
     """How many digits its bisection has made certain; all that are shown where shakedown is proved there."""
     if limit.proved >= limit.load_factor:
         return DIGITS
@@ -84,7 +84,7 @@ def digits_of_transient_limit(limit: TransientLimit) -> int:
 
 
 def transient_in_words(
-    limit: TransientLimit,
+    limit: Bound,
     problem: Problem | None = None,
     proved_below: float = np.nan,
     impossible_above: float = np.nan,
@@ -139,7 +139,7 @@ def transient_beside_in_words(v: Verification) -> list[str]:
     return [transient_in_words(v.transient, v.problem, proved, impossible)]
 
 
-def followed_in_words(limit: TransientLimit) -> str:
+def followed_in_words(limit: Bound) -> str:
     """After how many cycles of this history something is proved of it.
 
     Examples
@@ -172,7 +172,7 @@ def proved_by_following(limits: JointLimits) -> tuple[str, str, str]:
     return name, f"λ = {beside_one(limit.proved, down)}", f"at this λ, {followed_in_words(limit)}"
 
 
-def _found_above(limit: TransientLimit) -> str:
+def _found_above(limit: Bound) -> str:
     """Which long-term state was found at ``cycling``."""
     outcome = limit.outcomes[limit.scanned.tolist().index(limit.cycling)]
     state = limit.at_high if limit.at_high is not None and limit.high == limit.cycling else None

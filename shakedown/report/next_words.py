@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.assessment.three_numbers import ENERGY, admitted_up_to, first_to_leave
+from shakedown.assessment.three_numbers import admitted_up_to, first_to_leave
 from shakedown.ground.errors import Missing
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Said, Status
@@ -125,7 +125,7 @@ def decides_in_words(found: Assessment) -> str:
     if limits.mesh.warning:
         return ""
     order = ["energy", "upper"]
-    if found.said_as_given == Said.IMPOSSIBLE or limits.from_state.symbol != ENERGY:
+    if found.said_as_given == Said.IMPOSSIBLE or limits.from_state.kind != "energy":
         order.reverse()
     known = {"energy": "The proved limit", "upper": "λ_max"}
     for name in order:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from shakedown.bounds.bound_result import Bound
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import FEW_DIGITS, down, few, sized, up
 from shakedown.ground.size_limits import EACH_SHOWN
@@ -21,9 +22,7 @@ from shakedown.motion.checked_law import path_resolution, scales
 
 if TYPE_CHECKING:
     from shakedown.assessment.slip_limit import SlipLimit
-    from shakedown.bounds.collapse.lower import LowerBound
     from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds
-    from shakedown.bounds.upper import UpperBound
     from shakedown.long_term.node_table import NodeResults
 
 AXES = "xy"  # of the two tangential directions of a node
@@ -223,9 +222,9 @@ def of_directions(problem: Problem, name: str, between: str = " ") -> list[str]:
 
 def bound_columns(
     problem: Problem,
-    upper: UpperBound,
+    upper: Bound,
     shown: Callable[[float], str],
-    lower: LowerBound | None = None,
+    lower: Bound | None = None,
     friction: FrictionThresholds | None = None,
 ) -> dict[str, list[str]]:
     """Columns of a table of nodes: the slips of the bounds, limits reached at λ_max, friction thresholds.
@@ -243,7 +242,7 @@ def bound_columns(
     return columns
 
 
-def _reached(problem: Problem, upper: UpperBound, node: int) -> str:
+def _reached(problem: Problem, upper: Bound, node: int) -> str:
     """The limits that a node reaches at λ_max: sides, or with two directions load steps."""
     reached = [where for at, where in upper.active if at == node]
     if node in upper.open_nodes:

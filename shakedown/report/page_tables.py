@@ -6,10 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from shakedown.assessment.runs import Run
-from shakedown.assessment.three_numbers import SLIP
 from shakedown.assessment.verify import Verification
-from shakedown.bounds.collapse.lower import LowerBound
-from shakedown.ground.errors import present
+from shakedown.ground.errors import Missing, present
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, up
 from shakedown.ground.status import Status, named
 from shakedown.ground.visible_text import with_unit
@@ -52,12 +50,12 @@ def bounds_table(v: Verification) -> PageTable:
     least = f" from {up(begins)} on" if begins > 0 else ""
     pairs = [(_name_of_largest(v), upper, v.second.upper.load_factor)]
     lower, again = v.limits.lower, v.second.lower
-    if isinstance(lower, LowerBound) and again is not None:
+    if not isinstance(lower, Missing) and again is not None:
         pairs.insert(0, (named("λ_1"), lower.load_factor, again.load_factor))
     proved = [
         (f"{named('λ_U')}, {IN_CONTACT}{_over(v)}", _bound(v.limits.universal.load_factor)),
         (f"{named('λ_E')}{least}", _bound(v.limits.energy.load_factor)),
-        (named(SLIP), _bound(v.limits.accumulated.load_factor)),
+        (named("λ_S"), _bound(v.limits.accumulated.load_factor)),
         (
             named("λ_T") + ", proved there" * transient_is_proved(v),
             "–" if transient is None else _bound(float(transient_limit_as_text(transient))),
@@ -114,7 +112,7 @@ def limits_on_page(v: Verification) -> dict[str, float]:
         "λ_T": np.nan if v.transient is None else float(transient_limit_as_text(v.transient)),
         "λ_U": v.limits.universal.load_factor,
     }
-    if isinstance(v.limits.lower, LowerBound):
+    if not isinstance(v.limits.lower, Missing):
         others["λ_1"] = v.limits.lower.load_factor
     down_to = {name: float(down(value)) for name, value in others.items()}
     return down_to | {name: float(up(value)) for name, value in largest.items()}

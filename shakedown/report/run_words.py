@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.assessment.three_numbers import ENERGY, SLIP
+from shakedown.bounds.bound_result import Bound
 from shakedown.ground.shown_values import FEW_DIGITS, count, down, up
 from shakedown.ground.status import Outcome
 from shakedown.joint.doubtful_data import is_pulled_everywhere
@@ -17,7 +17,6 @@ from shakedown.report.node_words import open_in_words, slipping_nodes
 
 if TYPE_CHECKING:
     from shakedown.assessment.runs import Run
-    from shakedown.bounds.every_state.universal_bound import UniversalBound
     from shakedown.joint.problem import Problem
     from shakedown.long_term.energy_proof import EnergyProof
     from shakedown.long_term.simulation import Simulation
@@ -36,7 +35,7 @@ def separated_in_words(problem: Problem | None) -> str:
 
 
 def as_given_in_words(
-    run: Run, unit: str = "", problem: Problem | None = None, universal: UniversalBound | None = None
+    run: Run, unit: str = "", problem: Problem | None = None, universal: Bound | None = None
 ) -> str:
     """What becomes of the joint under the nominal load, with the unit of slips.
 
@@ -88,9 +87,7 @@ def sliding_in_words(run: Simulation) -> str:
     return run.reason.replace(SLIDES_AWAY, f"{SLIDES_AWAY} (gross slip)", 1)
 
 
-def _certainty(
-    state: Simulation, unit: str, problem: Problem | None, universal: UniversalBound | None
-) -> str:
+def _certainty(state: Simulation, unit: str, problem: Problem | None, universal: Bound | None) -> str:
     """Whether shakedown at λ = 1 is proved, and how far the state at rest may be disturbed."""
     everywhere = proved_up_to(universal) > 1
     from_all = f"from every initial state {admissible_in_words(universal)}"
@@ -109,11 +106,11 @@ def without_margin_in_words(proof: EnergyProof, unit: str) -> str:
     >>> without_margin_in_words(EnergyProof(True, cycles=2, by="λ_S", further=0.5), "mm")
     'After 2 cycles no node can slip more than 0.5 mm in all, in whatever order the loads come'
     """
-    if proof.by == SLIP:
+    if proof.by == "λ_S":
         begins = f"After {count(proof.cycles, 'cycle')}" if proof.cycles else "From its start on"
         most = f"{up(proof.further, FEW_DIGITS)} {unit}".rstrip()
         return f"{begins} no node can slip more than {most} in all, in whatever order the loads come"
-    if proof.by == ENERGY:
+    if proof.by == "λ_E":
         return "The load lies below λ_E of its initial state"
     return "Each of its uncoupled parts is proved to shake down by itself"
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from shakedown.bounds.bound_result import Bound
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Status
 from shakedown.report.node_words import open_in_words, pinned_in_words
 
 if TYPE_CHECKING:
-    from shakedown.bounds.upper import UpperBound
     from shakedown.joint.problem import Problem
 
 
-def zone_in_words(upper: UpperBound, problem: Problem | None = None) -> list[str]:
+def zone_in_words(upper: Bound, problem: Problem | None = None) -> list[str]:
     """Up to where a slip-free state of the zone exists, what remains open above, and where λ = 1 lies.
 
     Examples
@@ -51,7 +51,7 @@ def zone_in_words(upper: UpperBound, problem: Problem | None = None) -> list[str
     return [*sentences, f"The nominal load (λ = 1) lies {_place(upper)}."]
 
 
-def without_safe_slip_in_words(upper: UpperBound) -> str:
+def without_safe_slip_in_words(upper: Bound) -> str:
     """That no load factor is safe, or none was found to be; empty where some are."""
     if upper.status == Status.UNDECIDED:
         return f"No safe slip was found at any load factor: {upper.reason}."
@@ -59,7 +59,7 @@ def without_safe_slip_in_words(upper: UpperBound) -> str:
     return "" if safe else f"No load factor is safe while all nodes stay in contact: {upper.reason}."
 
 
-def _place(upper: UpperBound) -> str:
+def _place(upper: Bound) -> str:
     if upper.least_load_factor > 1:
         return "below λ_lo of this zone"
     return "where this zone has safe slips" if upper.load_factor > 1 else "at or above λ_max of this zone"

@@ -6,10 +6,7 @@ from math import isinf, isnan, nan
 from typing import Any, Literal, NamedTuple
 
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.three_numbers import proved_from_this_state
-from shakedown.assessment.transient_limit import TransientLimit
-from shakedown.bounds.energy.energy_bound import EnergyBound
-from shakedown.bounds.results import UpperBound
+from shakedown.bounds.bound_result import Bound
 from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS, THREE_DIGITS
@@ -77,7 +74,7 @@ class DesignPoint(Result):
         By name (``lower``, ``universal``, ``energy``, ``accumulated``, ``transient``, ``upper``);
         empty where there is no such joint.
     guarantee
-        Whether λ_1 is a guarantee (``LowerBound.guarantee``); empty where it was not asked for.
+        Whether λ_1 is a guarantee (``lower.guarantee``); empty where it was not asked for.
     open_nodes
         Nodes that stay open in the state that λ_max and λ_E belong to.
     reason
@@ -187,7 +184,7 @@ def design_point(
     guarantee = found["lower"].guarantee if found.get("lower") else ""
     open_nodes = found["upper"].open_nodes if found.get("upper") else ()
     history = found.get("transient") or None
-    here = allowed(proved_from_this_state, joint) if asked & {*FROM_HERE} else nan
+    here = allowed(getattr, joint, "proved_from_this_state") if asked & {*FROM_HERE} else nan
     known = _Known(limits, guarantee, open_nodes, history, problem.q_transient is not None)
     return DesignPoint(
         values=tuple(map(float, values)),
@@ -210,17 +207,17 @@ def _limit(name: str, found: Mapping[str, Any]) -> DesignLimit:
     result = found[name]
     if isinstance(result, Missing):
         return DesignLimit(nan, Status.UNDECIDED, result.reason)
-    if isinstance(result, UpperBound):
+    if name == "upper":
         return _upper(result)
-    if isinstance(result, TransientLimit):
+    if name == "transient":
         return _transient(result)
-    if isinstance(result, EnergyBound) and result.least_load_factor > 0:
+    if name == "energy" and result.least_load_factor > 0:
         begins = f"proved only from λ = {up(result.least_load_factor)} on"
         return DesignLimit(result.load_factor, Status.UNDECIDED, begins)
     return DesignLimit(result.load_factor, result.status, result.reason)
 
 
-def _upper(upper: UpperBound) -> DesignLimit:
+def _upper(upper: Bound) -> DesignLimit:
     remarks = [upper.reason] if upper.reason else []
     if upper.open_nodes:
         remarks.append(
@@ -231,7 +228,7 @@ def _upper(upper: UpperBound) -> DesignLimit:
     return DesignLimit(upper.load_factor, upper.status, "; ".join(remarks))
 
 
-def _transient(found: TransientLimit) -> DesignLimit:
+def _transient(found: Bound) -> DesignLimit:
     proved, cycling = found.interval
     if isnan(found.load_factor):
         return DesignLimit(nan, Status.INFEASIBLE, "no load factor scanned shakes down", proved, cycling)
@@ -260,7 +257,7 @@ class _Known(NamedTuple):
     limits: dict[str, DesignLimit]
     guarantee: str
     open_nodes: tuple[int, ...]
-    history: TransientLimit | None
+    history: Bound | None
     transient: bool
 
 

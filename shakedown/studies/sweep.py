@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.bounds.plane_or_space import methods_of
+from shakedown.bounds.registry import BOUNDS
 from shakedown.campaign.pieces import Arrays, Progress, TextWork, as_text, function_stamp, run_pieces, text_of
 from shakedown.files.table_file import check_table
 from shakedown.ground.errors import ShakedownError, UsageError
@@ -143,7 +143,7 @@ def sweep(
 
 
 def _checked_bounds(bounds: Sequence[str] | None, base: Problem | None) -> tuple[str, ...]:
-    absent = () if base is None else methods_of(base).ABSENT
+    absent = () if base is None else [n for n, kind in BOUNDS.items() if not kind.exists_for(base)]
     there = tuple(name for name in LIMITS if name not in absent)
     if bounds is None:
         return there

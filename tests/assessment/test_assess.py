@@ -1,6 +1,7 @@
 """The three numbers of a joint: those of its bounds, each computed once, and what follows from them."""
 
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -12,7 +13,10 @@ from benchmarks.problems import in_units, random_problem
 from shakedown.assessment import every_limit
 from shakedown.assessment.three_numbers import admitted_up_to
 from shakedown.bounds import plane_methods
+from shakedown.bounds import upper as upper_module
+from shakedown.bounds.accumulated import accumulated_bound as accumulated_module
 from shakedown.bounds.collapse import proof_status
+from shakedown.bounds.registry import BOUNDS, Claim
 from shakedown.ground.status import Said
 from shakedown.joint.loading import loading
 from tests.joints import any_joint
@@ -52,8 +56,10 @@ def test_nothing_is_computed_twice(monkeypatch, friction, asked):
 
         monkeypatch.setattr(module, name, counted)
 
-    for name in ("lower_bound", "upper_bound", "universal_bound", "energy_bound", "accumulated_bound"):
-        count(every_limit, name)
+    for kind in BOUNDS.values():
+        if kind.claim != Claim.FOLLOWED:
+            module = import_module(kind.function.partition(":")[0])
+            count(module, f"{kind.name}_bound")
     for name in ("lift_off_bound", "unique_in_contact"):
         count(proof_status, name)
     count(every_limit, "friction_thresholds")
@@ -123,7 +129,7 @@ def test_a_proof_that_certified_numbers_refute_is_withdrawn(monkeypatch):
     """As round-off may leave it: λ_S 1e-6 above the exact λ_max."""
     above = (1.0 + 1e-6) * shakedown.upper_bound(TWO).load_factor
     wrong = replace(shakedown.accumulated_bound(TWO), load_factor=above)
-    monkeypatch.setattr(every_limit, "accumulated_bound", lambda *_: wrong)
+    monkeypatch.setattr(accumulated_module, "accumulated_bound", lambda *_: wrong)
     found = shakedown.assess(TWO, open_nodes=())
     withdrawn = found.details.accumulated
     assert (withdrawn.status, np.isnan(withdrawn.load_factor)) == ("undecided", True)
@@ -136,7 +142,7 @@ def test_a_bound_in_floats_that_a_proof_refutes_is_withdrawn(monkeypatch):
     every, upper = shakedown.universal_bound(problem), shakedown.upper_bound(problem)
     for factor, status in ((1.0 - 1e-9, "optimal"), (0.99, "undecided")):
         wrong = replace(upper, load_factor=factor * every.load_factor, certified=None, uncertified="too soft")
-        monkeypatch.setattr(every_limit, "upper_bound", lambda *_, wrong=wrong, **__: wrong)
+        monkeypatch.setattr(upper_module, "upper_bound", lambda *_, wrong=wrong, **__: wrong)
         found = shakedown.assess(problem)
         assert found.details.upper.status == status
         assert not found.proved_from_every_state > found.impossible_above
@@ -199,7 +205,7 @@ def test_the_details_show_the_limits_that_have_been_read():
     details = shakedown.assess(shakedown.example("two-node")).details
     assert "upper=not read yet" in repr(details)
     found = details.upper
-    assert f"upper=UpperBound(load_factor={found.load_factor:.10g}" in repr(details)
+    assert f"upper=Bound(load_factor={found.load_factor:.10g}" in repr(details)
     assert "distance" not in repr(details)
     details = shakedown.assess(shakedown.example("two-node-3d")).details
     assert f"lower={details.absent['lower'].reason[:30]}" in repr(details)

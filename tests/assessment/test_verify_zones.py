@@ -9,8 +9,9 @@ from command import run
 
 import shakedown
 from shakedown import verify
-from shakedown.assessment import every_limit, plan
+from shakedown.assessment import plan
 from shakedown.assessment.load_regions import OUTSIDE
+from shakedown.bounds import upper as upper_module
 from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.report.bound_words import bounds_in_words
@@ -84,7 +85,7 @@ def test_a_claim_that_does_not_hold_is_a_disagreement(monkeypatch):
         upper = honest(problem, open_nodes="auto")
         return replace(shakedown.safe_slip(problem, 0.1, open_nodes=upper.open_nodes), slip=upper.slip)
 
-    monkeypatch.setattr(every_limit, "upper_bound", raised)
+    monkeypatch.setattr(upper_module, "upper_bound", raised)
     monkeypatch.setattr(plan, "safe_slip", slip_of_the_bound)
     result = verify(RECEDING, random_states=0, load_factors=[0.27])
     assert any("predicted shakedown, simulated cyclic-slip" in text for text in result.disagreements)

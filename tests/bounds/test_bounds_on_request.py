@@ -11,7 +11,7 @@ import shakedown
 from benchmarks.problems import chain, joint
 from shakedown import Problem
 from shakedown.bounds.collapse import lower as lower_module
-from shakedown.bounds.collapse.proof_status import Evidence, guarantee_status
+from shakedown.bounds.collapse.proof_status import GuaranteeEvidence, guarantee_status
 from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
 from shakedown.joint.conjugate_loads import without_loads
 
@@ -26,7 +26,7 @@ def test_the_guarantee_is_worked_out_when_read(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(lower_module, "guarantee_status", counted)
     lower = shakedown.lower_bound(shakedown.example("two-node"))
     assert calls == []
-    assert (lower.guarantee, lower.reason[:9]) == ("proved", "coupling ")
+    assert (lower.guarantee, lower.proof.reason[:9]) == ("proved", "coupling ")
     assert calls == [1]
     shakedown.lower_bound(shakedown.example("two-node"), guarantee=True)
     assert calls == [1, 1]
@@ -145,7 +145,7 @@ def test_the_guarantee_does_not_hang_on_the_last_bit() -> None:
     )
     lower = shakedown.lower_bound(base)
     status = {
-        guarantee_status(Evidence(base, lower.load_factor * (1 + k * np.finfo(float).eps))).guarantee
+        guarantee_status(GuaranteeEvidence(base, lower.load_factor * (1 + k * np.finfo(float).eps))).guarantee
         for k in range(-8, 9)
     }
     assert len(status) == 1

@@ -11,7 +11,7 @@ from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term import energy_proof
 from shakedown.long_term.energy_proof import further_from_start
-from shakedown.long_term.known_bounds import note_slip
+from shakedown.long_term.known_bounds import note
 from shakedown.long_term.passage import Passage
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolution import Evolution
@@ -215,7 +215,7 @@ def test_total_slip_is_not_asked_about_above_its_bound(monkeypatch, noted):
         Passage(joint, share * bound.load_factor, DEFAULT, np.zeros(3), ()) for share in (0.9, 1.1)
     )
     if noted:
-        note_slip(above, bound)
+        note(above, bound)
     else:
         assert further_from_start(above) == np.inf
     assert further_from_start(below) < np.inf

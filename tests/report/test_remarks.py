@@ -119,18 +119,17 @@ def test_the_state_found_above_the_limit_is_named() -> None:
         shakedown.Outcome.SEPARATION if x == limit.cycling else o
         for x, o in zip(limit.scanned, limit.outcomes, strict=True)
     )
-    apart = replace(limit, outcomes=outcomes, at_high=replace(limit.at_high, opened=np.array([True, False])))
+    apart = limit.but(outcomes=outcomes, at_high=replace(limit.at_high, opened=np.array([True, False])))
     assert "separation was found (node 0 opens and closes, no slip in contact)" in transient_in_words(apart)
     assert "cycle was found" not in transient_in_words(apart)
     assert "undecided" not in transient_in_words(limit)
-    slow = replace(
-        limit, at_high=replace(limit.at_high, outcome=shakedown.Outcome.UNDECIDED, cycles_simulated=1000)
+    slow = limit.but(
+        at_high=replace(limit.at_high, outcome=shakedown.Outcome.UNDECIDED, cycles_simulated=1000)
     )
     assert "; just above λ_T it is undecided after 1000 cycles (" in transient_in_words(slow)
-    slides = replace(slow, at_high=replace(slow.at_high, slides_away=True))
+    slides = slow.but(at_high=replace(slow.at_high, slides_away=True))
     assert "; just above λ_T the body slides away (" in transient_in_words(slides)
-    cut = replace(
-        slow,
+    cut = slow.but(
         at_high=replace(slow.at_high, stop=Stop("the computation allowed is spent", 0.5, -1, spent=True)),
     )
     assert "; just above λ_T nothing is known, as the computation allowed is spent (" in transient_in_words(
@@ -180,9 +179,9 @@ def test_a_zone_in_which_nothing_was_found_has_no_limit_to_speak_of():
 
 def test_where_shakedown_is_proved_the_simulated_limit_is_not_cut_below_that():
     limit = shakedown.transient_limit(shakedown.example("two-node"))
-    near = replace(limit, load_factor=0.7315934, high=0.7315939, proved=np.nan)
+    near = limit.but(load_factor=0.7315934, high=0.7315939, proved=np.nan)
     assert transient_limit_as_text(near) == "0.731593"
-    assert transient_limit_as_text(replace(near, proved=near.load_factor)) == "0.7315934"
-    short = replace(near, load_factor=0.15742009, low=0.15742009, high=0.1575, proved=0.15740009)
-    assert transient_limit_as_text(replace(short, proved=np.nan)) == "0.1574"
+    assert transient_limit_as_text(near.but(proved=near.load_factor)) == "0.7315934"
+    short = near.but(load_factor=0.15742009, low=0.15742009, high=0.1575, proved=0.15740009)
+    assert transient_limit_as_text(short.but(proved=np.nan)) == "0.1574"
     assert transient_limit_as_text(short) == "0.15742"  # not below what is proved

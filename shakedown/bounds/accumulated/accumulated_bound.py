@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from math import inf, nan
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +19,7 @@ from shakedown.bounds.accumulated.arc_search import (
 from shakedown.bounds.accumulated.lid_check import Start, confirmed
 from shakedown.bounds.accumulated.lids import OWN, TOGETHER, NoLids
 from shakedown.bounds.accumulated.slip_arcs import FINER, Numbers
+from shakedown.bounds.bound_result import Bound, Evidence
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.ground.argument_kinds import written
 from shakedown.ground.errors import UsageError
@@ -48,7 +49,7 @@ REASONS = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SlipArcs(Result):
-    """Bounds on the slip of nodes by direction: the evidence of :class:`AccumulatedBound`.
+    """Bounds on the slip of nodes by direction: the evidence of :func:`accumulated_bound`.
 
     Attributes
     ----------
@@ -73,20 +74,17 @@ class SlipArcs(Result):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class AccumulatedBound(Result):
-    """Load factor up to which motions from an initial slip are proved to shake down, and how far they slip.
+class TotalSlip(Evidence):
+    """What only λ_S has, up to which motions are proved to shake down, and how far nodes slip in all.
 
     At this and every smaller load factor every motion that begins with all nodes closed, within
     ``start_error`` of ``initial_slip``, stays closed, whatever the order of the loads, and no node ever slips
-    farther in all than its ``total_slip`` (docs/accumulated.md).
+    farther in all than its ``total_slip`` (docs/accumulated.md). It is infeasible where nothing is proved at
+    any load factor, undecided where round-off decides. It is certified where its conditions are confirmed
+    without any round-off (in the plane, up to 40 nodes, where no slip is so soft that it may be a rigid one).
 
     Attributes
     ----------
-    status
-        ``"optimal"``; ``"infeasible"`` (nothing is proved at any load factor); ``"unbounded"`` (proved
-        at every load factor); ``"undecided"`` (round-off decides).
-    load_factor
-        λ_S; NaN where infeasible, inf where unbounded.
     total_slip : (n,)
         ∫|v̇_i| dt of every node until it rests for ever, at most [length]; NaN where infeasible.
     limited_by
@@ -98,15 +96,10 @@ class AccumulatedBound(Result):
         The node at which it ends; −1 where that is no single one.
     arcs
         The directions in which nodes may slip, and how far; None where infeasible.
-    certified
-        Whether the conditions are confirmed without any round-off (in the plane, up to 40 nodes, where no
-        slip is so soft that it may be a rigid one).
     initial_slip : (dn,)
         v₀ [length].
     start_error : (n,)
         How far every node may be from there [length].
-    reason
-        The status in words; empty where optimal.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -114,27 +107,43 @@ class AccumulatedBound(Result):
     )
     TABLE: ClassVar[str] = "total_slip start_error"
 
-    status: Status
-    load_factor: float
     total_slip: FloatArray
     limited_by: str
     node: int
     arcs: SlipArcs | None = field(repr=False)
-    certified: bool
     initial_slip: FloatArray = field(repr=False)
     start_error: FloatArray = field(repr=False)
-    reason: str = ""
 
     @property
     def limited_because(self) -> str:
         """``limited_by`` in words; empty where nothing limits it."""
         return REASONS.get(self.limited_by, "")
 
+    def document(self, bound: Bound) -> dict[str, Any]:
+        """The bound as JSON knows it; of a certificate whether there is one."""
+        return super().document(bound) | {"certified": bound.certified is not None}
+
+    def remark(self, bound: Bound) -> str:
+        """What ends the proof, and at which node."""
+        at = f", at node {self.node}" if self.node >= 0 else ""
+        return f"{self.limited_because}{at}" if self.limited_by else bound.reason
+
+
+def of_joint(limits: Any) -> Bound:
+    """λ_S of a joint whose limits are computed (:data:`shakedown.bounds.registry.BOUNDS`)."""
+    return accumulated_bound(limits.problem, limits.initial_slip)
+
+
+def may_exceed(limits: Any, load_factor: float) -> bool:
+    """Whether λ_S may be larger than a load factor, by its conditions there, which are quick to check."""
+    found = total_slip_bound(limits.problem, load_factor, limits.initial_slip)
+    return found.status == Status.OPTIMAL
+
 
 @checked
 def accumulated_bound(
     problem: Problem, initial_slip: ArrayLike | None = None, *, start_error: ArrayLike = 0.0
-) -> AccumulatedBound:
+) -> Bound:
     """The load factor λ_S up to which the total slip from an initial slip is proved to be finite.
 
     Nodes reach limits in some directions only. Slip there relieves its own limit, and what slips of others
@@ -185,7 +194,7 @@ def total_slip_bound(
     initial_slip: ArrayLike | None = None,
     *,
     start_error: ArrayLike = 0.0,
-) -> AccumulatedBound:
+) -> Bound:
     """Bounds on the total slip of nodes at one load factor and below, from an initial slip.
 
     Parameters
@@ -240,7 +249,7 @@ def _farthest(search: ArcSearch, known: FoundArcs | None) -> tuple[FoundArcs, No
     return farthest(low, max(elastic, (1.0 + FIRST_STEP * accuracy) * low.load_factor), accuracy)
 
 
-def _confirmed(problem: Problem, start: Start, found: FoundArcs, why: NoLids | None) -> AccumulatedBound:
+def _confirmed(problem: Problem, start: Start, found: FoundArcs, why: NoLids | None) -> Bound:
     """The confirmed bound, at a load factor reduced as little as possible."""
     joint, doubt = with_free_rigid_slips(problem), rigid_slips(problem).doubt
     exact = problem.directions == 1 and problem.n <= LOWER_CERTIFIED_UP_TO and not doubt
@@ -249,31 +258,31 @@ def _confirmed(problem: Problem, start: Start, found: FoundArcs, why: NoLids | N
         load_factor = (1.0 - back) * found.load_factor
         at = min(load_factor, 1.0)  # where conditions hold at every load factor
         if confirmed(joint, start, at, arcs, lids, exact=exact):
-            return AccumulatedBound(
-                status=Status.OPTIMAL if load_factor < inf else Status.UNBOUNDED,
-                load_factor=load_factor,
+            evidence = TotalSlip(
                 total_slip=np.bincount(arcs.node, total, minlength=problem.n).astype(float),
                 limited_by="" if why is None else why.word,
                 node=-1 if why is None else why.node,
                 arcs=SlipArcs(arcs.node, arcs.first, arcs.last, lids.a, lids.N, total),
-                certified=exact,
                 initial_slip=start.slip,
                 start_error=start.error,
+            )
+            return Bound(
+                kind="accumulated",
+                status=Status.OPTIMAL if load_factor < inf else Status.UNBOUNDED,
+                load_factor=load_factor,
+                evidence=evidence,
                 reason="" if load_factor < inf else UNLIMITED,
+                certified=load_factor if exact else None,
             )
     return replace(_nothing(start, NoLids(ROUND_OFF_ALONE, -1)), status=Status.UNDECIDED)
 
 
-def _nothing(start: Start, why: NoLids) -> AccumulatedBound:
-    return AccumulatedBound(
+def _nothing(start: Start, why: NoLids) -> Bound:
+    nowhere = np.full(len(start.error), nan)
+    return Bound(
+        kind="accumulated",
         status=Status.INFEASIBLE,
         load_factor=nan,
-        total_slip=np.full(len(start.error), nan),
-        limited_by=why.word,
-        node=why.node,
-        arcs=None,
-        certified=False,
-        initial_slip=start.slip,
-        start_error=start.error,
+        evidence=TotalSlip(nowhere, why.word, why.node, None, start.slip, start.error),
         reason=REASONS[why.word],
     )

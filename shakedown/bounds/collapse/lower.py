@@ -1,12 +1,13 @@
 """Lower bound of the load factor: the first collapse of a node's range of slips."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from math import inf, nan
+from math import inf, isnan, nan
 from typing import Any, ClassVar
 
 import numpy as np
 
+from shakedown.bounds.bound_result import Bound, Evidence
 from shakedown.bounds.certificate import (
     LOWER_CERTIFIED_UP_TO,
     Certificate,
@@ -22,8 +23,8 @@ from shakedown.bounds.collapse.collapse_programs import (
     first_to_collapse,
     mean_load_is_safe,
 )
-from shakedown.bounds.collapse.proof_status import Evidence, GuaranteeStatus, guarantee_status
-from shakedown.bounds.results import UNSAFE_MEAN, UpperBound
+from shakedown.bounds.collapse.proof_status import GuaranteeEvidence, GuaranteeStatus, guarantee_status
+from shakedown.bounds.results import UNSAFE_MEAN
 from shakedown.bounds.row_programs import load_factor_program
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.errors import Missing, sought
@@ -33,95 +34,58 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, require_plane
 from shakedown.joint.constraints import constraints, rows_named
 from shakedown.joint.problem import Problem
-from shakedown.joint.result import Result
 from shakedown.programs.program import Solution
 from shakedown.programs.simplex import Simplex
 
+VANISHING = "all safe slips vanish together at λ_max, before any node collapses"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LowerBound(Result):
-    """First collapse λ_1: the smallest load factor at which both limits of one node meet.
+class FirstCollapse(Evidence):
+    """What only the first collapse λ_1 has, and how far it is a guarantee.
 
-    Below λ_1 every node keeps a range of slips between its two limits, whatever
-    slips within their own limits the other nodes have. At λ_1 the range of
-    ``node`` shrinks to a point.
+    The bound is the smallest load factor at which both limits of one node meet. Below it every node keeps a
+    range of slips between its two limits, whatever slips within their own limits the other nodes have. At
+    λ_1 the range of ``node`` shrinks to a point. It is unbounded where no node's range ever does, infeasible
+    where there is no safe slip under the mean load to begin with, although there may be from some load
+    factor on (``least_load_factor`` of λ_max).
+
+    Its ``slip`` (n,) is the critical slip state [length]: an initial state that leads to cyclic slip of
+    ``node`` above λ_1 in nearly every case. Its ``multipliers`` y (r,) are ≥ 0 in the rows of ``node`` and
+    ≤ 0 in the others: yᵀG = 0, yᵀd ≤ 1 (= 1 where λ_1 > 0), yᵀg = λ_1.
 
     Attributes
     ----------
-    problem
-        The joint.
-    status
-        Optimal; unbounded (no node's range ever shrinks to a point); infeasible
-        (there is no safe slip under the mean load to begin with, although there may be
-        from some load factor on: ``UpperBound.least_load_factor``).
-    load_factor
-        λ_1; inf where unbounded, NaN where infeasible.
+    known
+        The evidence for the guarantee, each part computed when first read.
     node
         The node that collapses; −1 where none does (λ_1 is then λ_max, inf or NaN).
-    slip : (n,)
-        The critical slip state [length] (``"witness"``): an initial state that leads to cyclic slip of
-        ``node`` above λ_1 in nearly every case; NaN unless optimal.
     collapse_limits : (n,)
         Load factors that each node is proved not to collapse below, in floats; 0 where nothing is
         known, inf where it never collapses, NaN where infeasible.
-    active
-        (node, side) of the rows that determine it.
-    multipliers : (r,)
-        y, ≥ 0 in the rows of ``node`` and ≤ 0 in the others, that prove the value:
-        yᵀG = 0, yᵀd ≤ 1 (= 1 where λ_1 > 0), yᵀg = λ_1.
-    residual
-        Largest relative violation of the rows at ``slip``.
-    certified
-        (low, high), neighbouring floats that contain the exact λ_1 of the problem as
-        stored, or None.
-    uncertified
-        Why there is no certificate although it was asked for; else empty.
-    disputed
-        Whether exact arithmetic on the stored digits contradicts the number by more than the data allow.
-    reduced_accuracy
-        Whether a linear program ended only at loosened tolerances (1e-7).
-    tolerances
-        The tolerances that decided.
-    kind
-        What the number is: ``"first-collapse"``.
-    pinned
-        Where the joint can move as a whole: the nodes that slips are given relative to, their own being 0.
     """
 
     DOCUMENT: ClassVar[str] = (
-        "status load_factor node slip kind guarantee reason coupling_ratio "
+        "status load_factor node slip guarantee coupling_ratio "
         "lift_off_bound certified uncertified disputed reduced_accuracy residual pinned"
     )
     TABLE: ClassVar[str] = "slip per_node"
 
-    problem: Problem = field(repr=False)
-    status: Status
-    load_factor: float
+    known: GuaranteeEvidence = field(repr=False, compare=False)
     node: int
-    slip: FloatArray
     collapse_limits: FloatArray
-    active: tuple[tuple[int, int], ...]
-    multipliers: FloatArray
-    residual: float
-    certified: tuple[float, float] | None = None
-    uncertified: str = ""
-    disputed: bool = False
-    reduced_accuracy: bool = False
-    tolerances: Tolerances = field(default=DEFAULT, repr=False)
-    kind: str = "first-collapse"
-    pinned: tuple[int, ...] = ()
+
+    @property
+    def problem(self) -> Problem:
+        """The joint."""
+        return self.known.problem
 
     @cached_property
     def proof(self) -> GuaranteeStatus:
         """How far λ_1 is a guarantee; computed when first read, at several times the cost of λ_1."""
-        if self.status == Status.INFEASIBLE:
+        if isnan(self.known.load_factor):
             return GuaranteeStatus(Guarantee.EVIDENCE, UNSAFE_MEAN, nan, nan)
-        return guarantee_status(self.evidence)
-
-    @cached_property
-    def evidence(self) -> Evidence:
-        """The evidence for the guarantee, each part computed when first read."""
-        return Evidence(self.problem, self.load_factor, self.tolerances)
+        return guarantee_status(self.known)
 
     @cached_property
     def per_node(self) -> FloatArray:
@@ -131,22 +95,16 @@ class LowerBound(Result):
         """
         if self.node < 0:
             return self.collapse_limits
-        rows = constraints(self.problem)
-        program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=self.tolerances), dense=False)
+        rows, tolerances = constraints(self.problem), self.known.tolerances
+        program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=tolerances), dense=False)
         values = collapse_values(rows.n, collapses(rows, program, collapse_limits(rows), all_nodes=True))
-        values[self.node] = self.load_factor
+        values[self.node] = self.known.load_factor
         return values
 
     @property
     def guarantee(self) -> Guarantee:
         """How certain shakedown from every initial state is below λ_1."""
         return self.proof.guarantee
-
-    @property
-    def reason(self) -> str:
-        """The status of the guarantee, and why λ_1 is 0 where it is, in words."""
-        why = self.why()
-        return f"{why}; {self.proof.reason}" if why else self.proof.reason
 
     @property
     def coupling_ratio(self) -> float:
@@ -161,22 +119,21 @@ class LowerBound(Result):
         """
         return self.proof.lift_off_bound
 
-    def to_dict(self) -> dict[str, Any]:
-        """The JSON document; ``single_node_bound``, not computed any more, stays as null for one version."""
-        return super().to_dict() | {"single_node_bound": None}
+    def document(self, bound: Bound) -> dict[str, Any]:
+        """The bound as JSON knows it; ``single_node_bound``, not computed any more, is null."""
+        reason = "; ".join(filter(None, [bound.reason, self.proof.reason]))
+        more = {"kind": "first-collapse", "reason": reason, "single_node_bound": None}
+        return super().document(bound) | more
 
-    def why(self) -> str:
-        """Why there is no node that collapses, or why it does at the mean load; empty elsewhere."""
-        if self.status == Status.UNBOUNDED:
-            return "no node ever collapses"
-        if self.status == Status.OPTIMAL and self.node < 0:
-            return "all safe slips vanish together at λ_max, before any node collapses"
-        if self.load_factor != 0:
-            return ""
-        node = f"node {self.problem.node_name(self.node)}"
-        if self.problem.f[self.node] == 0:
-            return f"{node} has no friction: it slips with every load"
-        return f"some locked-in slip lifts {node} off, under the mean load alone"
+    def remark(self, bound: Bound) -> str:
+        """Which node collapses, or why none does."""
+        return f"collapse of node {self.problem.node_name(self.node)}" if self.node >= 0 else bound.reason
+
+
+def of_joint(limits: Any) -> Bound:
+    """λ_1 of a joint whose limits are computed (:data:`shakedown.bounds.registry.BOUNDS`)."""
+    exact = limits.problem.n <= LOWER_CERTIFIED_UP_TO if limits.certify is None else limits.certify
+    return lower_bound(limits.problem, certify=exact, tolerances=limits.tolerances)
 
 
 @checked
@@ -186,7 +143,7 @@ def lower_bound(
     guarantee: bool = False,
     certify: bool | None = None,
     tolerances: Tolerances = DEFAULT,
-) -> LowerBound:
+) -> Bound:
     """The load factor of first collapse λ_1, from one small linear program per node.
 
     For node j: the smallest λ ≥ 0 at which some slip has both rows of node j
@@ -228,7 +185,7 @@ def lower_bound(
     return bound
 
 
-def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> LowerBound:
+def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> Bound:
     rows = constraints(problem)
     program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=tolerances), dense=False)
     if not mean_load_is_safe(problem, rows, program, certify, tolerances):
@@ -245,9 +202,7 @@ def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> 
         if upper.status == Status.OPTIMAL:
             return _vanishing(problem, upper, tolerances)
         return _without_collapse(problem, Status.UNBOUNDED, inf, tolerances)
-    answer = replace(
-        _collapse(problem, node, outcomes, found, tolerances), collapse_limits=limits.load_factors
-    )
+    answer = _collapse(problem, node, outcomes, found, limits.load_factors, tolerances)
     # Where the critical slip state satisfies every row, λ_max is no smaller; so it is for a held body.
     safe = rows.relative_excess(answer.slip, answer.load_factor).max() <= tolerances.feasibility
     if rows.pinned and not safe:
@@ -262,8 +217,9 @@ def _collapse(
     node: int,
     outcomes: dict[int, Solution],
     found: Certificate | Missing,
+    limits: FloatArray,
     tolerances: Tolerances,
-) -> LowerBound:
+) -> Bound:
     rows, outcome = constraints(problem), outcomes[node]
     if isinstance(found, Certificate):
         x = significant(rows, found.slip, found.load_factor, tolerances)
@@ -273,13 +229,14 @@ def _collapse(
     else:
         x = np.append(rows.slips(outcome.x[:-1]), outcome.x[-1])
         y, active, certified = -outcome.multipliers, outcome.meeting[0], None
-    return LowerBound(
-        problem=problem,
+    load_factor = float(x[-1])
+    return Bound(
+        kind="lower",
         status=Status.OPTIMAL,
-        load_factor=float(x[-1]),
-        node=node,
+        load_factor=load_factor,
+        evidence=FirstCollapse(GuaranteeEvidence(problem, load_factor, tolerances), node, limits),
         slip=x[:-1],
-        collapse_limits=np.zeros(rows.n),
+        reason=_at_the_mean_load(problem, node) if load_factor == 0.0 else "",
         active=rows_named(rows, active),
         multipliers=y,
         residual=collapse_excess(rows, node, x),
@@ -287,15 +244,14 @@ def _collapse(
         uncertified=found.reason if isinstance(found, Missing) else "",
         disputed=isinstance(found, Disputed),
         reduced_accuracy=any(outcome.reduced_accuracy for outcome in outcomes.values()),
-        tolerances=tolerances,
         pinned=rows.pinned,
     )
 
 
-def _vanishing(problem: Problem, upper: UpperBound, tolerances: Tolerances) -> LowerBound:
+def _vanishing(problem: Problem, upper: Bound, tolerances: Tolerances) -> Bound:
     """The answer where no safe slip is left at λ_max, and no node has lost its range of slips before."""
-    return replace(
-        _without_collapse(problem, Status.OPTIMAL, upper.load_factor, tolerances),
+    return _without_collapse(problem, Status.OPTIMAL, upper.load_factor, tolerances).but(
+        reason=VANISHING,
         collapse_limits=np.full(problem.n, inf),
         active=upper.active,
         multipliers=upper.multipliers,
@@ -307,20 +263,24 @@ def _vanishing(problem: Problem, upper: UpperBound, tolerances: Tolerances) -> L
     )
 
 
-def _without_collapse(
-    problem: Problem, status: Status, load_factor: float, tolerances: Tolerances
-) -> LowerBound:
+def _without_collapse(problem: Problem, status: Status, load_factor: float, tolerances: Tolerances) -> Bound:
     """The answer where no node collapses."""
-    return LowerBound(
-        problem=problem,
+    known = GuaranteeEvidence(problem, load_factor, tolerances)
+    return Bound(
+        kind="lower",
         status=status,
         load_factor=load_factor,
-        node=-1,
+        evidence=FirstCollapse(known, -1, np.full(problem.n, load_factor)),
         slip=np.full(problem.n, nan),
-        collapse_limits=np.full(problem.n, load_factor),
-        active=(),
         multipliers=np.zeros_like(constraints(problem).g),
-        residual=nan,
-        tolerances=tolerances,
+        reason="no node ever collapses" if status == Status.UNBOUNDED else "",
         pinned=constraints(problem).pinned,
     )
+
+
+def _at_the_mean_load(problem: Problem, node: int) -> str:
+    """Why a node collapses at λ = 0."""
+    named = f"node {problem.node_name(node)}"
+    if problem.f[node] == 0:
+        return f"{named} has no friction: it slips with every load"
+    return f"some locked-in slip lifts {named} off, under the mean load alone"

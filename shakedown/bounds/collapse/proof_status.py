@@ -76,7 +76,7 @@ class Argument(NamedTuple):
     drift_bound: float = inf
 
 
-class Evidence:
+class GuaranteeEvidence:
     """The evidence for the guarantee of a first collapse, each part computed once, when first read.
 
     Parameters
@@ -128,19 +128,21 @@ class Evidence:
         return sought(lift_off_bound, self.problem, self.load_factor, tolerances=self.tolerances)
 
 
-def guarantee_status(known: Evidence) -> GuaranteeStatus:
+def guarantee_status(known: GuaranteeEvidence) -> GuaranteeStatus:
     """Whether shakedown from every initial state is proved below the first collapse.
 
     Examples
     --------
     >>> import shakedown
-    >>> status = guarantee_status(Evidence(shakedown.example("three-node"), 3.096))
+    >>> status = guarantee_status(GuaranteeEvidence(shakedown.example("three-node"), 3.096))
     >>> status.guarantee.value, round(status.coupling_ratio, 3)
     ('evidence', 1.039)
     """
     parts = coupled_parts(known.problem)
     if len(parts) > 1:
-        found = [guarantee_status(Evidence(p.joint, known.load_factor, known.tolerances)) for p in parts]
+        found = [
+            guarantee_status(GuaranteeEvidence(p.joint, known.load_factor, known.tolerances)) for p in parts
+        ]
         worst = max(range(len(parts)), key=lambda k: list(Guarantee).index(found[k].guarantee))
         return replace(
             found[worst],

@@ -38,7 +38,7 @@ SECONDS, BYTES = 1.3e-8, 1100.0  # per node cubed, per node squared: measured on
 
 @dataclass(frozen=True, eq=False)
 class DiscLimit:
-    """The largest load factor over discs, and what proves it; the words of ``UpperBound``.
+    """The largest load factor over discs, and what proves it; named as a ``Bound`` is.
 
     Attributes
     ----------

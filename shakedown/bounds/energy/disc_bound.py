@@ -5,6 +5,7 @@ from math import inf
 
 import numpy as np
 
+from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.energy.ball_limits import DiscLimits, disc_limits, without_margin
 from shakedown.bounds.energy.centre_and_shares import ball_margin, largest_load_factor, least_load
 from shakedown.bounds.energy.disc_ball import (
@@ -14,7 +15,7 @@ from shakedown.bounds.energy.disc_ball import (
     leaves_margins,
 )
 from shakedown.bounds.energy.energy_metric import EnergyMetric
-from shakedown.bounds.energy.energy_results import NO_SLACK, TOO_FAR, UNLIMITED, EnergyBound, Inner, no_bound
+from shakedown.bounds.energy.energy_results import NO_SLACK, TOO_FAR, UNLIMITED, BallEvidence, Inner, no_bound
 from shakedown.bounds.energy.exact_discs import ExactDiscs
 from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
@@ -29,7 +30,7 @@ NOT_CLEARLY = "as stored A without the pinned slips is not clearly positive defi
 
 def energy_bound(
     zone: Zone, given: FloatArray, distance: float, tolerances: Tolerances, *, split: bool
-) -> EnergyBound:
+) -> Bound:
     """λ_E of the closed nodes of a zone."""
     limits = disc_limits(zone, tolerances=tolerances)
     start = limits.rigid.relative(given)
@@ -39,7 +40,7 @@ def energy_bound(
     return replace(found, pinned=limits.rigid.pinned)  # without the rows of all load steps at once
 
 
-def strictly_inside(zone: Zone, bound: EnergyBound, tolerances: Tolerances) -> Inner | Missing:
+def strictly_inside(zone: Zone, bound: Bound, tolerances: Tolerances) -> Inner | Missing:
     """Where all conditions of a bound have the largest margins, with all nodes closed."""
     limits = disc_limits(zone, tolerances=tolerances).shared(bound.share)
     exact = ExactDiscs(zone.joint, bound.share)
@@ -49,7 +50,7 @@ def strictly_inside(zone: Zone, bound: EnergyBound, tolerances: Tolerances) -> I
     return Inner(exact, widest.slip, widest.load_factor)
 
 
-def _without_jumps_that_open(joint: Problem, metric: EnergyMetric, found: EnergyBound) -> bool:
+def _without_jumps_that_open(joint: Problem, metric: EnergyMetric, found: Bound) -> bool:
     """Whether the proof with shares is complete: no node opens in a jump, at any load factor from 0 on."""
     if found.status != Status.OPTIMAL:
         return found.status != Status.UNBOUNDED
@@ -68,7 +69,7 @@ def best_bound(
     tolerances: Tolerances,
     *,
     split: bool,
-) -> EnergyBound:
+) -> Bound:
     """The largest load factor at which a ball holds a slip of a joint, and a distance around it.
 
     Found with a periodic part about as large as the constant one: of a small one nothing is lost beside it.
@@ -77,7 +78,7 @@ def best_bound(
     scaled = replace(limits, d=unit * limits.d, gap_d=unit * limits.gap_d)
     found = sought(_best_bound, problem, scaled, start, distance, tolerances, split=split)
     if isinstance(found, Missing):
-        return replace(no_bound(start, distance, found.reason, Status.UNDECIDED), share=limits.share)
+        return no_bound(start, distance, found.reason, Status.UNDECIDED).but(share=limits.share)
     return replace(
         found,
         load_factor=unit * found.load_factor,
@@ -101,13 +102,13 @@ def _best_bound(
     tolerances: Tolerances,
     *,
     split: bool,
-) -> EnergyBound:
-    nothing = replace(no_bound(start, distance, TOO_FAR), share=limits.share)
+) -> Bound:
+    nothing = no_bound(start, distance, TOO_FAR).but(share=limits.share)
     if reason := without_margin(limits):
         return replace(nothing, reason=reason)
     check_resolved(limits, start, distance, tolerances)
     found = largest_load_factor(limits, start, distance, tolerances, split=split)
-    nothing = replace(nothing, share=found.limits.share)
+    nothing = nothing.but(share=found.limits.share)
     if found.status == Status.INFEASIBLE:
         left = found.contradiction()
         if left > tolerances.feasibility:
@@ -127,19 +128,15 @@ def _best_bound(
     least = 0.0 if centred else least_load(limits, start, distance)
     if not leaves_margins(limits, found.slip, 0.5 * (least + load_factor), tolerances):
         return replace(nothing, reason=NO_SLACK)
-    return EnergyBound(
+    radius = found.radius * limits.metric.unit
+    return Bound(
+        kind="energy",
         status=Status.OPTIMAL,
-        slip=found.slip,
-        initial_slip=start,
-        distance=distance,
         load_factor=load_factor,
-        least_load_factor=least,
-        radius=found.radius * limits.metric.unit,
+        evidence=BallEvidence(radius, start, distance, found.gap, share=limits.share),
+        slip=found.slip,
         active=limits.names(found.carrying),
         multipliers=found.multipliers,
         residual=found.excess(load_factor),
-        gap=found.gap,
-        certificate=None,
-        reason="",
-        share=limits.share,
+        least_load_factor=least,
     )

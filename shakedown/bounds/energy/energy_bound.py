@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.bounds.best_zone import chosen_zone
+from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.bounds.energy.energy_results import AT_NO_LOAD, EnergyCertificate, no_bound
-from shakedown.bounds.energy.energy_results import EnergyBound as EnergyBound
 from shakedown.bounds.plane_or_space import Methods, methods_of
 from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.float_array import FloatArray
@@ -37,7 +37,7 @@ def energy_bound(
     split: bool = True,
     certify: bool | None = None,
     tolerances: Tolerances = DEFAULT,
-) -> EnergyBound:
+) -> Bound:
     """The load factor λ_E(v₀, δ) up to which shakedown from an initial slip is proved.
 
     Maximise λ subject to f p ∓ q ≥ f_i γ_i R for every node, side and load step at the
@@ -97,11 +97,23 @@ def energy_bound(
         if isinstance(proof, Missing):
             bound = replace(bound, uncertified=proof.reason)
         else:
-            bound = replace(bound, certificate=proof)
+            bound = bound.but(certificate=proof, certified=proof.load_factor)
     return _in_zone(zone, given, bound)
 
 
-def _of_parts(parts: tuple[Part, ...], found: list[EnergyBound], tolerances: Tolerances) -> EnergyBound:
+def of_joint(limits: Any) -> Bound:
+    """λ_E of a joint whose limits are computed, for the zone where nodes are open (``registry.BOUNDS``)."""
+    return energy_bound(
+        limits.problem,
+        limits.initial_slip,
+        limits.distance,
+        open_nodes=limits.open_nodes,
+        certify=limits.certify,
+        tolerances=limits.tolerances,
+    )
+
+
+def _of_parts(parts: tuple[Part, ...], found: list[Bound], tolerances: Tolerances) -> Bound:
     """The bound of a joint in uncoupled parts, from those of each."""
     deciding = weakest(found)
     part, bound = parts[deciding], found[deciding]
@@ -118,13 +130,14 @@ def _of_parts(parts: tuple[Part, ...], found: list[EnergyBound], tolerances: Tol
     doubts = [each.uncertified for each in found if each.uncertified]
     if isinstance(proof, Missing):
         doubts = [proof.reason]
-    return replace(
-        bound,
+    certificate = proof if isinstance(proof, EnergyCertificate) else None
+    return bound.but(
         least_load_factor=least,
         slip=slip,
         initial_slip=start,
         active=tuple((part.number(node), side) for node, side in bound.active),
-        certificate=proof if isinstance(proof, EnergyCertificate) else None,
+        certificate=certificate,
+        certified=None if certificate is None else certificate.load_factor,
         uncertified=doubts[0] if doubts else "",
         reason=part.renumbered(bound.reason),
         open_nodes=tuple(sorted(int(nodes[k]) for each, _, nodes in numbers for k in each.open_nodes)),
@@ -134,7 +147,7 @@ def _of_parts(parts: tuple[Part, ...], found: list[EnergyBound], tolerances: Tol
 
 
 def _certificate_of_parts(
-    parts: tuple[Part, ...], found: list[EnergyBound], tolerances: Tolerances
+    parts: tuple[Part, ...], found: list[Bound], tolerances: Tolerances
 ) -> EnergyCertificate | Missing | None:
     """The least load factor certified for a part, where the balls of all others are confirmed there, too."""
     known = [each.certificate for each in found]
@@ -153,12 +166,11 @@ def _certificate_of_parts(
     return replace(least, slip=of_slips(parts, slips))
 
 
-def _in_zone(zone: Zone, given: FloatArray, bound: EnergyBound) -> EnergyBound:
+def _in_zone(zone: Zone, given: FloatArray, bound: Bound) -> Bound:
     """A bound for the closed nodes, from the slip that was given, in terms of all nodes."""
     if not zone.open_nodes:
-        return replace(bound, initial_slip=given)
-    return replace(
-        bound,
+        return bound.but(initial_slip=given)
+    return bound.but(
         slip=zone.slips(bound.slip),
         initial_slip=zone.slips(given),
         open_nodes=zone.open_nodes,
@@ -167,7 +179,7 @@ def _in_zone(zone: Zone, given: FloatArray, bound: EnergyBound) -> EnergyBound:
 
 
 def _certificate(
-    methods: Methods, zone: Zone, bound: EnergyBound, tolerances: Tolerances
+    methods: Methods, zone: Zone, bound: Bound, tolerances: Tolerances
 ) -> EnergyCertificate | Missing:
     """Move from the optimum towards the point with the largest margins until all conditions are strict."""
     inner = methods.strictly_inside(zone, bound, tolerances)

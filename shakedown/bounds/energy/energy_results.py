@@ -8,6 +8,7 @@ from typing import ClassVar, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shakedown.bounds.bound_result import Bound, Evidence
 from shakedown.bounds.energy.energy_metric import EnergyMetric
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
@@ -177,66 +178,44 @@ class EnergyCertificate(Result):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EnergyBound(Result):
-    """λ_E, the load factor below which every motion from around an initial slip is proved to shake down.
+class BallEvidence(Evidence):
+    """What only λ_E has, below which every motion from around an initial slip is proved to shake down.
 
     At every load factor strictly between ``least_load_factor`` and ``load_factor`` a
     motion that begins with all nodes closed, at a slip within the energy distance
     ``distance`` of ``initial_slip``, comes to rest after a finite total slip, and no
     node ever opens. With open nodes it is said of a motion that begins with exactly these
     open, in equilibrium, and all others closed: it stays so. From all nodes closed at the
-    same slips another state may be reached.
+    same slips another state may be reached. It is infeasible where nothing is proved at any load factor,
+    unbounded where shakedown is proved at every one from the least on, undecided where no solver came to an
+    end that the rows confirm.
+
+    Its ``slip`` (dn,) is v*, the safe slip in the middle of the ball at λ_E [length]. ``active`` are the
+    rows that limit λ_E; where infeasible those that contradict each other. ``residual`` is the largest
+    violation of a row at (slip, radius, λ_E), relative to its terms; where infeasible, by how much the
+    multipliers fail to prove it. ``multipliers`` μ ≥ 0 (k,) prove λ_E, dᵀμ = 1, of the rows of the closed
+    nodes and then of the gaps, each kind with its transient after it; zero or empty unless optimal. With two
+    directions there is one for each of ``active``, that of its radius f p: at a reaction q* that of a q is
+    −q*/|q*| times as large. ``certified`` is the load factor of ``certificate``. Each part of a joint in
+    uncoupled parts has a ball of its own, at its own λ_E, of which ``slip`` is the centre (v₀ where that is
+    unbounded); all else is that of the part with the least one.
 
     Attributes
     ----------
-    status
-        ``"optimal"``; ``"infeasible"`` (nothing is proved at any load factor);
-        ``"unbounded"`` (proved at every load factor from the least on); ``"undecided"``
-        (no solver came to an end that the rows confirm: nothing is reported).
-    load_factor
-        λ_E; NaN where infeasible, inf where unbounded.
-    least_load_factor
-        The smallest load factor ≥ 0 at which it is proved: 0 but where the constant part
-        of the loading is not the mean and too little alone; NaN where infeasible.
-    slip : (n,)
-        v*, the safe slip in the middle of the ball at λ_E [length]; NaN unless optimal.
     radius
         Radius of that ball, ‖v₀ − v*‖ + distance [√(force · length)]; NaN unless optimal.
-    initial_slip : (n,)
+    initial_slip : (dn,)
         v₀ [length]; of an open node its displacement under the mean load.
     distance
         δ, the energy distance asked for [√(force · length)].
-    active
-        (node, side) of the rows that limit λ_E; where infeasible those that contradict each other. With two
-        directions (node, load step).
-    residual
-        Largest violation of a row at (slip, radius, λ_E), relative to its terms; where
-        infeasible, by how much the multipliers fail to prove it.
     gap
         Load factor that the multipliers prove not to be exceeded, relative to λ_E, less 1.
     certificate
         What exact arithmetic confirms (up to 40 nodes, all closed, A exactly positive
         semi-definite), else None.
-    uncertified
-        Why there is no certificate although it was asked for; else empty.
-    reason
-        The status in words; empty where optimal.
-    open_nodes
-        The nodes that stay open.
-    pinned
-        Where the joint can move as a whole: the nodes that ``slip`` is given relative to. The energy
-        distance takes no account of that motion.
-    multipliers : (k,)
-        μ ≥ 0 that prove λ_E, dᵀμ = 1, of the rows of the closed nodes and then of the gaps, each kind
-        with its transient after it; zero or empty unless optimal. With two directions one number for each
-        of ``active``, that of its radius f p: at a reaction q* that of a q is −q*/|q*| times as large.
     share : (n, 2)
         With two directions what part c of the change of its own tangential reaction is counted as the
         change of the pressure of every closed node (docs/energy.md, section 8) [1]; else empty.
-    parts
-        Of a joint in uncoupled parts (:mod:`shakedown.joint.coupled_parts`) the bound of each, with its
-        evidence; else empty. Each part has a ball of its own, at its own λ_E, of which ``slip`` is the
-        centre (v₀ where that is unbounded); all else is that of the part with the least one.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -245,29 +224,18 @@ class EnergyBound(Result):
     )
     TABLE: ClassVar[str] = "initial_slip slip"
 
-    status: Status
-    load_factor: float
-    least_load_factor: float
-    slip: FloatArray
     radius: float
     initial_slip: FloatArray
     distance: float
-    active: tuple[tuple[int, int], ...]
-    residual: float
     gap: float
-    certificate: EnergyCertificate | None
-    reason: str
-    open_nodes: tuple[int, ...] = ()
-    uncertified: str = ""
-    pinned: tuple[int, ...] = ()
-    multipliers: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False)
+    certificate: EnergyCertificate | None = None
     share: FloatArray = field(default_factory=lambda: np.zeros((0, 2)), repr=False)
-    parts: tuple["EnergyBound", ...] = field(default=(), repr=False)
 
-    @property
-    def certified(self) -> float | None:
-        """The load factor that exact arithmetic confirms, or None."""
-        return None if self.certificate is None else self.certificate.load_factor
+    def remark(self, bound: Bound) -> str:
+        """How far exact arithmetic confirms it, or why there is none."""
+        if bound.certified is None:
+            return bound.reason
+        return f"certified to {1 - bound.certified / bound.load_factor:.0e}"
 
 
 class ExactConditions(Protocol):
@@ -285,21 +253,15 @@ class Inner(NamedTuple):
     load_factor: float
 
 
-def no_bound(
-    start: FloatArray, distance: float, reason: str, status: Status = Status.INFEASIBLE
-) -> EnergyBound:
+def no_bound(start: FloatArray, distance: float, reason: str, status: Status = Status.INFEASIBLE) -> Bound:
     """A bound that proves nothing from a slip, with the reason."""
-    return EnergyBound(
+    nowhere = np.full(len(start), nan)
+    return Bound(
+        kind="energy",
         status=status,
         load_factor=nan,
-        least_load_factor=nan,
-        slip=np.full(len(start), nan),
-        radius=nan,
-        initial_slip=start,
-        distance=distance,
-        active=(),
-        residual=nan,
-        gap=nan,
-        certificate=None,
+        evidence=BallEvidence(nan, start, distance, nan),
+        slip=nowhere,
         reason=reason,
+        least_load_factor=nan,
     )

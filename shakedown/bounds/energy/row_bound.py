@@ -5,8 +5,9 @@ from math import inf, nan
 
 import numpy as np
 
+from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.energy.cone_rows import ConeRows, cone_rows
-from shakedown.bounds.energy.energy_results import NO_SLACK, TOO_FAR, UNLIMITED, EnergyBound, Inner, no_bound
+from shakedown.bounds.energy.energy_results import NO_SLACK, TOO_FAR, UNLIMITED, BallEvidence, Inner, no_bound
 from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin, zone_rows
 from shakedown.bounds.energy.exact_check import ExactBall
 from shakedown.bounds.energy.row_solution import RowSolution, contradiction, row_solution, widest_margin
@@ -22,13 +23,13 @@ NOT_REGULAR = "to the last stored digit A is not positive semi-definite, or B re
 
 def energy_bound(
     zone: Zone, given: FloatArray, distance: float, tolerances: Tolerances, *, split: bool
-) -> EnergyBound:
+) -> Bound:
     """λ_E of the closed nodes of a zone; what a node determines of its pressure is always split off."""
     found = _bound(zone, given, distance, tolerances)
     return replace(found, pinned=zone.pinned)
 
 
-def _bound(zone: Zone, given: FloatArray, distance: float, tolerances: Tolerances) -> EnergyBound:
+def _bound(zone: Zone, given: FloatArray, distance: float, tolerances: Tolerances) -> Bound:
     rows = zone_rows(zone, tolerances=tolerances)
     start = rows.rigid.relative(given)
     if reason := without_margin(zone.problem, rows):
@@ -40,7 +41,7 @@ def _bound(zone: Zone, given: FloatArray, distance: float, tolerances: Tolerance
     return found
 
 
-def strictly_inside(zone: Zone, bound: EnergyBound, tolerances: Tolerances) -> Inner | Missing:
+def strictly_inside(zone: Zone, bound: Bound, tolerances: Tolerances) -> Inner | Missing:
     """Where all conditions of a bound have the largest margins, with all nodes closed."""
     rows, exact = zone_rows(zone, tolerances=tolerances), ExactBall(zone.problem, transient=True)
     if not exact.regular:
@@ -53,7 +54,7 @@ def strictly_inside(zone: Zone, bound: EnergyBound, tolerances: Tolerances) -> I
 
 def farthest_load_factor(
     rows: EnergyRows, start: FloatArray, distance: float, tolerances: Tolerances = DEFAULT
-) -> EnergyBound:
+) -> Bound:
     """The energy bound for rows of any kind."""
     about = cone_rows(rows, start, distance)
     end = row_solution(about, tolerances)
@@ -89,9 +90,7 @@ def _without_margin(about: ConeRows, end: RowSolution, tolerances: Tolerances) -
     return bool(doubtful.any()) and widest_margin(about).margin <= tolerances.feasibility
 
 
-def _optimal(
-    rows: EnergyRows, about: ConeRows, end: RowSolution, start: FloatArray, least: float
-) -> EnergyBound:
+def _optimal(rows: EnergyRows, about: ConeRows, end: RowSolution, start: FloatArray, least: float) -> Bound:
     slip = start + rows.metric.inverse @ end.y * about.length
     relative = (float(np.linalg.norm(end.y)) + about.offset) * about.length
     multipliers, proved = _of_rows(rows, end.multipliers[:-1]), about.proved(end.multipliers)
@@ -102,20 +101,18 @@ def _optimal(
     ):  # digits are lost beside the mean load: rounded down by all of them
         load_factor = max(load_factor - uncertain, 0.0)
     excess = -rows.slack(slip, load_factor, relative) / rows.sizes(slip, load_factor, relative)
-    return EnergyBound(
+    distance = about.offset * about.length * rows.metric.unit
+    gap = proved / load_factor - 1.0 if load_factor > 0 else proved
+    return Bound(
+        kind="energy",
         status=Status.OPTIMAL,
         load_factor=load_factor,
-        least_load_factor=least,
+        evidence=BallEvidence(relative * rows.metric.unit, start, distance, gap),
         slip=slip,
-        radius=relative * rows.metric.unit,
-        initial_slip=start,
-        distance=about.offset * about.length * rows.metric.unit,
         active=rows.names(about.carrying(end.multipliers)),
-        residual=float(excess.max()),
-        gap=proved / load_factor - 1.0 if load_factor > 0 else proved,
-        certificate=None,
-        reason="",
         multipliers=multipliers,
+        residual=float(excess.max()),
+        least_load_factor=least,
     )
 
 

@@ -2,28 +2,36 @@
 
 from dataclasses import dataclass, replace
 from math import inf, isnan, nan
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from shakedown.bounds.collapse.lower import LowerBound, lower_bound
+from shakedown.bounds.bound_result import Bound, Evidence
+from shakedown.bounds.collapse.lower import lower_bound
 from shakedown.bounds.discs.safest_slip import safe_under_mean_load
 from shakedown.bounds.every_state.bound_from_every_state import LeastPressureBound, least_pressure_bound
 from shakedown.bounds.every_state.scaled_joint import scaled_joint
 from shakedown.bounds.every_state.swing_bound import SwingBound, swing_bound
 from shakedown.bounds.every_state.unique_rates import unique_rates
-from shakedown.ground.errors import Missing, UsageError, sought
+from shakedown.ground.errors import Missing, UsageError, present, sought
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked
 from shakedown.joint.coupled_parts import Part, coupled_parts, weakest
 from shakedown.joint.problem import Problem
-from shakedown.joint.result import Result
+
+ARGUMENTS = {  # what the names of the proofs stand for, where they are not self-explanatory
+    "Melan": "slip changes no pressure",
+    "differences": "no slip raises the differences between nodes",
+    "swing": "a potential decreases with every slip",
+    "least pressures": "friction under its least pressure holds each node, however the others slip",
+    "rigid motions apart": "slip of a body as a whole is bounded separately",
+}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class UniversalBound(Result):
-    """Largest load factor up to which shakedown from every initial state is proved.
+class EveryState(Evidence):
+    """What only λ_U has, the largest load factor up to which shakedown from every initial state is proved.
 
     A state is one with all nodes closed that is admissible at some instant of the loop; transient
     load steps, where the problem has them, are over (``after_transient``). For every
@@ -32,13 +40,11 @@ class UniversalBound(Result):
     inside it: then only the arguments count that ask for no order, Melan's theorem and the swing bound,
     with the lift-off bound over the hull of the corners, and least pressures.
 
+    The load factor is at most λ_1 and 0 where nothing is proved; the bound is infeasible where no slip is
+    safe under the mean load.
+
     Attributes
     ----------
-    status
-        ``"optimal"``; ``"infeasible"`` (no safe slip under the mean load); ``"unbounded"``
-        (every load factor is proved); ``"undecided"`` (a linear program ended without an answer).
-    load_factor
-        λ_U ≤ λ_1; 0 where nothing is proved, NaN where infeasible, inf where unbounded.
     node
         The node that limits the argument; −1 where none does.
     argument
@@ -49,42 +55,47 @@ class UniversalBound(Result):
     limited_by
         What the argument ends at: ``"first collapse"``, ``"swing"``, ``"lift-off"``, ``"drift"``,
         ``"uniqueness"``, ``"rates"`` (a floating body is not proved to slip without a jump), ``"mean load"``;
-        ``"solver"`` where undecided.
-    reason
-        The same in words.
+        ``"solver"`` where undecided. ``reason`` says the same in words.
     first_collapse
         λ_1, which is not exceeded; NaN with two tangential directions, where there is none.
     lift_off_bound
         Below this load factor no admissible slip lifts a node off; NaN where not needed.
-    swing
-        The swing bound, with the evidence to check it; None where not needed.
     after_transient
         Whether the problem has transient load steps: then nothing is said of a motion
         before they are over.
+    swing
+        The swing bound, with the evidence to check it; None where not needed.
     pressures
         With two directions what least pressures prove, with the evidence to check it.
-    parts
-        Of a joint in uncoupled parts (:mod:`shakedown.joint.coupled_parts`) the bound of each, with its
-        evidence: the least of them is that of the joint. Else empty.
     """
 
-    status: Status
-    load_factor: float
+    DOCUMENT: ClassVar[str] = "load_factor status node argument"
+
     node: int
     argument: str
     limited_by: str
-    reason: str
     first_collapse: float
     lift_off_bound: float
-    swing: SwingBound | None
-    after_transient: bool = False
+    after_transient: bool
+    swing: SwingBound | None = None
     pressures: LeastPressureBound | None = None
-    parts: tuple["UniversalBound", ...] = ()
 
-    def document(self) -> dict[str, Any]:
-        """The JSON document; the superseded closing box remains as a key without a value."""
-        words = ("load_factor", "status", "node", "argument")
-        return {"universal": {word: getattr(self, word) for word in words}, "closing_box": None}
+    def remark(self, bound: Bound) -> str:
+        """What proves it, and what that means; else why nothing is proved."""
+        if self.argument == "none":
+            return bound.reason
+        parts = self.argument.split(", ")
+        return "; ".join(": ".join(filter(None, [part, ARGUMENTS.get(part)])) for part in parts)
+
+
+def of_joint(limits: Any) -> Bound:
+    """λ_U of a joint whose limits are computed (:data:`shakedown.bounds.registry.BOUNDS`)."""
+    return universal_bound(
+        limits.problem,
+        first_collapse=present(limits.lower),
+        certify=limits.certify,
+        tolerances=limits.tolerances,
+    )
 
 
 class _Proved(NamedTuple):
@@ -98,11 +109,11 @@ class _Proved(NamedTuple):
 def universal_bound(
     problem: Problem,
     *,
-    first_collapse: LowerBound | None = None,
+    first_collapse: Bound | None = None,
     certify: bool | None = None,
     sectors: int | None = None,
     tolerances: Tolerances = DEFAULT,
-) -> UniversalBound:
+) -> Bound:
     """The largest load factor λ_U up to which the joint is proved to shake down from every initial state.
 
     Where an argument reaches λ_1 that is the answer: Melan's theorem (B = 0), a coupling ratio ρ* < 1, a
@@ -138,8 +149,10 @@ def universal_bound(
     >>> round(bound.load_factor, 6), bound.node, bound.argument
     (0.3096, 0, 'swing')
     """
-    if not isinstance(first_collapse, LowerBound | None):
-        raise UsageError(f"first_collapse: expected a LowerBound, found {type(first_collapse).__name__}")
+    if first_collapse is not None and getattr(first_collapse, "kind", None) != "lower":
+        raise UsageError(
+            f"first_collapse: expected a bound of the kind 'lower', found {type(first_collapse).__name__}"
+        )
     if sectors is not None and problem.directions == 1:
         raise UsageError("sectors: expected none with one tangential direction, which has two signs")
     parts = coupled_parts(problem)
@@ -157,9 +170,9 @@ def universal_bound(
     if lower.load_factor == 0.0:
         reason = f"some locked-in slip lifts node {lower.node} off, under the mean load alone"
         if problem.f[lower.node] == 0:
-            reason = lower.why()
+            reason = lower.reason
         return _without(lower, 0.0, "first collapse", reason)
-    known = lower.evidence
+    known = lower.known
     complete = known.argument
     if complete is None and not (unique := known.unique):
         floating = _in_floating_plane(problem, lower)
@@ -183,17 +196,14 @@ def universal_bound(
     return _result(lower, _Proved(swing.load_factor, swing.node, "swing", "swing"), lift, swing)
 
 
-def _of_parts(
-    parts: tuple[Part, ...], found: list[UniversalBound], first_collapse: LowerBound | None
-) -> UniversalBound:
+def _of_parts(parts: tuple[Part, ...], found: list[Bound], first_collapse: Bound | None) -> Bound:
     """The bound of a joint in uncoupled parts, not above its first collapse."""
     least = weakest(found)
     part, bound = parts[least], found[least]
     lower = float(np.min([each.first_collapse for each in found]))
     if first_collapse is not None:
         lower = first_collapse.load_factor
-    return replace(
-        bound,
+    return bound.but(
         load_factor=min(bound.load_factor, inf if isnan(lower) else lower),
         node=part.number(bound.node),
         reason=part.renumbered(bound.reason),
@@ -205,19 +215,21 @@ def _of_parts(
     )
 
 
-def _in_space(problem: Problem, sectors: int | None, tolerances: Tolerances) -> UniversalBound:
+def _in_space(problem: Problem, sectors: int | None, tolerances: Tolerances) -> Bound:
     """The answer with two tangential directions."""
     sought_bound = sought(least_pressure_bound, problem, sectors=sectors)
     transient = problem.q_transient is not None
     if isinstance(sought_bound, Missing):
-        words = "none", "solver", f"the least pressures are missing: {sought_bound.reason}"
-        return UniversalBound(Status.UNDECIDED, nan, -1, *words, nan, nan, None, transient)
+        reason = f"the least pressures are missing: {sought_bound.reason}"
+        evidence = EveryState(-1, "none", "solver", nan, nan, transient)
+        return Bound("universal", Status.UNDECIDED, nan, evidence, reason=reason)
     found = sought_bound
 
-    def nothing(status: Status, load_factor: float, limited_by: str, reason: str) -> UniversalBound:
+    def nothing(status: Status, load_factor: float, limited_by: str, reason: str) -> Bound:
         node = found.node if limited_by in ("lift-off", "swing") else -1
-        words, lift_off = ("none", limited_by, reason), found.lift_off_bound
-        return UniversalBound(status, load_factor, node, *words, nan, lift_off, None, transient, found)
+        lift_off = found.lift_off_bound
+        evidence = EveryState(node, "none", limited_by, nan, lift_off, transient, pressures=found)
+        return Bound("universal", status, load_factor, evidence, reason=reason)
 
     unique = unique_rates(scaled_joint(problem))
     if found.load_factor == 0.0 or not (unique or found.floats):
@@ -234,7 +246,7 @@ def _in_space(problem: Problem, sectors: int | None, tolerances: Tolerances) -> 
     return _by_pressures(problem, found, nan)
 
 
-def _in_floating_plane(problem: Problem, lower: LowerBound) -> UniversalBound | None:
+def _in_floating_plane(problem: Problem, lower: Bound) -> Bound | None:
     """What least pressures prove of a body in the plane that friction alone holds; None where nothing."""
     if not scaled_joint(problem).floats:
         return None
@@ -245,64 +257,52 @@ def _in_floating_plane(problem: Problem, lower: LowerBound) -> UniversalBound | 
     return replace(bound, load_factor=min(bound.load_factor, lower.load_factor))
 
 
-def _by_pressures(problem: Problem, found: LeastPressureBound, first_collapse: float) -> UniversalBound:
+def _by_pressures(problem: Problem, found: LeastPressureBound, first_collapse: float) -> Bound:
     """The answer where least pressures are the best argument."""
     argument = "least pressures" if problem.law.limit_rows(problem.B).any() else "Melan"
     more = ", rigid motions apart" if found.floats else f", {found.sectors} sectors" * (found.sectors > 1)
-    return UniversalBound(
-        status=found.status,
-        load_factor=found.load_factor,
+    evidence = EveryState(
         node=found.node,
         argument=argument + more,
         limited_by=found.limited_by,
-        reason=f"{argument}: {found.reason}",
         first_collapse=first_collapse,
         lift_off_bound=found.lift_off_bound,
-        swing=None,
         after_transient=problem.q_transient is not None,
         pressures=found,
     )
+    reason = f"{argument}: {found.reason}"
+    return Bound("universal", found.status, found.load_factor, evidence, reason=reason)
 
 
-def _without(lower: LowerBound, load_factor: float, limited_by: str, reason: str) -> UniversalBound:
+def _without(lower: Bound, load_factor: float, limited_by: str, reason: str) -> Bound:
     """The result where nothing is proved."""
-    return UniversalBound(
-        status=Status.INFEASIBLE if lower.status == Status.INFEASIBLE else Status.OPTIMAL,
-        load_factor=load_factor,
-        node=lower.node if limited_by == "first collapse" else -1,
-        argument="none",
-        limited_by=limited_by,
-        reason=reason,
-        first_collapse=lower.load_factor,
-        lift_off_bound=nan,
-        swing=None,
-        after_transient=lower.problem.q_transient is not None,
-    )
+    node = lower.node if limited_by == "first collapse" else -1
+    transient = lower.problem.q_transient is not None
+    status = Status.INFEASIBLE if lower.status == Status.INFEASIBLE else Status.OPTIMAL
+    evidence = EveryState(node, "none", limited_by, lower.load_factor, nan, transient)
+    return Bound("universal", status, load_factor, evidence, reason=reason)
 
 
-def _undecided(lower: LowerBound, reason: str) -> UniversalBound:
+def _undecided(lower: Bound, reason: str) -> Bound:
     """The result where a program on which it rests did not finish."""
     return replace(_without(lower, nan, "solver", reason), status=Status.UNDECIDED)
 
 
-def _result(
-    lower: LowerBound, found: _Proved, lift: float, swing: SwingBound | None = None
-) -> UniversalBound:
+def _result(lower: Bound, found: _Proved, lift: float, swing: SwingBound | None = None) -> Bound:
     if min(lower.load_factor, lift) < found.load_factor:
         limit, node = ("lift-off", -1) if lift < lower.load_factor else ("first collapse", lower.node)
         found = _Proved(min(lower.load_factor, lift), node, found.argument, limit)
-    return UniversalBound(
-        status=Status.OPTIMAL if found.load_factor < inf else Status.UNBOUNDED,
-        load_factor=found.load_factor,
+    evidence = EveryState(
         node=found.node,
         argument=found.argument,
         limited_by=found.limited_by,
-        reason=_reason(found, lift),
         first_collapse=lower.load_factor,
         lift_off_bound=lift,
-        swing=swing,
         after_transient=lower.problem.q_transient is not None,
+        swing=swing,
     )
+    status = Status.OPTIMAL if found.load_factor < inf else Status.UNBOUNDED
+    return Bound("universal", status, found.load_factor, evidence, reason=_reason(found, lift))
 
 
 def _reason(found: _Proved, lift: float) -> str:

@@ -10,7 +10,7 @@ import pytest
 import shakedown
 from shakedown import Problem
 from shakedown.bounds.collapse.lift_off import lift_off_bound
-from shakedown.bounds.collapse.proof_status import Evidence, guarantee_status
+from shakedown.bounds.collapse.proof_status import GuaranteeEvidence, guarantee_status
 from shakedown.bounds.uniqueness.coupling import coupling, row_coupling_ratio
 from shakedown.bounds.uniqueness.in_contact import unique_in_contact
 from shakedown.joint.loading import loading
@@ -77,7 +77,7 @@ def test_small_and_uncoupled_systems_are_proved(name: str) -> None:
 def test_above_the_friction_thresholds_nothing_is_proved() -> None:
     problem = replace(shakedown.example("two-node"), f=0.9)
     assert not unique_in_contact(problem)
-    assert guarantee_status(Evidence(problem, 0.5)).guarantee == "evidence"
+    assert guarantee_status(GuaranteeEvidence(problem, 0.5)).guarantee == "evidence"
     assert np.isnan(coupling(problem).ratio)
 
 
@@ -181,5 +181,5 @@ def test_lift_off_takes_the_proof_away() -> None:
     assert lower.coupling_ratio < 1
     assert bound < lower.load_factor
     assert lower.guarantee == "evidence"
-    assert "can lift a node off" in lower.reason
+    assert "can lift a node off" in lower.proof.reason
     assert lower.lift_off_bound == pytest.approx(bound, rel=1e-12)

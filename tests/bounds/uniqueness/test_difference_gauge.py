@@ -12,7 +12,7 @@ from benchmarks.adversary import scaled_to
 from benchmarks.collapse_adversary import stiffness
 from benchmarks.problems import in_units
 from benchmarks.universal_adversary import loaded
-from shakedown.bounds.collapse.proof_status import Evidence
+from shakedown.bounds.collapse.proof_status import GuaranteeEvidence
 from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.bounds.uniqueness.difference_gauge import DifferenceGauge, difference_gauge
 
@@ -100,7 +100,7 @@ def test_below_the_first_collapse_every_state_shakes_down(seed: int) -> None:
 def test_the_drift_bound_is_never_below_the_upper_bound() -> None:
     for seed in range(4):
         problem = floating(seed)
-        drift = Evidence(problem, 1.0).argument.drift_bound
+        drift = GuaranteeEvidence(problem, 1.0).argument.drift_bound
         assert shakedown.upper_bound(problem).load_factor <= drift * (1 + 1e-9) < np.inf
 
 
@@ -112,7 +112,7 @@ def test_units_and_directions_do_not_matter() -> None:
     problem = floating(1)
     turned = turned_round(problem, np.array([1.0, -1.0, 1.0, -1.0]))
     assert difference_gauge(turned).ratio == pytest.approx(difference_gauge(problem).ratio, rel=1e-9)
-    here, there = (Evidence(joint, 1.0).argument.drift_bound for joint in (problem, turned))
+    here, there = (GuaranteeEvidence(joint, 1.0).argument.drift_bound for joint in (problem, turned))
     assert there == pytest.approx(here, rel=1e-9)
     here, there = (shakedown.universal_bound(joint) for joint in (problem, turned))
     assert there.load_factor == pytest.approx(here.load_factor, rel=1e-9)
