@@ -5,8 +5,8 @@ when first read), ``three_numbers`` (many limits reduced to three numbers, and o
 ``mesh_check`` (whether an edge of the mesh decides them), ``shakedown_bounds`` (lower and upper bound
 together), ``transient_limit`` (λ_T, up to which the joint shakes down from its own start),
 ``slip_limit`` (up to which slips stay small). How a limit depends on friction, constant load and
-amplitude of each node: ``row_rates`` (how the slack in every row changes with a parameter), ``one_sided``
-(the resulting change of the load factor, either side), ``sensitivities``. Between the limit and gross slip:
+amplitude of each node: ``row_rates`` (how the slack in every row changes with a parameter),
+``sensitivities`` (the resulting change of the load factor). Between the limit and gross slip:
 ``damping`` (long-term states over the amplitude of a load), ``loaded_joint`` (the joint under that load),
 ``amplitude_curve`` (the resulting stiffness and damping).
 

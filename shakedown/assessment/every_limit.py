@@ -23,7 +23,6 @@ from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, 
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.errors import Missing, present, sought
 from shakedown.ground.shown_values import plain, short
-from shakedown.ground.size_limits import EXTRAS_UP_TO
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIGNS, checked, in_the_plane_only
@@ -316,16 +315,12 @@ class JointLimits(Result):
 
     @cached_property
     def sensitivities(self) -> dict[str, Sensitivities | Missing]:
-        """How λ_max ("upper") and λ_E ("energy") depend on friction and loads at every node.
-
-        Missing for larger joints where that takes many programs (:func:`sensitivities` goes on there).
-        """
+        """How λ_max ("upper") and λ_E ("energy") depend on friction and loads at every node."""
         if "sensitivities" in self.absent:
             return dict.fromkeys(("upper", "energy"), self.absent["sensitivities"])
-        few = self.problem.n <= EXTRAS_UP_TO  # one-sided derivatives at a degenerate optimum take longer
         bounds: dict[str, Bound] = {"upper": self.upper, "energy": self.energy}
         return {
-            name: sought(sensitivities, self.problem, bound, one_sided=few, tolerances=self.tolerances)
+            name: sought(sensitivities, self.problem, bound, tolerances=self.tolerances)
             for name, bound in bounds.items()
         }
 

@@ -1,18 +1,19 @@
 """How a bound depends on friction, constant load and load amplitude at every node."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.assessment.one_sided import OneSidedOptimum
 from shakedown.assessment.row_rates import SIDES, RowRates, rates_of, spread_slopes
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.energy.energy_rows import EnergyRows, zone_rows
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.shown_values import DIGITS, plain
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -21,7 +22,10 @@ from shakedown.joint.contact_zone import Zone, contact_zone
 from shakedown.joint.coupled_parts import coupled_parts
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.programs.scaling import equilibration
 
+NOT_UNIQUE = "what limits it is not unique: several nodes, or load steps, do so alike"
+SAME = 10 * NEGLIGIBLE  # relative to the terms of a derivative: differences between optima that do not matter
 KINDS = ("friction", "constant", "amplitude")
 SMOOTH = 10.0**-DIGITS  # of the largest elasticity: one-sided values that differ by less are equal
 SLOPE_ROUND_OFF = 64 * np.finfo(float).eps  # of a difference of slopes, relative to its terms
@@ -55,7 +59,7 @@ class Sensitivities(Result):
     symbol
         ``"λ_max"`` or ``"λ_E"``.
     status
-        Optimal; else that of the bound, of which there are no derivatives then.
+        That of the bound; of one that is not optimal there are no derivatives.
     reason
         Why there are none, in words; else empty.
     load_factor
@@ -102,13 +106,7 @@ class Sensitivities(Result):
 
 
 @checked
-def sensitivities(
-    problem: Problem,
-    bound: Bound,
-    *,
-    one_sided: bool = True,
-    tolerances: Tolerances = DEFAULT,
-) -> Sensitivities:
+def sensitivities(problem: Problem, bound: Bound, *, tolerances: Tolerances = DEFAULT) -> Sensitivities:
     """By how much λ_max or λ_E changes with friction, constant load and load amplitude, at every node.
 
     The bound is the optimum of a program over rows g − G v − λ d (less the slack R s of the ball, for
@@ -116,9 +114,10 @@ def sensitivities(
 
         dλ/df_i = Σ y p_i,    dλ/dc_i = Σ y (f p⁰ ∓ q⁰)_i,    dλ/da_i = λ Σ y (f p¹ ∓ q¹)_i
 
-    over the rows of node i, p_i less ∂(f γ)/∂f R for λ_E. Nothing is solved again but where the optimum is
-    degenerate: then a small program over its multipliers gives the derivative on either side.
-    What varies is one quantity of one node; stiffness, the other nodes, the initial slip, the distance
+    over the rows of node i, p_i less ∂(f γ)/∂f R for λ_E. Nothing is solved again. Where the multipliers are
+    not unique, as where several nodes limit the joint alike, there is no such derivative: all are NaN, with
+    the reason; so is one by friction where the best slip is not unique and its pressure matters. What varies
+    is one quantity of one node; stiffness, the other nodes, the initial slip, the distance
     and the zone stay. Where nodes are open the loads of all nodes act on the closed ones.
 
     The factor on all constant loads together has the elasticity 1 (for λ_E from slip zero without a
@@ -130,8 +129,6 @@ def sensitivities(
         The joint and its loading.
     bound
         Its λ_max, not through the transient, or its λ_E.
-    one_sided
-        Whether to go on at a degenerate optimum: up to six small programs a node, minutes for 250 nodes.
     tolerances
         Those with which the bound was computed.
 
@@ -139,8 +136,6 @@ def sensitivities(
     ------
     UsageError
         If the bound is not one of this joint.
-    SolverError
-        If the optimum is degenerate and ``one_sided`` is False.
 
     Examples
     --------
@@ -156,22 +151,22 @@ def sensitivities(
     require_plane("sensitivities", problem)
     if bound.slip.shape != (problem.layout.slip_size,):
         raise UsageError(f"bound: expected one of a joint with {problem.n} nodes, found {bound.slip.size}")
-    symbol = bound.symbol
     reason = bound.reason if bound.status != Status.OPTIMAL else ""
     if not reason and not bound.load_factor > 0:
         reason = "at λ = 0 nothing is left to lose"
     if reason:
-        none = Slopes(*(np.full(shape, np.nan) for shape in ((problem.n, 2), (problem.n, 2), 2)))
-        return Sensitivities(symbol, bound.status, reason, bound.load_factor, none, none, none)
+        return _none(problem, bound, reason)
     if bound.kind == "energy" and bound.parts:
-        return _of_parts(problem, bound, one_sided, tolerances)
+        return _of_parts(problem, bound, tolerances)
     zone = contact_zone(problem, bound.open_nodes, tolerances=tolerances)
     if bound.kind == "upper":
-        parts = _of_upper(zone, bound, one_sided, tolerances)
+        parts = _of_upper(zone, bound, tolerances)
     else:
-        parts = _of_energy(zone, bound, one_sided, tolerances)
+        parts = _of_energy(zone, bound, tolerances)
+    if not parts.optimum.unique:
+        return _none(problem, bound, NOT_UNIQUE)
     return Sensitivities(
-        symbol=symbol,
+        symbol=bound.symbol,
         status=bound.status,
         reason="",
         load_factor=bound.load_factor,
@@ -181,35 +176,108 @@ def sensitivities(
     )
 
 
-def _of_parts(problem: Problem, bound: Bound, one_sided: bool, tolerances: Tolerances) -> Sensitivities:
-    """Those of the uncoupled part that decides; where several do, no node of one alone raises the least."""
+def _none(problem: Problem, bound: Bound, reason: str) -> Sensitivities:
+    none = Slopes(*(np.full(shape, np.nan) for shape in ((problem.n, 2), (problem.n, 2), 2)))
+    return Sensitivities(bound.symbol, bound.status, reason, bound.load_factor, none, none, none)
+
+
+def _of_parts(problem: Problem, bound: Bound, tolerances: Tolerances) -> Sensitivities:
+    """Those of the uncoupled part that decides; none where several do."""
     parts, most = coupled_parts(problem, bound.open_nodes), (1.0 + tolerances.feasibility) * bound.load_factor
     deciding = [
         (part, each) for part, each in zip(parts, bound.parts, strict=True) if each.load_factor <= most
     ]
-    several = len(deciding) > 1
-    found = [sensitivities(p.joint, each, one_sided=one_sided, tolerances=tolerances) for p, each in deciding]
+    if len(deciding) > 1:
+        return _none(problem, bound, NOT_UNIQUE)
+    part, own = deciding[0]
+    found = sensitivities(part.joint, own, tolerances=tolerances)
 
-    def everywhere(kind: str) -> Slopes:
+    def everywhere(slopes: Slopes) -> Slopes:
         of_nodes = np.zeros((2, problem.n, 2))
-        slopes: list[Slopes] = [getattr(each, kind) for each in found]
-        for (part, _), each in zip(deciding, slopes, strict=True):
-            own = np.array([each.derivative, each.elasticity])
-            if several:
-                own = np.stack([np.maximum(own[..., 0], 0.0), np.minimum(own[..., 1], 0.0)], axis=-1)
-            of_nodes[:, part.nodes] = own
-        together = np.array([each.together for each in slopes])
-        return Slopes(of_nodes[0], of_nodes[1], np.array([together[:, 0].max(), together[:, 1].min()]))
+        of_nodes[:, part.nodes] = slopes.derivative, slopes.elasticity
+        return Slopes(of_nodes[0], of_nodes[1], slopes.together)
 
-    slopes = {kind: everywhere(kind) for kind in KINDS}
-    return Sensitivities("λ_E", bound.status, "", bound.load_factor, **slopes)
+    changed: dict[str, Any] = {kind: everywhere(getattr(found, kind)) for kind in KINDS}
+    return replace(found, **changed)
+
+
+@dataclass(frozen=True)
+class _Optimum:
+    """The rows that are reached at an optimum of max λ, to first order: W x' + d λ' ≤ what a parameter gains.
+
+    With the envelope theorem λ' is the gain weighted with the multipliers.
+
+    Attributes
+    ----------
+    W : (k, N)
+        Slopes of the rows reached, over the unknowns x [force/unit of x].
+    d : (k,)
+        Their coefficients of λ [force].
+    multipliers : (k,)
+        y ≥ 0 with Wᵀ y = 0 and dᵀ y = 1.
+    at_tip
+        Whether the optimum is the tip of a cone, where multipliers are not unique.
+    ray : (N,)
+        With a cone the only direction along which x can be changed at all.
+    tolerances
+        What is regular.
+    """
+
+    W: FloatArray
+    d: FloatArray
+    multipliers: FloatArray
+    at_tip: bool
+    ray: FloatArray | None
+    tolerances: Tolerances
+
+    def derivative(self, gain: FloatArray, turn: FloatArray) -> FloatArray:
+        """dλ as a parameter falls, and as it grows, (2,), per unit of it; NaN where there is none.
+
+        Parameters
+        ----------
+        gain : (k, 2)
+            Change of the slack of the rows as the parameter falls, and as it grows.
+        turn : (k, N)
+            How the change as it grows varies with x.
+        """
+        if turn.any() and not self._stays(turn):
+            return np.full(2, np.nan)
+        return np.asarray(self.multipliers @ gain * SIDES)
+
+    @cached_property
+    def unique(self) -> bool:
+        """Whether the multipliers are."""
+        matrix = np.column_stack([self.W, self.d])
+        row, column = equilibration(matrix, self.tolerances.equilibration_sweeps)
+        values = np.linalg.svd(matrix * row[:, None] * column, compute_uv=False)
+        return not self.at_tip and int((values > SAME * values[0]).sum()) == len(self.d)
+
+    @cached_property
+    def _elsewhere(self) -> FloatArray:
+        """Directions (N, q) in which x may change and stay optimal."""
+        share = self.multipliers * np.abs(self.W).max(axis=1, initial=0.0)
+        sizes = np.abs(self.W).max(axis=0, initial=0.0)
+        columns = np.where(sizes > 0, 1.0 / np.where(sizes > 0, sizes, 1.0), 1.0)
+        held = self.W[share > SAME * share.max(initial=0.0)] * columns
+        if self.ray is not None:
+            moved, terms = held @ (self.ray / columns), np.abs(held) @ np.abs(self.ray / columns)
+            free = np.all(np.abs(moved) <= SAME * terms)
+            return self.ray[:, None] if free else np.zeros((len(self.ray), 0))
+        values, directions = np.linalg.svd(held / np.abs(held).max(axis=1, keepdims=True))[1:]
+        rank = int((values > SAME * values.max(initial=0.0)).sum())
+        return np.asarray((directions[rank:] * columns).T)
+
+    def _stays(self, turn: FloatArray) -> bool:
+        """Whether all optimal x have the same gain."""
+        moved, terms = turn @ self._elsewhere, np.abs(turn) @ np.abs(self._elsewhere)
+        return bool(np.all(np.abs(moved) <= SAME * terms))
 
 
 @dataclass(frozen=True)
 class _Reached:
     """An optimum, the influences on the slack of the rows it reaches, and their gain from friction."""
 
-    optimum: OneSidedOptimum
+    optimum: _Optimum
     rates: RowRates
     pressure: FloatArray  # (k, 2), at the optimum
     turn: FloatArray  # (k, N), over its unknowns
@@ -240,29 +308,25 @@ class _Reached:
         return Slopes(derivative, derivative / load_factor, together / load_factor)
 
 
-def _of_upper(zone: Zone, bound: Bound, one_sided: bool, tolerances: Tolerances) -> _Reached:
+def _of_upper(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Reached:
     before = len(bound.multipliers) > len(zone.constraints.g)
     rows, slip = zone.rows(before), bound.slip[zone.problem.layout.slips_of(zone.closed_nodes)]
     excess = rows.relative_excess(slip, bound.load_factor)
     chosen = np.flatnonzero((excess >= -tolerances.feasibility) | (bound.multipliers > 0))
     rates = rates_of(zone, bound.load_factor, before=before).among(chosen)
-    y, slack = bound.multipliers[chosen], np.maximum(-rows.excess(slip, bound.load_factor), 0.0)
-    slack[chosen] = 0.0  # otherwise round-off there would set the scale of the others
-    optimum = OneSidedOptimum(
+    y = bound.multipliers[chosen]
+    optimum = _Optimum(
         W=rows.coefficients[chosen],
         d=rows.d[chosen],
         multipliers=y / (y @ rows.d[chosen]),
-        tip=np.zeros(len(chosen)),
-        rows=rows.coefficients,
-        slack=slack,
+        at_tip=False,
         ray=None,
         tolerances=tolerances,
-        programs=one_sided,
     )
     return _Reached(optimum, rates, rates.pressures(slip), rates.pressure_slopes())
 
 
-def _of_energy(zone: Zone, bound: Bound, one_sided: bool, tolerances: Tolerances) -> _Reached:
+def _of_energy(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Reached:
     rows = zone_rows(zone, tolerances=tolerances)
     metric, closed = rows.metric, zone.problem.layout.slips_of(zone.closed_nodes)
     slip, start = bound.slip[closed], bound.initial_slip[closed]
@@ -279,16 +343,13 @@ def _of_energy(zone: Zone, bound: Bound, one_sided: bool, tolerances: Tolerances
     s, y = rows.spread[chosen], bound.multipliers[chosen]
     widening = np.append(spread_slopes(zone.joint, metric, rows.spread[: 2 * zone.joint.n]), 0.0)
     needs = widening[np.where(rates.rubs, rates.row, -1)]
-    optimum = OneSidedOptimum(
+    optimum = _Optimum(
         W=rows.G[chosen] @ metric.inverse + s[:, None] * ray,
         d=rows.d[chosen],
         multipliers=y / (y @ rows.d[chosen]),
-        tip=s if at_tip else np.zeros(len(chosen)),
-        rows=None,
-        slack=slack,
+        at_tip=at_tip and bool(s.any()),
         ray=ray if s @ y > 0 else None,
         tolerances=tolerances,
-        programs=one_sided,
     )
     pressure = rates.pressures(slip) - reach * needs[:, None] * SIDES
     rising, growing = rates.pressure_slopes() @ metric.inverse, needs[:, None] * ray

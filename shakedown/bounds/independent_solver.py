@@ -100,7 +100,7 @@ def conic_upper_bound(
         bound = _bound_over_discs(rows, solver, tolerances)
     else:
         rows = zone.constraints
-        bound = extreme_load_factor(load_factor_program(rows, towards=-1.0, tolerances=tolerances), solver)
+        bound = _bound_in_zone(rows, solver, tolerances)
     return replace(bound, slip=zone.slips(rows.slips(bound.slip)))
 
 
@@ -184,6 +184,20 @@ def _sparse(rows: Constraints, towards: float, tolerances: Tolerances) -> _Spars
         scales,
         slips * scales.x[:-1, None],
     )
+
+
+def _bound_in_zone(rows: Constraints, solver: str | None, tolerances: Tolerances) -> ConicBound:
+    """λ_max of a zone; gap rows, most of which never matter, are added where they are violated."""
+    taken, most = rows.side != Side.GAP, load_factor_program(rows, towards=-1.0, tolerances=tolerances)
+    while True:
+        bound = extreme_load_factor(replace(most, matrix=most.matrix[taken], right=rows.g[taken]), solver)
+        violated = ~taken
+        if bound.status == Status.OPTIMAL:
+            excess = rows.relative_excess(rows.slips(bound.slip), bound.load_factor)
+            violated &= excess > tolerances.agreement
+        if bound.status == Status.INFEASIBLE or not violated.any():
+            return bound
+        taken |= violated
 
 
 @checked

@@ -113,55 +113,19 @@ def twice(problem):
     return shakedown.Problem(**pair, **both, f=np.tile(problem.f, 2))
 
 
-def check_each_side(problem, bound):
-    """One-sided differences are the one-sided derivatives."""
-    found = bound(problem)
-    known = sensitivities(problem, found)
-    for kind in KINDS:
-        slopes = getattr(known, kind)
-        for node in range(problem.n):
-            sides = on_each_side(problem, bound, found.load_factor, kind, node)
-            assert sides == pytest.approx(slopes.elasticity[node], abs=2e-4 * max(1.0, np.abs(sides).max()))
-    return known
-
-
-@pytest.mark.parametrize("uncoupled", [False, True])
 @pytest.mark.parametrize("bound", [upper, energy])
-def test_at_degenerate_optima_each_side_has_its_own(bound, uncoupled):
-    seen, rng = 0, np.random.default_rng(5)
-    while seen < 1:
-        problem = joint_of_kind(rng, "loose")
-        problem = replace(problem, B=0 * problem.B) if uncoupled else problem
-        if problem.n > 3 or np.isnan(largest_error(problem, bound)):
-            continue
-        seen += 1
-        known = check_each_side(twice(problem), bound)
-        if bound is upper or uncoupled:  # one ball holds both copies: their λ_E is not the lesser of two
-            assert not known.smooth
-            assert np.all(known.friction.elasticity[:, 1] <= known.friction.elasticity[:, 0] + 1e-9)
-
-
-def test_what_round_off_leaves_of_the_best_slip_does_not_count():
-    rng = np.random.default_rng(5)
-    pair = twice([joint_of_kind(rng, "loose") for _ in range(2)][-1])
-    bound = upper(pair)
-    for _ in range(4):
-        blurred = replace(bound, slip=bound.slip * (1.0 + 2e-16 * rng.normal(size=bound.slip.shape)))
-        assert np.isfinite(sensitivities(pair, blurred).friction.elasticity).all()
+def test_where_several_nodes_limit_alike_there_is_no_derivative(bound):
+    found = bound(twice(joint_of_kind(np.random.default_rng(5), "loose")))
+    known = sensitivities(twice(joint_of_kind(np.random.default_rng(5), "loose")), found)
+    assert (known.status, known.load_factor) == ("optimal", found.load_factor)
+    assert "not unique" in known.reason
+    assert all(np.isnan(getattr(known, kind).elasticity).all() for kind in KINDS)
 
 
 def test_a_start_at_the_best_slip_is_the_tip_of_the_cone():
-    rng, kinked = np.random.default_rng(2), 0
-    for _ in range(12):
-        problem = replace(joint_of_kind(rng, "loose"), q_transient=None, p_transient=None)
-        best = upper(problem)
-        if problem.n > 3 or best.status != "optimal" or np.any(problem.f == 0):
-            continue
-        start = best.slip
-        known = check_each_side(problem, lambda p: energy(p, initial_slip=start))  # noqa: B023
-        assert known.load_factor == pytest.approx(best.load_factor, rel=1e-7)
-        kinked += not known.smooth
-    assert kinked > 1
+    problem = replace(shakedown.example("two-node"))
+    found = energy(problem, initial_slip=upper(problem).slip)
+    assert "not unique" in sensitivities(problem, found).reason
 
 
 @pytest.mark.parametrize("name", ["two-node", "block-9", "cantilevered-block"])
@@ -214,11 +178,9 @@ def test_units_do_not_matter(bound):
         assert getattr(there, kind).elasticity == pytest.approx(getattr(here, kind).elasticity, rel=1e-9)
 
 
-def test_words_name_the_node_and_both_sides_of_a_kink():
+def test_words_name_the_node():
     joint = replace(shakedown.example("uncoupled"), label=["a", "b"])
     said = sensitivities_in_words(shakedown.assess(joint).details)
     worst = sensitivities(joint, upper(joint)).ranked()[0]
     assert f"depends most on node {worst} (FE {'ab'[worst]})" in said[0]
     assert "−1 % with 1 % more load amplitude" in said[0]
-    kinked = sensitivities_in_words(shakedown.assess(twice(shakedown.example("one-node"))).details)
-    assert "unchanged with 1 % more constant load (−1 % with 1 % less)" in kinked[0]

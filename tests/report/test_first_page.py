@@ -17,7 +17,6 @@ from shakedown.report.answer_words import answer_in_words, margin_of_answer
 from shakedown.report.assessment_words import beside_one
 from shakedown.report.first_page import large_numbers, rest_table
 from shakedown.report.html import render, write_report
-from shakedown.report.limit_words import sensitivities_in_words
 from shakedown.report.next_words import margin_in_words
 from shakedown.report.page_tables import WORST, worst_table
 from tests.report.test_page import Page, nominal
@@ -251,17 +250,3 @@ def test_a_rounded_load_factor_stays_on_its_side_of_one(value, rounded):
     shown = float(beside_one(value, rounded))
     assert np.sign(shown - 1) == np.sign(value - 1)
     assert shown <= value if rounded is down else shown >= value
-
-
-def test_many_nodes_at_a_degenerate_optimum_do_not_wait_for_sensitivities(monkeypatch):
-    """Two joints in one, alike: the multipliers of either, or of both, are optimal."""
-    one = shakedown.example("two-node")
-    zero = np.zeros((2, 2))
-    twins = shakedown.Problem(
-        A=np.block([[one.A, zero], [zero, one.A]]), B=np.block([[one.B, zero], [zero, one.B]]), f=0.35,
-        q_w=np.hstack([one.q_w, one.q_w]), p_w=np.hstack([one.p_w, one.p_w]),
-    )  # fmt: skip
-    assert "λ_max depends most on" in sensitivities_in_words(shakedown.assess(twins).details)[0]
-    monkeypatch.setattr("shakedown.assessment.every_limit.EXTRAS_UP_TO", 3)
-    sentence = sensitivities_in_words(shakedown.assess(twins).details)[0]
-    assert sentence.startswith("Which node limits λ_max is left out: its optimum is degenerate")

@@ -13,7 +13,7 @@ from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.bounds.energy.energy_results import AT_NO_LOAD, EnergyCertificate, no_bound
-from shakedown.bounds.plane_or_space import Methods, methods_of
+from shakedown.bounds.plane_or_space import methods_of
 from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
@@ -179,7 +179,7 @@ def _in_zone(zone: Zone, given: FloatArray, bound: Bound) -> Bound:
 
 
 def _certificate(
-    methods: Methods, zone: Zone, bound: Bound, tolerances: Tolerances
+    methods: Any, zone: Zone, bound: Bound, tolerances: Tolerances
 ) -> EnergyCertificate | Missing:
     """Move from the optimum towards the point with the largest margins until all conditions are strict."""
     inner = methods.strictly_inside(zone, bound, tolerances)
