@@ -110,10 +110,10 @@ average_option = click.option(
 )
 method_option = click.option(
     "--method",
-    type=click.Choice(["event", "newton", "gauss-seidel"]),
+    type=click.Choice(["event", "gauss-seidel"]),
     default="event",
     show_default=True,
-    help="From event to event, or at fixed load steps (newton: two tangential directions).",
+    help="From event to event, or at fixed load steps.",
 )
 slip_below_option = click.option(
     "--slip-below",

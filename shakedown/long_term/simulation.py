@@ -34,7 +34,7 @@ from shakedown.motion.method import Walk, cycles_of, walk
 from shakedown.motion.violation import path_violation
 from shakedown.motion.viscous_jump import Jump
 
-METHODS = ("event", "newton", "gauss-seidel")
+METHODS = ("event", "gauss-seidel")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -162,8 +162,7 @@ def simulate(
     method
         ``"event"``: exact, from event to event, the long-term state in closed form
         (:func:`long_term_state`). ``"gauss-seidel"``: the thesis's fixed load
-        steps (§2.3.2, (2.15)), judged by how small the slip has become. ``"newton"``: the same with two
-        tangential directions, each load step by Newton's method.
+        steps (§2.3.2, (2.15)), judged by how small the slip has become.
     record
         Keep the path: every event, or every load step.
     slip_below
@@ -211,7 +210,8 @@ def _run(problem: Problem, asked: _Request, tolerances: Tolerances) -> Simulatio
     """The simulation itself."""
     start = problem, asked.load_factor, asked.initial_slip
     if asked.method != "event":
-        return _at_fixed_steps(_stepping(*start, asked.open_nodes, asked.method, tolerances), asked)
+        motion = FixedSteps(*start, tolerances, asked.open_nodes, sweeps_only=True)
+        return _at_fixed_steps(motion, asked)
     patience = Patience(asked.cycles, LONGEST_PERIOD)
     settled = settled_state(*start, asked.open_nodes, patience, tolerances)
     if not asked.record:
@@ -248,21 +248,6 @@ def _judged(state: LongTermState, path: Walk) -> LongTermState:
         opened=np.zeros(state.problem.n, dtype=bool),
         met=met,
     )
-
-
-def _stepping(
-    problem: Problem,
-    load_factor: float,
-    initial_slip: ArrayLike | None,
-    open_nodes: tuple[int, ...],
-    method: str,
-    tolerances: Tolerances,
-) -> FixedSteps:
-    """A motion at fixed load steps."""
-    if problem.directions == 1 and method == "newton":
-        raise UsageError("method: expected event or gauss-seidel with one tangential direction, found newton")
-    start, swept = (initial_slip, tolerances, open_nodes), method == "gauss-seidel"
-    return FixedSteps(problem, load_factor, *start, sweeps_only=swept)
 
 
 def _at_fixed_steps(motion: FixedSteps, asked: _Request) -> Simulation:

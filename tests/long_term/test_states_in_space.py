@@ -191,19 +191,16 @@ def test_a_body_that_nothing_holds_slides_away():
 def test_fixed_load_steps_come_near():
     problem = shakedown.example("two-node-3d")
     exact = shakedown.simulate(problem, 1.2)
-    newton, sweeps = (shakedown.simulate(problem, 1.2, method=name) for name in ("newton", "gauss-seidel"))
-    assert newton.method == "newton"
-    np.testing.assert_allclose(newton.final_slip, sweeps.final_slip, atol=1e-9)
-    for run in (newton, sweeps):
-        assert run.outcome == exact.outcome == Outcome.CYCLIC_SLIP
-        assert run.residual < 1e-9
-        assert run.dissipation_per_cycle == pytest.approx(
-            exact.dissipation_per_cycle, rel=0.2
-        )  # 24 steps a cycle
-        nodes = shakedown.node_results(run)
-        assert nodes.work.sum() == pytest.approx(run.dissipation_per_cycle)
-    with pytest.raises(shakedown.UsageError, match="found newton"):
-        shakedown.simulate(shakedown.example("two-node"), 0.9, method="newton")
+    run = shakedown.simulate(problem, 1.2, method="gauss-seidel")
+    assert run.method == "gauss-seidel"
+    assert run.outcome == exact.outcome == Outcome.CYCLIC_SLIP
+    assert run.residual < 1e-9
+    assert run.dissipation_per_cycle == pytest.approx(
+        exact.dissipation_per_cycle, rel=0.2
+    )  # 24 steps a cycle
+    assert shakedown.node_results(run).work.sum() == pytest.approx(run.dissipation_per_cycle)
+    with pytest.raises(shakedown.UsageError, match="found 'newton'"):
+        shakedown.simulate(problem, 0.9, method="newton")
 
 
 @pytest.mark.parametrize("stiffer", [1e4, 1e7, 1e10])
