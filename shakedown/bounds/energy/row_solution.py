@@ -228,8 +228,6 @@ def row_solution(about: ConeRows, tolerances: Tolerances) -> RowSolution:
     """
     best, failure = None, "the cone program ended with limits broken"
     for method in range(METHOD_COUNT):
-        if best is not None and method == METHOD_COUNT - 1:
-            break  # cutting planes are used only where nothing else finishes
         end = sought(solve_rows, about, tolerances, method)
         if isinstance(end, Missing):
             failure = end.reason
