@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _ARROW = 0.7  # length of an arrow, by the mean distance of the nodes
+_HALF = 1.8  # half the width of a letter of a name [points]
+_MOST_NAMED = 20  # nodes with names; of more some, evenly spread
 
 
 @checked
@@ -34,12 +36,13 @@ def contact_picture(made: Import, ax: "Axes | None" = None) -> "Axes":
     contact, mesh = made.contact, made.mesh
     if contact.coordinates is None or mesh is None:
         raise UsageError("picture: expected coordinates ([model] with a deck or a list of nodes), found none")
-    if contact.directions > 1:
-        return _in_space(made, ax)
     if ax is None:
         from matplotlib.figure import Figure
 
-        ax = Figure(figsize=(6.0, 4.2), layout="constrained").add_subplot()
+        projection = "3d" if contact.directions > 1 else None
+        ax = Figure(figsize=(6.0, 4.6), layout="constrained").add_subplot(projection=projection)
+    if contact.directions > 1:
+        return _in_space(made, ax)
     a, b = contact.axes[0] - 1, contact.axes[1] - 1
     for shape, nodes in mesh.elements.values():
         if CORNERS[shape] <= 4 and "hedron" not in shape:
@@ -48,29 +51,25 @@ def contact_picture(made: Import, ax: "Axes | None" = None) -> "Axes":
     ax.plot(mesh.coordinates[:, a], mesh.coordinates[:, b], ".", color="0.6", markersize=2, zorder=2)
     place = contact.coordinates[:, [a, b]]
     normals = contact.normals / np.hypot(*contact.normals.T)[:, None]
-    ax.quiver(
-        place[:, 0], place[:, 1], normals[:, 0], normals[:, 1], angles="xy", color="tab:red", width=0.004
-    )
+    ax.quiver(*place.T, *normals.T, angles="xy", color="tab:red", width=0.004)
     ax.plot(place[:, 0], place[:, 1], "o", color="tab:red", markersize=3, zorder=3)
-    style: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": 6, "rotation": 90}
-    for name, (x, y) in zip(contact.names, place, strict=True):
-        ax.annotate(name, (x, y), xytext=(0, -4), textcoords="offset points", **style)
+    paper = {"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8}
+    style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 6, "bbox": paper}
+    named = list(zip(contact.names, place.tolist(), normals, strict=True))
+    for name, at, normal in named[:: -(-len(named) // _MOST_NAMED)]:  # behind the node, off its arrow
+        away, turned = -(6.0 + _HALF * len(name)) * normal, 90.0 * (abs(normal[1]) > abs(normal[0]))
+        ax.annotate(name, at, away, textcoords="offset points", rotation=turned, **style)
     ax.set_aspect("equal")
-    ax.set_xlabel("xyz"[a])
-    ax.set_ylabel("xyz"[b])
+    ax.set(xlabel="xyz"[a], ylabel="xyz"[b])
     ax.set_title("contact nodes and normals into the first body", fontsize=9)
     return ax
 
 
-def _in_space(made: Import, ax: "Axes | None") -> "Axes":
+def _in_space(made: Import, ax: "Axes") -> "Axes":
     """Normals and both tangents at the contact nodes, on the faces that the nodes span."""
     contact, frame = made.contact, made.condensation.frame
     assert contact.coordinates is not None
     assert made.mesh is not None
-    if ax is None:
-        from matplotlib.figure import Figure
-
-        ax = Figure(figsize=(6.0, 5.0), layout="constrained").add_subplot(projection="3d")
     if getattr(ax, "name", "") != "3d":
         raise UsageError("picture: expected axes in three dimensions (projection='3d'), found plane ones")
     drawn: Any = ax
