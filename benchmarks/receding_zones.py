@@ -12,6 +12,7 @@ drawings, with these words, each of which is a number here:
 - fig. 3.7, steady state: points that reach |q| = f p but do not slip.
 """
 
+from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
@@ -192,7 +193,7 @@ def traction_figure(refinement: int) -> Figure:
     figure = Figure(figsize=(11.5, 4.4), layout="constrained")
     left, right = figure.subplots(1, 2, sharex=True)
     times = [P_MAX, THIRD]
-    plot.pressure(path, block, cycles=times, node_area=area, ax=left)
+    plot.pressure(path, replace(block, node_area=area), cycles=times, ax=left)
     plot.friction_use(path, block, cycles=times, ax=right)
     for axes in (left, right):
         for line, label in zip(axes.get_lines(), ("p_max", "p_max/3, unloading"), strict=False):

@@ -4,20 +4,10 @@ import os
 import sys
 from contextlib import suppress
 
+if "matplotlib" not in sys.modules and "MPLBACKEND" in os.environ:
+    wanted = os.environ.pop("MPLBACKEND")  # matplotlib refuses to be imported while its value is unknown
+    import matplotlib
 
-def import_matplotlib() -> None:
-    """Import matplotlib, which refuses to be imported while that variable has an unknown value."""
-    if "matplotlib" in sys.modules:
-        return
-    wanted = os.environ.pop("MPLBACKEND", None)
-    try:
-        import matplotlib
-    finally:
-        if wanted is not None:
-            os.environ["MPLBACKEND"] = wanted
-    if wanted is not None:
-        with suppress(ValueError):
-            matplotlib.rcParams["backend"] = wanted
-
-
-import_matplotlib()
+    os.environ["MPLBACKEND"] = wanted
+    with suppress(ValueError):
+        matplotlib.rcParams["backend"] = wanted

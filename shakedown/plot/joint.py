@@ -1,9 +1,11 @@
 """The joint as it is given: where its nodes are, how they are loaded, which of them limit it."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.ticker import MaxNLocator
 
 from shakedown.assessment.sensitivities import KINDS, Sensitivities
 from shakedown.ground.errors import UsageError
@@ -16,25 +18,14 @@ from shakedown.joint.contact_surface import flanks
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
+from shakedown.plot import style
 from shakedown.plot.patch_places import in_space
-from shakedown.plot.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    MANY,
-    MARGIN,
-    ORANGE,
-    RED,
-    axes_for,
-    draw_arrows,
-    finished,
-    node_name,
-    positions,
-)
+from shakedown.plot.style import axes_for, draw_arrows, finished, node_name, positions
 
+MANY = 40  # nodes with arrows, about; more would cover each other
 LONGEST_ARROW = 0.16  # as a fraction of the size of the picture
 BAR = 0.26  # height of a bar, as a fraction of the distance of two nodes
+COLOURS = (style.BLUE, style.ORANGE, style.GREEN)
 NAMES = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
 
 
@@ -71,38 +62,33 @@ def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = Non
     size = float(np.ptp(place, axis=0).max()) or 1.0
     largest = float(max(np.linalg.norm(tips, axis=2).max(), np.linalg.norm(arrows, axis=1).max()))
     scale = LONGEST_ARROW * size / largest if largest else 0.0
-    shown = np.unique(np.linspace(0, problem.n - 1, min(problem.n, MANY)).round().astype(int))
-    axes = axes_for(ax)
-    axes.plot(*place.T, "o", color=BLACK, ms=3, label="contact nodes", zorder=3)
-    ends = np.stack([place, place + MARGIN * size * normal], axis=1)[shown]
-    axes.add_collection(LineCollection(list(ends), colors=GREY, linewidths=0.8, label="normals"))
+    axes, shown = axes_for(ax), slice(None, None, -(-problem.n // MANY))
+    axes.plot(*place.T, "o", color=style.BLACK, ms=3, label="contact nodes", zorder=3)
+    ends = np.stack([place, place + style.MARGIN * size * normal], axis=1)[shown]
+    axes.add_collection(LineCollection(list(ends), colors=style.GREY, linewidths=0.8, label="normals"))
     foot, vector = place[shown] - scale * arrows[shown], scale * arrows[shown]
-    draw_arrows(axes, foot, vector, color=BLUE, label="mean load", width=0.004)
-    loops = [foot[k] - scale * (tips[:, j] - arrows[j]) for k, j in enumerate(shown)]
-    closed = [np.vstack([loop, loop[:1]]) for loop in loops]
-    axes.add_collection(LineCollection(closed, colors=RED, linewidths=0.9, label="load over a period"))
+    draw_arrows(axes, foot, vector, color=style.BLUE, label="mean load", width=0.004)
+    tails = foot - scale * (tips - arrows)[:, shown]
+    loops = np.concatenate([tails, tails[:1]]).swapaxes(0, 1)
+    look: dict[str, Any] = {"colors": style.RED, "linewidths": 0.9, "label": "load over a period"}
+    axes.add_collection(LineCollection(list(loops), **look))
     axes.autoscale_view()
     axes.set_aspect("equal", adjustable="datalim")
-    unit = units_of(problem).length if problem.x is not None or problem.coordinates is not None else ""
     if not label[1]:  # side by side: the vertical position has no meaning
         axes.set_yticks([])
-    if label[0] == "node":
-        axes.xaxis.set_major_locator(MaxNLocator(min(problem.n, 9), integer=True, min_n_ticks=1))
-    return finished(axes, with_unit(label[0], unit), with_unit(label[1], unit) if label[1] else "")
+    return finished(axes, *label)
 
 
-def _plane(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray, tuple[str, str]]:
+def _plane(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray, Sequence[str]]:
     """Places, normals and tangents in the plane of the picture, each (n, 2), and the names of its axes."""
     n = problem.n
     if problem.coordinates is None or problem.normal is None or problem.tangent is None:
-        along = np.arange(n, dtype=float) if problem.x is None else problem.x
-        name = "node" if problem.x is None else "position along the contact"
+        along, name = positions(problem, n)
         right, up = np.tile([1.0, 0.0], (n, 1)), np.tile([0.0, 1.0], (n, 1))
         return np.column_stack([along, np.zeros(n)]), up, right, (name, "")
     spread = np.abs(problem.normal).sum(axis=0) + np.abs(problem.tangent).sum(axis=0)
-    first, second = sorted(np.argsort(-spread, kind="stable")[:2].tolist())
-    plane = [first, second]
-    named = "xyz"[first], "xyz"[second]
+    plane = sorted(np.argsort(-spread, kind="stable")[:2].tolist())
+    named = [with_unit("xyz"[k], units_of(problem).length) for k in plane]
     return problem.coordinates[:, plane], problem.normal[:, plane], problem.tangent[:, plane], named
 
 
@@ -133,7 +119,7 @@ def loads_along(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None =
     area = np.ones(problem.n) if problem.node_area is None else problem.node_area
     weight = 1.0 / np.where(area > 0, area, np.nan)
     x, label = positions(problem, problem.n)
-    for name, middle, values, colour in (("p_w", mean.p0, p, BLUE), ("q_w", mean.q0, q, ORANGE)):
+    for name, middle, values, colour in (("p_w", mean.p0, p, style.BLUE), ("q_w", mean.q0, q, style.ORANGE)):
         shown = f"{name}: mean, range"
         for part in flanks(x):
             low, high = (values.min(axis=0) * weight)[part], (values.max(axis=0) * weight)[part]
@@ -173,10 +159,9 @@ def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None
     q, p = loading(problem).at(load_factor)
     time = np.arange(problem.m + 1) / problem.m
     axes = axes_for(ax)
-    for (name, total), colour in zip(_sums(problem, q, p).items(), (BLUE, ORANGE, GREEN), strict=False):
+    for (name, total), colour in zip(_sums(problem, q, p).items(), COLOURS, strict=False):
         axes.plot(time, np.append(total, total[0]), ".-", color=colour, ms=4, lw=1.2, label=name)
     axes.set_xlim(0.0, 1.0)
-    axes.ticklabel_format(axis="y", scilimits=(-2, 4))
     return finished(axes, "time [cycles]", with_unit("sum of welded reactions", units_of(problem).force))
 
 
@@ -227,14 +212,14 @@ def sensitivity(found: Sensitivities, problem: Problem | None = None, *, ax: Axe
     if not nodes.size:
         raise UsageError(f"found: expected a bound with derivatives, found none ({found.reason})")
     axes, places = axes_for(ax, (6.0, 0.9 + 0.7 * len(nodes))), -np.arange(len(nodes))
-    for k, (kind, colour) in enumerate(zip(KINDS, (GREEN, BLUE, RED), strict=True)):
+    for k, (kind, colour) in enumerate(zip(KINDS, (style.GREEN, style.BLUE, style.RED), strict=True)):
         fallen, grown = getattr(found, kind).elasticity[nodes].T
         at = places + (1 - k) * BAR
         axes.barh(at, grown, 0.9 * BAR, color=colour, label=NAMES[kind])
         if not found.smooth:
             axes.barh(at, fallen, 0.9 * BAR, fill=False, ec=colour, lw=0.9)
     axes.set_ylim(0.5 - max(len(nodes), 3), 0.5)
-    axes.axvline(0.0, color=GREY, lw=0.8)
+    axes.axvline(0.0, color=style.GREY, lw=0.8)
     axes.set_yticks(places, [node_name(int(node), problem).replace(" (", "\n(") for node in nodes])
     axes.set_xlabel(f"change of {found.symbol} for 1 % more [%]")
     axes.grid(axis="x", alpha=0.3)

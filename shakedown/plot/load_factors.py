@@ -1,10 +1,10 @@
-"""Load factors: limits on one scale, slip over the load and per cycle."""
+"""Numbers of a joint: limits on one scale, slip over the load and per cycle, numbers over the mesh."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator, NullLocator
 
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.ground.round_off import ROUND_OFF
@@ -12,21 +12,15 @@ from shakedown.ground.shown_values import DIGITS, few
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.joint.units import units_of
 from shakedown.long_term.simulation import Simulation
-from shakedown.plot.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    LINES,
-    RED,
-    Style,
-    axes_for,
-    finished,
-    power_of_ten,
-    style_of,
-)
+from shakedown.plot import style
+from shakedown.plot.paths import of_kind
+from shakedown.plot.style import Styles, axes_for, finished, style_of
 
+Bands = Mapping[str, tuple[float, float]] | None  # what holds between two load factors
+MESH_MARKS = "os^Dvx*"
 MANY_CYCLES = 100  # from here on the cycles are drawn on a logarithmic axis
 LETTER = 5.0  # width of one letter on the scale of load factors, in points
 BAND, LOWEST_TEXT = 0.27, 0.95  # heights of the coloured band and of the axes with one level of text
@@ -36,12 +30,7 @@ ROOM = 1e6  # range of the axis above the floor “no slip”, so that it reads 
 
 @checked
 def load_factor_scale(
-    marks: Mapping[str, float],
-    *,
-    bands: Mapping[str, tuple[float, float]] | None = None,
-    given: float = 1.0,
-    short: bool = False,
-    ax: Axes | None = None,
+    marks: Mapping[str, float], *, bands: Bands = None, short: bool = False, ax: Axes | None = None
 ) -> Axes:
     """Limits of the load factor on one scale, with the load factor of the nominal load.
 
@@ -51,8 +40,6 @@ def load_factor_scale(
         Name → load factor; what is not finite is left out.
     bands
         Name → (low, high), what holds between two load factors; ``inf`` for the end of the scale.
-    given
-        The load factor of the nominal load.
     short
         The nominal load by its λ alone, where there is little room.
     ax
@@ -67,21 +54,21 @@ def load_factor_scale(
     """
     known = [(value, f"{name} = {few(value, DIGITS)}") for name, value in marks.items() if np.isfinite(value)]
     axes = axes_for(ax, (9.0, 1.6))
-    as_given = f"λ = {given:g}" if short else f"nominal load, λ = {given:g}"
-    texts = sorted([*known, (given, as_given)])
+    as_given = "λ = 1" if short else "nominal load, λ = 1"
+    texts = sorted([*known, (1.0, as_given)])
     letter = LETTER / (AXES * axes.figure.bbox.width * 72 / axes.figure.dpi)  # relative to the scale
     top = max(value / (1.0 - letter * len(text)) for value, text in texts)
     levels = _levels([(value, value + letter * len(text) * top) for value, text in texts])
     highest = LOWEST_TEXT + 0.3 * max(levels)
-    for colour, (name, (low, high)) in zip((GREEN, RED, *LINES) * 9, (bands or {}).items(), strict=False):
+    colours = style.GREEN, style.RED, *style.LINES
+    for colour, (name, (low, high)) in zip(colours, (bands or {}).items(), strict=False):
         axes.axvspan(low, min(high, top), 0.0, BAND / highest, color=colour, alpha=0.3, lw=0, label=name)
     for (value, text), level in zip(texts, levels, strict=True):
         own = text == as_given
-        colour, height = RED if own else GREY, 0.7 + 0.3 * level
+        colour, height = style.RED if own else style.GREY, 0.7 + 0.3 * level
         axes.plot([value, value], [0.0, height], lw=2.0 if own else 0.9, color=colour)
-        label = axes.text(value + 0.3 * letter * top, height, text, va="center", fontsize="small")
-        if own:
-            label.set(color=RED, weight="bold")
+        look: dict[str, Any] = {"weight": "bold", "color": style.RED} if own else {}
+        axes.text(value + 0.3 * letter * top, height, text, va="center", fontsize="small", **look)
     axes.set(xlim=(0.0, top), ylim=(0.0, highest), yticks=[], xlabel="load factor λ")
     axes.spines[["left", "right", "top"]].set_visible(False)
     return axes
@@ -119,15 +106,14 @@ def slip_over_load(limit: SlipLimit, problem: Problem | None = None, *, ax: Axes
     'largest slip range [mm]'
     """
     axes, known = axes_for(ax), np.isfinite(limit.slip_range)
-    axes.plot(limit.scanned[known], limit.slip_range[known], "o-", color=BLUE, ms=4, label="simulated")
-    axes.axhline(limit.below, color=RED, ls="--", lw=1, label="to stay below")
+    axes.plot(limit.scanned[known], limit.slip_range[known], "o-", color=style.BLUE, ms=4, label="simulated")
+    axes.axhline(limit.below, color=style.RED, ls="--", lw=1, label="to stay below")
     if np.isfinite(limit.load_factor):
-        axes.axvline(limit.load_factor, color=GREEN, ls="--", lw=1, label="up to here it does")
+        axes.axvline(limit.load_factor, color=style.GREEN, ls="--", lw=1, label="up to here it does")
     for load_factor in limit.scanned[np.isinf(limit.slip_range)]:
-        axes.axvline(load_factor, color=GREY, ls=":", lw=1)
+        axes.axvline(load_factor, color=style.GREY, ls=":", lw=1)
     axes.set_xlim(left=0.0)
     axes.set_ylim(bottom=0.0)
-    axes.ticklabel_format(axis="y", scilimits=(-2, 3))
     return finished(axes, "load factor λ", with_unit("largest slip range", units_of(problem).length))
 
 
@@ -136,7 +122,7 @@ def slip_per_cycle(
     runs: Mapping[str, Simulation] | Simulation,
     problem: Problem | None = None,
     *,
-    styles: Mapping[str, Style] | None = None,
+    styles: Styles = None,
     resolution: float = 0.0,
     ax: Axes | None = None,
 ) -> Axes:
@@ -172,17 +158,51 @@ def slip_per_cycle(
         longest = max(longest, len(slip))
         worst = np.maximum(slip.max(axis=1, initial=0.0), floor)
         axes.plot(np.arange(1, len(slip) + 1), worst, marker=".", **style_of(name, k, styles))
-    axes.axhline(floor, color=GREY, lw=0.8)
+    axes.axhline(floor, color=style.GREY, lw=0.8)
     below = f"no slip: at most {floor:.0e} {units_of(problem).length}".rstrip() if resolution else "no slip"
-    axes.text(0.99, floor / 8, below, transform=axes.get_yaxis_transform(), ha="right", color=GREY,
-              fontsize="small")  # fmt: skip
+    look: dict[str, Any] = {"transform": axes.get_yaxis_transform(), "ha": "right", "color": style.GREY}
+    axes.text(0.99, floor / 8, below, fontsize="small", **look)
     if largest <= floor:  # only the floor is drawn: there is no range to scale by
         axes.set_ylim(floor / 30, ROOM * floor)
     axes.set(yscale="log", xscale="log" if longest > MANY_CYCLES else "linear")
     axes.set_ylim(bottom=floor / 30)
-    for axis in (axes.xaxis, axes.yaxis) if longest > MANY_CYCLES else (axes.yaxis,):
-        axis.set_major_formatter(power_of_ten)
-        axis.set_minor_locator(NullLocator())
-    if longest <= MANY_CYCLES:
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+    axes.minorticks_off()
     return finished(axes, "cycle", with_unit("slip per cycle, largest node", units_of(problem).length))
+
+
+@checked
+def refinement(found: Result, *, ax: Axes | None = None) -> Axes:
+    """Every number over the nodes of its mesh, relative to the finest: a level line has converged.
+
+    Where that is zero, relative to the largest. Dashed: the extrapolated limits.
+
+    Parameters
+    ----------
+    found
+        From ``shakedown.refine``.
+    ax
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joints = {9: shakedown.example("block-9"), 33: shakedown.example("block-33")}
+    >>> refinement(shakedown.refine(joints, [9, 33])).get_xscale()
+    'log'
+    """
+    axes, meshes = axes_for(ax, (7.5, 4.6)), of_kind(found, "Refinement")
+    for k, (name, values) in enumerate(meshes.numbers.items()):
+        limit = meshes.limit[name]
+        known = values[np.isfinite(values)]
+        if not known.size or not known.max() > 0:
+            continue
+        unit = values[-1] if np.isfinite(values[-1]) and values[-1] > 0 else known.max()
+        label, colour = f"{name.replace('_', ' ')}: {meshes.verdict[name]}", (*style.LINES, style.BLACK)[k]
+        axes.plot(meshes.nodes, values / unit, f"{MESH_MARKS[k]}-", color=colour, label=label, ms=5)
+        if np.isfinite(limit):
+            axes.plot(meshes.nodes[-1] * np.array([1.0, 1.6]), 2 * [limit / unit], "--", color=colour)
+    axes.set_xscale("log")
+    axes.set_xticks(meshes.nodes, labels=[str(n) for n in meshes.nodes])
+    axes.minorticks_off()
+    axes.set_ylim(0.0, min(style.FARTHEST, axes.get_ylim()[1]))
+    return finished(axes, "contact nodes", "share of the number on the finest mesh")

@@ -1,40 +1,40 @@
-"""Loops of nodes: reactions against slips or within their limits, paths of slips, the loading of nodes."""
+"""Loops of nodes, in slips, reactions and loads; the loop of a load, and damping over its amplitude."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 
+from shakedown.assessment.amplitude_curve import DampingCurve
+from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import few
+from shakedown.ground.shown_values import down, few, sized
 from shakedown.ground.size_limits import EACH_SHOWN
-from shakedown.ground.visible_text import with_unit
+from shakedown.ground.status import Outcome
+from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.arguments import checked, require_plane, require_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
-from shakedown.motion.event_history import EventHistory
-from shakedown.plot.drawn_path import (
-    Recorded,
-    chosen_nodes,
-    path_in_the_plane,
-    path_of,
-    pressed,
-    work_of_nodes,
-)
+from shakedown.long_term.conjugate_displacement import load_loops
+from shakedown.long_term.simulation import Simulation
+from shakedown.long_term.state import LongTermState
+from shakedown.plot import paths, style
 from shakedown.plot.patch_places import in_space, require_space
-from shakedown.plot.style import FARTHEST, GREY, LINES, axes_for, finished, node_name
+from shakedown.plot.paths import Recorded
+from shakedown.plot.style import axes_for, finished, node_name
 
+Nodes = Iterable[int] | None  # by default those that dissipate most
 RIM = np.linspace(0.0, 2.0 * np.pi, 121)
+DECADE = 10.0  # ratio of the largest to the smallest amplitude from which on the axis is logarithmic
+SLIDES_AWAY = "slides away"
+MARKS = {Outcome.RATCHETTING: "x", Outcome.SEPARATION: "o", SLIDES_AWAY: "v", Outcome.UNDECIDED: "d"}
 
 
 @checked
 def hysteresis(
-    result: Recorded | EventHistory,
-    problem: Problem | None = None,
-    *,
-    nodes: Iterable[int] | None = None,
-    ax: Axes | None = None,
+    result: Recorded, problem: Problem | None = None, *, nodes: Nodes = None, ax: Axes | None = None
 ) -> Axes:
     """Tangential reaction against slip: the area of a loop is what friction dissipates in one period.
 
@@ -62,25 +62,18 @@ def hysteresis(
     >>> [text.get_text() for text in plot.hysteresis(state).get_legend().get_texts()]
     ['node 1: 961.9', 'node 0: 0']
     """
-    path, work = path_in_the_plane(result, problem), work_of_nodes(result)
+    path, work = paths.path_in_the_plane(result, problem), paths.work_of_nodes(result)
     force, length = units_of(problem)
     axes = axes_for(ax)
-    for colour, node in _worst(work, nodes):
+    for colour, node in _chosen(nodes, len(work), work):
         label = _with_work(node, work, problem)
         axes.plot(path.v[:, node], path.q[:, node], ".-", color=colour, lw=1.3, ms=3, label=label)
-    axes.ticklabel_format(scilimits=(-2, 3))
     names = with_unit("slip v", length), with_unit("tangential reaction q", force)
     return finished(axes, *names, of_legend="dissipation")
 
 
 @checked
-def slip_orbits(
-    result: Recorded | EventHistory,
-    problem: Problem,
-    *,
-    nodes: Iterable[int] | None = None,
-    ax: Axes | None = None,
-) -> Axes:
+def slip_orbits(result: Recorded, problem: Problem, *, nodes: Nodes = None, ax: Axes | None = None) -> Axes:
     """The paths of slips in their x and y, each about its own middle, with what friction dissipates there.
 
     Parameters
@@ -108,25 +101,20 @@ def slip_orbits(
     'slip v_x − middle'
     """
     require_space("picture of slip orbits", problem)
-    path, work = path_of(result).refined(), work_of_nodes(result)
+    path, work = paths.path_of(result).refined(), paths.work_of_nodes(result)
     axes, v = axes_for(ax), problem.layout.by_node(path.v)
-    for colour, node in _worst(work, nodes):
+    for colour, node in _chosen(nodes, len(work), work):
         way = v[:, node] - 0.5 * (v[:, node].min(axis=0) + v[:, node].max(axis=0))
         axes.plot(*way.T, color=colour, lw=1.3, label=_with_work(node, work, problem))
         axes.plot(*way[0], "o", mfc="white", color=colour, ms=5, label="_nolegend_")
     axes.set_aspect("equal", adjustable="datalim")
-    axes.ticklabel_format(scilimits=(-2, 3))
     names = (with_unit(f"slip v_{axis} − middle", units_of(problem).length) for axis in "xy")
     return finished(axes, *names, of_legend="dissipation")
 
 
 @checked
 def reaction_orbits(
-    result: Recorded | EventHistory,
-    problem: Problem,
-    *,
-    nodes: Iterable[int] | None = None,
-    ax: Axes | None = None,
+    result: Recorded, problem: Problem, *, nodes: Nodes = None, ax: Axes | None = None
 ) -> Axes:
     """The paths of tangential reactions within the limit, q/(f p): on the rim a node slips, or is about to.
 
@@ -141,18 +129,16 @@ def reaction_orbits(
     'q_x / f p [–]'
     """
     require_space("picture of reaction orbits", problem)
-    path = path_of(result).refined()
-    axes, p = _disc(ax), np.where(pressed(problem, path), path.p, np.nan)
-    for colour, node in _worst(work_of_nodes(result), nodes):
+    path = paths.path_of(result).refined()
+    axes, p = _disc(ax), np.where(paths.pressed(problem, path), path.p, np.nan)
+    for colour, node in _chosen(nodes, problem.n, paths.work_of_nodes(result)):
         use = _use(problem, path.q, p, node)
         axes.plot(*use.T, color=colour, lw=1.3, label=node_name(node, problem))
     return finished(axes, "q_x / f p [–]", "q_y / f p [–]")
 
 
 @checked
-def reactions_in_time(
-    result: Recorded | EventHistory, problem: Problem, node: int = 0, *, ax: Axes | None = None
-) -> Axes:
+def reactions_in_time(result: Recorded, problem: Problem, node: int = 0, *, ax: Axes | None = None) -> Axes:
     """Tangential reaction of one node over time, between its friction limits ±f p.
 
     With two tangential directions its size, below f p. Where it runs along a limit the node slips, or is
@@ -183,15 +169,15 @@ def reactions_in_time(
     'time [cycles]'
     """
     require_problem(problem)
-    (node,), path = chosen_nodes([node], problem.n), path_of(result)
+    (node,), path = paths.chosen_nodes([node], problem.n), paths.path_of(result)
     path = path.refined()
     limit = problem.law.limit(path.p)[:, node]
     q, lowest, name = path.q, -limit, "q"
     if in_space(problem):
         q, lowest, name = problem.law.size(path.q), np.zeros_like(limit), "|q|"
     axes = axes_for(ax)
-    axes.fill_between(path.cycle, lowest, limit, color=GREY, alpha=0.2, lw=0, label="|q| ≤ f p")
-    axes.plot(path.cycle, q[:, node], ".-", color=LINES[0], lw=1.3, ms=3, label=name)
+    axes.fill_between(path.cycle, lowest, limit, color=style.GREY, alpha=0.2, lw=0, label="|q| ≤ f p")
+    axes.plot(path.cycle, q[:, node], ".-", color=style.LINES[0], lw=1.3, ms=3, label=name)
     label = with_unit(f"tangential reaction {name}", units_of(problem).force)
     return finished(axes, "time [cycles]", label, title=node_name(node, problem))
 
@@ -224,18 +210,16 @@ def load_loop(
     'welded reaction q_w'
     """
     require_plane("picture", problem)
-    force, axes = units_of(problem).force, axes_for(ax)
-    loaded = _nodes_loaded(problem, nodes)
-    chosen = [node for _, node in loaded]
-    q, p = _closed_loads(problem, load_factor)
-    top = 1.1 * max(float(p[:, chosen].max()), 0.0)
-    for k, f in enumerate(sorted({float(problem.f[node]) for node in chosen})):
-        label = "friction limit" if k == 0 else "_nolegend_"
-        axes.plot([-f * top, 0.0, f * top], [top, 0.0, top], color=GREY, lw=1, label=label)
+    force, axes, loaded = units_of(problem).force, axes_for(ax), _chosen(nodes, problem.n)
+    q, p = (np.vstack([part, part[:1]]) for part in loading(problem).at(load_factor))
+    top = 1.1 * max(float(p[:, [node for _, node in loaded]].max()), 0.0)
+    frictions = sorted({float(problem.f[node]) for _, node in loaded})
+    limits = axes.plot(np.outer([-top, 0.0, top], frictions), [top, 0.0, top], color=style.GREY, lw=1)
+    limits[0].set_label("friction limit")
     for colour, node in loaded:
         _draw_load(axes, np.stack([q[:, node], p[:, node]]), colour, node_name(node, problem))
-    axes.plot([], [], "o", mfc="white", color=GREY, label="first load step")
-    axes.axhline(0.0, color=GREY, lw=0.6)
+    axes.plot([], [], "o", mfc="white", color=style.GREY, label="first load step")
+    axes.axhline(0.0, color=style.GREY, lw=0.6)
     names = with_unit("welded reaction q_w", force), with_unit("welded reaction p_w", force)
     return finished(axes, *names, title=f"λ = {load_factor:g}")
 
@@ -270,41 +254,147 @@ def load_orbits(
     'q_w / f p in y [–]'
     """
     require_space("picture of load orbits", problem)
-    loaded, (q, p) = _nodes_loaded(problem, nodes), _closed_loads(problem, load_factor)
+    q, p = (np.vstack([part, part[:1]]) for part in loading(problem).at(load_factor))
     axes = _disc(ax)
-    for colour, node in loaded:
+    for colour, node in _chosen(nodes, problem.n):
         use = _use(problem, q, p, node)
         # Reactions of nodes that hardly press are many times their limit.
-        use = np.where((np.abs(use) <= FARTHEST).all(axis=1, keepdims=True), use, np.nan)
+        use = np.where((np.abs(use) <= style.FARTHEST).all(axis=1, keepdims=True), use, np.nan)
         _draw_load(axes, use.T, colour, node_name(node, problem))
-    axes.plot([], [], "o", mfc="white", color=GREY, label="first load step")
+    axes.plot([], [], "o", mfc="white", color=style.GREY, label="first load step")
     return finished(axes, "q_w / f p in x [–]", "q_w / f p in y [–]", title=f"λ = {load_factor:g}")
 
 
-def _worst(work: FloatArray, nodes: Iterable[int] | None) -> Iterator[tuple[str, int]]:
-    """The nodes to draw, by default those that dissipate most, and their colours."""
-    most = np.argsort(-work, kind="stable")[:EACH_SHOWN].tolist()
-    return _coloured(most if nodes is None else chosen_nodes(nodes, len(work)))
+def load_title(problem: Problem, load: int) -> str:
+    """How a load is called: by its name where the problem has one for each."""
+    names = problem.load_names or ()
+    count = 0 if problem.load_reactions is None else len(problem.load_reactions)
+    name = names[load] if len(names) == count else ""
+    return f"load {load}" + (f" ({shortened(name, style.LONGEST_LABEL)})" if name else "").replace("$", r"\$")
 
 
-def _coloured(nodes: list[int]) -> Iterator[tuple[str, int]]:
-    return zip(LINES * len(nodes), nodes, strict=False)
+@checked
+def loop(state: LongTermState | Simulation, *, load: int = 0, ax: Axes | None = None) -> Axes:
+    """A load against the displacement that it works along, over one period of a long-term state.
+
+    The areas of the loops of all loads are together what friction (and the damping of jumps) dissipates.
+
+    Parameters
+    ----------
+    state
+        A long-term state, or a simulation that found one.
+    load
+        Which load of the problem, by number.
+    ax
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
+
+    Raises
+    ------
+    ProblemError
+        If the problem does not know its loads or their compliance.
+    UsageError
+        If no events were recorded, or there is no such load.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.Problem(
+    ...     A=[[2.0]], B=[[0.0]], f=0.5, q_w=[[-3.0], [3.0]], p_w=[[2.0], [2.0]],
+    ...     load_reactions=[[-1.0, 0.0]], load_history=[[3.0], [-3.0]], load_compliance=[[0.1]],
+    ... )
+    >>> plot.loop(shakedown.long_term_state(joint, 1.0)).get_title()
+    'load 0, area 4 in one period'
+    """
+    problem = state.problem
+    loops = load_loops(problem, getattr(state, "settled", state))
+    if not 0 <= load < loops.load.shape[1]:
+        raise UsageError(f"load: expected a number from 0 to {loops.load.shape[1] - 1}, found {load}")
+    axes = axes_for(ax)
+    axes.plot(loops.displacement[:, load], loops.load[:, load], ".-", color=style.LINES[0], lw=1.3, ms=3)
+    area = sized(float(loops.areas[load]), units_of(problem).work)
+    title = f"{load_title(problem, load)}, area {area} in one period"
+    unit = loops.units[load]
+    moved = with_unit("conjugate displacement", unit.moved(problem))
+    return finished(axes, moved, with_unit("load", unit.load or "units of it"), title=title)
+
+
+@checked
+def damping_curve(curve: DampingCurve, *, ax: Axes | None = None) -> Axes:
+    """Damping and stiffness over the amplitude of a load, with the limit below which nothing damps.
+
+    The loss factor (of a mode the damping ratio) on the left, the secant stiffness (the frequency) on the
+    right, each in absolute terms, as computed. Amplitudes without a closed loop are marked below.
+
+    Parameters
+    ----------
+    curve
+        What :func:`shakedown.damping` found.
+    ax
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.Problem(
+    ...     A=[[2.0]], B=[[0.0]], f=0.5, q_w=[[-1.0], [1.0]], p_w=[[2.0], [2.0]],
+    ...     load_reactions=[[-1.0, 0.0]], load_history=[[1.0], [-1.0]], load_compliance=[[0.1]],
+    ... )
+    >>> plot.damping_curve(shakedown.damping(joint, [0.5, 1.5, 2.0])).get_ylabel()
+    'loss factor η [–]'
+    """
+    axes = axes_for(ax)
+    modal = not np.isnan(curve.load_frequency)
+    left = curve.damping_ratio if modal else curve.loss_factor
+    right = curve.frequency / (2 * np.pi) if modal else curve.secant_stiffness
+    names = ("damping ratio ζ", "frequency") if modal else ("loss factor η", "secant stiffness")
+    (one,) = axes.plot(curve.amplitude, left, ".-", color=style.BLUE, lw=1.3, label=names[0])
+    beside = axes.twinx()
+    (other,) = beside.plot(curve.amplitude, right, ".--", color=style.RED, lw=1.1, label=names[1])
+    unit = "1/time" if modal else curve.unit.stiffness or "load/displacement"
+    beside.set_ylabel(with_unit(names[1], unit), color=style.RED)
+    handles = [one, other, *_marks(axes, curve)]
+    positive = curve.amplitude[curve.amplitude > 0]
+    if len(positive) > 1 and positive[-1] >= DECADE * positive[0]:
+        axes.set_xscale("log")
+    axes.set_ylim(bottom=0.0)
+    name = load_title(curve.problem, curve.load)
+    finished(axes, f"amplitude of {name} [–]", f"{names[0]} [–]")
+    below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "frameon": False}
+    axes.legend(handles=handles, fontsize="small", ncols=2, **below)
+    return axes
+
+
+def _marks(axes: Axes, curve: DampingCurve) -> list[Any]:
+    """Lines at λ_E and λ_T, and marks on the axis at amplitudes whose loop does not close."""
+    found: list[Any] = []
+    for name, limit, said, colour, dashes in (
+        ("λ_E", curve.proved_limit, "none below, proved", style.GREEN, "-"),
+        ("λ_T", curve.simulated_limit, "none found below", style.GREY, ":"),
+    ):
+        if 0 < limit < np.inf:
+            label = f"{name} = {down(limit, 6)}: {said}"
+            found.append(axes.axvline(limit, label=label, color=colour, lw=1.2, ls=dashes))
+    words = np.where(curve.slides_away, SLIDES_AWAY, [str(outcome) for outcome in curve.outcome])
+    for word, mark in MARKS.items():
+        chosen = curve.amplitude[words == word]
+        look: dict[str, Any] = {"color": style.GREY, "transform": axes.get_xaxis_transform(), "label": word}
+        found += axes.plot(chosen, np.full(len(chosen), 0.02), mark, **look) if len(chosen) else []
+    return found
+
+
+def _chosen(nodes: Nodes | int, n: int, work: FloatArray | None = None) -> list[tuple[str, int]]:
+    """Nodes and their colours; by default those of the most work."""
+    if nodes is None:
+        nodes = [] if work is None else np.argsort(-work, kind="stable")[:EACH_SHOWN].tolist()
+    chosen = paths.chosen_nodes(nodes if isinstance(nodes, Iterable) else [nodes], n)
+    return list(zip(style.LINES * len(chosen), chosen, strict=False))
 
 
 def _with_work(node: int, work: FloatArray, problem: Problem | None) -> str:
     """The name of a node, and the friction work there."""
     return with_unit(f"{node_name(node, problem)}: {few(work[node])}", units_of(problem).work)
-
-
-def _nodes_loaded(problem: Problem, nodes: int | Iterable[int]) -> list[tuple[str, int]]:
-    """One node, or several, and their colours."""
-    return list(_coloured(chosen_nodes(nodes if isinstance(nodes, Iterable) else [nodes], problem.n)))
-
-
-def _closed_loads(problem: Problem, load_factor: float) -> tuple[FloatArray, FloatArray]:
-    """Welded reactions q_w, p_w over a period, with the first load step once more at its end."""
-    q, p = (np.vstack([part, part[:1]]) for part in loading(problem).at(load_factor))
-    return q, p
 
 
 def _draw_load(axes: Axes, way: FloatArray, colour: str, name: str) -> None:
@@ -323,6 +413,6 @@ def _use(problem: Problem, q: FloatArray, p: FloatArray, node: int) -> FloatArra
 def _disc(ax: Axes | None) -> Axes:
     """Axes with the limit of tangential reactions over f p."""
     axes = axes_for(ax)
-    axes.plot(np.cos(RIM), np.sin(RIM), color=GREY, lw=1.0, label="limit |q| = f p")
+    axes.plot(np.cos(RIM), np.sin(RIM), color=style.GREY, lw=1.0, label="limit |q| = f p")
     axes.set_aspect("equal", adjustable="datalim")
     return axes

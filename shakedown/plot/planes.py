@@ -1,7 +1,6 @@
 """Planes: the slip space of two nodes with its rows, and the load of one node with its stick sector."""
 
-from collections.abc import Iterator, Mapping
-from itertools import product
+from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,24 +19,13 @@ from shakedown.joint.constraints import SIDE_NAMES, Constraints, Side, constrain
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.motion.event_history import EventHistory, EventKind
-from shakedown.plot.drawn_path import Recorded, path_of
-from shakedown.plot.style import (
-    BLACK,
-    GREEN,
-    LINES,
-    ORANGE,
-    PURPLE,
-    RED,
-    SKY,
-    STATES,
-    Style,
-    axes_for,
-    style_of,
-)
+from shakedown.plot import style
+from shakedown.plot.paths import Recorded, path_of
+from shakedown.plot.style import Style, Styles, axes_for, style_of
 from shakedown.programs.polygon import corners
 
-ROW_COLOURS = (SKY, ORANGE)
-SLANTED = 0.05  # sine of the angle between two limits below which their intersection is too far away
+ROW_COLOURS = (style.SKY, style.ORANGE)
+COLOURS = {0: style.BLACK, 1: style.RED, -1: style.BLUE, 2: style.PURPLE}  # of states
 
 
 @checked
@@ -46,7 +34,7 @@ def slip_space(
     load_factor: float,
     results: Mapping[str, Recorded] | None = None,
     *,
-    styles: Mapping[str, Style] | None = None,
+    styles: Styles = None,
     ax: Axes | None = None,
 ) -> Axes:
     """The slip plane of a two-node joint: its four rows, the safe region, paths (thesis fig. 5.4).
@@ -88,37 +76,20 @@ def slip_space(
     check_load_factor(load_factor, problem)
     region = safe_polygon(rows, load_factor)
     if len(region):
-        axes.add_patch(Polygon(region, closed=True, fc=GREEN, alpha=0.25, lw=0, label="safe region"))
+        axes.add_patch(Polygon(region, closed=True, fc=style.GREEN, alpha=0.25, lw=0, label="safe region"))
     paths = {name: path_of(result) for name, result in (results or {}).items()}
     for k, (name, path) in enumerate(paths.items()):
         _draw_path(axes, path, style_of(name, k, styles))
-    points = [region, *(path.v for path in paths.values())]
-    if not len(region):
-        points += _last_safe_slip(axes, problem, rows, load_factor)
-    low, high = _window(np.vstack([*points, np.zeros((0, 2))]))
+    last = None if len(region) else upper_bound(problem, certify=False)
+    if last is not None and last.status == Status.OPTIMAL:
+        axes.plot(*last.slip, "x", color=style.GREEN, ms=7, mew=2, zorder=4, label="safe slip at λ_max")
+    _keep_limits(axes, 0.12)
     _draw_rows(axes, rows, rows.g - load_factor * rows.d)
     _, length = units_of(problem)
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     axes.set(xlabel=with_unit("slip of node 0", length), ylabel=with_unit("slip of node 1", length))
     axes.set_title(at_lambda(load_factor), fontsize="medium")
     axes.legend(fontsize="small")
     return axes
-
-
-def _last_safe_slip(
-    axes: Axes, problem: Problem, rows: Constraints, load_factor: float
-) -> Iterator[FloatArray]:
-    """Mark the safe slip at λ_max where no region is left: it, and where the limits of both nodes meet."""
-    last = upper_bound(problem, certify=False)
-    if last.status != Status.OPTIMAL:
-        return
-    axes.plot(*last.slip, "x", color=GREEN, ms=7, mew=2, zorder=4, label="safe slip at λ_max")
-    yield last.slip[None]
-    limits = rows.g - load_factor * rows.d
-    for one, other in product(np.flatnonzero(rows.node == 0), np.flatnonzero(rows.node == 1)):
-        pair = rows.G[[one, other]]
-        if abs(np.linalg.det(pair)) > SLANTED * np.prod(np.linalg.norm(pair, axis=1)):
-            yield np.asarray(np.linalg.solve(pair, limits[[one, other]]))[None]
 
 
 def safe_polygon(rows: Constraints, load_factor: float) -> FloatArray:
@@ -129,28 +100,23 @@ def safe_polygon(rows: Constraints, load_factor: float) -> FloatArray:
     return corners(rows.G, rows.g - load_factor * rows.d)
 
 
-def _draw_path(axes: Axes, path: EventHistory, style: Style) -> None:
-    """The path, a circle at its start and a square at its end."""
-    line = {"lw": 1.5, "zorder": 3} | dict(style) | {"label": "_nolegend_"}
+def _draw_path(axes: Axes, path: EventHistory, look: Style) -> None:
+    """The path, a circle at its start and a square at its end; dotted where it jumps or a node is open."""
+    line = {"lw": 1.5, "zorder": 3} | dict(look) | {"label": "_nolegend_"}
     moves = (np.diff(path.v, axis=0) != 0).any(axis=1)
     interrupted = (path.kind[1:] == EventKind.JUMPS) | (path.state[:-1] == OPEN).any(axis=1)
-    axes.plot(*_joined(path.v, moves & ~interrupted).T, **line)
-    if (moves & interrupted).any():
-        axes.plot(*_joined(path.v, moves & interrupted).T, **(line | {"ls": ":"}))
-    end = {"color": style["color"], "ls": "none", "ms": 5, "zorder": 4}
+    for drawn, dashes in (moves & ~interrupted, {}), (moves & interrupted, {"ls": ":"}):
+        if drawn.any():
+            axes.plot(*_steps(path.v, drawn), **(line | dashes))
+    end = {"color": look["color"], "ls": "none", "ms": 5, "zorder": 4}
     axes.plot(*path.v[0], "o", mfc="white", label="_nolegend_", **end)
-    axes.plot(*path.v[-1], "s", label=style["label"], **end)
+    axes.plot(*path.v[-1], "s", label=look["label"], **end)
 
 
-def _joined(points: FloatArray, drawn: NDArray[np.bool_]) -> FloatArray:
-    """Corners of one line through the segments between the points that are drawn, NaN where it breaks off."""
-    segments = np.flatnonzero(drawn)
-    runs = np.split(
-        segments, np.flatnonzero((points[segments[1:]] != points[segments[:-1] + 1]).any(axis=1)) + 1
-    )
-    gap = np.full((1, 2), np.nan)
-    parts = [part for run in runs if len(run) for part in (points[run[:1]], points[run + 1], gap)]
-    return np.vstack(parts[:-1]) if parts else gap
+def _steps(points: FloatArray, drawn: NDArray[np.bool_]) -> FloatArray:
+    """The steps between points (s, 2) that are drawn (s − 1,), as one line (2, …) with gaps between them."""
+    steps = np.stack([points[:-1], points[1:], np.full_like(points[1:], np.nan)], axis=1)
+    return np.asarray(steps[drawn].reshape(-1, 2).T)
 
 
 def _draw_rows(axes: Axes, rows: Constraints, limits: FloatArray) -> None:
@@ -167,14 +133,11 @@ def _draw_rows(axes: Axes, rows: Constraints, limits: FloatArray) -> None:
         )  # fmt: skip
 
 
-def _window(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Lower and upper ends of both axes, a little wider than the points."""
-    if len(points) == 0:
-        return np.array([-1.0, -1.0]), np.array([1.0, 1.0])
-    low, high = points.min(axis=0), points.max(axis=0)
-    span = np.maximum(high - low, 0.3 * float((high - low).max()))
-    span = np.where(span > 0, span, 0.1 * np.abs(points).max() or 1.0)
-    return low - 0.12 * span, high + 0.12 * span
+def _keep_limits(axes: Axes, margin: float) -> None:
+    """Leave the limits of the axes as they are, with a margin around what is drawn so far."""
+    axes.margins(margin)
+    axes.autoscale_view()
+    axes.set_autoscale_on(False)
 
 
 @checked
@@ -215,17 +178,18 @@ def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axe
         raise UsageError(f"node: expected a number from 0 to {problem.n - 1}, found {node}")
     path, axes = path_of(result), axes_for(ax, (6.4, 5.2))
     force = loads_felt(problem, path, node)
-    _colour_path(axes, force, path.state[:, node])
-    size = 0.25 * float(np.ptp(force, axis=0).max() or 1.0)
-    low, high = force.min(axis=0) - size, force.max(axis=0) + size
-    reach = 3.0 * float(np.max(high - low))
+    for state, colour in COLOURS.items():
+        held = path.state[:-1, node] == state
+        if held.any():
+            axes.plot(*_steps(force, held), color=colour, lw=2.0, label=style.STATES[state][0], zorder=3)
+    reach = 5.0 * float(np.ptp(force, axis=0).max() or 1.0)
+    _keep_limits(axes, 0.25)
     stuck = np.unique(path.v[path.state[:, node] == STICK, node].round(9))
-    for colour, v in zip(LINES, stuck[:: max(1, len(stuck) // EACH_SHOWN)][:EACH_SHOWN], strict=False):
+    for colour, v in zip(style.LINES, stuck[:: max(1, len(stuck) // EACH_SHOWN)][:EACH_SHOWN], strict=False):
         sector = stick_sector(problem, node, v, reach)
         axes.add_patch(Polygon(sector, closed=True, fc=colour, ec=colour, alpha=0.18, label=f"v = {few(v)}"))
         axes.plot(*sector[0], "^", color=colour, ms=6, zorder=2)
     unit, _ = units_of(problem)
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     axes.set(xlabel=with_unit("F₁ = q_w", unit), ylabel=with_unit("F₂ = p_w", unit))
     axes.legend(fontsize="small", loc="best")
     return axes
@@ -245,13 +209,3 @@ def loads_felt(problem: Problem, path: EventHistory, node: int) -> FloatArray:
     if problem.C is not None:
         q, p = q - w * problem.B[node, node], p - w * problem.C[node, node]
     return np.stack([q, p], axis=1)
-
-
-def _colour_path(axes: Axes, force: FloatArray, state: np.ndarray) -> None:
-    colours = {0: BLACK, 1: RED, -1: LINES[0], 2: PURPLE}
-    named: set[int] = set()
-    for k in range(len(force) - 1):
-        kind = int(state[k])
-        label = None if kind in named else STATES[kind][0]
-        named.add(kind)
-        axes.plot(*force[k : k + 2].T, color=colours[kind], lw=2.0, label=label, zorder=3)

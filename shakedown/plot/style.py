@@ -1,7 +1,6 @@
 """What all pictures share: axes, colours, units, names, node positions."""
 
 import io
-import math
 import os
 from collections.abc import Mapping
 from typing import Any
@@ -10,11 +9,13 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from shakedown.files.atomic_write import atomic_write, check_target
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
@@ -33,16 +34,15 @@ STATES = {
     2: ("open", "none"),  # the paper shows
 }
 
+COUNTED = ("node", "cycle")  # axes of whole numbers
 MARGIN = 0.06  # around what is drawn, as a fraction of its size
-MANY = 40  # arrows; more would cover each other
 FARTHEST = 3.0  # times the range of interest; beyond it pictures are cut off
 LONGEST_LABEL = 40  # letters in a legend
 DOTS_PER_INCH = 150
 UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}  # the same picture has the same bytes
 
-SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
 Style = Mapping[str, Any]  # keywords of Axes.plot
+Styles = Mapping[str, Style] | None  # by the names of lines
 
 
 def axes_for(ax: Axes | None, size: tuple[float, float] = (6.0, 4.2)) -> Axes:
@@ -51,8 +51,13 @@ def axes_for(ax: Axes | None, size: tuple[float, float] = (6.0, 4.2)) -> Axes:
 
 
 def finished(axes: Axes, xlabel: str = "", ylabel: str = "", *, title: str = "", of_legend: str = "") -> Axes:
-    """The names of the axes and of the picture, a grid, and a legend where anything drawn has a name."""
+    """The names of the axes and of the picture, ticks, a grid, a legend where anything drawn has a name."""
     axes.set(**{name: text for name, text in (("xlabel", xlabel), ("ylabel", ylabel)) if text})
+    if axes.get_xlabel() in COUNTED and axes.get_xscale() == "linear":
+        axes.xaxis.set_major_locator(MaxNLocator(9, integer=True, min_n_ticks=1))
+    for axis in (axes.xaxis, axes.yaxis):
+        if isinstance(numbers := axis.get_major_formatter(), ScalarFormatter):
+            numbers.set_powerlimits((-2, 4))
     if title:
         axes.set_title(title, fontsize="medium")
     axes.grid(alpha=0.3)
@@ -64,22 +69,6 @@ def finished(axes: Axes, xlabel: str = "", ylabel: str = "", *, title: str = "",
 def draw_arrows(axes: Axes, feet: FloatArray, vectors: FloatArray, **look: Any) -> None:
     """Arrows in the units of the axes, (k, 2) and (k, 2)."""
     axes.quiver(*feet.T, *vectors.T, angles="xy", scale_units="xy", scale=1.0, **look)
-
-
-def power_of_ten(value: float, _: object = None) -> str:
-    """A tick of a logarithmic axis as text, 10⁻³: matplotlib's formula would cost many times as much.
-
-    Examples
-    --------
-    >>> power_of_ten(1e-12), power_of_ten(0.0), power_of_ten(20.0)
-    ('10⁻¹²', '0', '20')
-    """
-    if value == 0.0:
-        return "0"
-    exponent = round(math.log10(abs(value)))
-    if not math.isclose(abs(value), 10.0**exponent, rel_tol=1e-9):
-        return f"{value:g}"
-    return f"{'−' if value < 0 else ''}10{str(exponent).translate(SUPERSCRIPTS)}"
 
 
 @checked
@@ -114,10 +103,19 @@ def save(ax: Axes, path: str | os.PathLike[str]) -> None:
 
 
 def positions(problem: Problem | None, n: int) -> tuple[FloatArray, str]:
-    """Where the nodes are drawn, (n,), and the label of that axis."""
+    """Where the nodes are drawn, (n,), and the label of that axis.
+
+    Along a straight contact that lies along an axis of the model these are its coordinates.
+    """
     if problem is None or problem.x is None:
         return np.arange(n, dtype=float), "node"
-    return problem.x, with_unit("position along the contact", units_of(problem).length)
+    unit, known = units_of(problem).length, problem.coordinates
+    if known is not None and n > 1:
+        extent = np.ptp(known, axis=0)
+        k = int(extent.argmax())
+        if np.delete(extent, k).max(initial=0.0) <= SIX_DIGITS * extent[k]:
+            return known[:, k], with_unit("xyz"[k], unit)
+    return problem.x, with_unit("position along the contact", unit)
 
 
 def node_name(node: int, problem: Problem | None = None) -> str:
@@ -126,7 +124,7 @@ def node_name(node: int, problem: Problem | None = None) -> str:
     return "node " + shortened(name, LONGEST_LABEL).replace("$", r"\$")  # a bare $ would begin a formula
 
 
-def style_of(name: str, k: int, styles: Mapping[str, Style] | None) -> dict[str, Any]:
+def style_of(name: str, k: int, styles: Styles = None) -> dict[str, Any]:
     """The keywords with which line ``k`` is drawn: the caller's for its name, or a colour of its own."""
     own = {"color": LINES[k % len(LINES)], "label": name or "_nolegend_"}
     return own | dict((styles or {}).get(name, {}))

@@ -11,8 +11,8 @@ from matplotlib.quiver import Quiver
 import shakedown
 from shakedown import UsageError, plot
 from shakedown.joint.loading import loading
-from shakedown.plot.drawn_path import slip_of_nodes, work_of_nodes
 from shakedown.plot.patch_places import places_of
+from shakedown.plot.paths import slip_of_nodes, work_of_nodes
 
 BARE = shakedown.example("four-node-3d")
 CORNERS = np.array([[0.0, 0.0, 5.0], [2.0, 0.0, 5.0], [2.0, 1.0, 5.0], [0.0, 1.0, 5.0]])
@@ -126,14 +126,14 @@ def test_without_places_numbers_stand_over_those_of_the_nodes(cyclic):
     np.testing.assert_array_equal(line.get_ydata(), cyclic.history.at(np.array([time])).p[0])
     axes = plot.pressure_over_patch(cyclic, JOINT, time)
     assert not axes.lines
-    assert axes.child_axes[0].get_ylabel() == "pressure [MPa]"
+    assert axes.figure.axes[-1].get_ylabel() == "pressure [MPa]"
 
 
 def test_pressure_of_a_joint_in_space_is_that_over_the_patch(cyclic):
     time = float(cyclic.history.cycle[3])
     drawn, same = plot.pressure(cyclic, JOINT, cycles=[time]), plot.pressure_over_patch(cyclic, JOINT, time)
     assert drawn.get_title() == same.get_title()
-    assert drawn.child_axes[0].get_ylabel() == "pressure [MPa]"
+    assert drawn.figure.axes[-1].get_ylabel() == "pressure [MPa]"
     with pytest.raises(UsageError, match=r"cycles: expected one time \(a picture of a patch\), found 2"):
         plot.pressure(cyclic, JOINT, cycles=[0.0, 0.5])
 

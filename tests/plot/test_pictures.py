@@ -49,7 +49,7 @@ def test_axes_carry_units(cyclic):
     assert plot.hysteresis(cyclic, joint).get_xlabel() == "slip v [mm]"
     assert plot.load_loop(joint).get_ylabel() == "welded reaction p_w [N]"
     assert plot.slip_space(joint, 0.7).get_ylabel() == "slip of node 1 [mm]"
-    assert plot.pressure(cyclic, joint, node_area=[2.0, 2.0]).get_ylabel() == "pressure [MPa]"
+    assert plot.pressure(cyclic, replace(joint, node_area=[2.0, 2.0])).get_ylabel() == "pressure [MPa]"
 
 
 def test_no_line_joins_two_flanks():

@@ -1,7 +1,7 @@
-"""What pictures read from a result: its recorded path, an instant, slip and work of each node."""
+"""What pictures read from a result: its path, an instant, pressures, slip and work of each node."""
 
 from collections.abc import Iterable
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,21 +11,27 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import few
 from shakedown.ground.status import OPEN
+from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import in_the_plane_only, require_plane
 from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+from shakedown.joint.units import units_of
+from shakedown.long_term.conjugate_displacement import WithPath
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.event_history import EventHistory
 
-
-class Recorded(Protocol):
-    """A result that holds the events of a path."""
-
-    @property
-    def history(self) -> object:
-        """The recorded events, or None."""
+Recorded = WithPath | EventHistory
 
 
-def path_of(result: Recorded | EventHistory) -> EventHistory:
+def of_kind(found: Result, kind: str) -> Any:
+    """A result of the studies, which stand above this package, after a check of the name of its class."""
+    names = [each.__name__ for each in type(found).__mro__]
+    if kind not in names:
+        raise UsageError(f"found: expected a result {kind}, found {names[0]}")
+    return found
+
+
+def path_of(result: Recorded) -> EventHistory:
     """The recorded events of a result; ``UsageError`` where there are none."""
     history = result if isinstance(result, EventHistory) else getattr(result, "history", None)
     if not isinstance(history, EventHistory) or len(history.cycle) == 0:
@@ -33,7 +39,7 @@ def path_of(result: Recorded | EventHistory) -> EventHistory:
     return history
 
 
-def path_in_the_plane(result: Recorded | EventHistory, problem: Problem | None) -> EventHistory:
+def path_in_the_plane(result: Recorded, problem: Problem | None) -> EventHistory:
     """As :func:`path_of`, with or without its joint; ``UsageError`` where the joint is one in space."""
     if problem is not None:
         require_plane("picture", problem)
@@ -86,7 +92,7 @@ def extreme_rows(path: EventHistory) -> tuple[int, int]:
     return int(rows[most]), int(rows[least])
 
 
-def work_of_nodes(result: Recorded | EventHistory) -> FloatArray:
+def work_of_nodes(result: Recorded) -> FloatArray:
     """−∫ q dv in contact along a path, (n,) [force × length]: in space of a long-term state as integrated."""
     path = path_of(result)
     if isinstance(result, LongTermState) and result.period and path.v.shape != path.p.shape:
@@ -94,7 +100,7 @@ def work_of_nodes(result: Recorded | EventHistory) -> FloatArray:
     return np.asarray(_work_of_steps(path.refined()).sum(axis=0))
 
 
-def slip_of_nodes(result: Recorded | EventHistory, problem: Problem) -> FloatArray:
+def slip_of_nodes(result: Recorded, problem: Problem) -> FloatArray:
     """Σ|Δv| in contact along a path, (n,) [length]."""
     if isinstance(result, LongTermState) and result.period:
         return np.asarray(result.slip_per_cycle)
@@ -104,17 +110,14 @@ def slip_of_nodes(result: Recorded | EventHistory, problem: Problem) -> FloatArr
 def so_far(state: LongTermState, cycles: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Slip Σ|Δv| in contact and friction work of a period up to some times, each (s, n)."""
     path, problem = state.history.refined(), state.problem
-    row = np.clip(np.searchsorted(path.cycle, cycles, side="right") - 1, 0, len(path.cycle) - 2)
-    lasts = path.cycle[row + 1] - path.cycle[row]
-    share = np.where(lasts > 0, (cycles - path.cycle[row]) / np.where(lasts > 0, lasts, 1.0), 1.0)[:, None]
     found = []
     for steps, total in (
         (_slip_of_steps(path, problem), slip_of_nodes(state, problem)),
         (_work_of_steps(path), work_of_nodes(state)),
     ):
         grown = np.concatenate([np.zeros((1, problem.n)), np.cumsum(steps, axis=0)])
-        whole = np.where(grown[-1] != 0, grown[-1], 1.0)  # piecewise linear, close to what was integrated
-        found.append((grown[row] + share * steps[row]) * (total / whole))
+        grown *= total / np.where(grown[-1] != 0, grown[-1], 1.0)  # steps are close to what was integrated
+        found.append(np.stack([np.interp(cycles, path.cycle, node) for node in grown.T], axis=1))
     return found[0], found[1]
 
 
@@ -128,12 +131,34 @@ def _slip_of_steps(path: EventHistory, problem: Problem) -> FloatArray:
     return np.where(path.state[:-1] != OPEN, problem.law.size(np.diff(path.v, axis=0)), 0.0)
 
 
+def normal_reactions(what: str, p: FloatArray, problem: Problem) -> tuple[FloatArray, str]:
+    """Normal reactions (…, n), or pressures where areas are known, and their name with its unit."""
+    units = units_of(problem)
+    if problem.node_area is None:
+        return p, with_unit(what, units.force)
+    named = what.replace("normal reaction p", "pressure").replace("reaction", "pressure")
+    return _per_area(p, problem.node_area), with_unit(named, units.stress)
+
+
+def work_and_name(work: FloatArray, problem: Problem) -> tuple[FloatArray, str]:
+    """Friction work of the nodes (…, n), per area where areas are known, and its name with its unit."""
+    units = units_of(problem)
+    if problem.node_area is None:
+        return work, with_unit("friction work", units.work)
+    return _per_area(work, problem.node_area), with_unit("friction work per area", units.stiffness)
+
+
+def _per_area(values: FloatArray, area: FloatArray) -> FloatArray:
+    """Values per area; a node without area has none."""
+    with np.errstate(over="ignore"):  # where an area is almost zero
+        found = values / np.where(area > 0, area, np.nan)
+    return np.where(np.isfinite(found), found, np.nan)
+
+
 def chosen_nodes(nodes: Iterable[int], n: int) -> list[int]:
     """The nodes named, at least one; ``UsageError`` where there is none of a number."""
     chosen = list(nodes)
-    for node in chosen:
-        if not 0 <= node < n:
-            raise UsageError(f"nodes: expected numbers from 0 to {n - 1}, found {node}")
-    if not chosen:
-        raise UsageError("nodes: expected at least one, found none")
+    wrong = [str(node) for node in chosen if not 0 <= node < n]
+    if wrong or not chosen:
+        raise UsageError(f"nodes: expected numbers from 0 to {n - 1}, found {(wrong or ['none'])[0]}")
     return chosen

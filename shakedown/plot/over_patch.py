@@ -1,0 +1,441 @@
+"""Over a patch in space: numbers in colours; reactions, loads and slips as arrows; what sticks and slips."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.ticker import MaxNLocator
+from matplotlib.tri import Triangulation
+from numpy.typing import NDArray
+
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import THREE_DIGITS
+from shakedown.ground.shown_values import SHORT_DIGITS, sized
+from shakedown.ground.status import OPEN, SLIP, STICK
+from shakedown.ground.visible_text import with_unit
+from shakedown.joint.arguments import checked, real_array
+from shakedown.joint.loading import loading
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import units_of
+from shakedown.plot import paths, style
+from shakedown.plot.patch_places import Places, numbered, patch_axes, places_of
+from shakedown.plot.paths import Recorded
+from shakedown.plot.style import axes_for, draw_arrows, finished
+
+Numbers = tuple[FloatArray, str]  # of all nodes, and their name with its unit
+COLOURS = "viridis"
+LONG = 24  # characters; the unit of a longer label stands on a line of its own
+LONGEST = 0.9  # longest arrow, widest disc or loop, as a fraction of the distance of two nodes
+SEEN = 0.08  # least length of the longest arrow, as a fraction of the size of the patch
+ROOM = 0.6  # margin around the outer nodes, as a fraction of that distance
+KINDS = ((STICK, "stick", "s", style.BLUE), (SLIP, "slip", "o", style.RED), (OPEN, "open", "o", "none"))
+DOT = 3.0  # smallest visible diameter of a node [points]
+LARGEST, SHARE = 8.0, 75.0  # marker size [points]; about SHARE in a row fill a panel
+
+
+@checked
+def pressure_over_patch(
+    result: Recorded, problem: Problem, cycle: float | None = None, *, patch: int = 0, ax: Axes | None = None
+) -> Axes:
+    """Normal reactions over a patch at one instant; pressures where node areas are known.
+
+    The colours are those of the whole path: instants and patches of one result can be compared. Between
+    nodes they are interpolated. Where the joint does not know where its nodes are, the numbers stand over
+    those of the nodes.
+
+    Parameters
+    ----------
+    result
+        A long-term state, or a recorded simulation or evolution, of a joint with two directions.
+    problem
+        The joint: places and units.
+    cycle
+        The time in cycles; by default when the total is largest.
+    patch
+        Which part of the contact is drawn, of the ``plot.patch_count(problem)`` that there are.
+    ax
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
+
+    Raises
+    ------
+    UsageError
+        If no events were recorded, there is no such patch, the time lies outside them, or the joint has
+        one direction.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.example("four-node-3d")
+    >>> plot.pressure_over_patch(shakedown.long_term_state(joint, 0.5), joint).get_ylabel()
+    'normal reaction p'
+    """
+    path = paths.path_of(result)
+    now, title = paths.at_instant(path, cycle)
+    every = np.vstack([now.p, path.p])
+    numbers = paths.normal_reactions("normal reaction p", every, problem)
+    return _coloured(problem, numbers, patch, ax, title)
+
+
+@checked
+def welded_pressure_over_patch(problem: Problem, *, patch: int = 0, ax: Axes | None = None) -> Axes:
+    """Mean normal welded reactions p_w over a patch; pressures where node areas are known.
+
+    Parameters
+    ----------
+    problem
+        A joint with two directions, and its loading.
+    patch, ax
+        As for :func:`pressure_over_patch`.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> plot.welded_pressure_over_patch(shakedown.example("four-node-3d")).get_ylabel()
+    'mean welded reaction p_w'
+    """
+    numbers = paths.normal_reactions("mean welded reaction p_w", loading(problem).p0, problem)
+    return _coloured(problem, numbers, patch, ax)
+
+
+@checked
+def slip_over_patch(result: Recorded, problem: Problem, *, patch: int = 0, ax: Axes | None = None) -> Axes:
+    """How far each node slips in all along a path, Σ|Δv| in contact, over a patch.
+
+    Parameters as for :func:`pressure_over_patch`; of a long-term state the path is one period.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.example("four-node-3d")
+    >>> plot.slip_over_patch(shakedown.long_term_state(joint, 1.4), joint).get_ylabel()
+    'accumulated slip'
+    """
+    label = with_unit("accumulated slip", units_of(problem).length)
+    return _coloured(problem, (paths.slip_of_nodes(result, problem), label), patch, ax)
+
+
+@checked
+def work_over_patch(result: Recorded, problem: Problem, *, patch: int = 0, ax: Axes | None = None) -> Axes:
+    """Friction work of each node along a path, over a patch; per area where areas are known.
+
+    Parameters as for :func:`pressure_over_patch`; of a long-term state the path is one period.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.example("four-node-3d")
+    >>> plot.work_over_patch(shakedown.long_term_state(joint, 1.4), joint).get_ylabel()
+    'friction work'
+    """
+    return _coloured(problem, paths.work_and_name(paths.work_of_nodes(result), problem), patch, ax)
+
+
+@checked
+def tractions_at(
+    result: Recorded, problem: Problem, cycle: float | None = None, *, patch: int = 0, ax: Axes | None = None
+) -> Axes:
+    """Tangential reactions of the nodes at one instant as arrows, told apart by whether the node slips.
+
+    The length of the arrows is that of the largest reaction of the whole path, on every patch.
+
+    Parameters
+    ----------
+    result
+        A long-term state, or a recorded simulation or evolution, of a joint with two directions.
+    problem
+        The joint: places, friction, units.
+    cycle
+        The time in cycles; by default when the tangential reactions are largest in all.
+    patch
+        Which part of the contact is drawn, of the ``plot.patch_count(problem)`` that there are.
+    ax
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
+
+    Raises
+    ------
+    UsageError
+        If no events were recorded, there is no such patch, the time lies outside them, or the joint has
+        one direction.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.example("four-node-3d")
+    >>> axes = plot.tractions_at(shakedown.long_term_state(joint, 1.4), joint)
+    >>> axes.get_legend().get_texts()[0].get_text()
+    'sticks'
+    """
+    return _reactions_at(result, problem, cycle, patch, ax, over_limit=False)
+
+
+@checked
+def friction_use_at(
+    result: Recorded, problem: Problem, cycle: float | None = None, *, patch: int = 0, ax: Axes | None = None
+) -> Axes:
+    """How much of its friction each node uses at one instant: q/(f p) as an arrow within a disc.
+
+    An arrow that reaches the rim is at its limit: that node slips, or is about to.
+
+    Parameters as for :func:`tractions_at`.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.example("four-node-3d")
+    >>> axes = plot.friction_use_at(shakedown.long_term_state(joint, 1.4), joint)
+    >>> axes.get_legend().get_texts()[0].get_text()
+    'limit |q| = f p'
+    """
+    return _reactions_at(result, problem, cycle, patch, ax, over_limit=True)
+
+
+@checked
+def loads_over_patch(
+    problem: Problem, *, load_factor: float = 1.0, patch: int = 0, ax: Axes | None = None
+) -> Axes:
+    """Tangential welded reactions over a patch: the mean as an arrow, the path of its tip over a period.
+
+    All patches have one scale. A mean that is next to nothing has no arrows.
+
+    Parameters
+    ----------
+    problem
+        A joint with two directions, and its loading.
+    load_factor
+        λ, the factor on the periodic part.
+    patch
+        Which part of the contact is drawn, of the ``plot.patch_count(problem)`` that there are.
+    ax
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
+
+    Raises
+    ------
+    UsageError
+        If the joint has one direction.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> axes = plot.loads_over_patch(shakedown.example("four-node-3d"))
+    >>> [text.get_text() for text in axes.get_legend().get_texts()]
+    ['mean q_w', 'q_w over a period']
+    """
+    places, given = places_of(problem, patch), loading(problem)
+    whole = given.at(load_factor)[0]
+    loop, mean = (problem.layout.by_node(q)[..., places.nodes, :] for q in (whole, given.q0))
+    longest = float(problem.law.size(whole).max())
+    scale, axes = 0.5 * _scale(places, longest), patch_axes(places, ax, ROOM * places.spacing)
+    _nodes(axes, places)
+    if problem.law.size(given.q0).max() > THREE_DIGITS * longest:
+        _arrows(axes, places.points, scale * places.seen(mean), style.BLUE, "mean q_w")
+    tips = places.points + scale * places.seen(loop)
+    ways = np.concatenate([tips, tips[:1]]).swapaxes(0, 1)
+    look: dict[str, Any] = {"colors": style.RED, "linewidths": 0.9, "label": "q_w over a period"}
+    axes.add_collection(LineCollection(list(ways), **look))
+    numbered(axes, places)
+    most = _largest("|q_w|", np.linalg.norm(loop, axis=2), units_of(problem).force, longest)
+    return _finished(axes, places, f"λ = {load_factor:g}, {most}")
+
+
+@checked
+def slips_over_patch(
+    slips: Mapping[str, FloatArray], problem: Problem, *, patch: int = 0, ax: Axes | None = None
+) -> Axes:
+    """Slips of all nodes as arrows, those of one name in one colour.
+
+    Parameters
+    ----------
+    slips
+        Name → (2n,) [length].
+    problem
+        A joint with two directions: places and units.
+    patch
+        Which part of the contact is drawn, of the ``plot.patch_count(problem)`` that there are.
+    ax
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
+
+    Raises
+    ------
+    UsageError
+        If slips have another length, or the joint has one direction.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.example("four-node-3d")
+    >>> plot.slips_over_patch({"safe slip": shakedown.upper_bound(joint).slip}, joint).get_xlabel()
+    'node'
+    """
+    places, size = places_of(problem, patch), problem.layout.slip_size
+    known = {name: real_array(f"slips, {name}", slip) for name, slip in slips.items()}
+    for name, slip in known.items():
+        if slip.shape != (size,):
+            raise UsageError(f"slips, {name}: expected shape ({size},), found {slip.shape}")
+    longest = max((float(np.nanmax(problem.law.size(slip))) for slip in known.values()), default=0.0)
+    axes, most = patch_axes(places, ax, ROOM * places.spacing), 0.0
+    _nodes(axes, places)
+    for k, (name, slip) in enumerate(known.items()):
+        own, colour = problem.layout.by_node(slip)[places.nodes], style.LINES[k % len(style.LINES)]
+        most = np.nanmax(np.linalg.norm(own, axis=1), initial=most)
+        if own.any():
+            _arrows(axes, places.points, _scale(places, longest) * places.seen(own), colour, name)
+    numbered(axes, places)
+    return _finished(axes, places, _largest("slip", np.array(most), units_of(problem).length, longest))
+
+
+@checked
+def zones_at(
+    result: Recorded, problem: Problem, cycle: float | None = None, *, patch: int = 0, ax: Axes | None = None
+) -> Axes:
+    """Stick, slip and open nodes of a patch at one instant, told apart by colour and shape.
+
+    Parameters
+    ----------
+    result
+        A long-term state, or a recorded simulation or evolution, of a joint with two directions.
+    problem
+        The joint: places of its nodes.
+    cycle
+        The time in cycles; by default when the tangential reactions are largest in all.
+    patch
+        Which part of the contact is drawn, of the ``plot.patch_count(problem)`` that there are.
+    ax
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
+
+    Raises
+    ------
+    UsageError
+        If no events were recorded, there is no such patch, the time lies outside them, or the joint has
+        one direction.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.example("four-node-3d")
+    >>> plot.zones_at(shakedown.long_term_state(joint, 0.5), joint, 0.0).get_title()
+    't = 0 cycles: 4 stick, 0 slip, 0 open'
+    """
+    now, title = paths.at_instant(paths.path_of(result), cycle, sheared=True)
+    places = places_of(problem, patch)
+    state = np.abs(now.state[0])[places.nodes]
+    axes = patch_axes(places, ax, ROOM * places.spacing)
+    size = float(np.clip(SHARE / np.sqrt(problem.n), DOT, LARGEST))
+    for number, name, shape, colour in KINDS:
+        (x, y), edge = places.points[state == number].T, style.GREY if colour == "none" else colour
+        axes.scatter(x, y, s=size**2, marker=shape, fc=colour, ec=edge, lw=0.8, label=name)
+    numbered(axes, places)
+    counts = ", ".join(f"{int((state == number).sum())} {name}" for number, name, *_ in KINDS)
+    return _finished(axes, places, f"{title}: {counts}")
+
+
+def _coloured(problem: Problem, numbers: Numbers, patch: int, ax: Axes | None, title: str = "") -> Axes:
+    """Numbers of all nodes, (n,), over a patch in colours; of several rows the first, in the colours of all.
+
+    Over the numbers of the nodes where there is no patch.
+    """
+    places, every = places_of(problem, patch), np.atleast_2d(numbers[0])
+    known, values, label = every[np.isfinite(every)], every[0][places.nodes], numbers[1]
+    low, high = float(known.min(initial=0.0)), float(known.max(initial=0.0))
+    high = high if high > low else 1.0
+    if places.in_a_row:
+        axes = axes_for(ax)
+        axes.plot(places.nodes, values, "o", ms=5, color=style.BLUE)
+        axes.set_ylim(1.08 * low, 1.08 * high)
+        return finished(axes, "node", label, title=title)
+    axes, (x, y) = patch_axes(places, ax, 0.0), places.points.T
+    look: dict[str, Any] = {"cmap": COLOURS, "norm": Normalize(low, high)}
+    corners = np.zeros((0, 3), np.intp) if places.triangles is None else places.triangles.triangles
+    corners = corners[np.isfinite(values)[corners].all(axis=1)]
+    if len(corners):
+        mesh = Triangulation(x, y, corners)
+        axes.tripcolor(mesh, np.nan_to_num(values), shading="gouraud", rasterized=True, **look)
+    size = 16.0 if len(corners) else 60.0
+    drawn = axes.scatter(x, y, s=size, c=values, ec=style.GREY, lw=0.4, **look)
+    bar = axes.figure.colorbar(drawn, ax=axes, ticks=MaxNLocator(6))
+    bar.set_label(label.replace(" [", "\n[") if len(label) > LONG else label)
+    bar.outline.set_visible(False)
+    bar.ax.ticklabel_format(axis="y", scilimits=(-2, 3))
+    axes.set_title(places.titled(title), fontsize="medium")
+    return axes
+
+
+def _reactions_at(
+    result: Recorded, problem: Problem, cycle: float | None, patch: int, ax: Axes | None, over_limit: bool
+) -> Axes:
+    """Tangential reactions at an instant, of which the largest on the path has the longest arrow.
+
+    Over their limits instead, each within a disc.
+    """
+    path, places = paths.path_of(result), places_of(problem, patch)
+    now, title = paths.at_instant(path, cycle, sheared=True)
+    q, state = problem.layout.by_node(now.q)[0][places.nodes], now.state[0][places.nodes]
+    name, unit, longest = "|q|", units_of(problem).force, float(problem.law.size(path.q).max())
+    axes, scale = patch_axes(places, ax, ROOM * places.spacing), _scale(places, longest)
+    if over_limit:
+        name, unit, longest, scale = "|q| / f p", "", 1.0, 0.5 * LONGEST * places.spacing
+        limit = np.where(paths.pressed(problem, now), problem.law.limit(now.p), np.inf)[0][places.nodes]
+        q, wide = q / limit[:, None], np.where(limit < np.inf, 2.0 * scale, 0.0)
+        rim: dict[str, Any] = {"facecolors": "none", "edgecolors": style.GREY, "linewidths": 0.7}
+        rim |= {"units": "xy", "offsets": places.points, "offset_transform": axes.transData}
+        axes.add_collection(EllipseCollection(wide, wide, np.zeros_like(wide), **rim))
+        axes.plot([], [], "o", ms=8, mfc="none", mec=style.GREY, ls="", label="limit |q| = f p")
+    _by_state(axes, places, scale * places.seen(q), state)
+    sizes = np.linalg.norm(q, axis=1).clip(max=longest)
+    return _finished(axes, places, f"{title}, {_largest(name, sizes, unit, longest)}")
+
+
+def _finished(axes: Axes, places: Places, title: str) -> Axes:
+    """A title, a grid below what is drawn, and the legend beside the axes, as arrows may be anywhere."""
+    finished(axes, title=places.titled(title)).set_axisbelow(True)
+    if (legend := axes.get_legend()) is not None:
+        legend.set_loc("upper left")
+        legend.set_bbox_to_anchor((1.0, 1.0), axes.transAxes)
+    return axes
+
+
+def _scale(places: Places, longest: float) -> float:
+    """Length in the picture per force or slip: the longest arrow is seen, and nearly clear of others."""
+    reach = max(LONGEST * places.spacing, SEEN * float(np.ptp(places.points, axis=0).max()))
+    return reach / longest if longest > 0 else 0.0
+
+
+def _largest(what: str, sizes: FloatArray, unit: str, longest: float) -> str:
+    """The largest value on a patch; if negligible beside the longest arrow, only a bound on it."""
+    most, shown = float(np.nanmax(sizes, initial=0.0)), THREE_DIGITS * longest
+    if most < shown:
+        return f"{what} < {sized(shown, unit, SHORT_DIGITS)}"
+    return f"largest {what} = {sized(most, unit, SHORT_DIGITS)}"
+
+
+def _nodes(axes: Axes, places: Places) -> None:
+    """Dots at the nodes, since nodes without a visible arrow would otherwise not be seen."""
+    axes.scatter(places.points[:, 0], places.points[:, 1], s=DOT**2, color=style.GREY, lw=0)
+
+
+def _by_state(axes: Axes, places: Places, arrows: FloatArray, state: NDArray[np.int64]) -> None:
+    """Arrows of the nodes that stick and of those that slip; a ring where a node is open."""
+    _nodes(axes, places)
+    for name, kind, colour in ("sticks", STICK, style.BLUE), ("slips", SLIP, style.RED):
+        own = np.abs(state) == kind
+        if own.any():
+            _arrows(axes, places.points[own], arrows[own], colour, name)
+    if (state == OPEN).any():
+        axes.plot(*places.points[state == OPEN].T, "o", mfc="none", mec=style.GREY, ms=4, ls="", label="open")
+    numbered(axes, places)
+
+
+def _arrows(axes: Axes, feet: FloatArray, vectors: FloatArray, colour: str, name: str) -> None:
+    draw_arrows(axes, feet, vectors, width=0.0035, minlength=0.5, color=colour, label=name, zorder=3)
