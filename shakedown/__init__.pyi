@@ -58,10 +58,10 @@ from .models.importing.import_model import Import as Import
 from .models.importing.import_model import import_model as import_model
 from .studies.basin_map import InitialStateMap as InitialStateMap
 from .studies.basin_map import InitialStateMaps as InitialStateMaps
-from .studies.diagram import Sweep as Sweep
-from .studies.finer_meshes import refine as refine
 from .studies.limit_cycles import LimitCycle as LimitCycle
 from .studies.mapping import initial_state_map as initial_state_map
+from .studies.refined import refine as refine
+from .studies.sweep import Sweep as Sweep
 from .studies.sweep import sweep as sweep
 
 __version__: str

@@ -25,8 +25,9 @@ class Squares:
         time.sleep(self.pause)
         return {"square": np.arange(10 * number, 10 * number + 10) ** 2}
 
-    def fits(self, number, arrays):
-        return set(arrays) == {"square"} and arrays["square"].dtype == int and arrays["square"].shape == (10,)
+    def told(self, number, arrays):
+        fits = set(arrays) == {"square"} and arrays["square"].dtype == int and arrays["square"].shape == (10,)
+        return arrays if fits else None
 
     def settings(self):
         return {"squares": self.seed}

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.files.table_file import check_table, write_csv, write_parquet
+from shakedown.files.table_file import write_table
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import plain
@@ -188,8 +188,6 @@ class DampingCurve(Result):
         UsageError
             If the file cannot be written, or its name ends in neither.
         """
-        check_table(path)
-        write = write_csv if str(path).lower().endswith("csv") else write_parquet
         columns = {word: plain(getattr(self, word)) for word in self.TABLE.split()}
         if self.from_zero is not None:
             columns |= {
@@ -200,7 +198,7 @@ class DampingCurve(Result):
         units = self.units if self.unit.load else {}
         of = {word: units.get(word.removesuffix("_from_start"), "") for word in columns}
         filled = {word: [np.nan if x is None else x for x in column] for word, column in columns.items()}
-        write(path, {with_unit(word, of[word]): column for word, column in filled.items()})
+        write_table(path, {with_unit(word, of[word]): column for word, column in filled.items()})
 
 
 def columns_of(points: Sequence[AmplitudePoint]) -> dict[str, Any]:

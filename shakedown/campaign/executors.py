@@ -6,7 +6,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import cache
 from itertools import islice
 from multiprocessing import resource_tracker
@@ -72,32 +72,27 @@ def finished(
     ...     sorted(finished(lambda number: number**2, range(4), threads))
     [(0, 0), (1, 1), (2, 4), (3, 9)]
     """
-    if executor is not None:
-        yield from _by(executor, work, numbers)
-    elif workers == 1 or len(numbers) < 2:
+    if executor is None and (workers == 1 or len(numbers) < 2):
         yield from ((number, work(number)) for number in numbers)
-    else:
-        with _processes(work, min(workers, len(numbers))) as pool:
-            yield from _by(pool, _one_piece, numbers)
-
-
-def _by(executor: Executor, work: Callable[[int], Any], numbers: Sequence[int]) -> Iterator[tuple[int, Any]]:
-    running: dict[Future[Any], int] = {}
-    waiting = iter(numbers)
-    try:
-        while True:
-            for number in islice(waiting, max(IN_HAND * _workers_of(executor) - len(running), 0)):
-                with _signals_held_back():
-                    running[executor.submit(work, number)] = number
-            if not running:
-                return
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
-                yield running.pop(future), future.result()
-    except BrokenExecutor:
-        raise SolverError(DIED) from None
-    finally:
-        for future in running:
-            future.cancel()
+        return
+    with ExitStack() as stack:
+        pool = executor or stack.enter_context(_processes(work, min(workers, len(numbers))))
+        call = work if executor is not None else _one_piece
+        running, waiting = dict[Future[Any], int](), iter(numbers)
+        try:
+            while True:
+                for number in islice(waiting, max(IN_HAND * _workers_of(pool) - len(running), 0)):
+                    with _signals_held_back():
+                        running[pool.submit(call, number)] = number
+                if not running:
+                    return
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    yield running.pop(future), future.result()
+        except BrokenExecutor:
+            raise SolverError(DIED) from None
+        finally:
+            for future in running:
+                future.cancel()
 
 
 def _workers_of(executor: Executor) -> int:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.campaign.executors import finished, processes_asked
-from shakedown.files.atomic_write import PART, atomic_write, locked, pieces_beside
+from shakedown.files.atomic_write import PART, locked, pieces_beside
 from shakedown.files.npy import read_array, read_header
 from shakedown.ground.errors import ProblemError, ShakedownError, UsageError
 from shakedown.ground.regular_file import open_regular
@@ -28,12 +28,16 @@ from shakedown.joint.problem import Problem
 Arrays = dict[str, NDArray[Any]]
 Progress = Callable[[int, int], None]
 
+TEXT_BYTES = 4 * BLOCK  # the largest size of a piece that is a text
 NAME = re.compile(r"[0-9a-f]{16}-[0-9]+\.npz")  # of a piece: what its run is, and its number
-UNREADABLE = (AttributeError, LookupError, OverflowError, RecursionError, TypeError, ValueError)  # texts
-BROKEN = (BadZipFile, KeyError, EOFError, OSError, RuntimeError, ValueError, OverflowError, struct.error)
+# what damaged files raise, and texts that tell something else
+BROKEN = (
+    *(BadZipFile, EOFError, OSError, RuntimeError, struct.error, ValueError),
+    *(AttributeError, LookupError, OverflowError, TypeError),
+)
 
 
-class Task(Protocol):
+class Work(Protocol):
     """A picklable function from the number of a piece to its arrays: the same ones whenever and wherever."""
 
     def __call__(self, number: int) -> Arrays:
@@ -43,8 +47,8 @@ class Task(Protocol):
     def most_bytes(self) -> int:
         """The largest size of the file of a piece [bytes]."""
 
-    def fits(self, number: int, arrays: Arrays) -> bool:
-        """Whether arrays from a file can be those of this piece."""
+    def told(self, number: int, arrays: Arrays) -> Any:
+        """What the arrays of a piece tell; nothing, or an error, where they cannot be those of this piece."""
 
     def settings(self) -> Mapping[str, Any]:
         """Everything that the arrays depend on."""
@@ -53,25 +57,35 @@ class Task(Protocol):
 class Pieces:
     """The pieces that are done, by number: in memory, or in the files of a folder."""
 
-    def __init__(self, work: Task, folder: Path | None) -> None:
+    def __init__(self, work: Work, folder: Path | None) -> None:
         self._work, self.folder, self._here = work, folder, dict[int, Arrays]()
         text = "" if folder is None else json.dumps(dict(work.settings()), sort_keys=True)
         self.run = sha256(text.encode()).hexdigest()[:16]
 
     def keep(self, number: int, arrays: Arrays) -> None:
-        """Keep a piece."""
+        """Keep a piece; its file is there whole or not at all, but after a crash of the system."""
         if self.folder is None or "text" in arrays:  # a short one
             self._here[number] = arrays
         if self.folder is None:
             return
-        with atomic_write(self._path(self.folder, number), alone=False) as file:
-            np.savez(file, allow_pickle=False, **arrays)
+        unfinished = self.folder / f".{number}{PART}"
+        try:
+            unfinished.unlink(missing_ok=True)
+            with open(unfinished, "xb") as file:
+                np.savez(file, allow_pickle=False, **arrays)
+            os.replace(unfinished, self._path(number))
+        except OSError as error:
+            raise _unwritable(self.folder, error) from None
 
     def read(self, number: int, *keys: str) -> Arrays:
         """The arrays of a piece, all of them or some."""
-        if self.folder is None or number in self._here:
+        if number in self._here:
             return self._here[number]
-        return read_arrays(self._path(self.folder, number), self._work.most_bytes, *keys)
+        return read_arrays(self._path(number), self._work.most_bytes, *keys)
+
+    def told(self, number: int) -> Any:
+        """What a piece tells."""
+        return self._work.told(number, self.read(number))
 
     def kept(self, count: int) -> set[int]:
         """The numbers below ``count`` whose files are whole and fit; says how many, and where."""
@@ -88,17 +102,17 @@ class Pieces:
 
     def _fits(self, number: int) -> bool:
         try:
-            return self._work.fits(number, self.read(number))
-        except ProblemError:
+            return bool(self.told(number))
+        except BROKEN:
             return False
 
-    def _path(self, folder: Path, number: int) -> Path:
-        return folder / f"{self.run}-{number}.npz"
+    def _path(self, number: int) -> Path:
+        return Path(f"{self.folder}/{self.run}-{number}.npz")
 
 
 @contextmanager
 def run_pieces(
-    work: Task,
+    work: Work,
     count: int,
     *,
     output: str | os.PathLike[str] | None = None,
@@ -135,6 +149,7 @@ def run_pieces(
         If a worker dies.
     """
     workers = processes_asked(workers if executor is None else 1)
+    report = progress or (lambda done, count: None)
     with ExitStack() as stack:
         folder = None if output is None else Path(pieces_beside(output))
         if folder is not None:
@@ -142,12 +157,10 @@ def run_pieces(
         pieces = Pieces(work, folder)
         done = pieces.kept(count)
         todo = [number for number in range(count) if number not in done]
-        if progress is not None:
-            progress(len(done), count)
+        report(len(done), count)
         for place, (number, arrays) in enumerate(finished(work, todo, executor, workers), len(done) + 1):
             pieces.keep(number, arrays)
-            if progress is not None:
-                progress(place, count)
+            report(place, count)
         yield pieces
         if folder is not None:
             remove_pieces(folder)
@@ -167,12 +180,16 @@ def _folder(path: Path, resume: bool) -> Iterator[None]:
                 if not locked(handle):
                     raise UsageError(f"{path}: another run is writing there")
         except OSError as error:
-            raise UsageError(f"{path}: cannot be written ({error.strerror or error})") from None
+            raise _unwritable(path, error) from None
         try:
             yield
         finally:
             with suppress(OSError):
                 path.rmdir()
+
+
+def _unwritable(path: Path, error: OSError) -> UsageError:
+    return UsageError(f"{path}: cannot be written ({error.strerror or error})")
 
 
 def _names(folder: Path) -> list[str]:
@@ -215,23 +232,6 @@ def _array(archive: ZipFile, info: ZipInfo) -> NDArray[Any]:
         header = read_header(member)
     with archive.open(info) as member:
         return read_array(member, header, info.file_size)
-
-
-class TextWork:
-    """Work whose pieces are texts: what they tell can be told again from arrays that fit."""
-
-    most_bytes = 4 * BLOCK
-
-    def told(self, number: int, arrays: Arrays) -> Any:
-        """What the piece tells; nothing, or an error of ``UNREADABLE``, where the arrays are none of it."""
-        raise NotImplementedError
-
-    def fits(self, number: int, arrays: Arrays) -> bool:
-        """Whether arrays from a file can be those of this piece."""
-        try:
-            return bool(self.told(number, arrays))
-        except UNREADABLE:
-            return False
 
 
 def text_of(arrays: Arrays) -> Any:

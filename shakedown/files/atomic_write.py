@@ -93,7 +93,7 @@ def pieces_beside(path: str | os.PathLike[str]) -> str:
 
 
 @contextmanager
-def atomic_write(path: str | os.PathLike[str], *, alone: bool = True) -> Iterator[BinaryIO]:
+def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     """Open a file that takes its place at ``path`` when the block ends without error.
 
     Until then an older file stands there unchanged; afterwards the new one does,
@@ -105,9 +105,6 @@ def atomic_write(path: str | os.PathLike[str], *, alone: bool = True) -> Iterato
     ----------
     path
         Where to write. A symbolic link stays one: the file that it points to is replaced.
-    alone
-        False for one of thousands of files that can be made again: then the folder is neither swept nor its
-        names flushed to the disk.
 
     Raises
     ------
@@ -123,14 +120,12 @@ def atomic_write(path: str | os.PathLike[str], *, alone: bool = True) -> Iterato
     >>> path.read_text()
     '0.5'
     """
-    with atomic_write_together([path], alone=alone) as (file,):
+    with atomic_write_together([path]) as (file,):
         yield file
 
 
 @contextmanager
-def atomic_write_together(
-    paths: Sequence[str | os.PathLike[str]], *, alone: bool = True
-) -> Iterator[list[BinaryIO]]:
+def atomic_write_together(paths: Sequence[str | os.PathLike[str]]) -> Iterator[list[BinaryIO]]:
     """Open several files that take their places one right after the other when the block ends.
 
     All of them are complete and on the disk before the first takes its place, so
@@ -138,7 +133,7 @@ def atomic_write_together(
     :func:`atomic_write`.
     """
     with ExitStack() as stack:
-        parts = [stack.enter_context(_part(path, alone)) for path in paths]
+        parts = [stack.enter_context(_part(path)) for path in paths]
         with _refusing(" and ".join(part.name for part in parts)):
             yield [part.file for part in parts]
         for part in parts:
@@ -150,7 +145,7 @@ def atomic_write_together(
                 part.file.close()
             with _refusing(part.name):
                 os.replace(part.temporary, part.target)
-        for folder in {part.target.parent for part in parts if alone}:
+        for folder in {part.target.parent for part in parts}:
             sync_folder(folder)
 
 
@@ -164,10 +159,10 @@ def _refusing(name: str) -> Iterator[None]:
 
 
 @contextmanager
-def _part(path: str | os.PathLike[str], alone: bool) -> Iterator[_Part]:
+def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
     """An unfinished file beside its target, locked while we write, gone afterwards in any case."""
     target, name = check_target(path), os.fspath(path)
-    if fcntl is not None and alone:
+    if fcntl is not None:
         _sweep(target.parent)
     with _refusing(name):
         old = _status(target)

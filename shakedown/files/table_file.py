@@ -55,8 +55,12 @@ def read_csv(path: str | PathLike[str], headings: Sequence[str]) -> dict[str, li
     return {name: [row[k] for row in rows[1:]] for k, name in enumerate(headings)}
 
 
-def write_parquet(path: str | PathLike[str], columns: Columns) -> None:
-    """Write the table as Parquet, for which pandas needs pyarrow."""
+def write_table(path: str | PathLike[str], columns: Columns) -> None:
+    """Write the table: CSV, or Parquet where the name ends in .parquet; refuses as :func:`check_table`."""
+    check_table(path)
+    if str(path).lower().endswith("csv"):
+        write_csv(path, columns)
+        return
     buffer = io.BytesIO()
     frame(columns).to_parquet(buffer, index=False)
     with atomic_write(path) as file:

@@ -10,7 +10,7 @@ from shakedown.ground.shown_values import DIGITS, down, few, up
 from shakedown.ground.size_limits import EACH_SHOWN
 
 if TYPE_CHECKING:
-    from shakedown.studies.diagram import Sweep
+    from shakedown.studies.sweep import Sweep
 
 # What is said of a region, and its name in a table.
 SHORT = {

@@ -176,7 +176,7 @@ def region_in_words(found: InitialStateMap) -> list[str]:
 
 def work_that_is_none(found: InitialStateMap) -> float:
     """The work below which it counts as none."""
-    return float(resolution(found.problem, found.load_factor, found.search.tolerances)[1].max())
+    return float(resolution(found.problem, found.load_factor, found.sampling.tolerances)[1].max())
 
 
 def initial_states_in_words(found: InitialStateMap) -> str:

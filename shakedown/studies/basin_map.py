@@ -7,6 +7,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.bounds.upper import upper_bound
 from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
@@ -24,14 +25,7 @@ from shakedown.studies.final_states import (
     final_states,
     undecided_reasons,
 )
-from shakedown.studies.limit_cycles import (
-    LimitCycle,
-    Scatter,
-    limit_cycles,
-    slip_scatter,
-)
-from shakedown.studies.map_file import Columns
-from shakedown.studies.map_pieces import MapSearch
+from shakedown.studies.limit_cycles import LimitCycle, Scatter, slip_scatter
 from shakedown.studies.samplers import NAMED, Sampler, Sampling
 
 
@@ -66,8 +60,6 @@ class InitialStateMap(Result):
         Which initial states. The first rows, as many as ``sampling.named`` has, are slip zero, the given
         and the critical state; the others are sampled: ``sampling.slips(k, k + 1)`` gives number k of
         them again. Shares and what is said over all states are those of the sampled ones.
-    search
-        How long-term states were searched for.
     initial_slip, final_slip : (s, dn)
         Slips at the start, and at the end of a period of the long-term state [length].
     outcome : (s,)
@@ -92,7 +84,6 @@ class InitialStateMap(Result):
     """
 
     sampling: Sampling
-    search: MapSearch
     initial_slip: FloatArray
     final_slip: FloatArray
     outcome: NDArray[np.str_]
@@ -207,7 +198,7 @@ class InitialStateMap(Result):
         A few of them, spread evenly over their numbers, are followed once more.
         """
         undecided = self.sampled.start + np.flatnonzero(self.outcome[self.sampled] == Outcome.UNDECIDED)
-        return undecided_reasons(self.problem, self.load_factor, self.initial_slip, undecided, self.search)
+        return undecided_reasons(self.sampling, self.initial_slip, undecided)
 
     @cached_property
     def proved_everywhere(self) -> bool:
@@ -216,22 +207,20 @@ class InitialStateMap(Result):
 
         if self.problem.q_transient is not None:
             return False  # λ_U is about the states that the transient leaves
-        found = allowed(universal_bound, self.problem, certify=False, tolerances=self.search.tolerances)
+        found = allowed(universal_bound, self.problem, certify=False, tolerances=self.sampling.tolerances)
         return not isinstance(found, Missing) and self.load_factor < (1.0 - NEGLIGIBLE) * found.load_factor
 
     @cached_property
     def impossible_everywhere(self) -> bool:
         """Whether the load factor lies above λ_max: no state shakes down while all nodes stay in contact."""
-        from shakedown.bounds.upper import upper_bound  # needed in no worker
-
-        found = allowed(upper_bound, self.problem, certify=False, tolerances=self.search.tolerances)
-        beyond = 1.0 + self.search.tolerances.agreement
+        found = allowed(upper_bound, self.problem, certify=False, tolerances=self.sampling.tolerances)
+        beyond = 1.0 + self.sampling.tolerances.agreement
         return not isinstance(found, Missing) and self.load_factor > beyond * found.load_factor
 
     @property
     def admissible(self) -> NDArray[np.bool_]:
         """Which initial slips keep all nodes closed and within their limits at the first load, by row."""
-        return admissible(self.problem, self.load_factor, self.initial_slip, self.search.tolerances)
+        return admissible(self.problem, self.load_factor, self.initial_slip, self.sampling.tolerances)
 
     @cached_property
     def region_type(self) -> str:
@@ -253,14 +242,7 @@ class InitialStateMap(Result):
     @cached_property
     def final_states(self) -> FinalStates:
         """Whether all states end in the same outcome, and in one and the same state."""
-        return final_states(
-            self.problem,
-            self.load_factor,
-            _counts(self.outcome),
-            self.limit_cycles,
-            self.scatter,
-            self.search.tolerances,
-        )
+        return final_states(self.sampling, _counts(self.outcome), self.limit_cycles, self.scatter)
 
     @property
     def same_outcome(self) -> bool | None:
@@ -306,15 +288,6 @@ class InitialStateMap(Result):
         if self.slip_criterion is not None:
             document["slip_criterion"] = self.slip_criterion._asdict()
         return {word: plain(value) for word, value in document.items()}
-
-
-def basin_map(
-    chosen: Sampling, search: MapSearch, columns: Columns, slip_below: float | None = None
-) -> InitialStateMap:
-    """The map made of the long-term states of all states of a sampling."""
-    own = {key: columns[key] for key in InitialStateMap.__dataclass_fields__ if key in columns}
-    cycles = limit_cycles(chosen.problem, chosen.load_factor, columns, search, tuple(chosen.named))
-    return InitialStateMap(sampling=chosen, search=search, limit_cycles=cycles, slip_below=slip_below, **own)
 
 
 def _counts(outcome: NDArray[np.str_]) -> dict[str, int]:

@@ -1,12 +1,17 @@
 """One point of a design: every limit of its load factor, each with how it was found."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from math import isinf, isnan, nan
 from typing import Any, Literal, NamedTuple
 
+import numpy as np
+
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.bounds.bound_result import Bound
+from shakedown.assessment.three_numbers import proved_from_this_state
+from shakedown.assessment.transient_limit import TransientLimit
+from shakedown.bounds.energy.energy_bound import EnergyBound
+from shakedown.bounds.results import UpperBound
 from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS, THREE_DIGITS
@@ -74,7 +79,7 @@ class DesignPoint(Result):
         By name (``lower``, ``universal``, ``energy``, ``accumulated``, ``transient``, ``upper``);
         empty where there is no such joint.
     guarantee
-        Whether λ_1 is a guarantee (``lower.guarantee``); empty where it was not asked for.
+        Whether λ_1 is a guarantee (``LowerBound.guarantee``); empty where it was not asked for.
     open_nodes
         Nodes that stay open in the state that λ_max and λ_E belong to.
     reason
@@ -145,6 +150,8 @@ class Question(NamedTuple):
         λ_T to 0.1 %.
     slip_below
         A length that slip ranges are to stay below; None: nothing is asked about slips.
+    tolerances
+        What decides.
     """
 
     bounds: tuple[str, ...] = LIMITS
@@ -153,11 +160,16 @@ class Question(NamedTuple):
     open_nodes: tuple[()] | Literal["auto"] = "auto"
     quick: bool = False
     slip_below: float | None = None
+    tolerances: Tolerances = DEFAULT
+
+    def answered_by(self, point: DesignPoint) -> bool:
+        """Whether a point has what is asked for; one without a joint has nothing."""
+        below = None if point.slip_criterion is None else point.slip_criterion.below
+        asked = (self.bounds, len(self.load_factors), self.slip_below) if point.exists else ((), 0, None)
+        return (tuple(point.limits), len(point.outcomes), below) == asked
 
 
-def design_point(
-    problem: Problem, values: Sequence[float], question: Question, *, tolerances: Tolerances = DEFAULT
-) -> DesignPoint:
+def design_point(problem: Problem, values: tuple[float, ...], question: Question) -> DesignPoint:
     """The limits of one joint, each by its fastest method.
 
     A limit whose program fails is undecided, with the reason as its remark.
@@ -169,10 +181,10 @@ def design_point(
     >>> {name: round(limit.load_factor, 3) for name, limit in point.limits.items()}
     {'lower': 0.657, 'universal': 0.657, 'energy': 0.662, 'accumulated': 0.732, ...}
     """
-    asked = set(question.bounds)
+    asked, start, tolerances = set(question.bounds), question.initial_slip, question.tolerances
     joint = JointLimits(
         problem,
-        question.initial_slip,
+        start,
         zone=question.open_nodes,
         certify=False,
         accuracy=THREE_DIGITS if question.quick else SIX_DIGITS,
@@ -183,18 +195,29 @@ def design_point(
     limits = {name: _limit(name, found) for name in needed}
     guarantee = found["lower"].guarantee if found.get("lower") else ""
     open_nodes = found["upper"].open_nodes if found.get("upper") else ()
-    history = found.get("transient") or None
-    here = allowed(getattr, joint, "proved_from_this_state") if asked & {*FROM_HERE} else nan
-    known = _Known(limits, guarantee, open_nodes, history, problem.q_transient is not None)
+    here = allowed(proved_from_this_state, joint) if asked & {*FROM_HERE} else nan
+    ends = [  # missing where loads are too large to follow
+        allowed(long_term_state, problem, x, start, tolerances=tolerances) for x in question.load_factors
+    ]
+    slips = None if question.slip_below is None else _slips(joint, question.slip_below)
+    proofs = [*FROM_HERE]
+    if problem.q_transient is None:  # these are about closed nodes, and a transient may open some
+        proofs += ["universal"] + ["lower"] * (guarantee == Guarantee.PROVED)
+    proved = {name: limits[name] for name in proofs if name in limits}
+    contradictions = [*out_of_order(limits, tolerances, closed=not open_nodes)]
+    if found.get("transient") and not open_nodes:
+        contradictions += cycles_below(proved, found["transient"], tolerances)
     return DesignPoint(
-        values=tuple(map(float, values)),
+        values=values,
         limits={name: limits[name] for name in question.bounds},
         guarantee=guarantee if "lower" in asked else "",
         open_nodes=open_nodes,
         proved_from_this_state=nan if isinstance(here, Missing) else here,
-        outcomes=tuple(_outcome(problem, x, question, tolerances) for x in question.load_factors),
-        contradictions=tuple(_contradictions(known, tolerances)),
-        slip_criterion=None if question.slip_below is None else _slips(joint, question.slip_below),
+        outcomes=tuple(
+            end.outcome if end else Outcome.UNDECIDED for end in ends
+        ),  # loads too large to follow
+        contradictions=tuple(contradictions),
+        slip_criterion=slips,
     )
 
 
@@ -207,17 +230,17 @@ def _limit(name: str, found: Mapping[str, Any]) -> DesignLimit:
     result = found[name]
     if isinstance(result, Missing):
         return DesignLimit(nan, Status.UNDECIDED, result.reason)
-    if name == "upper":
+    if isinstance(result, UpperBound):
         return _upper(result)
-    if name == "transient":
+    if isinstance(result, TransientLimit):
         return _transient(result)
-    if name == "energy" and result.least_load_factor > 0:
+    if isinstance(result, EnergyBound) and result.least_load_factor > 0:
         begins = f"proved only from λ = {up(result.least_load_factor)} on"
         return DesignLimit(result.load_factor, Status.UNDECIDED, begins)
     return DesignLimit(result.load_factor, result.status, result.reason)
 
 
-def _upper(upper: Bound) -> DesignLimit:
+def _upper(upper: UpperBound) -> DesignLimit:
     remarks = [upper.reason] if upper.reason else []
     if upper.open_nodes:
         remarks.append(
@@ -228,7 +251,7 @@ def _upper(upper: Bound) -> DesignLimit:
     return DesignLimit(upper.load_factor, upper.status, "; ".join(remarks))
 
 
-def _transient(found: Bound) -> DesignLimit:
+def _transient(found: TransientLimit) -> DesignLimit:
     proved, cycling = found.interval
     if isnan(found.load_factor):
         return DesignLimit(nan, Status.INFEASIBLE, "no load factor scanned shakes down", proved, cycling)
@@ -239,11 +262,6 @@ def _transient(found: Bound) -> DesignLimit:
     return DesignLimit(found.load_factor, Status.OPTIMAL, remark, proved, cycling)
 
 
-def _outcome(problem: Problem, load_factor: float, question: Question, tolerances: Tolerances) -> Outcome:
-    found = allowed(long_term_state, problem, load_factor, question.initial_slip, tolerances=tolerances)
-    return Outcome.UNDECIDED if isinstance(found, Missing) else found.outcome  # loads too large to follow
-
-
 def _slips(joint: JointLimits, below: float) -> SlipAllowed:
     found = allowed(joint.slip, below)
     if isinstance(found, Missing):
@@ -251,39 +269,25 @@ def _slips(joint: JointLimits, below: float) -> SlipAllowed:
     return SlipAllowed(below, found.load_factor, found.largest)
 
 
-class _Known(NamedTuple):
-    """The limits to be compared."""
-
-    limits: dict[str, DesignLimit]
-    guarantee: str
-    open_nodes: tuple[int, ...]
-    history: Bound | None
-    transient: bool
-
-
-def _contradictions(known: _Known, tolerances: Tolerances) -> Iterator[str]:
-    """Contradictions to λ_U ≤ λ_1 ≤ λ_max, λ_E, λ_S ≤ λ_max, and to no cycle below a proved limit."""
+def out_of_order(limits: Mapping[str, DesignLimit], tolerances: Tolerances, *, closed: bool) -> Iterator[str]:
+    """Contradictions to λ_U ≤ λ_1 and, of closed nodes, to λ_1, λ_U, λ_E, λ_S ≤ λ_max."""
     pairs = [("universal", "lower")]
-    if not known.open_nodes:  # λ_1 and λ_U are about all nodes in contact
+    if closed:  # λ_1 and λ_U are about all nodes in contact
         pairs += [(name, "upper") for name in ("lower", "universal", *FROM_HERE)]
-    sure = 1.0 - tolerances.agreement
     for small, large in pairs:
-        if small in known.limits and large in known.limits:
-            a, b = known.limits[small].load_factor, known.limits[large].load_factor
-            if a * sure > b:
+        if small in limits and large in limits:
+            a, b = limits[small].load_factor, limits[large].load_factor
+            if a * (1.0 - tolerances.agreement) > b:
                 yield f"{SYMBOLS[small]} = {few(a, ALL)} exceeds {SYMBOLS[large]} = {few(b, ALL)}"
-    if known.history is None or known.open_nodes:
-        return
-    proofs = list(FROM_HERE)
-    if not known.transient:  # these are about closed nodes, and a transient may open some
-        proofs += ["universal"] + ["lower"] * (known.guarantee == Guarantee.PROVED)
-    slipping = [
-        x
-        for x, outcome in zip(known.history.scanned, known.history.outcomes, strict=True)
-        if outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
-    ]
-    for name in proofs:
-        limit = known.limits.get(name)
-        if limit is not None and slipping and limit.load_factor * sure > slipping[0]:
-            proved = f"{SYMBOLS[name]} = {few(limit.load_factor, ALL)}"
-            yield f"slip goes on for ever at λ = {few(slipping[0], ALL)}, below {proved}"
+
+
+def cycles_below(
+    proved: Mapping[str, DesignLimit], history: TransientLimit, tolerances: Tolerances
+) -> Iterator[str]:
+    """Contradictions to no cycle below what is proved of this history."""
+    slips = np.isin(history.outcomes, [Outcome.CYCLIC_SLIP, Outcome.RATCHETTING])
+    for first in history.scanned[slips][:1]:
+        for name, limit in proved.items():
+            if limit.load_factor * (1.0 - tolerances.agreement) > first:
+                below = f"below {SYMBOLS[name]} = {few(limit.load_factor, ALL)}"
+                yield f"slip goes on for ever at λ = {few(first, ALL)}, {below}"

@@ -2,7 +2,7 @@
 
 import re
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,13 +12,10 @@ from numpy.typing import NDArray
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import SHORT_DIGITS, few, sized
 from shakedown.ground.status import Outcome
-from shakedown.ground.tolerances import Tolerances
-from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.units import units_of
-from shakedown.long_term.find_state import long_term_state
 from shakedown.studies.limit_cycles import LimitCycle, Scatter, same_slip
-from shakedown.studies.map_pieces import MapSearch
+from shakedown.studies.samplers import Sampling
 
 LOOKED_AT = 8  # largest number of undecided states followed again
 WHEN = re.compile(r" (at time \S+ cycles|on the way to the first period)")
@@ -45,101 +42,79 @@ class FinalStates(NamedTuple):
 
 
 def final_states(
-    problem: Problem,
-    load_factor: float,
-    outcomes: Mapping[str, int],
-    cycles: tuple[LimitCycle, ...],
-    at_rest: Scatter,
-    tolerances: Tolerances,
+    sampling: Sampling, outcomes: Mapping[str, int], cycles: Sequence[LimitCycle], at_rest: Scatter
 ) -> FinalStates:
     """What the final states have in common.
 
     Parameters
     ----------
-    problem, load_factor
-        The joint and λ.
+    sampling
+        The joint, λ, and the initial states.
     outcomes
         How many states have each outcome.
     cycles
         The distinct limit cycles.
     at_rest
         Scatter of the slips locked in where it shakes down.
-    tolerances
-        What counts as the same.
     """
     decided = [word for word, count in outcomes.items() if count and word != Outcome.UNDECIDED]
     undecided, states = outcomes.get(Outcome.UNDECIDED, 0), sum(outcomes.values())
     same_outcome = False if len(decided) > 1 else (None if undecided or not decided else True)
-    rest_agrees = not at_rest.spread > same_slip(problem, load_factor, tolerances)
-    words = _differences(decided, cycles, problem)
-    if not rest_agrees:
-        words.append(f"the slips locked in where it shakes down {_apart(at_rest, problem)}")
-    if words:
+    if words := [*_differences(sampling, decided, cycles, at_rest)]:
         return FinalStates(same_outcome, False, "; ".join(words))
     if not decided:
         return FinalStates(None, None, "no state is decided")
     if undecided:
         verb = "is" if undecided == 1 else "are"
         return FinalStates(None, None, f"{undecided} of {states} states {verb} undecided, the others agree")
+    if decided == [Outcome.SHAKEDOWN]:
+        return FinalStates(True, True, f"all {states} states shake down with the same slips locked in")
     if not cycles:
-        if decided == [Outcome.SHAKEDOWN]:
-            return FinalStates(True, True, f"all {states} states shake down with the same slips locked in")
         return FinalStates(True, None, "the body leaves the contact from every state")
     if sum(cycle.count + len(cycle.named) for cycle in cycles) < states:
         return FinalStates(True, None, "from some states the body leaves the contact, the others agree")
-    return FinalStates(True, True, f"all {states} states end in {_the_one(cycles[0])}")
+    motion = "separation" if decided == [Outcome.SEPARATION] else "limit cycle"
+    slips = "final slips" + ", but for the drift," * (decided == [Outcome.RATCHETTING])
+    agree = f"one and the same {motion}: {slips} and dissipation agree"
+    return FinalStates(True, True, f"all {states} states end in {agree}")
 
 
-def _the_one(cycle: LimitCycle) -> str:
-    """The motion that all states end in."""
-    motion = "separation" if cycle.outcome == Outcome.SEPARATION else "limit cycle"
-    slips = "final slips" + ", but for the drift," * (cycle.outcome == Outcome.RATCHETTING)
-    return f"one and the same {motion}: {slips} and dissipation agree"
-
-
-def _differences(decided: list[str], cycles: tuple[LimitCycle, ...], problem: Problem) -> list[str]:
-    """The differences between final states in words, other than slips locked in at rest."""
-    words = []
+def _differences(
+    sampling: Sampling, decided: Sequence[str], cycles: Sequence[LimitCycle], at_rest: Scatter
+) -> Iterator[str]:
+    """The differences between final states in words."""
     if Outcome.SHAKEDOWN in decided and len(decided) > 1:
-        words.append("some states shake down and others do not")
-    moving = [word for word in decided if word != Outcome.SHAKEDOWN]
+        yield "some states shake down and others do not"
+    moving = [word.replace("-", " ") for word in decided if word != Outcome.SHAKEDOWN]
     if len(moving) > 1:
-        words.append(f"some end in {' and others in '.join(_in_words(word) for word in moving)}")
+        yield f"some end in {' and others in '.join(moving)}"
     slipping = [cycle for cycle in cycles if cycle.outcome != Outcome.SEPARATION]
     if len(slipping) > 1:
-        words.append(f"{len(slipping)} different limit cycles")
-        sets = len({cycle.slipping_nodes for cycle in slipping})
-        words += [f"{sets} different sets of slipping nodes"] * (sets > 1)
-    if len(cycles) - len(slipping) > 1:
-        words.append(f"{len(cycles) - len(slipping)} different motions with separation")
-    words += [_scattered(cycle, problem) for cycle in cycles if not cycle.coincide][:1]
-    return words
+        yield f"{len(slipping)} different limit cycles"
+    if (sets := len({cycle.slipping_nodes for cycle in slipping})) > 1:
+        yield f"{sets} different sets of slipping nodes"
+    if (others := len(cycles) - len(slipping)) > 1:
+        yield f"{others} different motions with separation"
+    length = units_of(sampling.problem).length
+    for cycle in [cycle for cycle in cycles if not cycle.coincide][:1]:
+        yield _scattered(cycle, sampling.problem.n, sized(cycle.spread, length, SHORT_DIGITS))
+    if at_rest.spread > same_slip(sampling):
+        spread, largest = (sized(slip, length, SHORT_DIGITS) for slip in at_rest)
+        share = few(100.0 * at_rest.spread / at_rest.largest, SHORT_DIGITS)
+        much = f"{spread} ({share} % of the largest slip, {largest})"
+        yield f"the slips locked in where it shakes down differ by up to {much}"
 
 
-def _scattered(cycle: LimitCycle, problem: Problem) -> str:
+def _scattered(cycle: LimitCycle, n: int, spread: str) -> str:
     """How the states differ that end in a continuum of limit cycles."""
-    spread = f"final slips differ by up to {_length(cycle.spread, problem)}"
+    differ = f"final slips differ by up to {spread}"
     if cycle.outcome == Outcome.SEPARATION:
-        return f"the slips locked in under separation: {spread}"
+        return f"the slips locked in under separation: {differ}"
     low, high = (few(value, 6) for value in cycle.dissipation)
-    dissipation = f"dissipation {low}" + (f" to {high}" if high != low else "")
-    locked_in = len(cycle.slipping_nodes) < problem.n
-    one = "the slip locked in selects one of a continuum" if locked_in else "limit cycles differ"
-    return f"{one} ({dissipation}; {spread})"
-
-
-def _apart(scatter: Scatter, problem: Problem) -> str:
-    share = 100.0 * scatter.spread / scatter.largest
-    largest = f"{few(share, SHORT_DIGITS)} % of the largest slip, {_length(scatter.largest, problem)}"
-    return f"differ by up to {_length(scatter.spread, problem)} ({largest})"
-
-
-def _length(value: float, problem: Problem) -> str:
-    return sized(value, units_of(problem).length, SHORT_DIGITS)
-
-
-def _in_words(outcome: str) -> str:
-    return outcome.replace("-", " ")
+    much = f"(dissipation {low}{f' to {high}' * (high != low)}; {differ})"
+    if len(cycle.slipping_nodes) < n:
+        return f"the slip locked in selects one of a continuum {much}"
+    return f"limit cycles differ {much}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -165,47 +140,24 @@ class UndecidedReason(Result):
 
 
 def undecided_reasons(
-    problem: Problem, load_factor: float, slips: FloatArray, rows: NDArray[np.intp], search: MapSearch
+    sampling: Sampling, slips: FloatArray, rows: NDArray[np.intp]
 ) -> tuple[UndecidedReason, ...]:
     """Reasons why these states are undecided, the most frequent first.
 
     Parameters
     ----------
-    problem, load_factor
-        The joint and λ.
+    sampling
+        The joint, λ, and how long states are searched for.
     slips : (s, dn)
         Initial slips of all states [length].
     rows
         Numbers of those that are undecided; a few spread evenly over them are looked at.
-    search
-        How long-term states were searched for.
     """
     chosen = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), LOOKED_AT)).round().astype(int))
-    found: dict[tuple[str, bool], list[int]] = defaultdict(list)
-    for example in rows[chosen]:
-        state = long_term_state(
-            problem,
-            load_factor,
-            np.asarray(slips[example]),
-            max_cycles=search.max_cycles,
-            longest_period=search.longest_period,
-            tolerances=search.tolerances,
-        )
-        ran_out = state.stop is None and state.cycles_simulated >= search.max_cycles
-        found[_without_time(state.reason), ran_out].append(int(example))
-    reasons = (
-        UndecidedReason(reason, len(examples), examples[0], ran_out)
-        for (reason, ran_out), examples in found.items()
-    )
+    found = defaultdict[tuple[str, bool], list[int]](list)
+    for example in rows[chosen].tolist():
+        state = sampling.state(slips[example])
+        ran_out = state.stop is None and state.cycles_simulated >= sampling.max_cycles
+        found[WHEN.sub("", state.reason), ran_out].append(example)
+    reasons = (UndecidedReason(why, len(of), of[0], ran_out) for (why, ran_out), of in found.items())
     return tuple(sorted(reasons, key=lambda one: (-one.count, one.example)))
-
-
-def _without_time(reason: str) -> str:
-    """What went wrong, without when.
-
-    Examples
-    --------
-    >>> _without_time("the body slides away at time 0.158095 cycles: friction does not hold it")
-    'the body slides away: friction does not hold it'
-    """
-    return WHEN.sub("", reason)

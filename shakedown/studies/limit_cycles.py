@@ -1,8 +1,8 @@
 """The distinct limit cycles among many long-term states, and how far their slips scatter."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,14 +10,17 @@ from numpy.typing import NDArray
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.size_limits import AT_ONCE
 from shakedown.ground.status import Outcome
-from shakedown.ground.tolerances import Tolerances
-from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.find_state import long_term_state
 from shakedown.motion.checked_law import length_scales, path_accuracy, path_resolution, scales
 from shakedown.motion.method import cycles_of
-from shakedown.studies.map_file import Columns
-from shakedown.studies.map_pieces import MapSearch
+from shakedown.studies.samplers import Sampling
+
+Columns = dict[str, NDArray[Any]]
+Rows = NDArray[np.intp]  # numbers of states
+
+MOST_ALONE = 20  # limit cycles of a kind that are told apart; further ones count as a continuum
+MOST_LONELY = 2  # states of a kind with a limit cycle of their own; the others then count as a continuum
+APART = 160.0  # times the error of a path over one cycle: closer states are the same
 
 
 class Scatter(NamedTuple):
@@ -35,13 +38,10 @@ class Scatter(NamedTuple):
     largest: float
 
 
-NONE = Scatter(np.nan, np.nan)  # of no states
-
-
 def slip_scatter(
-    final_slip: FloatArray, rows: NDArray[np.intp], places: FloatArray, drift: FloatArray | None = None
+    final_slip: FloatArray, rows: Rows, places: FloatArray, drift: FloatArray | float = 0.0
 ) -> Scatter:
-    """The scatter of the final slips of some states about the limit cycle of one of them.
+    """The scatter of the final slips of some states about the limit cycle of one of them; NaN of none.
 
     States may have stopped at different cycles of a period: each is compared with the place
     (end of a cycle) that it is nearest to. Of states that drift, the part of the slip along the
@@ -64,36 +64,30 @@ def slip_scatter(
     Scatter(spread=0.5, largest=1.0)
     """
     if not len(rows):
-        return NONE
-    size = 0.0 if drift is None else float(np.linalg.norm(drift))
-    along = np.zeros(places.shape[1]) if drift is None or not size else drift / size
+        return Scatter(np.nan, np.nan)
+    size = float(np.linalg.norm(drift))
+    along = np.zeros(places.shape[1]) + drift / (size or 1.0)
     places = places - np.outer(places @ along, along)
     low, high, largest = np.full(len(along), np.inf), np.full(len(along), -np.inf), 0.0
-    for start in range(0, len(rows), AT_ONCE):
-        ends = np.asarray(final_slip[rows[start : start + AT_ONCE]])
-        if size:
-            ends = ends - np.outer(ends @ along, along)
+    for ends in _at_once(final_slip, rows, places):
+        ends = ends - np.outer(ends @ along, along)
         away = _from_nearest(ends, places)
         low, high = np.minimum(low, away.min(axis=0)), np.maximum(high, away.max(axis=0))
         largest = max(largest, float(np.abs(ends).max()))
     return Scatter(float((high - low).max()), largest)
 
 
+def _at_once(final_slip: FloatArray, rows: Rows, places: FloatArray) -> Iterator[FloatArray]:
+    """The final slips of some states, a few at a time, that are to be compared with these places."""
+    step = max(AT_ONCE // len(places), 1)
+    return (np.asarray(final_slip[rows[start : start + step]]) for start in range(0, len(rows), step))
+
+
 def _from_nearest(ends: FloatArray, places: FloatArray) -> FloatArray:
     """Differences from that place which each of the slips is nearest to."""
-    away = ends - places[0]
-    for place in places[1:]:
-        other = ends - place
-        nearer = np.abs(other).max(axis=1) < np.abs(away).max(axis=1)
-        away[nearer] = other[nearer]
-    return np.asarray(away)
-
-
-Rows = NDArray[np.intp]  # numbers of states
-
-MOST_ALONE = 20  # limit cycles of a kind that are told apart; further ones count as a continuum
-MOST_LONELY = 2  # states of a kind with a limit cycle of their own; the others then count as a continuum
-APART = 160.0  # times the error of a path over one cycle: closer states are the same
+    away = ends[:, None] - places
+    nearest = np.abs(away).max(axis=2).argmin(axis=1)
+    return np.asarray(away[np.arange(len(ends)), nearest])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -150,49 +144,15 @@ class _Kind(NamedTuple):
     slipping_nodes: tuple[int, ...]
 
 
-class _Examined(NamedTuple):
-    """A limit cycle examined closely, and the growth of its slip per period, (dn,) [length]."""
+class _Example(NamedTuple):
+    """The limit cycle that one state leads to: slips at the ends of its cycles, growth of slip per period."""
 
-    cycle: LimitCycle
+    row: int
+    places: FloatArray
     drift: FloatArray
 
 
-@dataclass(frozen=True)
-class _Seen:
-    """The states of a map, and the tolerances for comparing slips."""
-
-    problem: Problem
-    load_factor: float
-    columns: Columns
-    search: MapSearch
-    named: tuple[str, ...]
-
-    @property
-    def still(self) -> FloatArray:
-        """Slip per period that counts as none, (n,) [length]."""
-        share = path_resolution(self.problem, self.search.tolerances)
-        return 4.0 * share * length_scales(self.problem, self.load_factor)
-
-    @property
-    def same(self) -> float:
-        """Difference of slips that counts as none [length]."""
-        return same_slip(self.problem, self.load_factor, self.search.tolerances)
-
-    @property
-    def same_work(self) -> float:
-        """Difference of dissipations that counts as none, beside a share of the larger [force × length]."""
-        scale = scales(self.problem, self.load_factor)
-        return path_resolution(self.problem, self.search.tolerances) * scale.length * scale.force
-
-    def parts(self) -> Iterator[slice]:
-        """All states, in batches."""
-        count = len(self.columns["outcome"])
-        return (slice(start, min(start + AT_ONCE, count)) for start in range(0, count, AT_ONCE))
-
-
-def limit_cycles(
-    problem: Problem, load_factor: float, columns: Columns, search: MapSearch, named: tuple[str, ...] = ()
-) -> tuple[LimitCycle, ...]:
+def limit_cycles(sampling: Sampling, columns: Columns) -> tuple[LimitCycle, ...]:
     """The distinct limit cycles of a map, the most frequent first.
 
     A limit cycle stands alone where every node slips, so that no slip is locked in, and several states
@@ -201,115 +161,90 @@ def limit_cycles(
 
     Parameters
     ----------
-    problem, load_factor
-        The joint and λ.
+    sampling
+        The joint, λ, and the initial states.
     columns
-        The states.
-    search
-        How long-term states were searched for.
-    named
-        Names of the first states.
+        What they lead to.
     """
-    seen, found = _Seen(problem, load_factor, columns, search, named), list[LimitCycle]()
-    for kind, rows in _by_kind(seen).items():
-        rest = list[tuple[_Examined, Rows]]()
-        for _ in range(MOST_ALONE if len(kind.slipping_nodes) == problem.n else 0):
+    found, same = list[LimitCycle](), same_slip(sampling)
+    for kind, rows in _by_kind(sampling, columns).items():
+        rest = list[tuple[_Example, Rows]]()
+        for _ in range(MOST_ALONE if len(kind.slipping_nodes) == sampling.problem.n else 0):
             if not len(rows) or len(rest) == MOST_LONELY:
                 break
-            one = _examined(seen, kind, int(rows[0]))
-            here = _ends_on(seen, rows, one.cycle)
+            one = _example(sampling, columns, rows[0])
+            parts = _at_once(columns["final_slip"], rows, one.places)
+            here = np.concatenate([np.abs(_from_nearest(e, one.places)).max(axis=1) <= same for e in parts])
+            here[0] = True
             if np.count_nonzero(here) > 1:
-                found.append(_counted(seen, one, rows[here], alone=True))
+                found.append(_counted(sampling, columns, kind, one, rows[here], alone=True))
             else:
                 rest.append((one, rows[here]))
             rows = rows[~here]
         if len(rows):
-            rest.append((_examined(seen, kind, int(rows[0])), rows))
+            rest.append((_example(sampling, columns, rows[0]), rows))
         if rest:  # the largest part is the example
             one = max(rest, key=lambda part: len(part[1]))[0]
-            found.append(_counted(seen, one, np.concatenate([part for _, part in rest])))
+            found.append(_counted(sampling, columns, kind, one, np.concatenate([part for _, part in rest])))
     return tuple(sorted(found, key=lambda cycle: (-cycle.count, cycle.example)))
 
 
-def _by_kind(seen: _Seen) -> dict[_Kind, Rows]:
+def _by_kind(sampling: Sampling, columns: Columns) -> dict[_Kind, Rows]:
     """Numbers of the states that end in limit cycles of each kind."""
-    found: dict[_Kind, list[Rows]] = {}
-    for part in seen.parts():
-        outcome, period = seen.columns["outcome"][part], seen.columns["period"][part]
-        slips = seen.columns["slip_per_cycle"][part] > seen.still
-        cyclic = np.flatnonzero((period > 0) & (outcome != Outcome.SHAKEDOWN))
+    problem, found = sampling.problem, dict[_Kind, list[Rows]]()
+    still = 4.0 * path_resolution(problem, sampling.tolerances) * length_scales(problem, sampling.load_factor)
+    for start in range(0, len(columns["outcome"]), AT_ONCE):
+        outcome, period, slip = (
+            columns[key][start : start + AT_ONCE] for key in ("outcome", "period", "slip_per_cycle")
+        )
+        slips, cyclic = slip > still, np.flatnonzero((period > 0) & (outcome != Outcome.SHAKEDOWN))
         if not len(cyclic):
             continue
         _, names = np.unique(outcome[cyclic], return_inverse=True)
         keys = np.column_stack([names.ravel(), period[cyclic], np.packbits(slips[cyclic], axis=1)])
         _, first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
         for number, row in enumerate(cyclic[first]):
-            nodes = tuple(np.flatnonzero(slips[row]).tolist())
-            kind = _Kind(str(outcome[row]), int(period[row]), nodes)
-            found.setdefault(kind, []).append(part.start + cyclic[group.ravel() == number])
+            kind = _Kind(str(outcome[row]), int(period[row]), tuple(np.flatnonzero(slips[row]).tolist()))
+            found.setdefault(kind, []).append(start + cyclic[group.ravel() == number])
     return {kind: np.concatenate(rows) for kind, rows in found.items()}
 
 
-def _ends_on(seen: _Seen, rows: Rows, cycle: LimitCycle) -> NDArray[np.bool_]:
-    """Which states end on a limit cycle, at whichever of its cycles; the first of them does."""
-    mine = np.zeros(len(rows), dtype=bool)
-    mine[0] = True
-    for start in range(0, len(rows), AT_ONCE):
-        ends = seen.columns["final_slip"][rows[start : start + AT_ONCE]]
-        for place in cycle.final_slip:
-            mine[start : start + AT_ONCE] |= np.abs(ends - place).max(axis=1) <= seen.same
-    return mine
+def _example(sampling: Sampling, columns: Columns, row: int) -> _Example:
+    """The limit cycle that one state leads to."""
+    state = sampling.state(columns["initial_slip"][row])
+    places = [record.end_slip for record in cycles_of(state.motion(), state.period)] if state.period else []
+    return _Example(int(row), np.array(places or [columns["final_slip"][row]]), np.nan_to_num(state.drift))
 
 
-def _examined(seen: _Seen, kind: _Kind, example: int) -> _Examined:
-    """The limit cycle that one state leads to, with the slips at the ends of its cycles."""
-    cycle = LimitCycle(
-        count=1,
+def _counted(
+    sampling: Sampling, columns: Columns, kind: _Kind, one: _Example, rows: Rows, *, alone: bool = False
+) -> LimitCycle:
+    """A limit cycle with the states that lead there, and how far apart they end."""
+    dissipation = columns["dissipation"][rows]
+    low, high = float(dissipation.min()), float(dissipation.max())
+    scatter = slip_scatter(columns["final_slip"], rows, one.places, one.drift)
+    scale, resolution = (
+        scales(sampling.problem, sampling.load_factor),
+        path_resolution(sampling.problem, sampling.tolerances),
+    )
+    same_work = high - low <= sampling.tolerances.same_cycle * high + resolution * scale.length * scale.force
+    return LimitCycle(
+        count=int(np.count_nonzero(rows >= len(sampling.named))),
         outcome=kind.outcome,
         period=kind.period,
-        dissipation=(np.nan, np.nan),
-        slipping_nodes=kind.slipping_nodes,
-        contact_sequences=1,
-        example=example,
-        final_slip=np.asarray(seen.columns["final_slip"][example])[None],
-    )
-    state = long_term_state(
-        seen.problem,
-        seen.load_factor,
-        np.asarray(seen.columns["initial_slip"][example]),
-        max_cycles=seen.search.max_cycles,
-        longest_period=seen.search.longest_period,
-        tolerances=seen.search.tolerances,
-    )
-    if state.period:
-        ends = np.array([record.end_slip for record in cycles_of(state.motion(), state.period)])
-        cycle = replace(cycle, final_slip=ends)
-    return _Examined(cycle, state.drift)
-
-
-def _counted(seen: _Seen, one: _Examined, rows: Rows, *, alone: bool = False) -> LimitCycle:
-    """A limit cycle with the states that lead there, and how far apart they end."""
-    dissipation = seen.columns["dissipation"][rows]
-    low, high = float(dissipation.min()), float(dissipation.max())
-    scatter = slip_scatter(seen.columns["final_slip"], rows, one.cycle.final_slip, _known(one.drift))
-    same_work = high - low <= seen.search.tolerances.same_cycle * high + seen.same_work
-    return replace(
-        one.cycle,
-        count=int(np.count_nonzero(rows >= len(seen.named))),
-        named=tuple(name for k, name in enumerate(seen.named) if k in rows),
         dissipation=(low, high),
-        contact_sequences=len(np.unique(seen.columns["signature"][rows])),
+        slipping_nodes=kind.slipping_nodes,
+        contact_sequences=len(np.unique(columns["signature"][rows])),
+        example=one.row,
+        final_slip=one.places,
         spread=scatter.spread,
-        coincide=alone or bool(scatter.spread <= seen.same and same_work),
+        coincide=alone or bool(scatter.spread <= same_slip(sampling) and same_work),
+        named=tuple(name for k, name in enumerate(sampling.named) if k in rows),
     )
 
 
-def _known(drift: FloatArray) -> FloatArray | None:
-    return None if np.isnan(drift).any() else drift
-
-
-def same_slip(problem: Problem, load_factor: float, tolerances: Tolerances) -> float:
+def same_slip(sampling: Sampling) -> float:
     """Difference between the slips of limit cycles that counts as none [length] (``same_cycle``)."""
-    known = APART * path_accuracy(problem, tolerances)  # the accuracy of the ends of searches
-    share = max(tolerances.same_cycle, known)
-    return share * scales(problem, load_factor).length
+    known = APART * path_accuracy(sampling.problem, sampling.tolerances)  # of the ends of searches
+    share = max(sampling.tolerances.same_cycle, known)
+    return share * scales(sampling.problem, sampling.load_factor).length

@@ -1,74 +1,70 @@
-"""All states of a map in one NPZ file, written and read a piece at a time."""
+"""All states of a map in one NPZ file, written a piece at a time and read where it lies."""
 
 import hashlib
 import json
 import os
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from math import prod
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.campaign.pieces import Pieces
 from shakedown.files.atomic_write import atomic_write
 from shakedown.files.npy import read_header
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.regular_file import open_regular
 from shakedown.ground.size_limits import BLOCK
-
-Columns = dict[str, NDArray[Any]]
-Kinds = dict[str, tuple[np.dtype[Any], tuple[int, ...]]]
+from shakedown.studies.limit_cycles import Columns
 
 SEAL = b"sha256 of all that is before it: "  # comment of the archive, followed by the checksum
 DIGITS = 2 * hashlib.sha256().digest_size  # of the checksum
 LONG_AGO = (1980, 1, 1, 0, 0, 0)  # fixed time stamp of every member, so that equal maps are equal files
 
 
-def write_map(
-    path: str | os.PathLike[str], pieces: Pieces, count: int, kinds: Kinds, settings: Mapping[str, Any]
+class Kind(NamedTuple):
+    """Type and shape of an array."""
+
+    dtype: np.dtype[Any]
+    shape: tuple[int, ...]
+
+
+Kinds = dict[str, Kind]
+
+
+def kinds_of(columns: Columns) -> Kinds:
+    """Type and shape of each column."""
+    return {key: Kind(column.dtype, column.shape) for key, column in columns.items()}
+
+
+def write_columns(
+    path: str | os.PathLike[str], kinds: Kinds, parts: Mapping[str, Iterable[NDArray[Any]]]
 ) -> None:
-    """Write the columns of all pieces, one after the other, so that memory holds one piece at a time.
+    """Write an NPZ file of columns whose parts follow each other, so that memory holds one part at a time.
 
     Parameters
     ----------
     path
         Where to write, whole or not at all.
-    pieces, count
-        The pieces; a column is all of them in order.
     kinds
         Type and shape of each column.
-    settings
-        What the map is, as the JSON text of the key ``settings``. ``load_factor`` is one
-        number where all states have the same, ``named`` the names of the first states at each load factor.
+    parts
+        Its rows.
     """
     with atomic_write(path) as file:
         with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
             for key, (dtype, shape) in kinds.items():
-                column = (pieces.read(number, key)[key] for number in range(count))
-                _write(archive, key, dtype, shape, column if shape else iter([settings["load_factors"][0]]))
-            for key, value in (
-                ("named", np.array(settings["named"])),
-                ("settings", np.array(json.dumps(settings, ensure_ascii=False))),
-            ):
-                _write(archive, key, value.dtype, value.shape, iter([value]))
+                info = zipfile.ZipInfo(f"{key}.npy", LONG_AGO)
+                head = {"descr": np.lib.format.dtype_to_descr(dtype), "fortran_order": False, "shape": shape}
+                with archive.open(info, "w", force_zip64=True) as member:
+                    np.lib.format.write_array_header_1_0(member, head)
+                    for part in parts[key]:
+                        member.write(np.ascontiguousarray(part, dtype=dtype).tobytes())
             archive.comment = SEAL + bytes(DIGITS)
         checksum = _checksum(file)
         file.seek(-DIGITS, os.SEEK_END)
         file.write(checksum)
-
-
-def _write(
-    archive: zipfile.ZipFile, key: str, dtype: np.dtype[Any], shape: tuple[int, ...], parts: Iterator[Any]
-) -> None:
-    """One member of the archive, as ``numpy.save`` would write it."""
-    info = zipfile.ZipInfo(f"{key}.npy", LONG_AGO)
-    with archive.open(info, "w", force_zip64=True) as member:
-        head = {"descr": np.lib.format.dtype_to_descr(dtype), "fortran_order": False, "shape": shape}
-        np.lib.format.write_array_header_1_0(member, head)
-        for part in parts:
-            member.write(np.ascontiguousarray(part, dtype=dtype).tobytes())
 
 
 def _checksum(file: BinaryIO) -> bytes:
@@ -83,7 +79,7 @@ def _checksum(file: BinaryIO) -> bytes:
 
 
 def mapped_columns(path: str | os.PathLike[str]) -> Columns:
-    """The arrays of a file that :func:`write_map` wrote, on the disk until they are looked at."""
+    """The arrays of a file that :func:`write_columns` wrote, on the disk until they are looked at."""
     with open(path, "rb") as file, zipfile.ZipFile(file) as archive:
         return {info.filename.removesuffix(".npy"): _mapped(file, info) for info in archive.infolist()}
 
@@ -97,9 +93,6 @@ def _mapped(file: BinaryIO, info: zipfile.ZipInfo) -> NDArray[Any]:
     header = read_header(file)
     if info.compress_type != zipfile.ZIP_STORED or header.size != info.file_size:
         raise ProblemError(f"key '{info.filename}': expected an array as it is, found another member")
-    if not header.shape:
-        file.seek(start)
-        return np.lib.format.read_array(file, allow_pickle=False)
     content = start + header.size - prod(header.shape) * header.dtype.itemsize
     try:
         return np.memmap(file, dtype=header.dtype, mode="r", offset=content, shape=header.shape)
@@ -108,20 +101,14 @@ def _mapped(file: BinaryIO, info: zipfile.ZipInfo) -> NDArray[Any]:
         return np.fromfile(file, header.dtype, prod(header.shape)).reshape(header.shape)
 
 
-def kinds_of(columns: Columns) -> Kinds:
-    """Type and shape of each column."""
-    return {key: (column.dtype, column.shape) for key, column in columns.items()}
-
-
 def finished_map(path: str | os.PathLike[str], settings: Mapping[str, Any], kinds: Kinds) -> Columns | None:
     """The columns of a file that holds the map with these settings, no byte altered; None of any other."""
     try:
         with open_regular(path) as file:
             whole = _checksum(file) == file.read(DIGITS)
         columns = mapped_columns(path) if whole else {}
-        found = json.loads(str(columns.pop("settings")))
-        del columns["named"]
+        fits = json.loads(str(columns["settings"])) == json.loads(json.dumps(settings))
     except (OSError, ValueError, KeyError, OverflowError, RecursionError, zipfile.BadZipFile):
         return None
-    fits = found == json.loads(json.dumps(settings)) and kinds_of(columns) == kinds
-    return columns if fits else None
+    rest = {key: column for key, column in columns.items() if key in kinds}
+    return columns if fits and kinds_of(rest) == kinds else None

@@ -1,75 +1,79 @@
-"""Long-term states from many initial states: the public function."""
+"""Long-term states from many initial states: the public function, and its work in pieces."""
 
+import json
 import logging
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from importlib.metadata import version
+from math import inf, nan, prod
 from pathlib import Path
-from typing import Any, overload
+from typing import Any, TypedDict, Unpack, overload
 
 import numpy as np
+from numpy.typing import NDArray
 
-from shakedown.campaign.pieces import remove_pieces, run_pieces
+from shakedown.campaign.pieces import Arrays, Pieces, remove_pieces, run_pieces
 from shakedown.files.atomic_write import check_target, pieces_beside
 from shakedown.ground.blas_threads import all_cores
 from shakedown.ground.errors import UsageError
-from shakedown.ground.size_limits import CYCLES
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import CYCLES, MANY
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.visible_text import visible
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.long_term.slip_criterion import check_slip_below
-from shakedown.studies.basin_map import InitialStateMap, InitialStateMaps, MissingMap, basin_map
-from shakedown.studies.map_file import Columns, finished_map, mapped_columns, write_map
-from shakedown.studies.map_pieces import MapPieces, MapSearch
-from shakedown.studies.samplers import Sampler, require_ball, sampling
+from shakedown.long_term.many_states import long_term_states
+from shakedown.long_term.slip_criterion import check_slip_below, slip_criterion
+from shakedown.studies.basin_map import InitialStateMap, InitialStateMaps, MissingMap
+from shakedown.studies.limit_cycles import Columns, limit_cycles
+from shakedown.studies.map_file import Kind, Kinds, finished_map, kinds_of, mapped_columns, write_columns
+from shakedown.studies.samplers import BLOCK, FIRST_TWO, Sampler, Sampling
 
 LOGGER = logging.getLogger("shakedown")
+LITTLE = 1 << 13  # states times nodes squared in space: a few seconds, as long as processes take to start
+LARGEST_HEADERS = 1 << 13  # bytes of an archive beside its columns
+IN_SPACE = 16  # times the work of a state in the plane, with correspondingly fewer states in a piece
+RANGES: dict[str, float] = {  # slip ranges of states that need not be followed once more for them
+    Outcome.SHAKEDOWN: 0.0,
+    Outcome.RATCHETTING: inf,
+    Outcome.UNDECIDED: nan,
+}
+NOT_KEPT = ("load_factor", "cycles_simulated")  # of the long-term states
+
+
+class Options(TypedDict, total=False):
+    """What :func:`initial_state_map` takes by name."""
+
+    states: int
+    sampler: str
+    seed: int
+    coordinates: tuple[int, int] | None
+    reach: float
+    path: str | os.PathLike[str] | None
+    resume: bool
+    executor: Executor | None
+    workers: int | None
+    max_cycles: int
+    longest_period: int
+    slip_below: float | None
+    progress: Callable[[int, int], None] | None
+    tolerances: Tolerances
 
 
 @overload
 def initial_state_map(
-    problem: Problem,
-    load_factor: float,
-    *,
-    states: int = ...,
-    sampler: str = ...,
-    seed: int = ...,
-    coordinates: tuple[int, int] | None = ...,
-    reach: float = ...,
-    path: str | os.PathLike[str] | None = ...,
-    resume: bool = ...,
-    executor: Executor | None = ...,
-    workers: int | None = ...,
-    max_cycles: int = ...,
-    longest_period: int = ...,
-    slip_below: float | None = ...,
-    progress: Callable[[int, int], None] | None = ...,
-    tolerances: Tolerances = ...,
+    problem: Problem, load_factor: float, **options: Unpack[Options]
 ) -> InitialStateMap: ...
 
 
 @overload
 def initial_state_map(
-    problem: Problem,
-    load_factor: Sequence[float],
-    *,
-    states: int = ...,
-    sampler: str = ...,
-    seed: int = ...,
-    coordinates: tuple[int, int] | None = ...,
-    reach: float = ...,
-    path: str | os.PathLike[str] | None = ...,
-    resume: bool = ...,
-    executor: Executor | None = ...,
-    workers: int | None = ...,
-    max_cycles: int = ...,
-    longest_period: int = ...,
-    slip_below: float | None = ...,
-    progress: Callable[[int, int], None] | None = ...,
-    tolerances: Tolerances = ...,
+    problem: Problem, load_factor: Sequence[float], **options: Unpack[Options]
 ) -> InitialStateMaps: ...
 
 
@@ -130,9 +134,9 @@ def initial_state_map(
         Who works: any :class:`concurrent.futures.Executor`, as of threads, loky, MPI or
         ``dask.distributed.Client(…).get_executor()``. It is not shut down.
     workers
-        Without an executor the number of processes. None is one for a little work, in the plane with threads
-        for half a minute's, else one for each core. A script has to keep the call under
-        ``if __name__ == "__main__":`` where it is more than one.
+        Without an executor the number of processes. None: in the plane this one with a thread for each core,
+        with two tangential directions one for each core, but for a few seconds' work. A script has to keep
+        the call under ``if __name__ == "__main__":`` where it is more than one.
     max_cycles, longest_period
         As for :func:`long_term_state`.
     slip_below
@@ -172,53 +176,147 @@ def initial_state_map(
         check_slip_below(slip_below)
     target = None if path is None else check_target(path)
     wanted = [
-        sampling(
+        Sampling(
             problem,
             factor,
             sampler,
-            states=states,
-            seed=seed,
-            coordinates=coordinates,
-            reach=reach,
-            tolerances=tolerances,
+            states,
+            seed,
+            FIRST_TWO if coordinates is None else coordinates,
+            reach,
+            max_cycles,
+            longest_period,
+            tolerances,
         )
         for factor in factors
     ]
-    missing = tuple(
-        MissingMap(place, one.load_factor, one.missing_ball)
-        for place, one in enumerate(wanted)
-        if one.missing_ball
-    )
-    chosen = tuple(one for one in wanted if not one.missing_ball) or (require_ball(wanted[0]),)
-    work = MapPieces(
-        chosen, MapSearch(max_cycles, longest_period, tolerances), slip_ranges=slip_below is not None
-    )
-    if executor is None and workers is None and (work.little or work.for_threads):
-        workers, work = 1, replace(work, threads=all_cores() if work.for_threads else 1)
-    if executor is not None or workers != 1:
-        work = work.for_other_processes()
+    chosen = tuple(one for one in wanted if not one.missing_ball)
+    if not chosen:
+        at, found = wanted[0].load_factor, wanted[0].missing_ball
+        raise UsageError(f"sampler ball: expected a finite energy ball at load factor {at:g}, found {found}")
+    threads = 1
+    if executor is None and workers is None:
+        if problem.directions == 1:  # processes take several times as much of the processor
+            threads, workers = all_cores(), 1
+        elif len(chosen) * chosen[0].states * problem.n**2 < LITTLE:
+            workers = 1
+    work = MapPieces(chosen, slip_below is not None, threads)
+    few = chosen[0].states * problem.layout.slip_size <= MANY  # numbers to be sent to other processes
+    if few and (executor is not None or workers != 1):
+        work = replace(work, drawn=tuple(one.slips(0, one.states) for one in chosen))
     run = {"executor": executor, "workers": workers, "progress": progress}
-    columns = _columns(work, target, resume, run)
-    each = chosen[0].rows
-    maps = tuple(
-        basin_map(
-            one,
-            work.search,
-            {key: c[k * each : (k + 1) * each] for key, c in columns.items() if c.ndim},
-            slip_below,
+    columns, each = _columns(work, target, resume, run), chosen[0].rows
+    maps = []
+    for k, one in enumerate(chosen):
+        own = {key: columns[key][k * each : (k + 1) * each] for key in work.kinds(0)}
+        cycles = limit_cycles(one, own)
+        maps.append(InitialStateMap(sampling=one, limit_cycles=cycles, slip_below=slip_below, **own))
+    missing = (MissingMap(k, one.load_factor, one.missing_ball) for k, one in enumerate(wanted))
+    return InitialStateMaps(tuple(maps), tuple(one for one in missing if one.reason)) if several else maps[0]
+
+
+@dataclass(frozen=True)
+class MapPieces:
+    """A function from the number of a piece to its long-term states, by load factor and state."""
+
+    samplings: tuple[Sampling, ...]
+    slip_ranges: bool = False  # whether to follow every state that does not come to rest once more for them
+    threads: int = 1  # that share a piece
+    drawn: tuple[FloatArray, ...] = ()  # all states, for processes that then load no sampler
+
+    @property
+    def size(self) -> int:
+        """States in one piece: about a second of work."""
+        problem = self.samplings[0].problem
+        return BLOCK * max(1, 256 // (problem.n if problem.directions == 1 else IN_SPACE * problem.n))
+
+    @property
+    def count(self) -> int:
+        """Number of pieces: of each load factor one for the states with a name, then the others."""
+        return len(self.samplings) * self._of_each
+
+    @property
+    def _of_each(self) -> int:
+        return 1 + -(-self.samplings[0].states // self.size)
+
+    @property
+    def most_bytes(self) -> int:
+        """The largest size of the file of a piece [bytes]."""
+        kinds = self.kinds(max(self.size, len(self.samplings[0].named))).values()
+        return LARGEST_HEADERS + sum(dtype.itemsize * prod(shape) for dtype, shape in kinds)
+
+    def kinds(self, rows: int) -> Kinds:
+        """Type and shape of the columns of some states."""
+        return {key: Kind(kind.dtype, (rows, *kind.shape[1:])) for key, kind in self._of_none.items()}
+
+    @cached_property
+    def _of_none(self) -> Kinds:
+        first = self.samplings[0]
+        return kinds_of(self._long_term(first, np.empty((0, first.problem.layout.slip_size))))
+
+    def __call__(self, number: int) -> Arrays:
+        which, part = divmod(number, self._of_each)
+        chosen = self.samplings[which]
+        if not part:
+            return self._long_term(chosen, np.array(list(chosen.named.values())))
+        rows = slice((part - 1) * self.size, part * self.size)
+        return self._long_term(
+            chosen, self.drawn[which][rows] if self.drawn else chosen.slips(rows.start, rows.stop)
         )
-        for k, one in enumerate(chosen)
-    )
-    return InitialStateMaps(maps, missing) if several else maps[0]
+
+    def _long_term(self, chosen: Sampling, slips: FloatArray) -> Arrays:
+        found = long_term_states(
+            chosen.problem, chosen.load_factor, slips, **chosen.patience, threads=self.threads
+        )
+        columns: Arrays = {key: value for key, value in vars(found).items() if key not in NOT_KEPT}
+        if self.slip_ranges:
+            ends = zip(found.outcome, slips, strict=True)
+            columns["slip_range"] = np.array([_slip_range(chosen, *end) for end in ends], dtype=float)
+        return columns
+
+    def told(self, number: int, arrays: Arrays) -> Arrays | None:
+        """The columns of a piece, if they are those of as many states."""
+        which, part = divmod(number, self._of_each)
+        chosen = self.samplings[which]
+        rows = min(self.size, chosen.states - (part - 1) * self.size) if part else len(chosen.named)
+        return arrays if kinds_of(arrays) == self.kinds(rows) else None
+
+    def settings(self) -> dict[str, Any]:
+        """Everything that the pieces depend on."""
+        return {"map": self.of_the_map(), "piece": self.size}
+
+    def of_the_map(self) -> dict[str, Any]:
+        """Everything that the states depend on, to repeat them and to distinguish maps."""
+        first = self.samplings[0]
+        asked = {"slip_ranges": True} if self.slip_ranges else {}
+        return asked | {
+            "problem_sha256": first.problem.fingerprint,
+            "load_factors": [chosen.load_factor for chosen in self.samplings],
+            "sampler": str(first.sampler),
+            "seed": first.seed,
+            "states": first.states,
+            "named": list(first.named),
+            "coordinates": list(first.coordinates),
+            "reach": first.reach,
+            "max_cycles": first.max_cycles,
+            "longest_period": first.longest_period,
+            "tolerances": asdict(first.tolerances),
+            "version": version("shakedown-bounds"),
+        }
+
+
+def _slip_range(chosen: Sampling, outcome: str, slip: FloatArray) -> float:
+    """The largest slip range of a node in a long-term state, as in :class:`SlipCriterion`."""
+    if outcome in RANGES:
+        return RANGES[outcome]
+    return slip_criterion(chosen.state(slip), inf, chosen.tolerances).largest
 
 
 def _columns(work: MapPieces, target: Path | None, resume: bool, run: dict[str, Any]) -> Columns:
     """All states of all load factors, done now or before; on the disk where they have a file."""
-    settings, kinds = work.of_the_map(), work.kinds(len(work.samplings) * work.samplings[0].rows)
-    if len(work.samplings) == 1:
-        kinds["load_factor"] = (kinds["load_factor"][0], ())
+    kinds = work.kinds(len(work.samplings) * work.samplings[0].rows)
     if resume and target is not None and target.exists():
-        found = finished_map(target, settings, kinds)
+        found = finished_map(target, work.of_the_map(), kinds)
         if found is not None:
             remove_pieces(Path(pieces_beside(target)))
             return found
@@ -226,6 +324,23 @@ def _columns(work: MapPieces, target: Path | None, resume: bool, run: dict[str, 
     with run_pieces(work, work.count, output=target, resume=resume, **run) as pieces:
         if target is None:
             whole = [pieces.read(number) for number in range(work.count)]
-            return {key: np.concatenate([piece[key] for piece in whole]) for key in whole[0]}
-        write_map(target, pieces, work.count, kinds, settings)
+            return {key: np.concatenate([piece[key] for piece in whole]) for key in kinds}
+        write_map(target, work, pieces)
     return mapped_columns(target)
+
+
+def write_map(path: Path, work: MapPieces, pieces: Pieces) -> None:
+    """Write all pieces of a map as one NPZ file; memory holds one of them at a time."""
+
+    def parts(key: str) -> Iterator[NDArray[Any]]:
+        return (pieces.read(number, key)[key] for number in range(work.count))
+
+    settings, rows = work.of_the_map(), work.samplings[0].rows
+    kinds, factors = work.kinds(len(work.samplings) * rows), settings["load_factors"]
+    about = {
+        "load_factor": np.array(factors[0] if len(factors) == 1 else np.repeat(factors, rows)),
+        "named": np.array(settings["named"]),
+        "settings": np.array(json.dumps(settings, ensure_ascii=False)),
+    }
+    columns = {key: parts(key) for key in kinds} | {key: iter([value]) for key, value in about.items()}
+    write_columns(path, kinds | kinds_of(about), columns)

@@ -1,28 +1,371 @@
-"""Limits of the load factor over the whole grid of parameters."""
+"""The limits of the load factor over one or two parameters of a joint, and the regions between them."""
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import cached_property
 from importlib.metadata import version
+from math import inf, nan
 from os import PathLike
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from shakedown.bounds.registry import BOUNDS
-from shakedown.campaign.pieces import Arrays, Progress, TextWork, as_text, function_stamp, run_pieces, text_of
-from shakedown.files.table_file import check_table
+from shakedown.bounds.plane_or_space import methods_of
+from shakedown.campaign.pieces import (
+    TEXT_BYTES,
+    Arrays,
+    Progress,
+    as_text,
+    function_stamp,
+    run_pieces,
+    text_of,
+)
+from shakedown.files.table_file import check_table, write_table
 from shakedown.ground.errors import ShakedownError, UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import plain
+from shakedown.ground.status import FROM_HERE, SYMBOLS, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.arguments import check_load_factor, checked, real_array
 from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result, frame
 from shakedown.long_term.slip_criterion import check_slip_below
 from shakedown.models.importing.import_model import Import
-from shakedown.studies.design_point import LIMITS, DesignPoint, Question, design_point, point_of
-from shakedown.studies.diagram import Sweep
-from shakedown.studies.variation import Configured, ProblemOf, Variation, checked_variation
+from shakedown.studies.design_point import LIMITS, DesignPoint, Question, SlipAllowed, design_point, point_of
+from shakedown.studies.parameters import FACTORS, ProblemOf, Variation, checked_variation
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+WITH_UNIT = re.compile(r"(?P<name>.+) \[(?P<unit>[^\[\]]+)\]")  # a heading
+COLUMNS = {name: symbol.replace("λ", "lambda") for name, symbol in SYMBOLS.items()}
+
+
+class Region(StrEnum):
+    """The region of a load factor of a joint.
+
+    EVERY_STATE
+        Shakedown is proved from every initial state: λ < λ_U.
+    THIS_STATE
+        Shakedown is proved from the state asked about: below the largest limit that proves it.
+    DEPENDS
+        It depends on the state, or is open.
+    NEVER
+        With all nodes in contact there is no shakedown: λ > λ_max.
+    NO_JOINT
+        The parameters make no joint.
+    """
+
+    EVERY_STATE = "proved from every state"
+    THIS_STATE = "proved from this state"
+    DEPENDS = "depends on the state"
+    NEVER = "never"
+    NO_JOINT = "no joint"
+
+
+class Boundaries(NamedTuple):
+    """Load factors at which one region ends and the next begins, one per point.
+
+    Attributes
+    ----------
+    every
+        Below it shakedown is proved from every state; 0 where nothing is.
+    this
+        Below it shakedown is proved from this state; not less than ``every``.
+    never
+        Above it there is no shakedown with all nodes in contact; inf where that is not known.
+    """
+
+    every: FloatArray
+    this: FloatArray
+    never: FloatArray
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sweep(Result):
+    """Result of :func:`sweep`: the limits of the load factor over a grid of one or two parameters.
+
+    Arrays have one axis per parameter, in the order of ``parameters``. NaN stands for a limit
+    that does not exist, is not known or was not asked for, inf for one at infinity;
+    ``status`` tells which.
+
+    Attributes
+    ----------
+    name
+        Name of the joint.
+    parameters
+        Names of the parameters.
+    meanings
+        Which parameter of :func:`with_parameter` each one is; empty for a number of a
+        configuration, and for a function's own.
+    units
+        Their units; empty where these are not known.
+    values
+        Their values, one rising array each.
+    bounds
+        Names of the limits that were asked for.
+    load_factors_simulated
+        Where the joint was simulated from the state asked about.
+    points
+        The point of every combination, the last parameter running fastest.
+    """
+
+    name: str
+    parameters: tuple[str, ...]
+    meanings: tuple[str, ...]
+    units: tuple[str, ...]
+    values: tuple[FloatArray, ...]
+    bounds: tuple[str, ...]
+    load_factors_simulated: tuple[float, ...]
+    points: tuple[DesignPoint, ...] = field(repr=False)
+
+    def __repr__(self) -> str:
+        grid = " x ".join(
+            f"{name} = {v[0]:g} … {v[-1]:g} ({len(v)})" if len(v) > 1 else f"{name} = {v[0]:g}"
+            for name, v in zip(self.parameters, self.values, strict=True)
+        )
+        return f"Sweep({self.name or 'unnamed problem'!r}, {grid}, bounds={', '.join(self.bounds)})"
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values of each parameter."""
+        return tuple(len(values) for values in self.values)
+
+    def is_factor(self, axis: int) -> bool:
+        """Whether a parameter is a factor on a quantity of the joint."""
+        return self.meanings[axis] in FACTORS
+
+    @property
+    def lower(self) -> FloatArray:
+        """First collapse λ_1."""
+        return self.load_factors("lower")
+
+    @property
+    def universal(self) -> FloatArray:
+        """λ_U, below which shakedown from every state is proved."""
+        return self.load_factors("universal")
+
+    @property
+    def energy(self) -> FloatArray:
+        """λ_E, below which shakedown from this state is proved."""
+        return self.load_factors("energy")
+
+    @property
+    def accumulated(self) -> FloatArray:
+        """λ_S, below which bounds of all slips prove shakedown from this state."""
+        return self.load_factors("accumulated")
+
+    @cached_property
+    def from_this_state(self) -> FloatArray:
+        """The largest limit proved from this state, as ``assess`` has it; NaN where none was asked for."""
+        return self._grid([point.proved_from_this_state for point in self.points])
+
+    @property
+    def transient(self) -> FloatArray:
+        """λ_T, up to which the history from this state shakes down."""
+        return self.load_factors("transient")
+
+    @cached_property
+    def transient_interval(self) -> tuple[FloatArray, FloatArray]:
+        """Where λ_T lies: shakedown is proved at the first, a cycle was found at the second."""
+        limits = [point.limits.get("transient") for point in self.points]
+        low, high = ([np.nan if x is None else getattr(x, end) for x in limits] for end in ("low", "high"))
+        return self._grid(low), self._grid(high)
+
+    @property
+    def upper(self) -> FloatArray:
+        """λ_max, above which no slip is safe with all nodes in contact."""
+        return self.load_factors("upper")
+
+    @property
+    def guarantee(self) -> NDArray[np.str_]:
+        """Whether λ_1 is a guarantee: ``"proved"``, ``"evidence"`` or empty."""
+        return self._grid([point.guarantee for point in self.points])
+
+    @property
+    def contradictions(self) -> tuple[str, ...]:
+        """Every contradiction between limits, with the values of the parameters."""
+        return tuple(f"{self._at(point)}: {text}" for point in self.points for text in point.contradictions)
+
+    @property
+    def outcomes(self) -> NDArray[np.str_]:
+        """What becomes of the joint at each simulated load factor (last axis); empty without a joint."""
+        nothing = ("",) * len(self.load_factors_simulated)
+        entries = [[str(x) for x in point.outcomes or nothing] for point in self.points]
+        return np.array(entries, dtype=np.str_).reshape(*self.shape, len(nothing))
+
+    @property
+    def slip_criteria(self) -> tuple[SlipAllowed | None, ...]:
+        """Up to which load factor slips stay below the given length, point by point; None without one."""
+        return tuple(point.slip_criterion for point in self.points)
+
+    def load_factors(self, name: str) -> FloatArray:
+        """The load factors of a limit by its name; NaN where there is none."""
+        self._check(name)
+        return self._grid([point.load_factor(name) for point in self.points])
+
+    def status(self, name: str) -> NDArray[np.str_]:
+        """How each load factor of a limit was found (:class:`Status`); ``"no joint"`` where there is none."""
+        self._check(name)
+        return self._grid(
+            [str(p.limits[name].status) if name in p.limits else str(Region.NO_JOINT) for p in self.points]
+        )
+
+    @cached_property
+    def boundaries(self) -> Boundaries:
+        """Where the regions of the load factor meet; NaN where there is no joint.
+
+        Nothing is concluded from a limit with conditions (proved only from some load factor on, or
+        for a joint that is partly open).
+        """
+        joints = np.where([point.exists for point in self.points], 0.0, np.nan)
+        every = joints + [_proved_from_every_state(point) for point in self.points]
+        this = joints + np.nan_to_num(self.from_this_state.ravel(), posinf=inf)
+        never = joints + [_never_from(point) for point in self.points]
+        return Boundaries(*(x.reshape(self.shape) for x in (every, np.maximum(every, this), never)))
+
+    def regions(self, load_factor: float) -> NDArray[np.str_]:
+        """The :class:`Region` that a load factor lies in, at every point of the grid.
+
+        Raises ``UsageError`` unless the load factor is a finite number ≥ 0.
+        """
+        check_load_factor(load_factor)
+        every, this, never = self.boundaries
+        cases = {
+            Region.NO_JOINT: np.isnan(every),
+            Region.EVERY_STATE: load_factor < every,
+            Region.THIS_STATE: load_factor < this,
+            Region.NEVER: load_factor > never,
+        }
+        return np.select(list(cases.values()), [str(case) for case in cases], str(Region.DEPENDS))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain numbers, texts and lists."""
+        document = {
+            "name": self.name,
+            "parameters": [
+                {"name": name, "values": values.tolist()}
+                for name, values in zip(self.parameters, self.values, strict=True)
+            ],
+            "bounds": list(self.bounds),
+            "load_factors_simulated": list(self.load_factors_simulated),
+            "points": [self._point(point) for point in self.points],
+            "contradictions": list(self.contradictions),
+        }
+        return {word: plain(value) for word, value in document.items()}
+
+    def columns(self) -> dict[str, list[Any]]:
+        """What a table of the points holds: heading, with unit, → one entry per point."""
+        return dict(self._columns())
+
+    def to_frame(self, problem: Problem | None = None) -> "DataFrame":
+        """The points as a table of pandas: names alone over the columns, their units in ``attrs["units"]``.
+
+        Raises
+        ------
+        UsageError
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> import shakedown
+        >>> found = shakedown.sweep(shakedown.example("two-node"), {"f": [0.3, 0.4]}, bounds=["upper"])
+        >>> table = found.to_frame()
+        >>> list(table)[:2], table.attrs["units"]
+        (['f', 'lambda_max'], {'f': '1', 'lambda_max': '1'})
+        """
+        parts = {heading: WITH_UNIT.fullmatch(heading) for heading in self.columns()}
+        names = {heading: found["name"] if found else heading for heading, found in parts.items()}
+        table = frame({names[heading]: values for heading, values in self.columns().items()})
+        table.attrs["units"] = {found["name"]: found["unit"] for found in parts.values() if found}
+        return table
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write one row per point: CSV in full precision, or Parquet where the name ends in .parquet.
+
+        Raises
+        ------
+        UsageError
+            If the file cannot be written, its name ends in neither, or Parquet is asked for
+            where pandas or pyarrow is missing.
+        """
+        write_table(path, self.columns())
+
+    def _check(self, name: str) -> None:
+        if name not in SYMBOLS:
+            raise UsageError(f"limit: expected one of {', '.join(SYMBOLS)}, found {shortened(repr(name))}")
+
+    def _grid(self, entries: list[Any]) -> NDArray[Any]:
+        return np.array(entries).reshape(self.shape)
+
+    def _at(self, point: DesignPoint) -> str:
+        pairs = zip(self.parameters, point.values, strict=True)
+        return ", ".join(f"{name} = {value:g}" for name, value in pairs)
+
+    def _point(self, point: DesignPoint) -> dict[str, Any]:
+        return {
+            "values": dict(zip(self.parameters, point.values, strict=True)),
+            "exists": point.exists,
+            "reason": point.reason,
+            "guarantee": point.guarantee,
+            "proved_from_this_state": point.proved_from_this_state,
+            "open_nodes": list(point.open_nodes),
+            "outcomes": [str(outcome) for outcome in point.outcomes],
+            **({} if point.slip_criterion is None else {"slip_criterion": point.slip_criterion._asdict()}),
+            **{name: limit._asdict() for name, limit in point.limits.items()},
+        }
+
+    def _columns(self) -> Iterator[tuple[str, list[Any]]]:
+        for k, (name, unit) in enumerate(zip(self.parameters, self.units, strict=True)):
+            yield with_unit(name, unit), [point.values[k] for point in self.points]
+        for name in self.bounds:
+            yield f"{COLUMNS[name]} [1]", self.load_factors(name).ravel().tolist()
+            if name == "transient":
+                for end, factors in zip(("proved", "cycling"), self.transient_interval, strict=True):
+                    yield f"{COLUMNS[name]}_{end} [1]", factors.ravel().tolist()
+            yield f"{COLUMNS[name]}_status", self.status(name).ravel().tolist()
+            if name == "lower":
+                yield "guarantee", [point.guarantee for point in self.points]
+        if {*self.bounds} & {*FROM_HERE}:
+            yield "proved_from_this_state [1]", self.from_this_state.ravel().tolist()
+        for k, load_factor in enumerate(self.load_factors_simulated):
+            yield f"outcome at lambda = {load_factor!r}", self.outcomes[..., k].ravel().tolist()
+        if any(self.slip_criteria):
+            known = [slips or SlipAllowed(nan, nan, nan) for slips in self.slip_criteria]
+            yield "lambda_slip [1]", [slips.load_factor for slips in known]
+            yield "largest_slip_range", [slips.largest for slips in known]
+        yield "open_nodes", [" ".join(map(str, point.open_nodes)) for point in self.points]
+        yield "remark", ["; ".join(_remarks(point)) for point in self.points]
+
+
+def _proved_from_every_state(point: DesignPoint) -> float:
+    """λ_U; 0 where it is not known."""
+    limit = point.limits.get("universal")
+    proved = limit is not None and limit.status in (Status.OPTIMAL, Status.UNBOUNDED)
+    return limit.load_factor if limit is not None and proved else 0.0
+
+
+def _never_from(point: DesignPoint) -> float:
+    """λ_max of the whole joint, above which nothing shakes down in contact; inf where it is not known."""
+    limit = point.limits.get("upper")
+    if limit is None or point.open_nodes or limit.status == Status.UNDECIDED:
+        return inf
+    return 0.0 if limit.status == Status.INFEASIBLE else limit.load_factor
+
+
+def _remarks(point: DesignPoint) -> Iterator[str]:
+    """Remarks on a point besides its numbers."""
+    if point.reason:
+        yield point.reason
+    for name, limit in point.limits.items():
+        if limit.remark and limit.status != Status.OPTIMAL:
+            yield f"{SYMBOLS[name]}: {limit.remark}"
+    yield from point.contradictions
 
 
 @checked
@@ -112,21 +455,24 @@ def sweep(
     ['never', 'depends on the state']
     """
     variation, values = checked_variation(joint, vary)
+    if open_nodes not in ("auto", "none"):
+        raise UsageError(f"open_nodes: expected 'auto' or 'none', found {open_nodes!r}")
+    for load_factor in load_factors:
+        check_load_factor(load_factor)
     question = Question(
         bounds=_checked_bounds(bounds, variation.base),
-        load_factors=_checked_load_factors(load_factors),
+        load_factors=tuple(map(float, load_factors)),
         initial_slip=None if initial_slip is None else real_array("initial slip", initial_slip),
-        open_nodes=_checked_zone(open_nodes),
+        open_nodes="auto" if open_nodes == "auto" else (),
         quick=bool(quick),
         slip_below=None if slip_below is None else check_slip_below(slip_below),
+        tolerances=tolerances,
     )
-    work = _Points(variation, values, question, tolerances)
+    work, count = _Points(variation, values, question), int(np.prod([len(array) for array in values]))
     if output is not None:
         check_table(output)
-    count = int(np.prod(work.shape))
     run: dict[str, Any] = {"executor": executor, "workers": workers, "progress": progress}
     with run_pieces(work, count, output=output, resume=resume, **run) as pieces:
-        points = tuple(work.told(number, pieces.read(number)) for number in range(count))
         found = Sweep(
             name=variation.name,
             parameters=variation.parameters,
@@ -135,7 +481,7 @@ def sweep(
             values=values,
             bounds=question.bounds,
             load_factors_simulated=question.load_factors,
-            points=points,
+            points=tuple(map(pieces.told, range(count))),
         )
         if output is not None:
             found.save(output)
@@ -143,7 +489,7 @@ def sweep(
 
 
 def _checked_bounds(bounds: Sequence[str] | None, base: Problem | None) -> tuple[str, ...]:
-    absent = () if base is None else [n for n, kind in BOUNDS.items() if not kind.exists_for(base)]
+    absent = () if base is None else methods_of(base).ABSENT
     there = tuple(name for name in LIMITS if name not in absent)
     if bounds is None:
         return there
@@ -154,51 +500,32 @@ def _checked_bounds(bounds: Sequence[str] | None, base: Problem | None) -> tuple
     return names
 
 
-def _checked_load_factors(load_factors: Sequence[float]) -> tuple[float, ...]:
-    for load_factor in load_factors:
-        check_load_factor(load_factor)
-    return tuple(float(load_factor) for load_factor in load_factors)
-
-
-def _checked_zone(open_nodes: str) -> Literal["auto"] | tuple[()]:
-    if open_nodes not in ("auto", "none"):
-        raise UsageError(f"open_nodes: expected 'auto' or 'none', found {open_nodes!r}")
-    return "auto" if open_nodes == "auto" else ()
-
-
 @dataclass(frozen=True)
-class _Points(TextWork):
+class _Points:
     """The work of a sweep: from the number of a point to the point, as text."""
 
     variation: Variation
     values: tuple[FloatArray, ...]
     question: Question
-    tolerances: Tolerances
 
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Number of values of each parameter."""
-        return tuple(len(array) for array in self.values)
+    most_bytes = TEXT_BYTES
 
     def __call__(self, number: int) -> Arrays:
-        return as_text(vars(point_at(self.variation, self._at(number), self.question, self.tolerances)))
+        values = self._at(number)
+        try:
+            problem = self.variation.at(values)
+        except ShakedownError as error:
+            return as_text(vars(DesignPoint(values, reason=str(error))))
+        return as_text(vars(design_point(problem, values, self.question)))
 
-    def told(self, number: int, arrays: Arrays) -> Any:
+    def told(self, number: int, arrays: Arrays) -> DesignPoint | None:
         """The point of these values, where it answers this question."""
         point = point_of(text_of(arrays))
-        simulated = len(self.question.load_factors) if point.exists else 0
-        limits = self.question.bounds if point.exists else ()
-        answers = (
-            point.values == self._at(number)
-            and set(point.limits) == set(limits)
-            and len(point.outcomes) == simulated
-            and _asked(point) == (self.question.slip_below if point.exists else None)
-        )
-        return point if answers else None
+        return point if point.values == self._at(number) and self.question.answered_by(point) else None
 
     def _at(self, number: int) -> tuple[float, ...]:
-        """The values of the parameters at a point."""
-        places = np.unravel_index(number, self.shape)  # the last parameter runs fastest
+        """The values of the parameters at a point; the last parameter runs fastest."""
+        places = np.unravel_index(number, [len(array) for array in self.values])
         return tuple(float(array[k]) for array, k in zip(self.values, places, strict=True))
 
     def settings(self) -> dict[str, str]:
@@ -206,33 +533,10 @@ class _Points(TextWork):
         joint, base, initial = self.variation.joint, self.variation.base, self.question.initial_slip
         return {
             "sweep": function_stamp(joint, *self._at(0)) if base is None else base.fingerprint,  # type: ignore[arg-type]
-            "configuration": _sources(self.variation),
-            "values": repr(
-                dict(zip(self.variation.parameters, (v.tolist() for v in self.values), strict=True))
-            ),
+            "configuration": repr(joint.sources) if isinstance(joint, Import) else "",
+            "parameters": repr(self.variation.parameters),
+            "values": repr([array.tolist() for array in self.values]),
             "question": repr(self.question._replace(initial_slip=None)),
             "initial_slip": "zero" if initial is None else repr(initial.tolist()),
-            "tolerances": repr(self.tolerances),
             "version": version("shakedown-bounds"),
         }
-
-
-def _asked(point: DesignPoint) -> float | None:
-    """The length that slips are to stay below, where that was asked about."""
-    return None if point.slip_criterion is None else point.slip_criterion.below
-
-
-def _sources(variation: Variation) -> str:
-    """SHA-256 of what an imported joint was made from."""
-    return repr(variation.joint.made.sources) if isinstance(variation.joint, Configured) else ""
-
-
-def point_at(
-    variation: Variation, values: tuple[float, ...], question: Question, tolerances: Tolerances
-) -> DesignPoint:
-    """One point; where there is no such joint, why."""
-    try:
-        problem = variation.at(values)
-    except ShakedownError as error:
-        return DesignPoint(values, reason=str(error))
-    return design_point(problem, values, question, tolerances=tolerances)

@@ -212,7 +212,7 @@ def test_a_full_disk_is_said_in_one_line_and_what_is_done_stays(stopped, monkeyp
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(os, "fsync", full)
+    monkeypatch.setattr(os, "replace", full)
     with pytest.raises(UsageError, match=r"cannot be written \(No space left on device\)"):
         run_pieces(Squares(), 6, output=stopped, resume=True).__enter__()
     assert done(stopped) == [0, 1, 2]

@@ -17,11 +17,6 @@ from shakedown.ground.errors import ProblemError
 WORK = Squares()
 
 
-@pytest.fixture(autouse=True)
-def quick_disk(monkeypatch):
-    monkeypatch.setattr(os, "fsync", lambda _: None)
-
-
 def kept(tmp_path):
     """The path of one piece of a run that has ended, and its bytes."""
     with pytest.raises(KeyError), run_pieces(WORK, 1, output=tmp_path / "map.npz"):

@@ -13,9 +13,9 @@ from shakedown.campaign.pieces import Pieces, as_text, text_of
 from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.importing.templates import write_import_example
-from shakedown.studies.design_point import DesignLimit, _contradictions, _Known, point_of
-from shakedown.studies.diagram import Region
+from shakedown.studies.design_point import DesignLimit, cycles_below, out_of_order, point_of
 from shakedown.studies.parameters import with_parameter
+from shakedown.studies.sweep import Region
 
 TWO = shakedown.example("two-node")
 FRICTIONS = [0.1, 0.35, 0.6]
@@ -107,12 +107,13 @@ def test_a_proof_that_cannot_be_right_is_a_contradiction():
         return {name: DesignLimit(value, Status.OPTIMAL) for name, value in found.items()}
 
     history = shakedown.transient_limit(TWO, largest=1.0, steps=16)
-    known = _Known(limits(accumulated=0.75, upper=0.74), "", (), history, transient=True)
-    above, cycling = _contradictions(known, DEFAULT)
-    assert above == "λ_S = 0.75 exceeds λ_max = 0.74"
+    wrong, right = limits(accumulated=0.75, upper=0.74), limits(accumulated=0.73159, upper=0.74)
+    assert list(out_of_order(wrong, DEFAULT, closed=True)) == ["λ_S = 0.75 exceeds λ_max = 0.74"]
+    assert not list(out_of_order(wrong, DEFAULT, closed=False))
+    (cycling,) = cycles_below({"accumulated": wrong["accumulated"]}, history, DEFAULT)
     assert cycling.endswith("below λ_S = 0.75")
-    right = known._replace(limits=limits(accumulated=0.73159, upper=0.74))
-    assert not list(_contradictions(right, DEFAULT))
+    assert not list(out_of_order(right, DEFAULT, closed=True))
+    assert not list(cycles_below({"accumulated": right["accumulated"]}, history, DEFAULT))
 
 
 def test_two_parameters_span_a_grid_and_scaling_laws_hold_on_it():

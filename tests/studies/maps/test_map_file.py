@@ -17,8 +17,8 @@ from hostile.damaged_npz import HEADERS, npy, with_header
 
 import shakedown
 from shakedown.campaign.pieces import Pieces, run_pieces
-from shakedown.studies.map_file import finished_map, write_map
-from shakedown.studies.map_pieces import MapPieces
+from shakedown.studies.map_file import finished_map
+from shakedown.studies.mapping import MapPieces, write_map
 
 JOINT = shakedown.example("two-node")
 KEYS = ("initial_slip", "final_slip", "outcome", "period", "dissipation", "load_factor")
@@ -176,7 +176,7 @@ def test_several_load_factors_are_rows_below_each_other(tmp_path):
 
 @pytest.fixture
 def small_pieces(monkeypatch):
-    monkeypatch.setattr("shakedown.studies.map_pieces.MapPieces.size", 16)
+    monkeypatch.setattr("shakedown.studies.mapping.MapPieces.size", 16)
 
 
 class Stopped(Exception):
@@ -263,15 +263,15 @@ def collected_often():
 def test_memory_stays_flat(tmp_path, monkeypatch):
     """Of a map of many pieces no more than one or two are in memory while it is made."""
     monkeypatch.setattr("shakedown.studies.map_file.BLOCK", 1 << 14)
-    monkeypatch.setattr("shakedown.studies.map_pieces.MapPieces.size", 64)
+    monkeypatch.setattr("shakedown.studies.mapping.MapPieces.size", 64)
     path, peaks = tmp_path / "map.npz", []
     found = mapped(path, 64)  # imports, compiled code
     for states in (512, 2048):
-        work = MapPieces((replace(found.sampling, states=states),), found.search)
-        kinds = work.kinds(states + len(found.sampling.named))
+        work = MapPieces((replace(found.sampling, states=states),))
+        assert len(work.kinds(states)) == 8  # known before: the work alone is weighed
         tracemalloc.start()
         with run_pieces(work, work.count, output=path) as pieces:
-            write_map(path, pieces, work.count, kinds, work.of_the_map())
+            write_map(path, work, pieces)
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert 1.5 * peaks[0] < 2048 * 130  # more than that cannot hide

@@ -13,7 +13,7 @@ from benchmarks.refinement import block_on_plane
 from shakedown import ProblemError, UsageError, plot
 from shakedown.assessment.slip_limit import slip_limit
 from shakedown.joint.contact_surface import element_count
-from shakedown.studies import finer_meshes as module
+from shakedown.studies import refined as module
 from shakedown.studies.refined import COLUMNS, HEADINGS, SLOWEST, Refinement, trend
 
 H = 2.0 ** -np.arange(5)
