@@ -30,7 +30,7 @@ class Squares:
         return arrays if fits else None
 
     def settings(self):
-        return {"squares": self.seed}
+        return "squares", self.seed
 
 
 @dataclass(frozen=True)

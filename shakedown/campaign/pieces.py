@@ -4,14 +4,14 @@ import json
 import logging
 import os
 import re
-import struct
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager, suppress
 from hashlib import sha256
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Protocol
-from zipfile import ZIP_STORED, BadZipFile, ZipFile, ZipInfo
+from zipfile import ZIP_STORED, ZipFile, ZipInfo
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,11 +30,6 @@ Progress = Callable[[int, int], None]
 
 TEXT_BYTES = 4 * BLOCK  # the largest size of a piece that is a text
 NAME = re.compile(r"[0-9a-f]{16}-[0-9]+\.npz")  # of a piece: what its run is, and its number
-# what damaged files raise, and texts that tell something else
-BROKEN = (
-    *(BadZipFile, EOFError, OSError, RuntimeError, struct.error, ValueError),
-    *(AttributeError, LookupError, OverflowError, TypeError),
-)
 
 
 class Work(Protocol):
@@ -50,8 +45,8 @@ class Work(Protocol):
     def told(self, number: int, arrays: Arrays) -> Any:
         """What the arrays of a piece tell; nothing, or an error, where they cannot be those of this piece."""
 
-    def settings(self) -> Mapping[str, Any]:
-        """Everything that the arrays depend on."""
+    def settings(self) -> object:
+        """Everything that the arrays depend on, but for the version: what it looks like tells runs apart."""
 
 
 class Pieces:
@@ -59,8 +54,8 @@ class Pieces:
 
     def __init__(self, work: Work, folder: Path | None) -> None:
         self._work, self.folder, self._here = work, folder, dict[int, Arrays]()
-        text = "" if folder is None else json.dumps(dict(work.settings()), sort_keys=True)
-        self.run = sha256(text.encode()).hexdigest()[:16]
+        settings = None if folder is None else (version("shakedown-bounds"), work.settings())
+        self.run = sha256(repr(settings).encode()).hexdigest()[:16]
 
     def keep(self, number: int, arrays: Arrays) -> None:
         """Keep a piece; its file is there whole or not at all, but after a crash of the system."""
@@ -103,7 +98,7 @@ class Pieces:
     def _fits(self, number: int) -> bool:
         try:
             return bool(self.told(number))
-        except BROKEN:
+        except Exception:  # whatever damaged bytes, and texts that tell something else, raise
             return False
 
     def _path(self, number: int) -> Path:
@@ -223,7 +218,7 @@ def read_arrays(path: Path, most_bytes: int, *keys: str) -> Arrays:
                 if not stored or sum(info.file_size for info in members.values()) > size:
                     raise ProblemError("expected arrays as they are, found compressed ones")
                 return {key: _array(archive, members[key]) for key in keys or members}
-    except BROKEN as error:
+    except Exception as error:  # whatever damaged bytes raise
         raise ProblemError(f"{path}: expected a piece of this run, found a damaged one ({error})") from None
 
 

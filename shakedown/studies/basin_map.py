@@ -18,14 +18,16 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.checked_law import admissible
 from shakedown.programs.polygon import corners
-from shakedown.studies.final_states import (
+from shakedown.studies.limit_cycles import (
     LOOKED_AT,
     FinalStates,
+    LimitCycle,
+    Scatter,
     UndecidedReason,
     final_states,
+    slip_scatter,
     undecided_reasons,
 )
-from shakedown.studies.limit_cycles import LimitCycle, Scatter, slip_scatter
 from shakedown.studies.samplers import NAMED, Sampler, Sampling
 
 

@@ -5,7 +5,7 @@ import logging
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
 from importlib.metadata import version
 from math import inf, nan, prod
@@ -281,26 +281,20 @@ class MapPieces:
         rows = min(self.size, chosen.states - (part - 1) * self.size) if part else len(chosen.named)
         return arrays if kinds_of(arrays) == self.kinds(rows) else None
 
-    def settings(self) -> dict[str, Any]:
+    def settings(self) -> tuple[object, ...]:
         """Everything that the pieces depend on."""
-        return {"map": self.of_the_map(), "piece": self.size}
+        return self.of_the_map(), self.size
 
     def of_the_map(self) -> dict[str, Any]:
         """Everything that the states depend on, to repeat them and to distinguish maps."""
-        first = self.samplings[0]
-        asked = {"slip_ranges": True} if self.slip_ranges else {}
-        return asked | {
+        first, rest = self.samplings[0], ("problem", "load_factor", "tolerances")
+        return {
             "problem_sha256": first.problem.fingerprint,
             "load_factors": [chosen.load_factor for chosen in self.samplings],
-            "sampler": str(first.sampler),
-            "seed": first.seed,
-            "states": first.states,
-            "named": list(first.named),
-            "coordinates": list(first.coordinates),
-            "reach": first.reach,
-            "max_cycles": first.max_cycles,
-            "longest_period": first.longest_period,
+            **{each.name: getattr(first, each.name) for each in fields(first) if each.name not in rest},
             "tolerances": asdict(first.tolerances),
+            "named": list(first.named),
+            "slip_ranges": self.slip_ranges,
             "version": version("shakedown-bounds"),
         }
 

@@ -117,13 +117,13 @@ def _changed(problem: Problem, name: str, value: float) -> Problem:
         case "friction":
             return replace(problem, f=value * problem.f)
         case "amplitude":
+            scaled = Loading(loop.q0, loop.p0, value * loop.q1, value * loop.p1)
             known = _scaled(problem, value, "load_amplitude")
-            loads = scaled_units(problem, amplitude=value)
-            return _loaded(known, Loading(loop.q0, loop.p0, value * loop.q1, value * loop.p1), loads)
+            return _loaded(known, scaled, scaled_units(problem, amplitude=value))
         case "mean":
+            scaled = Loading(value * loop.q0, value * loop.p0, loop.q1, loop.p1)
             known = _scaled(problem, value, "load_mean", "q_transient", "p_transient")
-            loads = scaled_units(problem, mean=value)
-            return _loaded(known, Loading(value * loop.q0, value * loop.p0, loop.q1, loop.p1), loads)
+            return _loaded(known, scaled, scaled_units(problem, mean=value))
         case "phase":
             return _shifted(problem, value)
         case "coupling":

@@ -5,7 +5,6 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from enum import StrEnum
-from importlib.metadata import version
 from math import inf, isnan, nan
 from os import PathLike
 from typing import Any, ClassVar, NamedTuple
@@ -429,18 +428,13 @@ class _Meshes:
         said = text_of(arrays)
         return {name: kind(said[name]) for name, kind in ROW.items()}
 
-    def settings(self) -> dict[str, str]:
+    def settings(self) -> tuple[object, ...]:
         """All that the rows depend on."""
         if isinstance(self.make, Mapping):
             joints = [self.make[size].fingerprint for size in self.sizes]
         else:
             joints = [function_stamp(self.make, self.sizes[0])]
-        return {
-            "refine": repr(joints),
-            "sizes": repr(self.sizes),
-            "question": repr((self.load_factor, self.radius, self.slip_below)),
-            "version": version("shakedown-bounds"),
-        }
+        return joints, self.sizes, self.load_factor, self.radius, self.slip_below
 
 
 def mesh_row(

@@ -1,12 +1,10 @@
 """The limits of the load factor over one or two parameters of a joint, and the regions between them."""
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from importlib.metadata import version
 from math import inf, nan
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -41,9 +39,6 @@ from shakedown.studies.parameters import FACTORS, ProblemOf, Variation, checked_
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-
-WITH_UNIT = re.compile(r"(?P<name>.+) \[(?P<unit>[^\[\]]+)\]")  # a heading
-COLUMNS = {name: symbol.replace("λ", "lambda") for name, symbol in SYMBOLS.items()}
 
 
 class Region(StrEnum):
@@ -246,6 +241,7 @@ class Sweep(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, texts and lists."""
+        apart = ("limits", "contradictions")
         document = {
             "name": self.name,
             "parameters": [
@@ -254,14 +250,20 @@ class Sweep(Result):
             ],
             "bounds": list(self.bounds),
             "load_factors_simulated": list(self.load_factors_simulated),
-            "points": [self._point(point) for point in self.points],
+            "points": [
+                {"exists": point.exists}
+                | {name: said for name, said in vars(point).items() if name not in apart and said is not None}
+                | {"values": dict(zip(self.parameters, point.values, strict=True))}
+                | point.limits
+                for point in self.points
+            ],
             "contradictions": list(self.contradictions),
         }
         return {word: plain(value) for word, value in document.items()}
 
     def columns(self) -> dict[str, list[Any]]:
         """What a table of the points holds: heading, with unit, → one entry per point."""
-        return dict(self._columns())
+        return {with_unit(name, unit): values for name, unit, values in self._columns()}
 
     def to_frame(self, problem: Problem | None = None) -> "DataFrame":
         """The points as a table of pandas: names alone over the columns, their units in ``attrs["units"]``.
@@ -279,10 +281,8 @@ class Sweep(Result):
         >>> list(table)[:2], table.attrs["units"]
         (['f', 'lambda_max'], {'f': '1', 'lambda_max': '1'})
         """
-        parts = {heading: WITH_UNIT.fullmatch(heading) for heading in self.columns()}
-        names = {heading: found["name"] if found else heading for heading, found in parts.items()}
-        table = frame({names[heading]: values for heading, values in self.columns().items()})
-        table.attrs["units"] = {found["name"]: found["unit"] for found in parts.values() if found}
+        table = frame({name: values for name, _, values in self._columns()})
+        table.attrs["units"] = {name: unit for name, unit, _ in self._columns() if unit}
         return table
 
     def save(self, path: str | PathLike[str]) -> None:
@@ -307,40 +307,29 @@ class Sweep(Result):
         pairs = zip(self.parameters, point.values, strict=True)
         return ", ".join(f"{name} = {value:g}" for name, value in pairs)
 
-    def _point(self, point: DesignPoint) -> dict[str, Any]:
-        return {
-            "values": dict(zip(self.parameters, point.values, strict=True)),
-            "exists": point.exists,
-            "reason": point.reason,
-            "guarantee": point.guarantee,
-            "proved_from_this_state": point.proved_from_this_state,
-            "open_nodes": list(point.open_nodes),
-            "outcomes": [str(outcome) for outcome in point.outcomes],
-            **({} if point.slip_criterion is None else {"slip_criterion": point.slip_criterion._asdict()}),
-            **{name: limit._asdict() for name, limit in point.limits.items()},
-        }
-
-    def _columns(self) -> Iterator[tuple[str, list[Any]]]:
+    def _columns(self) -> Iterator[tuple[str, str, list[Any]]]:
+        """Name, unit and entries of each column."""
         for k, (name, unit) in enumerate(zip(self.parameters, self.units, strict=True)):
-            yield with_unit(name, unit), [point.values[k] for point in self.points]
+            yield name, unit, [point.values[k] for point in self.points]
         for name in self.bounds:
-            yield f"{COLUMNS[name]} [1]", self.load_factors(name).ravel().tolist()
+            symbol = SYMBOLS[name].replace("λ", "lambda")
+            yield symbol, "1", self.load_factors(name).ravel().tolist()
             if name == "transient":
                 for end, factors in zip(("proved", "cycling"), self.transient_interval, strict=True):
-                    yield f"{COLUMNS[name]}_{end} [1]", factors.ravel().tolist()
-            yield f"{COLUMNS[name]}_status", self.status(name).ravel().tolist()
+                    yield f"{symbol}_{end}", "1", factors.ravel().tolist()
+            yield f"{symbol}_status", "", self.status(name).ravel().tolist()
             if name == "lower":
-                yield "guarantee", [point.guarantee for point in self.points]
+                yield "guarantee", "", [point.guarantee for point in self.points]
         if {*self.bounds} & {*FROM_HERE}:
-            yield "proved_from_this_state [1]", self.from_this_state.ravel().tolist()
+            yield "proved_from_this_state", "1", self.from_this_state.ravel().tolist()
         for k, load_factor in enumerate(self.load_factors_simulated):
-            yield f"outcome at lambda = {load_factor!r}", self.outcomes[..., k].ravel().tolist()
+            yield f"outcome at lambda = {load_factor!r}", "", self.outcomes[..., k].ravel().tolist()
         if any(self.slip_criteria):
             known = [slips or SlipAllowed(nan, nan, nan) for slips in self.slip_criteria]
-            yield "lambda_slip [1]", [slips.load_factor for slips in known]
-            yield "largest_slip_range", [slips.largest for slips in known]
-        yield "open_nodes", [" ".join(map(str, point.open_nodes)) for point in self.points]
-        yield "remark", ["; ".join(_remarks(point)) for point in self.points]
+            yield "lambda_slip", "1", [slips.load_factor for slips in known]
+            yield "largest_slip_range", "", [slips.largest for slips in known]
+        yield "open_nodes", "", [" ".join(map(str, point.open_nodes)) for point in self.points]
+        yield "remark", "", ["; ".join(_remarks(point)) for point in self.points]
 
 
 def _proved_from_every_state(point: DesignPoint) -> float:
@@ -528,15 +517,14 @@ class _Points:
         places = np.unravel_index(number, [len(array) for array in self.values])
         return tuple(float(array[k]) for array, k in zip(self.values, places, strict=True))
 
-    def settings(self) -> dict[str, str]:
+    def settings(self) -> tuple[object, ...]:
         """All that the points depend on."""
-        joint, base, initial = self.variation.joint, self.variation.base, self.question.initial_slip
-        return {
-            "sweep": function_stamp(joint, *self._at(0)) if base is None else base.fingerprint,  # type: ignore[arg-type]
-            "configuration": repr(joint.sources) if isinstance(joint, Import) else "",
-            "parameters": repr(self.variation.parameters),
-            "values": repr([array.tolist() for array in self.values]),
-            "question": repr(self.question._replace(initial_slip=None)),
-            "initial_slip": "zero" if initial is None else repr(initial.tolist()),
-            "version": version("shakedown-bounds"),
-        }
+        joint, base, start = self.variation.joint, self.variation.base, self.question.initial_slip
+        return (
+            function_stamp(joint, *self._at(0)) if base is None else base.fingerprint,  # type: ignore[arg-type]
+            joint.sources if isinstance(joint, Import) else None,
+            self.variation.parameters,
+            [array.tolist() for array in self.values],
+            self.question._replace(initial_slip=None),
+            None if start is None else start.tolist(),
+        )
