@@ -2,27 +2,24 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from math import isinf, isnan, nan
+from math import isinf, nan
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.three_numbers import proved_from_this_state
-from shakedown.assessment.transient_limit import TransientLimit
-from shakedown.bounds.energy.energy_bound import EnergyBound
-from shakedown.bounds.results import UpperBound
+from shakedown.bounds.bound_result import Bound
+from shakedown.bounds.registry import BOUNDS, Claim, kinds_of
 from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS, THREE_DIGITS
-from shakedown.ground.shown_values import down, few, nodes_in_words, up
-from shakedown.ground.status import FROM_HERE, SYMBOLS, Guarantee, Outcome, Status
+from shakedown.ground.shown_values import few, nodes_in_words, up
+from shakedown.ground.status import Guarantee, Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
 
-LIMITS = tuple(SYMBOLS)
 RESTS_ON = {"lower": {"universal"}, "upper": {"energy", "transient"}}  # limits that are needed for others
 ALL = 9  # digits, so that contradictions are visible
 
@@ -154,7 +151,7 @@ class Question(NamedTuple):
         What decides.
     """
 
-    bounds: tuple[str, ...] = LIMITS
+    bounds: tuple[str, ...] = tuple(BOUNDS)
     load_factors: tuple[float, ...] = ()
     initial_slip: FloatArray | None = None
     open_nodes: tuple[()] | Literal["auto"] = "auto"
@@ -190,17 +187,17 @@ def design_point(problem: Problem, values: tuple[float, ...], question: Question
         accuracy=THREE_DIGITS if question.quick else SIX_DIGITS,
         tolerances=tolerances,
     )
-    needed = [name for name in LIMITS if name in asked or asked & RESTS_ON.get(name, set())]
+    needed = [name for name in BOUNDS if name in asked or asked & RESTS_ON.get(name, set())]
     found: dict[str, Any] = {name: allowed(getattr, joint, name) for name in needed}
     limits = {name: _limit(name, found) for name in needed}
     guarantee = found["lower"].guarantee if found.get("lower") else ""
     open_nodes = found["upper"].open_nodes if found.get("upper") else ()
-    here = allowed(proved_from_this_state, joint) if asked & {*FROM_HERE} else nan
+    here = allowed(getattr, joint, "proved_from_this_state") if asked & {*from_here()} else nan
     ends = [  # missing where loads are too large to follow
         allowed(long_term_state, problem, x, start, tolerances=tolerances) for x in question.load_factors
     ]
     slips = None if question.slip_below is None else _slips(joint, question.slip_below)
-    proofs = [*FROM_HERE]
+    proofs = from_here()
     if problem.q_transient is None:  # these are about closed nodes, and a transient may open some
         proofs += ["universal"] + ["lower"] * (guarantee == Guarantee.PROVED)
     proved = {name: limits[name] for name in proofs if name in limits}
@@ -230,36 +227,23 @@ def _limit(name: str, found: Mapping[str, Any]) -> DesignLimit:
     result = found[name]
     if isinstance(result, Missing):
         return DesignLimit(nan, Status.UNDECIDED, result.reason)
-    if isinstance(result, UpperBound):
-        return _upper(result)
-    if isinstance(result, TransientLimit):
-        return _transient(result)
-    if isinstance(result, EnergyBound) and result.least_load_factor > 0:
-        begins = f"proved only from λ = {up(result.least_load_factor)} on"
-        return DesignLimit(result.load_factor, Status.UNDECIDED, begins)
-    return DesignLimit(result.load_factor, result.status, result.reason)
+    remarks, status = [result.reason] if result.reason else [], result.status
+    if BOUNDS[name].claim == Claim.IMPOSSIBLE:
+        if result.open_nodes:
+            zone = f"of the zone with {nodes_in_words(result.open_nodes)} open"
+            remarks.append(f"{zone}: no upper bound of the joint")
+        if result.least_load_factor > 0:
+            remarks.append(f"safe slips exist only from λ = {up(result.least_load_factor)} on")
+    elif result.least_load_factor > 0 and not isinf(result.least_load_factor):
+        remarks, status = [f"proved only from λ = {up(result.least_load_factor)} on"], Status.UNDECIDED
+    followed = BOUNDS[name].claim == Claim.FOLLOWED
+    load_factor = nan if followed and status != Status.OPTIMAL else result.load_factor
+    return DesignLimit(load_factor, status, "; ".join(remarks), *(result.interval if followed else ()))
 
 
-def _upper(upper: UpperBound) -> DesignLimit:
-    remarks = [upper.reason] if upper.reason else []
-    if upper.open_nodes:
-        remarks.append(
-            f"of the zone with {nodes_in_words(upper.open_nodes)} open: no upper bound of the joint"
-        )
-    if upper.least_load_factor > 0:
-        remarks.append(f"safe slips exist only from λ = {up(upper.least_load_factor)} on")
-    return DesignLimit(upper.load_factor, upper.status, "; ".join(remarks))
-
-
-def _transient(found: TransientLimit) -> DesignLimit:
-    proved, cycling = found.interval
-    if isnan(found.load_factor):
-        return DesignLimit(nan, Status.INFEASIBLE, "no load factor scanned shakes down", proved, cycling)
-    if isinf(found.high):
-        remark = f"every load factor scanned shakes down, up to {down(found.low)}"
-        return DesignLimit(nan, Status.UNDECIDED, remark, proved, cycling)
-    remark = "" if found.monotone else "outcomes are not monotone in λ"
-    return DesignLimit(found.load_factor, Status.OPTIMAL, remark, proved, cycling)
+def from_here() -> list[str]:
+    """The limits that are proved from the state asked about."""
+    return [kind.name for kind in kinds_of(Claim.THIS_STATE)]
 
 
 def _slips(joint: JointLimits, below: float) -> SlipAllowed:
@@ -273,21 +257,19 @@ def out_of_order(limits: Mapping[str, DesignLimit], tolerances: Tolerances, *, c
     """Contradictions to λ_U ≤ λ_1 and, of closed nodes, to λ_1, λ_U, λ_E, λ_S ≤ λ_max."""
     pairs = [("universal", "lower")]
     if closed:  # λ_1 and λ_U are about all nodes in contact
-        pairs += [(name, "upper") for name in ("lower", "universal", *FROM_HERE)]
+        pairs += [(name, "upper") for name in ("lower", "universal", *from_here())]
     for small, large in pairs:
         if small in limits and large in limits:
             a, b = limits[small].load_factor, limits[large].load_factor
             if a * (1.0 - tolerances.agreement) > b:
-                yield f"{SYMBOLS[small]} = {few(a, ALL)} exceeds {SYMBOLS[large]} = {few(b, ALL)}"
+                yield f"{BOUNDS[small].symbol} = {few(a, ALL)} exceeds {BOUNDS[large].symbol} = {few(b, ALL)}"
 
 
-def cycles_below(
-    proved: Mapping[str, DesignLimit], history: TransientLimit, tolerances: Tolerances
-) -> Iterator[str]:
+def cycles_below(proved: Mapping[str, DesignLimit], history: Bound, tolerances: Tolerances) -> Iterator[str]:
     """Contradictions to no cycle below what is proved of this history."""
     slips = np.isin(history.outcomes, [Outcome.CYCLIC_SLIP, Outcome.RATCHETTING])
     for first in history.scanned[slips][:1]:
         for name, limit in proved.items():
             if limit.load_factor * (1.0 - tolerances.agreement) > first:
-                below = f"below {SYMBOLS[name]} = {few(limit.load_factor, ALL)}"
+                below = f"below {BOUNDS[name].symbol} = {few(limit.load_factor, ALL)}"
                 yield f"slip goes on for ever at λ = {few(first, ALL)}, {below}"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.bounds.plane_or_space import methods_of
+from shakedown.bounds.registry import BOUNDS
 from shakedown.campaign.pieces import (
     TEXT_BYTES,
     Arrays,
@@ -26,7 +26,7 @@ from shakedown.files.table_file import check_table, write_table
 from shakedown.ground.errors import ShakedownError, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
-from shakedown.ground.status import FROM_HERE, SYMBOLS, Status
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.arguments import check_load_factor, checked, real_array
@@ -34,7 +34,14 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result, frame
 from shakedown.long_term.slip_criterion import check_slip_below
 from shakedown.models.importing.import_model import Import
-from shakedown.studies.design_point import LIMITS, DesignPoint, Question, SlipAllowed, design_point, point_of
+from shakedown.studies.design_point import (
+    DesignPoint,
+    Question,
+    SlipAllowed,
+    design_point,
+    from_here,
+    point_of,
+)
 from shakedown.studies.parameters import FACTORS, ProblemOf, Variation, checked_variation
 
 if TYPE_CHECKING:
@@ -297,8 +304,8 @@ class Sweep(Result):
         write_table(path, self.columns())
 
     def _check(self, name: str) -> None:
-        if name not in SYMBOLS:
-            raise UsageError(f"limit: expected one of {', '.join(SYMBOLS)}, found {shortened(repr(name))}")
+        if name not in BOUNDS:
+            raise UsageError(f"limit: expected one of {', '.join(BOUNDS)}, found {shortened(repr(name))}")
 
     def _grid(self, entries: list[Any]) -> NDArray[Any]:
         return np.array(entries).reshape(self.shape)
@@ -312,7 +319,7 @@ class Sweep(Result):
         for k, (name, unit) in enumerate(zip(self.parameters, self.units, strict=True)):
             yield name, unit, [point.values[k] for point in self.points]
         for name in self.bounds:
-            symbol = SYMBOLS[name].replace("λ", "lambda")
+            symbol = BOUNDS[name].symbol.replace("λ", "lambda")
             yield symbol, "1", self.load_factors(name).ravel().tolist()
             if name == "transient":
                 for end, factors in zip(("proved", "cycling"), self.transient_interval, strict=True):
@@ -320,7 +327,7 @@ class Sweep(Result):
             yield f"{symbol}_status", "", self.status(name).ravel().tolist()
             if name == "lower":
                 yield "guarantee", "", [point.guarantee for point in self.points]
-        if {*self.bounds} & {*FROM_HERE}:
+        if {*self.bounds} & {*from_here()}:
             yield "proved_from_this_state", "1", self.from_this_state.ravel().tolist()
         for k, load_factor in enumerate(self.load_factors_simulated):
             yield f"outcome at lambda = {load_factor!r}", "", self.outcomes[..., k].ravel().tolist()
@@ -353,7 +360,7 @@ def _remarks(point: DesignPoint) -> Iterator[str]:
         yield point.reason
     for name, limit in point.limits.items():
         if limit.remark and limit.status != Status.OPTIMAL:
-            yield f"{SYMBOLS[name]}: {limit.remark}"
+            yield f"{BOUNDS[name].symbol}: {limit.remark}"
     yield from point.contradictions
 
 
@@ -478,8 +485,8 @@ def sweep(
 
 
 def _checked_bounds(bounds: Sequence[str] | None, base: Problem | None) -> tuple[str, ...]:
-    absent = () if base is None else methods_of(base).ABSENT
-    there = tuple(name for name in LIMITS if name not in absent)
+    absent = [] if base is None else [name for name, kind in BOUNDS.items() if not kind.exists_for(base)]
+    there = tuple(name for name in BOUNDS if name not in absent)
     if bounds is None:
         return there
     names = (bounds,) if isinstance(bounds, str) else tuple(bounds)
