@@ -9,20 +9,13 @@ from shakedown import Problem
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.units import units_of
-from shakedown.report.friction_words import critical_in_words
-from shakedown.report.text_table import table
+from shakedown.report.data_facts import headline
+from shakedown.report.facts import Fact, Section, Sheet, Table, number
+from shakedown.report.node_words import node_column
+from shakedown.report.subset_facts import critical_facts
 
 from .options import output_options, problem_argument
-from .output import (
-    echo_json,
-    headline,
-    node_table,
-    number,
-    paragraph,
-    progress,
-    remark,
-    say,
-)
+from .output import echo_json, progress, remark, show
 
 
 @click.command(
@@ -51,20 +44,20 @@ def critical(problem: Problem, budget: int, list_all: bool, as_json: bool) -> No
     if as_json:
         echo_json({"problem": problem.to_dict()} | result.to_dict())
     else:
-        say(_text(problem, result, list_all))
+        show(_sheet(problem, result))
 
 
-def _text(problem: Problem, result: shakedown.CriticalLoadFactors, list_all: bool) -> str:
-    bounds = shakedown.shakedown_bounds(problem)
-    lines = [headline(problem), ""]
-    lines += [paragraph(sentence) for sentence in critical_in_words(result, result.total, bounds)]
-    smallest = result.smallest_positive
+def _sheet(problem: Problem, result: shakedown.CriticalLoadFactors) -> Sheet:
+    """The smallest critical load factor, where its limits meet, and where asked for all of them."""
+    facts, said = critical_facts(result, result.total, shakedown.shakedown_bounds(problem))
+    smallest, sections = result.smallest_positive, []
     if smallest.rows:
         limits = ", ".join(f"{problem.node_name(node)} {SIDE_NAMES[side]}" for node, side in smallest.rows)
-        lines += ["", paragraph(f"It is where these limits meet (node, limit): {limits}.")]
-        heading = with_unit("slip there", units_of(problem).length)
-        lines += ["", node_table(problem, {heading: [number(slip) for slip in smallest.slip]})]
-    if list_all and result.load_factors is not None:
+        facts.append(Fact("limits that meet", limits, note="(node, limit)"))
+        slips = [number(slip, 7) for slip in smallest.slip]
+        columns = node_column(problem) | {with_unit("slip there", units_of(problem).length): slips}
+        sections.append(Section("", (), [Table.of(columns)]))
+    if result.load_factors is not None:
         rows = [[str(k), number(value, 10)] for k, value in enumerate(result.load_factors)]
-        lines += ["", table(["", "critical load factors"], rows)]
-    return "\n".join(lines)
+        sections.append(Section("", (), [Table(["", "critical load factors"], rows)]))
+    return Sheet(headline(problem), (), None, facts, [Section("", (), (), said), *sections])

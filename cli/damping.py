@@ -12,11 +12,9 @@ import numpy as np
 import shakedown
 from shakedown import Outcome, Problem
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import count, down
 from shakedown.ground.size_limits import MANY
-from shakedown.ground.visible_text import shortened, with_unit
-from shakedown.joint.units import units_of
-from shakedown.report.text_table import table
+from shakedown.ground.visible_text import shortened
+from shakedown.report.design_facts import damping_sheet
 
 from .claims import PICTURES, OutputFile, TableFile
 from .initial import start_of
@@ -26,13 +24,10 @@ from .options import (
     output_options,
     problem_argument,
 )
-from .output import echo_json, headline, number, paragraph, progress, say
+from .output import echo_json, progress, show
 
 if TYPE_CHECKING:
     from shakedown.assessment.amplitude_curve import DampingCurve
-
-DIGITS = 5
-SAME = "From the first state every amplitude ends in the same dissipation as from the one before it."
 
 
 class Amplitudes(click.ParamType):
@@ -132,7 +127,7 @@ def damping(
     if as_json:
         echo_json({"problem": problem.to_dict()} | curve.to_dict())
     else:
-        say(_text(problem, curve))
+        show(damping_sheet(problem, curve))
     if Outcome.UNDECIDED in curve.outcome:
         context.exit(1)
 
@@ -148,64 +143,3 @@ def _draw(curve: DampingCurve, path: Path) -> None:
     from shakedown import plot  # only where a picture is wanted
 
     plot.save(plot.damping_curve(curve), path)
-
-
-def _text(problem: Problem, curve: DampingCurve) -> str:
-    name = f" ({shortened(curve.load_name, 40)})" if curve.load_name else ""
-    lines = [
-        headline(problem),
-        "",
-        paragraph(f"Load {curve.load}{name} at {count(len(curve.amplitude), 'amplitude')}. {_units(curve)}"),
-    ]
-    lines += [paragraph(sentence) for sentence in _limits_in_words(curve)]
-    if np.isnan(curve.displacement).all():
-        lines.append(paragraph("Displacements are not known: the problem has no load_compliance."))
-    if curve.from_zero is not None:
-        where = ", ".join(number(a, DIGITS) for a in curve.amplitude[curve.differs])
-        told = f"The start decides: from the first state the joint ends elsewhere at {where}."
-        lines.append(paragraph(told if where else SAME))
-    return "\n".join([*lines, "", _table(problem, curve)])
-
-
-def _units(curve: DampingCurve) -> str:
-    """The units of displacement and stiffness."""
-    told = f"Displacements are in {curve.unit.moved(curve.problem)}, "
-    stiffness = curve.unit.stiffness
-    return told + (f"stiffnesses in {stiffness}." if stiffness else "whose unit the problem does not say.")
-
-
-def _limits_in_words(curve: DampingCurve) -> list[str]:
-    """Up to which amplitude there is no damping: proved, and simulated."""
-    found = []
-    if np.isinf(curve.proved_limit):
-        found.append("At no amplitude is there friction damping: proved (λ_E).")
-    elif not np.isnan(curve.proved_limit):
-        found.append(f"Below {down(curve.proved_limit, 6)} there is no friction damping: proved (λ_E).")
-    if np.isinf(curve.simulated_limit):
-        found.append("At all of them the joint shakes down: no friction damping was found.")
-    elif not np.isnan(curve.simulated_limit):
-        found.append(f"None was found up to {down(curve.simulated_limit, 6)} (λ_T, from the first state).")
-    return found
-
-
-def _table(problem: Problem, curve: DampingCurve) -> str:
-    modal = not np.isnan(curve.load_frequency)
-    columns = {
-        "amplitude": curve.amplitude,
-        "displacement": curve.displacement,
-        with_unit("loss", units_of(problem).work): curve.dissipation,
-        **(
-            {"ω / 2π": curve.frequency / (2 * np.pi), "ζ": curve.damping_ratio}
-            if modal
-            else {"stiffness": curve.secant_stiffness, "η": curve.loss_factor}
-        ),
-    }
-    outcomes = curve.outcome, curve.proved, curve.slides_away
-    rows = [
-        [
-            *(number(float(x), DIGITS) if np.isfinite(x) else "-" for x in row),
-            "slides away" if slides else outcome + ", proved" * bool(sure),
-        ]
-        for *row, outcome, sure, slides in zip(*columns.values(), *outcomes, strict=True)
-    ]
-    return table([*columns, "outcome"], rows)

@@ -7,10 +7,12 @@ from pathlib import Path
 import click
 
 import shakedown
+from shakedown.report.data_facts import headline
+from shakedown.report.facts import Sheet
 
 from .claims import OutputFile
 from .options import output_options
-from .output import echo_json, headline, say
+from .output import echo_json, say, show
 
 
 @click.command(
@@ -43,4 +45,4 @@ def example(name: str | None, output: Path | None, as_json: bool) -> None:
         echo_json({"example": name, "file": str(target)} | problem.to_dict())
         return
     say(f"wrote {target}")
-    say(headline(problem))
+    show(Sheet(headline(problem)))

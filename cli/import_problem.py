@@ -10,11 +10,11 @@ import click
 
 import shakedown
 from shakedown.models.importing.templates import import_template, import_template_names, write_import_example
+from shakedown.report.import_facts import import_sheet
 
 from .claims import PICTURES, OutputFile, reads
-from .import_sheet import echo_sheet, go_or_not
 from .options import output_options
-from .output import echo_json, headline, number, paragraph, remark, say
+from .output import echo_json, remark, say, show
 
 EXAMPLE = "example"
 WORDS = (
@@ -81,17 +81,7 @@ def import_problem_command(
         return
     if not check:
         say(f"wrote {output}")
-    say(headline(made.problem))
-    if check:
-        say(go_or_not(made))
-    for note in made.notes:
-        say(paragraph(f"note: {note}"))
-    reduced = made.condensation
-    say(f"from {made.format}: {reduced.interior} rows condensed, {reduced.held} held")
-    if made.static_run == made.static_run:
-        say(f"agrees with the static run to {number(made.static_run, 2)}")
-    if check:
-        echo_sheet(made)
+    show(import_sheet(made, check=check))
 
 
 def _command(config: Path, output: Path | None) -> str:

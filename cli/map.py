@@ -12,10 +12,9 @@ import numpy as np
 import shakedown
 from shakedown import Problem
 from shakedown.campaign.cluster import cluster_executor
-from shakedown.report.map_words import SAMPLED
+from shakedown.report.map_facts import SAMPLED, map_sheet, maps_sheet
 
 from .claims import PICTURES, OutputFile, pieces_of
-from .map_text import map_text
 from .options import (
     cycles_option,
     output_options,
@@ -24,7 +23,7 @@ from .options import (
     scheduler_option,
     slip_below_option,
 )
-from .output import echo_json, progress, say
+from .output import echo_json, progress, show
 
 if TYPE_CHECKING:  # they load what computes
     from shakedown import InitialStateMap, InitialStateMaps
@@ -161,8 +160,10 @@ def map_command(
         _draw(found, picture)
     if as_json:
         echo_json(found.to_dict())
+    elif isinstance(found, shakedown.InitialStateMaps):
+        show(maps_sheet(problem, found))
     else:
-        say(map_text(problem, found))
+        show(map_sheet(problem, found))
     maps = found.maps if isinstance(found, shakedown.InitialStateMaps) else (found,)
     if any(one.undecided or "undecided" in one.named.values() for one in maps):
         context.exit(1)

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 import click
 
 import shakedown
+from shakedown.ground.shown_values import FEW_DIGITS
 from shakedown.ground.size_limits import CYCLES
 from shakedown.ground.visible_text import shortened
 
@@ -107,6 +108,13 @@ average_option = click.option(
     type=float,
     metavar="RADIUS",
     help="Also with slips and reactions averaged over this length (in the joint's unit).",
+)
+digits_option = click.option(
+    "--digits",
+    type=click.IntRange(1, 15),
+    default=FEW_DIGITS,
+    show_default=True,
+    help="Digits of load factors, at least.",
 )
 method_option = click.option(
     "--method",

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 import shakedown
 from shakedown import Problem
-from shakedown.report.mesh_words import refinement_notes
-from shakedown.report.text_table import table
+from shakedown.report.data_facts import headline
+from shakedown.report.facts import Sheet
+from shakedown.report.mesh_facts import refinement_section
 
 from .claims import PICTURES, OutputFile, TableFile, pieces_of
 from .options import ProblemFile, average_option, output_options, pieces_option
-from .output import echo_json, headline, paragraph, progress, say
-
-if TYPE_CHECKING:
-    from shakedown.studies.refined import Refinement
+from .output import echo_json, progress, show
 
 
 @click.command(short_help="Which numbers converge with the mesh.")
@@ -82,18 +79,5 @@ def refine(
     if as_json:
         echo_json({"problem": problems[-1].to_dict()} | found.to_dict())
     else:
-        say(_text(problems[-1], found))
-
-
-def _text(finest: Problem, found: Refinement) -> str:
-    """A row per number: its values on the last meshes, what it does, its limit and order."""
-    from shakedown.report.page_tables import refinement_table  # loads compiled code
-
-    shown = refinement_table(found, finest)
-    width = max(len(row[0]) for row in shown.rows)
-    rows = [[row[0].ljust(width), *row[1:]] for row in shown.rows]
-    untold = {"undecided"} <= set(found.verdict.values()) <= {"undecided", "zero"}
-    meshes = f"Undecided: {len(found.nodes)} meshes tell no trend of any number; three or more may."
-    notes = [paragraph(meshes)] * untold
-    notes += [paragraph(sentence) for sentence in refinement_notes(found, finest)]
-    return "\n".join([headline(finest), "", table(shown.head, rows), "", *notes])
+        finest = problems[-1]
+        show(Sheet(headline(finest), sections=[refinement_section(found, finest)]))

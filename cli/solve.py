@@ -14,12 +14,11 @@ from shakedown.ground.errors import Missing
 from shakedown.ground.shown_values import down, plain
 from shakedown.ground.visible_text import shortened
 from shakedown.report.json_documents import assessment_document, averaged_document, quick_document
-from shakedown.report.mesh_words import averaged_in_words
+from shakedown.report.limit_facts import averaged_section, quick_sheet, solve_sheet
 
 from .initial import initial_state
-from .options import NAMED, average_option, open_option, output_options, problem_argument
-from .output import echo_json, is_quiet, paragraph, say
-from .solve_text import details_text, quick_text, solve_text
+from .options import NAMED, average_option, digits_option, open_option, output_options, problem_argument
+from .output import echo_json, is_quiet, show
 
 CLAIMS = {
     "proved-from-state": "proved_from_this_state",
@@ -99,6 +98,7 @@ def load_factor_of(text: str) -> float | None:
 )
 @open_option
 @average_option
+@digits_option
 @output_options
 @click.pass_context
 @on_one_thread
@@ -113,6 +113,7 @@ def solve(
     required: tuple[tuple[str, float], ...],
     open_nodes: tuple[int, ...] | Literal["auto"],
     average: float | None,
+    digits: int,
     as_json: bool,
 ) -> None:
     """Up to which load factor FILE shakes down: proved from every state, from this one, impossible above.
@@ -134,7 +135,7 @@ def solve(
         if as_json:
             echo_json(quick_document(problem, energy, upper))
         else:
-            say(quick_text(problem, energy, upper, details))
+            show(quick_sheet(problem, energy, upper, details=details, digits=digits))
         _leave(context, upper, energy)
     if problem.n >= ANNOUNCED_FROM and problem.directions == 1:
         click.echo(
@@ -149,11 +150,8 @@ def solve(
         asked |= averaged_document(*between) if between else {}
         echo_json(assessment_document(found, follow=follow) | asked)
     elif not (required and is_quiet()):  # then the line on what is not met, and the exit code, are the answer
-        say(solve_text(found, context.meta[NAMED], details=details, follow=follow))
-        if between:
-            say(paragraph(averaged_in_words(*between)))
-        if details:
-            say(f"\n{details_text(found)}")
+        sheet = solve_sheet(found, context.meta[NAMED], details=details, follow=follow, digits=digits)
+        show(sheet, *([averaged_section(*between, digits)] if between else []))
     unmet = [text for claim, least in required if (text := _unmet(found, claim, least))]
     _leave(context, limits.lower, limits.upper, limits.energy, limits.universal, unmet=unmet)
 
@@ -175,7 +173,7 @@ def _unmet(found: shakedown.Assessment, claim: str, least: float) -> str:
 
 def _leave(
     context: click.Context,
-    *results: shakedown.Bound | shakedown.Bound | shakedown.Bound | shakedown.Bound | Missing,
+    *results: shakedown.Bound | Missing,
     unmet: Sequence[str] = (),
 ) -> None:
     """Exit code 1, and why, where something stays open."""

@@ -12,13 +12,8 @@ import shakedown
 from shakedown import Problem
 from shakedown.campaign.cluster import cluster_executor
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import down, sized, up
-from shakedown.ground.status import FROM_HERE, SYMBOLS
-from shakedown.ground.visible_text import shortened, with_unit
-from shakedown.joint.units import units_of
-from shakedown.report.design_words import HERE, SHORT, sweep_in_words
-from shakedown.report.hint_words import LOAD_DOMAIN
-from shakedown.report.text_table import table
+from shakedown.ground.visible_text import shortened
+from shakedown.report.design_facts import sweep_sheet
 
 from .claims import PICTURES, OutputFile, TableFile, name_of, pieces_of, reads
 from .initial import initial_state
@@ -29,15 +24,9 @@ from .options import (
     scheduler_option,
     slip_below_option,
 )
-from .output import echo_json, headline, number, paragraph, progress, say
+from .output import echo_json, progress, show
 
-BOUNDS = tuple(SYMBOLS)
-COLUMNS = ("λ_U", *(SYMBOLS[name] for name in FROM_HERE), HERE, "λ_1", "λ_T", "λ_max")
 MOST_VALUES = 1_000_000
-LONGEST_HEADING = {1: 14, 2: 11}  # characters, by the number of parameters
-COLUMNS_OF_PAPER, FEWEST_DIGITS = 80, 4  # a wider table has fewer digits
-MOST_OUTCOMES = 4  # load factors beside each other in a table
-NONE = "-"
 
 
 class Joint(ProblemFile):
@@ -97,9 +86,9 @@ class Bounds(click.ParamType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         names = value if isinstance(value, tuple) else tuple(value.split(","))
-        if not set(names) <= set(BOUNDS) or len(set(names)) < len(names):
+        if not set(names) <= set(shakedown.BOUNDS) or len(set(names)) < len(names):
             raise click.UsageError(
-                f"--bounds: expected some of {','.join(BOUNDS)}, found {shortened(str(value))}"
+                f"--bounds: expected some of {','.join(shakedown.BOUNDS)}, found {shortened(str(value))}"
             )
         return names
 
@@ -117,7 +106,7 @@ class Bounds(click.ParamType):
 @click.option(
     "--bounds",
     type=Bounds(),
-    help=f"Limits to compute: some of {','.join(BOUNDS)}.  [default: all that the joint has]",
+    help=f"Limits to compute: some of {','.join(shakedown.BOUNDS)}.  [default: all that the joint has]",
 )
 @click.option(
     "--load-factor",
@@ -210,101 +199,6 @@ def sweep(
     if as_json:
         echo_json({"problem": problem.to_dict()} | found.to_dict())
     else:
-        say(_text(problem, found, spoken))
+        show(sweep_sheet(problem, found, spoken))
     if found.contradictions:
         context.exit(1)
-
-
-def _text(problem: Problem, found: shakedown.Sweep, load_factor: float) -> str:
-    lines = [headline(problem), ""]
-    if found.contradictions:
-        lines += ["CONTRADICTION", *(paragraph(f"- {text}", "  ") for text in found.contradictions), ""]
-    lines += [paragraph(sentence) for sentence in sweep_in_words(found, load_factor)]
-    lines += [paragraph(LOAD_DOMAIN)] if problem.is_domain else []
-    lines += ["", _limits(found, load_factor)]
-    lines += _slips(problem, found)
-    simulated = found.load_factors_simulated
-    for first in range(0, len(simulated), MOST_OUTCOMES):
-        chosen = range(first, min(first + MOST_OUTCOMES, len(simulated)))
-        lines += ["", "Simulated from the state asked about:" if first == 0 else "and", ""]
-        lines += [_outcomes(found, chosen)]
-    return "\n".join(lines)
-
-
-def _slips(problem: Problem, found: shakedown.Sweep) -> list[str]:
-    """Up to which load factor slips stay below a length, where the user asked for it."""
-    known = [slips for slips in found.slip_criteria if slips is not None]
-    if not known:
-        return []
-    unit = units_of(problem).length
-    below = sized(known[0].below, unit)
-    rows = [
-        [*_values(point.values), _limit(slips.load_factor, "", 6), number(slips.largest, 4)]
-        for point, slips in zip(found.points, found.slip_criteria, strict=True)
-        if slips is not None
-    ]
-    said = f"From the state asked about every slip range stays below {below} up to (scanned and bisected):"
-    head = [*_names(found), "λ", with_unit("largest slip range", unit)]
-    return ["", paragraph(said), "", table(head, rows)]
-
-
-def _values(values: tuple[float, ...]) -> list[str]:
-    """Values of the parameters."""
-    return [number(value, 5) for value in values]
-
-
-def _names(found: shakedown.Sweep) -> list[str]:
-    """Headings of the parameters."""
-    longest, names = LONGEST_HEADING[len(found.parameters)], []
-    for axis, name in enumerate(found.parameters):
-        named = name if found.meanings[axis] else with_unit(name, found.units[axis])
-        own = named if len(named) <= longest else shortened(name, longest)
-        names.append(f"{found.meanings[axis]} ×" if found.is_factor(axis) else own)
-    return names
-
-
-def _outcomes(found: shakedown.Sweep, chosen: range) -> str:
-    """What becomes of the joint at some of the load factors that were simulated."""
-    headers = [*_names(found), *(f"λ = {found.load_factors_simulated[k]:g}" for k in chosen)]
-    rows = [
-        [*_values(point.values), *(str(point.outcomes[k]) if point.exists else NONE for k in chosen)]
-        for point in found.points
-    ]
-    return table(headers, rows)
-
-
-def _limits(found: shakedown.Sweep, load_factor: float) -> str:
-    """The limits; those below which something holds are rounded down, the others up."""
-    known = {SYMBOLS[name]: found.load_factors(name).ravel() for name in found.bounds}
-    separate = {SYMBOLS[name] for name in FROM_HERE} & known.keys()
-    known |= {HERE: found.from_this_state.ravel()} if separate else {}
-    limits = {symbol: known[symbol] for symbol in COLUMNS if symbol in known}
-    narrower = {symbol: column for symbol, column in limits.items() if symbol not in separate}
-    digits = range(7 - len(found.parameters), FEWEST_DIGITS - 1, -1)
-    text = ""
-    for columns, shown in [(limits, digits[0]), *((narrower, k) for k in digits)]:
-        text = _table_of_limits(found, load_factor, columns, shown)
-        if max(map(len, text.splitlines())) <= COLUMNS_OF_PAPER:
-            break
-    return text
-
-
-def _table_of_limits(
-    found: shakedown.Sweep, load_factor: float, limits: dict[str, FloatArray], digits: int
-) -> str:
-    regions = found.regions(load_factor).ravel()
-    rows = [
-        [
-            *_values(point.values),
-            *(_limit(values[k], symbol, digits) for symbol, values in limits.items()),
-            SHORT[str(regions[k])],
-        ]
-        for k, point in enumerate(found.points)
-    ]
-    return table([*_names(found), *limits, f"at λ = {load_factor:g}"], rows)
-
-
-def _limit(value: float, symbol: str, digits: int) -> str:
-    if np.isnan(value):
-        return NONE
-    return up(value, digits) if symbol == SYMBOLS["upper"] else down(value, digits)

@@ -9,7 +9,7 @@ import numpy as np
 
 from shakedown.ground.errors import SolverError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import MUCH, PER_CENT
+from shakedown.ground.round_off import MUCH
 from shakedown.ground.size_limits import EACH_SHOWN
 from shakedown.ground.status import Status
 from shakedown.joint.constraints import constraints
@@ -20,13 +20,8 @@ from shakedown.joint.result import Result
 
 FEWEST = {True: 9, False: 16}  # nodes, in the plane or in space; fewer cannot be coarsened
 MOST = 0.5  # share of the multipliers at the edge from which on it determines the limit
-NEARLY = 1.0 - PER_CENT  # share from which on nothing else does
 TIMES = 2.0  # a larger relative change is given as a factor
-NUMBERS = {
-    "impossible_above": "λ_max",
-    "proved_from_this_state": "what is proved from this state",
-    "proved_from_every_state": "what is proved from every state",
-}
+WORDS = ("impossible_above", "proved_from_this_state", "proved_from_every_state")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -45,7 +40,7 @@ class MeshCheck(Result):
         :meth:`Assessment.to_dict`, inf where a limit is 0 on all. Empty where the joint has too few nodes
         or some are open.
     warning
-        A sentence where a limit changes by more than a tenth; else None.
+        What decides, and the change of the limits, where one changes by more than a tenth; else None.
     """
 
     DOCUMENT: ClassVar[str] = "edge_share coarser warning"
@@ -103,7 +98,7 @@ def _coarser(limits: Any) -> dict[str, float]:
     assert between is not None  # its surface is known
     coarse = replace(on_mesh(limits, between), certify=False)
     found = {}
-    for name in NUMBERS:
+    for name in WORDS:
         try:
             one = getattr(limits, name)
             if one == 0 and name == "proved_from_this_state":  # the costliest, and nothing to compare with
@@ -117,53 +112,21 @@ def _coarser(limits: Any) -> dict[str, float]:
 
 
 def _warning(share: float, nodes: Sequence[int], coarser: dict[str, float]) -> str | None:
-    """The sentence, where a limit changes by more than a tenth."""
-    changed = {name: by for name, by in coarser.items() if abs(by) > MUCH}
+    """Two sentences, where a limit changes by more than a tenth."""
+    changed = [f"{name.replace('_', ' ')} {_change(by)}" for name, by in coarser.items() if abs(by) > MUCH]
     if not changed:
         return None
-    if len(changed) == len(NUMBERS) and min(changed.values()) > 0 and isfinite(sum(changed.values())):
-        told = [f"all three limits are {_rise(min(changed.values()), max(changed.values()))}"]
-    else:
-        told = [_told(name, by) for name, by in changed.items()]
     determined = ""
     if share >= MOST:
-        one, how = len(nodes) == 1, "" if share > NEARLY else "largely "
-        where = " ".join(filter(None, ["Node" if one else "Nodes", _listed([str(node) for node in nodes])]))
-        determined = f"{where} at the edge {how}determine{'s' * one} λ_max. "
-    finer = "; a finer mesh may give lower limits" * any(MUCH < by < inf for by in coarser.values())
-    return (
-        f"{determined}With every second node removed, {_listed(told)}{finer}. The numbers hold for this mesh "
-        "only (see shakedown-bounds refine)."
-    )
-
-
-def _told(name: str, by: float) -> str:
-    """The change of one limit on the coarser mesh, in words."""
-    if not isinf(by):
-        return f"{NUMBERS[name]} is {_change(by)}"
-    if name == "proved_from_every_state":
-        return "shakedown would be proved from every state"
-    return f"{NUMBERS[name]} would be above 0"
-
-
-def _rise(low: float, high: float) -> str:
-    """The increase of several limits, from the least to the largest, in words."""
-    if _change(low) == _change(high):
-        return _change(low)
-    if high > TIMES:
-        return f"{1 + low:.3g} to {1 + high:.3g} times as high"
-    return f"{100 * low:.0f} to {100 * high:.0f} % higher"
+        one, named = len(nodes) == 1, ", ".join(map(str, nodes))
+        where = f"{'Node' if one else 'Nodes'} {named}".rstrip()
+        determined = f"{where} at the edge determine{'s' * one} λ_max. "
+    finer = " A finer mesh may give lower limits." * any(MUCH < by < inf for by in coarser.values())
+    return f"{determined}On the coarser mesh (every second node): {', '.join(changed)}.{finer}"
 
 
 def _change(by: float) -> str:
-    if by == -1.0:
-        return "0"
-    return (
-        f"{1 + by:.3g} times as high"
-        if by > TIMES
-        else f"{100 * abs(by):.0f} % {'higher' if by > 0 else 'lower'}"
-    )
-
-
-def _listed(words: Sequence[str]) -> str:
-    return " and ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
+    """The change of a limit on the coarser mesh."""
+    if isinf(by):
+        return "positive, here 0"
+    return f"{1 + by:.3g} times as high" if by > TIMES else f"{100 * by:+.0f} %".replace("-", "−")

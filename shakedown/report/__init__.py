@@ -1,23 +1,16 @@
-"""Results for readers: sentences, JSON documents, tables and pictures, the HTML report.
+"""Results for readers: facts as text and as a page, JSON documents, pictures.
 
-From a result to the reader: a ``*_words`` module puts a result into sentences; ``page_tables`` and its
-neighbours put its numbers into tables, the ``*_figures`` choose its pictures (drawn by ``shakedown.plot``);
-``json_documents`` writes it for programs. The command prints these sentences and tables as wide as the
-terminal, ``html`` puts the same ones on a page.
+Facts (``facts``: label, value, unit, rounding, note; tables; sheets) are made by one function per
+question; ``terminal`` and ``html`` render them as text or as a page. All sentences stand in ``notes``.
 
-What you see, and the module that writes it:
+What you see, and the module that makes it:
 
-- the answer in one sentence, its margin, how far it holds: ``answer_words``
-- the three numbers, and what is certain: ``assessment_words``; what decides, the next step: ``next_words``
-- what holds below, between and above the bounds: ``bound_words``; with a zone of open nodes: ``zone_words``
-- λ_T, the coupling ratio, the limiting node: ``limit_words``
-- friction thresholds, critical load factors: ``friction_words``
-- what a simulation found: ``run_words``; a sweep: ``design_words``;
-  a map of initial states: ``map_words``; finer meshes, averages: ``mesh_words``
-- doubts about the data: ``hint_words``; nodes by number and label: ``node_words``; tables as text:
-  ``text_table``
-- the page, from top to bottom: ``first_page`` (three numbers, one table), ``load_figures`` and ``data_page``
-  (the joint), ``page_tables`` and ``verification_figures`` (bounds, runs, nodes), ``period_figures`` (loops,
-  zones, slips); ``html`` with ``templates/``
+- the answer, the claims, every limit: ``limit_facts``; all subsets of constraints: ``subset_facts``
+- a run, its nodes: ``run_facts``; prediction against simulation: ``verification_facts``
+- many initial states: ``map_facts``; parameters and amplitudes: ``design_facts``; meshes: ``mesh_facts``
+- the joint, its loads, where its data come from: ``data_facts``; what an import has read: ``import_facts``
+- nodes by number and label, without round-off: ``node_words``; tables as text: ``text_table``
+- the page: ``html`` with ``templates/``; its pictures: ``load_figures`` (the joint), ``verification_figures``
+  (limits and runs), ``period_figures`` (loops, zones, slips)
 - ``--json`` and the file beside a page: ``json_documents``
 """

@@ -1,14 +1,12 @@
 """The verification report: one self-contained HTML file, and the same as JSON."""
 
-import datetime
 import os
-import platform
 import re
-from importlib.metadata import version
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
@@ -19,47 +17,25 @@ from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import count
 from shakedown.ground.visible_text import SUBSCRIPT, shortened, visible
-from shakedown.joint.doubtful_data import doubtful_data
 from shakedown.joint.problem import Problem
-from shakedown.joint.units import units_of
-from shakedown.report.answer_words import (
-    answer_in_words,
-    banner_class,
-    limits_in_words,
-    margin_of_answer,
-    verdict_in_words,
-)
-from shakedown.report.assessment_words import HEADING, certain_in_words, load_steps_in_words
-from shakedown.report.bound_words import bounds_in_words
-from shakedown.report.data_page import (
-    configuration,
-    friction,
-    loading_rows,
-    node_load_head,
-    node_load_rows,
-    source_rows,
-    stiffness_rows,
-)
-from shakedown.report.first_page import large_numbers, rest_table
-from shakedown.report.friction_words import critical_in_words, friction_in_words
-from shakedown.report.hint_words import relative_in_words
+from shakedown.report import notes
+from shakedown.report.data_facts import configuration, joint_facts, node_loads, source_facts
+from shakedown.report.facts import Section
 from shakedown.report.json_documents import as_text, verification_document
-from shakedown.report.limit_words import sensitivities_in_words, transient_beside_in_words
+from shakedown.report.limit_facts import averaged_section, limit_sections
 from shakedown.report.load_figures import problem_pictures
-from shakedown.report.mesh_words import averaged_in_words, refinement_in_words, refinement_notes
-from shakedown.report.node_words import no_node_ever_slips, slip_limit_in_words, total_slip_in_words
-from shakedown.report.page_tables import (
-    PageTable,
-    bounds_table,
-    nodes_note,
-    nodes_table,
-    printed_nodes,
-    refinement_table,
-    runs_table,
-    worst_table,
-)
+from shakedown.report.mesh_facts import refinement_section
 from shakedown.report.period_figures import contact_to_turn, no_pictures, state_pictures
-from shakedown.report.run_words import SEPARATION, as_given_in_words
+from shakedown.report.run_facts import worst_table
+from shakedown.report.subset_facts import critical_facts
+from shakedown.report.verification_facts import (
+    banner_class,
+    findings,
+    provenance,
+    runs_section,
+    second_solver,
+    verify_sheet,
+)
 from shakedown.report.verification_figures import (
     refinement_picture,
     run_pictures,
@@ -70,6 +46,7 @@ from shakedown.report.verification_figures import (
 from shakedown.studies.refined import Refinement
 
 LOAD_FACTOR = re.compile(r"(λ(?:_\w+)?) = (?=\d)")  # no line ends between a load factor and its number
+STATE = "State at λ = 1"
 REPORT = "shakedown-bounds verify"  # the first entry of a report's JSON
 
 
@@ -157,31 +134,46 @@ def render(
     verification: Verification, average: float | None = None, refinement: Refinement | None = None
 ) -> str:
     """A verification as one self-contained HTML page."""
-    check_refinement(refinement, verification.problem)
-    known = _context(verification) | _meshes(verification.problem, refinement)
-    known["reservations"] += _beside(verification, average, refinement)
+    v = verification
+    check_refinement(refinement, v.problem)
+    sheet = replace(verify_sheet(v), sections=list(_sections(v, average, refinement)))
+    known = {
+        "title": shortened(v.problem.name) or "unnamed problem",
+        "sheet": sheet,
+        "findings": findings(v),
+        "verdict_class": banner_class(v),
+        "scale": scale_picture(v),
+        "view": contact_to_turn(v),
+        "view_in": STATE,
+        "configuration": configuration(v.problem),
+    }
     return environment().get_template("report.html.j2").render(known)
 
 
-def _beside(v: Verification, average: float | None, refinement: Refinement | None) -> list[str]:
-    """Sentences on averaged slips and on other meshes, below the answer."""
-    averaged = [] if average is None else [averaged_in_words(v.assessment.averaged(average), average)]
-    others = [] if refinement is None else [f"{refinement_in_words(refinement)} See “Meshes”."]
-    return averaged + others
-
-
-def _meshes(problem: Problem, refinement: Refinement | None) -> dict[str, Any]:
-    """The section about meshes; None where there is none."""
-    if refinement is None:
-        return {"meshes": None}
-    notes = refinement_in_words(refinement), *refinement_notes(refinement, problem)
-    return {
-        "meshes": {
-            "table": refinement_table(refinement, problem, len(refinement.nodes)),
-            "picture": refinement_picture(refinement),
-            "notes": notes,
-        }
-    }
+def _sections(v: Verification, average: float | None, refinement: Refinement | None) -> Iterator[Section]:
+    """What follows the first page: limits, runs, the state at λ = 1, meshes, the joint, provenance."""
+    problem = v.problem
+    limits, rest, slips = limit_sections(v.assessment, simulated=True)
+    pictures = [each for each in (sensitivity_picture(v), slip_picture(v)) if each is not None]
+    subsets, why = critical_facts(v.critical, v.limits.subsets, v.limits.bounds)
+    yield limits
+    said = [*rest.notes, *why, *(f"Note: {note.rstrip('.')}." for note in v.notes)]
+    yield Section("", [*rest.facts, *second_solver(v), *subsets], (), said, pictures)
+    if average is not None:
+        yield averaged_section(v.assessment.averaged(average), average)
+    runs = runs_section(v, brief=False)
+    yield Section("Runs", pictures=run_pictures(v))
+    yield replace(runs, title=f"Table of {count(len(v.runs), 'run')}", folded=True)
+    worst = [worst_table(problem, v.nodes)] if v.nodes.period else []
+    said = [notes.SUMMED, notes.MESH_AT_EDGES, notes.ALL_NODES] if worst else []
+    yield Section(STATE, (), worst, [*filter(None, [no_pictures(v)]), *said], state_pictures(v))
+    if refinement is not None:
+        found = refinement_section(refinement, problem, len(refinement.nodes))
+        yield replace(found, title="Meshes", pictures=[refinement_picture(refinement)])
+    yield Section("Joint", joint_facts(problem), pictures=problem_pictures(problem))
+    yield Section(f"Loads of {count(problem.n, 'node')}", tables=[node_loads(problem)], folded=True)
+    yield replace(slips, title=f"Safe slip of {count(problem.n, 'node')}", folded=True)
+    yield Section("Provenance", [*source_facts(problem), *provenance(v)], (), [notes.ASSUMED, notes.NOT_SAID])
 
 
 def environment() -> Environment:
@@ -213,122 +205,3 @@ def _as_written(value: str) -> Markup:
 def _attribute(value: str) -> Markup:
     """A text where there can be no subscripts, as in an attribute."""
     return _as_written(SUBSCRIPT.sub(r"\1\2", value))
-
-
-def _context(v: Verification) -> dict[str, Any]:
-    problem, in_space = v.problem, v.problem.directions > 1
-    certain, *reservations = certain_in_words(v.limits)
-    return {
-        "title": shortened(problem.name) or "unnamed problem",
-        "space": in_space,
-        "subtitle": f"{count(problem.n, 'contact node')}{' in space' * in_space}, {_steps(problem)}, "
-        f"friction {friction(problem)}" + (f", units {shortened(problem.units)}" if problem.units else ""),
-        "answer": answer_in_words(v),
-        "margin_of_answer": margin_of_answer(v),
-        "mesh_warning": v.limits.mesh.warning,
-        "total_slip": "" if no_node_ever_slips(v.nodes) else total_slip_in_words(v.nodes, problem),
-        "headline": as_given_in_words(v.as_given, units_of(problem).length, problem, v.limits.universal),
-        "reservations": [
-            *(f"Warning: {warning}." for warning in problem.warnings),
-            *reservations,
-            *doubtful_data(problem),
-        ],
-        "verdict": verdict_in_words(v),
-        "verdict_class": banner_class(v),
-        "problems": [*v.disagreements, *v.open_questions],
-        "tiles_name": " ".join([HEADING.removesuffix(" is"), *_through(problem), "is"]),
-        "tiles": large_numbers(v),
-        "rest": rest_table(v),
-        "scale": scale_picture(v),
-        "problem_pictures": problem_pictures(problem),
-        "stiffness": PageTable(
-            ["checked", "found", "result"], stiffness_rows(problem, _coupling_ratio(v)), (0, 1, 2)
-        ),
-        "loading": PageTable(["loading", ""], loading_rows(problem), (0, 1)),
-        "loads": PageTable(node_load_head(problem), node_load_rows(problem), (), printed_nodes(v)),
-        "sources": PageTable(["source", ""], source_rows(problem), (0, 1)),
-        "configuration": configuration(problem),
-        "notes": v.notes,
-        "bounds": bounds_table(v),
-        "meaning": [
-            certain,
-            *bounds_in_words(v.limits),
-            *transient_beside_in_words(v),
-            *([] if v.slip_limit is None else [slip_limit_in_words(v.slip_limit, problem)]),
-        ],
-        "slips": slip_picture(v),
-        "limited": sensitivities_in_words(v.limits),
-        "sensitivity": sensitivity_picture(v),
-        "friction": friction_in_words(problem, v.limits.friction),
-        "runs": runs_table(v),
-        "runs_note": _runs_note(not in_space),
-        "run_pictures": run_pictures(v),
-        "state_pictures": state_pictures(v),
-        "no_pictures": no_pictures(v),
-        "view": contact_to_turn(v),
-        "nodes": nodes_table(v),
-        "worst": worst_table(v),
-        "nodes_note": nodes_note(v),
-        "relative": relative_in_words(problem, v.limits.open_nodes),
-        "critical": critical_in_words(v.critical, v.limits.subsets, v.limits.bounds),
-        "limits": limits_in_words(v),
-        "provenance": _provenance(v),
-    }
-
-
-def _through(problem: Problem) -> list[str]:
-    """For which path of the loads the three numbers hold, where they are not about every path."""
-    steps = load_steps_in_words(problem)
-    return [f"{steps},"] if steps else []
-
-
-def _coupling_ratio(v: Verification) -> float:
-    """ρ*, where there is one."""
-    lower = v.limits.lower
-    return lower.coupling_ratio if lower else np.nan
-
-
-def _steps(problem: Problem) -> str:
-    """How many load steps, or corners, the loading has."""
-    if problem.is_domain:
-        return f"load domain of {count(problem.m, 'corner')}"
-    return count(problem.m, "load step")
-
-
-def _runs_note(plane: bool) -> str:
-    """What the columns of the table of runs mean; some sentences are for joints in the plane only."""
-    return RUNS_NOTE.format(
-        predicted="up to λ_1 that is predicted, and proved only where the guarantee of λ_1 says so; " * plane,
-        box=", and the state asked about below its λ_S",
-        domain="Of a load domain λ_1 predicts nothing; its" if plane else "Of a load domain the",
-    )
-
-
-RUNS_NOTE = (
-    "Agreement is judged only where the bounds predict something: below λ_U every initial state, closed and "
-    "admissible, is proved to shake down; {predicted}"
-    "above λ_max none can while all nodes stay in contact; the safe slip shakes down below λ_max, "
-    "and so does every state inside the energy ball (“ball”: drawn just inside its surface, but no farther "
-    "from its centre than the other states){box}. "
-    "Transient load steps come first: "
-    "then the safe slip is one that they do not move, or else one locked in after them "
-    "(“after”), and what is said of every state is said of those that they leave closed. "
-    "{domain} corners are followed in the order given. With nodes "
-    "open the safe slip of the zone, those nodes open and the transient left out, stays at rest up to its "
-    "λ_max. Slip per period: Σ|Δv| of the "
-    "node that slips most, over one period of the long-term state. The law residual is the largest "
-    "violation of the contact and friction law over that period (with fixed load steps: over all of them), "
-    "re-computed from slips and gaps alone. " + SEPARATION
-)
-
-
-def _provenance(v: Verification) -> str:
-    """Version, date, machine, seed: what is needed to reproduce the report."""
-    asked = v.settings
-    return (
-        f"shakedown {version('shakedown-bounds')}, Python {platform.python_version()}, "
-        f"NumPy {np.__version__}, {datetime.datetime.now(datetime.UTC):%Y-%m-%d %H:%M} UTC, "
-        f"{platform.system()} {platform.machine()}, {os.cpu_count()} processors; method {asked.method}, "
-        f"at most {asked.cycles} cycles, {count(asked.random_states, 'random transient')} with seed "
-        f"{asked.seed}."
-    )

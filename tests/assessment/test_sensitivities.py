@@ -9,7 +9,7 @@ from joints import joint_of_kind
 import shakedown
 from shakedown.assessment.sensitivities import KINDS, sensitivities
 from shakedown.joint.loading import loading
-from shakedown.report.limit_words import sensitivities_in_words
+from shakedown.report.limit_facts import sensitivity
 
 STEP = 1e-3
 
@@ -180,7 +180,7 @@ def test_units_do_not_matter(bound):
 
 def test_words_name_the_node():
     joint = replace(shakedown.example("uncoupled"), label=["a", "b"])
-    said = sensitivities_in_words(shakedown.assess(joint).details)
+    said = sensitivity(shakedown.assess(joint).details, "upper", "λ_max")
     worst = sensitivities(joint, upper(joint)).ranked()[0]
-    assert f"depends most on node {worst} (FE {'ab'[worst]})" in said[0]
-    assert "−1 % with 1 % more load amplitude" in said[0]
+    assert said.shown == f"node {worst} (FE {'ab'[worst]})"
+    assert "load amplitude −1 %" in said.note

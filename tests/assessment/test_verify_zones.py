@@ -14,7 +14,7 @@ from shakedown.assessment.load_regions import OUTSIDE
 from shakedown.bounds import upper as upper_module
 from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.joint.contact_zone import contact_zone
-from shakedown.report.bound_words import bounds_in_words
+from shakedown.report.limit_facts import decided_by
 from tests.partly_open import SOME, partly_open, zone_bound
 
 RECEDING = shakedown.example("receding-block")
@@ -48,9 +48,8 @@ def test_a_wrong_zone_is_reported_not_believed():
     result = verify(RECEDING, random_states=0, open_nodes=[16])
     assert result.limits.upper.status == "infeasible"
     assert all(one.agrees is None for one in result.runs)
-    assert "With node 16 (FE 144) open and all others closed no load factor is safe" in " ".join(
-        bounds_in_words(result.limits)
-    )
+    shown = {each.label: each.shown for each in decided_by(result.assessment)}
+    assert (shown["open nodes"], shown["safe slip"]) == ("node 16 (FE 144)", "none")
 
 
 def test_a_zone_that_was_not_found_is_an_open_question(monkeypatch):
@@ -97,7 +96,7 @@ def test_the_command_and_the_report_name_the_zone(tmp_path):
     code, out, _ = run(*words, "--details", "-o", "r.html", cwd=tmp_path)
     text = " ".join(out.split())
     assert code == 0
-    assert "With nodes 0–4, 28–32 open and all others closed there is a safe slip" in text
+    assert "open nodes nodes 0–4, 28–32 all others closed safe slip up to 0.2281" in text
     assert "safe (zone)" in text
     for page in (text, (tmp_path / "r.html").read_text()):
         assert "nodes 0–4, 28–32 open" in page
@@ -124,7 +123,7 @@ def test_two_nodes_one_of_them_open(tmp_path):
     shakedown.save_problem(tmp_path / "pair.npz", joint)
     code, out, err = run("verify", "pair.npz", "--details", "-o", "r.html", cwd=tmp_path)
     assert code == 0, err
-    assert "With node 1 open and all others closed" in " ".join(out.split())
+    assert "open nodes node 1 all others closed" in " ".join(out.split())
     assert np.isfinite(verify(joint).limits.upper.load_factor)
 
 

@@ -22,7 +22,7 @@ from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
 from shakedown.joint.constraints import constraints
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.report.hint_words import relative_in_words
+from shakedown.report.data_facts import relative_to
 from shakedown.report.json_documents import assessment_document
 
 SIZES = [(n, free) for n in (2, 3, 5, 8, 12) for free in (1, 2) if n > 2 * free - 1 and n > free]
@@ -225,9 +225,8 @@ def test_what_is_pinned_is_written_and_said() -> None:
     document = assessment_document(shakedown.assess(problem))
     assert document["pinned"] == document["lower"]["pinned"] == document["upper"]["pinned"]
     assert len(document["pinned"]) == 2
-    said = relative_in_words(problem)
-    assert said.count("Only friction keeps") == 1
-    assert all(str(node) in said for node in document["pinned"])
+    (fact,) = relative_to(problem, tuple(document["pinned"]))
+    assert all(f"node {node}" in fact.shown for node in document["pinned"])
 
 
 def test_the_study_judges_a_joint_by_every_method() -> None:

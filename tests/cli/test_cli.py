@@ -60,8 +60,8 @@ def test_a_table_with_slips_after_the_transient_has_80_columns(tmp_path):
     destroyed = replace(two, q_transient=[[-1293.0, -1382.0]], p_transient=[[790.0, 2417.0]], units="N, mm")
     shakedown.save_problem(tmp_path / "t.npz", destroyed)
     _, out, _ = run("verify", "t.npz", "--random", "0", "--details", cwd=tmp_path)
-    assert "safe (after)  " in out
-    assert "(after): locked in when the transient load steps are over." in out
+    assert out.count("(after)") > 1
+    assert "(after): the state locked in when the transient load steps are over." in out
     assert max(map(len, out.splitlines())) <= 80
 
 
@@ -84,8 +84,8 @@ def test_verify_has_every_run(tmp_path):
 def test_disagreement_is_exit_code_1_and_stands_below_the_answer(tmp_path):
     code, out, err = run("verify", "three-node", "-o", "r.html", cwd=tmp_path)
     assert (code, err) == (1, "")
-    assert out.splitlines()[2].startswith("At the nominal load (λ = 1) the joint shakes down")
-    assert out[: out.index("DISAGREEMENT")].count("\n\n") == 2  # heading and answer
+    assert out.splitlines()[1].startswith("At the nominal load (λ = 1) the joint shakes down")
+    assert out.index("\nDISAGREEMENT: ") < out.index("\n\n")
     page = (tmp_path / "r.html").read_text()
     assert page.index("DISAGREE") < page.index("<h2")
     assert json.loads((tmp_path / "r.json").read_text())["agrees"] is False

@@ -13,8 +13,8 @@ def test_import_writes_the_problem_and_says_where_it_came_from(tmp_path):
     code, out, err = run("import", str(BLOCK / "import.toml"), "-o", str(tmp_path / "b.npz"))
     assert (code, err) == (0, "")
     assert "9 nodes, 48 load steps" in out
-    assert "from reactions to unit displacements: 0 rows condensed, 0 held" in out
-    assert "agrees with the static run" in out
+    assert "read from reactions to unit displacements 0 rows condensed, 0 held" in " ".join(out.split())
+    assert "agrees with static run" in out
     made, reference = shakedown.load_problem(tmp_path / "b.npz"), shakedown.load_problem(BLOCK / "block.npz")
     np.testing.assert_allclose(made.p_w, reference.p_w, rtol=1e-14)
 
@@ -86,13 +86,13 @@ def test_check_shows_what_is_read_and_writes_nothing(tmp_path):
     assert out.splitlines()[1].startswith("GO ON: no warnings.")
     for words in (
         "5/1077",
-        "first body: 45 nodes, 9 in contact; free but for the contact: along x, along y,",
-        "second body: 68 nodes, 9 in contact; held by supports",
+        "first body 45 nodes 9 in contact; free but for the contact: along x, along y,",
+        "second body 68 nodes 9 in contact; held by supports",
         "asymmetry",
-        "rigid motions of the contact nodes without resistance: 3",
+        "rigid motions 3 of the contact nodes, without resistance",
         "read punch.sti",
     ):
-        assert words in out
+        assert words in " ".join(out.split())
     lines = [line.split() for line in out.splitlines()]
     for words in (
         "applied, first body 70 0 -70",  # about the middle of the contact, 1 mm below

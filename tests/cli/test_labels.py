@@ -19,11 +19,11 @@ def file(tmp_path_factory):
 @pytest.mark.parametrize(
     ("words", "shown"),
     [
-        (["solve", "--details"], ["4712/13", "safe slip [mm]", "critical [mm]", "node 1 (FE 4712/13)"]),
+        (["solve", "--details"], ["4712/13", "safe slip [mm]", "critical slip [mm]", "node 1 (FE 4712/13)"]),
         (["solve", "--quick", "--details"], ["4712/13", "safe slip [mm]"]),
         (["critical"], ["1 (FE 4712/13) backward", "slip there [mm]"]),
-        (["simulate", "--load-factor", "0.9"], ["4712/13", "final slip [mm]", "N mm"]),
-        (["verify", "--random", "0", "--details"], ["(node 1 (FE 4712/13))", "Σ|Δv| [mm]"]),
+        (["simulate", "--load-factor", "0.9"], ["4712/13", "final [mm]", "N mm"]),
+        (["verify", "--random", "0", "--details"], ["node 1 (FE 4712/13)", "Σ|Δv| [mm]"]),
     ],
     ids=lambda value: value[0],
 )
@@ -38,18 +38,18 @@ def test_nodes_have_their_labels_and_numbers_their_units(file, words, shown):
 @pytest.mark.parametrize(
     ("words", "shown"),
     [
-        (["solve"], "proved from this state λ = 0.7315934 20 ± 14.63 kN; starting without slip"),
-        (["solve"], "impossible above λ_max = 0.7391456 20 ± 14.79 kN; while all nodes stay in contact"),
+        (["solve"], "proved from this state 0.7315 20 ± 14.63 kN −26.85 % start with zero slip"),
+        (["solve"], "impossible above 0.7392 20 ± 14.79 kN −26.08 % all nodes in contact"),
         (
             ["verify", "--random", "0", "--load-factor", "1"],
-            "it is proved to shake down up to 20 ± 14.63 kN (λ = 0.7315934)",
+            "proved from this state 0.7315 20 ± 14.63 kN",
         ),
         (["solve", "--quick"], "loads at λ = 1: axial load 20 ± 20 kN; bolt preload 12 kN, unchanged"),
         (
             ["simulate", "--load-factor", "0.7"],
-            "Load factor 0.7 (axial load 20 ± 14 kN; bolt preload 12 kN, ",
+            "loads axial load 20 ± 14 kN; bolt preload 12 kN, unchanged",
         ),
-        (["nodes", "--load-factor", "0.7"], "Load factor 0.7 (axial load 20 ± 14 kN; bolt preload 12 kN, "),
+        (["nodes", "--load-factor", "0.7"], "loads axial load 20 ± 14 kN; bolt preload 12 kN, unchanged"),
     ],
     ids=lambda value: value[0],
 )

@@ -148,9 +148,9 @@ def test_the_text_shows_the_worst_nodes_within_80_columns(named):
         assert (code, err) == (0, "")
         lines = out.splitlines()
         assert max(map(len, lines)) <= 80
-        assert len(lines) <= 21
+        assert "q max" in out
     _, out, _ = run("nodes", *AT_TWO)
-    first = next(line for line in out.splitlines() if "40/4" in line).split()
+    first = next(line for line in out.splitlines() if line.split()[:2] == ["4", "40/4"]).split()
     assert first[:5] == ["4", "40/4", "mixed", "0.00181", "0.00356"]
     assert "5 mixed, 3 slip, 1 stick" in out
 

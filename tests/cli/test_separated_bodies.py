@@ -5,7 +5,8 @@ import pytest
 from command import document, run
 
 import shakedown
-from shakedown.report.run_words import APART, separated_in_words
+from shakedown.report.notes import APART, SIGN
+from shakedown.report.run_facts import separated
 
 A = np.array([[4.0, -1.0, 0.0], [-1.0, 4.0, -1.0], [0.0, -1.0, 4.0]])
 
@@ -32,7 +33,7 @@ def test_where_only_some_nodes_are_pulled_the_sentence_asks_itself():
     mixed = shakedown.Problem(
         A=A, B=0.3 * np.eye(3), C=A, f=0.4, q_w=np.ones((1, 3)), p_w=[[-3.0, 1.0, -3.0]]
     )
-    assert separated_in_words(mixed) == f"{APART} Is the sign of p_w right, or does an initial gap stay open?"
+    assert separated(mixed) == f"{APART} {SIGN}"
 
 
 def test_verification_asks_once_for_the_sign_and_says_why(apart):

@@ -1,4 +1,4 @@
-"""The first page: one sentence with the answer in the user's loads, three numbers, and the rest in one table."""
+"""The first page of a joint: the answer, the claims in the user's loads, what decides, the next step."""
 
 import json
 import re
@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from partly_open import SOME, partly_open
 
 import shakedown
 from shakedown import Problem
@@ -13,12 +14,13 @@ from shakedown.assessment.assess import proved_limit
 from shakedown.assessment.verify import Verification
 from shakedown.ground.shown_values import FEW_DIGITS, down, few, up
 from shakedown.joint.conjugate_loads import without_loads
-from shakedown.report.answer_words import answer_in_words, margin_of_answer
-from shakedown.report.assessment_words import beside_one
-from shakedown.report.first_page import large_numbers, rest_table
+from shakedown.report import notes
+from shakedown.report.facts import Sheet
 from shakedown.report.html import render, write_report
-from shakedown.report.next_words import margin_in_words
-from shakedown.report.page_tables import WORST, worst_table
+from shakedown.report.limit_facts import decided_by, solve_sheet
+from shakedown.report.run_facts import worst_table
+from shakedown.report.terminal import sheet_as_text
+from shakedown.report.verification_facts import answer, state_facts, verify_sheet
 from tests.report.test_page import Page, nominal
 
 LOADS = {
@@ -27,7 +29,7 @@ LOADS = {
     "load_amplitude": [0.0, 20.0],
     "load_units": ["kN", "kN"],
 }
-NUMBER = r"([\d.]+(?:e-?\d+)?)"
+COMMAND = re.compile(r"shakedown-bounds .*")
 
 
 def verified(problem: Problem) -> Verification:
@@ -48,6 +50,15 @@ def loaded(factor: float) -> Problem:
     )
 
 
+def said(sheet: Sheet) -> str:
+    return sheet_as_text(sheet)
+
+
+def fact(sheet: Sheet, label: str) -> str:
+    """What is said under one label, value and note; empty where there is none."""
+    return " ".join(f"{each.shown} {each.note}".strip() for each in sheet.facts if each.label == label)
+
+
 @pytest.fixture(scope="module")
 def holds() -> Verification:
     return verified(loaded(1.0))
@@ -58,114 +69,105 @@ def slips() -> Verification:
     return verified(loaded(5.2))
 
 
-def test_a_joint_that_shakes_down_has_its_limit_in_the_loads_of_the_user(holds):
-    text = answer_in_words(holds)
-    found = re.fullmatch(
-        r"At axial load 20 ± 20 kN \(λ = 1\) the joint shakes down\. Starting without slip, it is proved to do so "
-        rf"up to 20 ± {NUMBER} kN \(λ = {NUMBER}\); bolt preload 12 kN, unchanged\.",
-        text,
-    )
-    load, factor = map(float, found.groups())
-    exact = holds.assessment.proved_from_this_state
-    assert factor == float(down(exact))
-    assert 0.99 * 20 * exact < load <= 20 * exact
-    percent, simulated = map(float, re.findall(rf"{NUMBER} %", margin_of_answer(holds)))
-    assert 0.99 * (exact - 1) < percent / 100 <= exact - 1
-    assert 0.99 * (holds.transient.load_factor - 1) < simulated / 100 <= holds.transient.load_factor - 1
+def joints() -> dict[str, Problem]:
+    built_in = {name: shakedown.example(name) for name in shakedown.example_names()}
+    return built_in | {f"open {seed}": partly_open(seed) for seed in SOME[:4]} | {"loaded": loaded(1.0)}
 
 
-def test_a_joint_that_slips_says_where_how_far_and_what_is_enough(slips):
-    text = answer_in_words(slips)
-    found = re.fullmatch(
-        rf"At axial load 20 ± 20 kN \(λ = 1\) the joint slips in every cycle, with a slip range of up to {NUMBER} mm at "
-        rf"node (\d+) \(FE (\d+)\), in the simulation. Starting without slip, it is proved to shake down up to 20 ± {NUMBER} kN \(λ = {NUMBER}\)"
-        "; bolt preload 12 kN, unchanged.",
-        text,
-    )
-    slip, node, label, load, factor = found.groups()
-    nodes = shakedown.node_results(slips.as_given)
-    assert int(node) == nodes.slip_range.argmax()
-    assert label == slips.problem.label[int(node)]
-    assert slip == few(nodes.slip_range.max())
-    exact = slips.assessment.proved_from_this_state
-    assert 0.99 * exact < float(factor) <= exact
-    assert 0.99 * 20 * exact < float(load) <= 20 * exact
-    (less, *_) = re.findall(rf"{NUMBER} % smaller it is proved", margin_of_answer(slips))
-    assert 1 - exact <= float(less) / 100 < 1.01 * (1 - exact)
-
-
-@pytest.mark.parametrize("which", ["holds", "slips"])
-def test_the_three_large_numbers_are_those_of_the_assessment_rounded_to_the_safe_side(which, request):
-    v = request.getfixturevalue(which)
-    every, here, above = large_numbers(v)
-    assert [every.name, here.name, above.name] == [
+@pytest.mark.parametrize("name", joints())
+def test_the_first_screen_of_every_joint(name):
+    """At most 14 lines of 80 characters, no long sentence; three claims, each named once; one next step."""
+    found = shakedown.assess(joints()[name])
+    sheet = solve_sheet(found, name)
+    lines = said(sheet).splitlines()
+    assert len(lines) <= 14 + bool(found.problem.loads) + (name == "loaded")
+    assert max(map(len, lines)) <= 80
+    told = [*sheet.answer, *(f"{each.shown} {each.note}" for each in sheet.facts)]
+    for sentence in re.split(r"(?<=[.:]) ", " ".join(told)):
+        assert len(COMMAND.sub("", sentence).split()) <= 25, sentence
+    assert [row[0] for row in sheet.claims.rows] == [
         "proved from every state",
         "proved from this state",
         "impossible above",
     ]
-    exact = v.assessment.proved_from_this_state, v.assessment.impossible_above
-    for shown, value, rounded in zip((here, above), exact, (down, up), strict=True):
-        assert shown.value == f"20 ± {rounded(20 * value, FEW_DIGITS)} kN"
-        symbol = "λ_max" if rounded is up else "λ"
-        assert re.match(rf"{symbol} = {re.escape(rounded(value))}0*, ", shown.remark)
-    assert every.value == "nothing proved"
-    bare = replace(v.problem, load_mean=None, load_amplitude=None, load_units=None)
-    assert re.fullmatch(rf"λ = {re.escape(down(exact[0]))}0*", large_numbers(verified(bare))[1].value)
+    assert [each.label for each in sheet.facts].count("next") == 1
+    assert len(sheet.answer) == 1
+    assert "(λ = 1)" in sheet.answer[0]
+    opened = len(found.details.open_nodes)
+    if opened:
+        assert sheet.claims.rows[2][1] == f"unknown ({opened} node{'s' * (opened > 1)} open)"
+        assert sheet.answer[0].endswith("it is not decided which nodes open.")
+
+
+@pytest.mark.parametrize("which", ["holds", "slips"])
+def test_claims_are_those_of_the_assessment_in_the_loads_of_the_user(which, request):
+    v = request.getfixturevalue(which)
+    assert (
+        said(verify_sheet(v))
+        .splitlines()[1]
+        .startswith("loads at λ = 1: axial load 20 ± 20 kN; bolt preload")
+    )
+    claimed = {row[0]: row[1:] for row in verify_sheet(v).claims.rows}
+    for claim, exact, rounded in (
+        ("proved from this state", v.assessment.proved_from_this_state, down),
+        ("impossible above", v.assessment.impossible_above, up),
+    ):
+        factor, load, margin, _ = claimed[claim]
+        assert float(factor) == pytest.approx(exact, rel=1e-3)
+        assert (float(factor) <= exact) == (rounded is down)
+        assert load == f"20 ± {rounded(20 * exact, FEW_DIGITS)} kN"
+        percent = float(margin.removesuffix(" %").replace("−", "-"))
+        assert percent == pytest.approx(100 * (exact - 1), rel=2e-3)
+        assert (percent <= 100 * (exact - 1)) == (rounded is down)
+    assert claimed["proved from every state"][:2] == ["not proved", ""]
+
+
+def test_a_joint_that_slips_says_where_and_how_far(slips):
+    assert answer(slips) == "At the nominal load (λ = 1) the joint slips in every cycle."
+    nodes = shakedown.node_results(slips.as_given)
+    most = int(nodes.slip_range.argmax())
+    shown = {each.label: (each.shown, each.note) for each in state_facts(slips)}
+    assert shown["largest slip range"] == (
+        f"{few(nodes.slip_range[most])} mm",
+        f"node {most} (FE {slips.problem.label[most]})",
+    )
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_the_table_has_the_worst_of_the_results_per_node_of_the_json(slips, tmp_path):
+def test_the_largest_results_per_node_are_those_of_the_json(slips, tmp_path):
     write_report(tmp_path / "page.html", slips)
     nodes = json.loads((tmp_path / "page.json").read_text())["nodes"]
-    rows = {name: (value, where) for name, value, where in rest_table(slips).rows}
+    shown = {each.label: (each.shown, each.note) for each in state_facts(slips)}
     for name, column, unit in (
         ("largest slip range", "slip_range", "mm"),
-        ("largest slip per cycle", "accumulated_slip", "mm"),
+        ("largest slip distance", "accumulated_slip", "mm"),
         ("largest pressure", "pressure_max", "MPa"),
-        ("largest friction work per cycle", "work", "N mm"),
+        ("largest friction work", "work", "N mm"),
     ):
-        value, where = rows[name]
         exact = max(nodes[column])
-        assert value == f"{few(exact)} {unit}"
         node = nodes[column].index(exact)
-        assert where.startswith(f"node {node} (FE {nodes['label'][node]})")
-    total = sum(nodes["work"])
-    assert rows["friction work per cycle, all nodes"][0] == f"{few(total)} N mm"
-    assert sum(int(part.split()[0]) for part in rows["nodes"][1].split(", ")) == 9
+        assert shown[name] == (f"{few(exact)} {unit}", f"node {node} (FE {nodes['label'][node]})")
+    assert shown["friction work, all nodes"][0] == f"{few(sum(nodes['work']))} N mm"
+    assert sum(int(part.split()[0]) for part in shown["nodes"][1].split(", ")) == 9
 
 
-def test_the_worst_nodes_come_first_and_are_told_to_all_digits_shown(slips):
-    nodes, shown = shakedown.node_results(slips.as_given), worst_table(slips)
-    assert shown.head[:4] == ["node", "FE label", "status", "slip range [mm]"]
+def test_the_worst_nodes_come_first(slips):
+    nodes = shakedown.node_results(slips.as_given)
+    shown = worst_table(slips.problem, nodes)
+    assert shown.head[:4] == ["node", "FE", "status", "slip range [mm]"]
     slip = [float(row[3]) for row in shown.rows]
     assert slip == sorted(slip, reverse=True)
     for row in shown.rows:
         node = int(row[0])
-        assert row[1:3] == [slips.problem.label[node], nodes.status[node]]
-        assert float(row[4]) == pytest.approx(nodes.accumulated_slip[node], rel=1e-5, abs=1e-12)
+        assert list(row[1:3]) == [slips.problem.label[node], nodes.status[node]]
+        assert float(row[4]) == pytest.approx(nodes.accumulated_slip[node], rel=6e-3, abs=1e-12)
 
 
-def test_where_nothing_slips_zero_is_said_of_no_node(holds):
-    rows = {name: (value, where) for name, value, where in rest_table(holds).rows}
-    assert rows["slip and friction work per cycle"] == ("0", "no node ever slips, proved")
-    assert rows["nodes"] == ("9", "all stick")
-
-
-def test_numbers_of_the_table_are_written_without_an_exponent_where_that_takes_few_zeros():
-    values = [value for _, value, _ in rest_table(nominal("two-node")).rows]
-    assert not any("e+" in value for value in values)
-    assert "1785" in values
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_on_paper_long_tables_of_nodes_have_their_worst_rows_only():
-    v = nominal("receding-block")
-    text = render(v)
-    page = Page(text)
-    left_out = [row for row in page.all("tr") if row.get("class") == "more"]
-    assert len(left_out) == 2 * (33 - WORST)
-    assert page.text.count(f"On paper: the {WORST} worst nodes of 33") == 2
-    assert ".more { display: none; }" in text.split("@media print")[1]
+def test_where_nothing_slips_no_node_is_said_to(holds):
+    shown = {each.label: (each.shown, each.note) for each in state_facts(holds)}
+    assert shown["slip"] == ("none", "proved: no node ever slips")
+    assert shown["nodes"] == ("9", "9 stick")
+    assert "largest slip range" not in shown
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -178,75 +180,77 @@ def test_symbols_have_subscripts_and_what_the_user_wrote_has_none(slips):
         }
     )
     named = replace(slips.problem, name="λ_E joint", source=kept)
-    found = replace(slips, assessment=shakedown.assess(named))
-    page = render(found)
-    body = re.sub(r'(data-name|aria-label)="[^"]*"', "", page[page.index("</style>") :])
-    assert re.findall(r".*λ_.*", body) == ["<h1>Shakedown report: λ_E joint</h1>"]
+    page = render(replace(slips, assessment=shakedown.assess(named)))
+    body = re.sub(r'aria-label="[^"]*"', "", page[page.index("</style>") :])
+    assert "<h1>Shakedown report: λ_E joint</h1>" in body
     assert "λ<sub>max</sub>" in body
     assert "load = p_w</pre>" in body
     assert "p_w.mtx" in body
-    assert "<p>Warning: pairs lie apart.</p>" in body[: body.index("<dl")]
-    assert body.count("pairs lie apart") == 2  # and among the sources
+    assert body.count("pairs lie apart") == 1
     assert "p<sub>w</sub> mean" in body
 
 
 SAID = {
-    "one-node-separation": r"At the nominal load \(λ = 1\) the joint is in separation, in the simulation: .*\.",
-    "jump": r"At the nominal load \(λ = 1\) the joint shakes down with node 1 open, proved by following its cycles\.",
-    "receding-block": r"At the nominal load \(λ = 1\) the joint .*nodes? .*",
-    "uncoupled": rf".*slips in every cycle, with a slip range of up to {NUMBER} at node \d, in the simulation\.",
+    "one-node-separation": "the joint opens and closes in every cycle.",
+    "jump": "the joint shakes down with node 1 open: proved by following its cycles.",
+    "receding-block": "the joint ",
+    "uncoupled": "the joint slips in every cycle.",
+    "block-9": "the joint shakes down, starting with zero slip: proved.",
+    "bolted-flange": "the joint shakes down, whatever slip is locked in: proved.",
 }
 
 
 @pytest.mark.parametrize("name", SAID)
-def test_the_sentence_of_every_outcome_is_true(name):
-    assert re.fullmatch(SAID[name], answer_in_words(nominal(name)))
+def test_the_answer_is_the_outcome(name):
+    assert answer(nominal(name)).startswith(f"At the nominal load (λ = 1) {SAID[name]}")
 
 
 def test_a_body_that_slides_away_does_not_hold():
     free = Problem(A=[[0.0]], B=[[0.0]], C=[[1.0]], f=0.5, q_w=[[0.9], [-0.1]], p_w=[[1.0], [1.0]])
     v = verified(free)
-    assert answer_in_words(v).startswith("At the nominal load (λ = 1) the joint does not hold: ")
-    assert "gross slip" in answer_in_words(v)
-    assert rest_table(v).rows[0][1] == "–"
+    assert answer(v) == f"At the nominal load (λ = 1) t{notes.SLIDES_AWAY[1:]}"
+    assert fact(verify_sheet(v), "results per node").startswith("none")
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_of_a_load_domain_what_is_simulated_is_said_to_be_one_path():
-    domain = replace(shakedown.example("two-node"), load_path="domain")
-    v = verified(domain)
-    assert ", with the corners of the load domain in their order" in answer_in_words(v)
-    assert "one path of many" in Page(render(v)).text[:2500]
+    v = verified(replace(shakedown.example("two-node"), load_path="domain"))
+    page = Page(render(v)).text
+    for told in (notes.LOAD_DOMAIN, notes.ONE_PATH):
+        assert page.count(told) == 1
 
 
 def test_a_state_that_is_none_of_those_that_every_state_means_says_why():
     joint = shakedown.example("two-node")
     inside, outside = (shakedown.assess(joint, slip) for slip in ([0.5, 0.0], [0.0, -1.5]))
     assert outside.proved_from_this_state < outside.proved_from_every_state
-    said = "The first load step makes node 1 slip, so the given slip is not one of these states."
-    assert said in margin_in_words(outside)
-    assert "first load step" not in margin_in_words(inside)
+    why = "the first load step makes node 1 slip, so the given slip is not one of all"
+    assert fact(solve_sheet(outside), "this state") == why
+    assert fact(solve_sheet(inside), "this state") == ""
 
 
-def test_a_proof_of_another_zone_is_no_margin():
+def test_a_proof_of_another_zone_is_none_of_the_joint():
     v = nominal("receding-block")
     assert v.limits.open_nodes
     assert proved_limit(v.assessment).load_factor == 0
-    assert "proved" not in margin_of_answer(v)
+    known = {row[0]: row[1] for row in verify_sheet(v).claims.rows}
+    for claim in ("proved from every state", "proved from this state", "impossible above"):
+        assert known[claim] == "unknown (10 nodes open)"
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_floating_joint_says_what_slips_are_relative_to():
     A = np.array([[1.0, -1.0], [-1.0, 1.0]])
     free = Problem(
         A=A, B=np.zeros((2, 2)), C=np.eye(2), f=0.5, q_w=[[0.1, 0.1], [-0.1, -0.1]], p_w=np.ones((2, 2))
     )
-    text = Page(render(verified(free))).text
-    assert "Only friction keeps one body from sliding or turning on the other" in text
+    text = said(solve_sheet(shakedown.assess(free), details=True))
+    assert "slips relative to" in text
+    assert text.count("Only friction keeps") == 1
 
 
-@pytest.mark.parametrize(("value", "rounded"), [(1.00004, down), (0.99996, up), (1.0, down), (1e-9, up)])
-def test_a_rounded_load_factor_stays_on_its_side_of_one(value, rounded):
-    shown = float(beside_one(value, rounded))
-    assert np.sign(shown - 1) == np.sign(value - 1)
-    assert shown <= value if rounded is down else shown >= value
+def test_the_mesh_warning_has_its_numbers():
+    found = shakedown.assess(shakedown.example("bolted-flange"))
+    (warning,) = [each.shown for each in decided_by(found) if each.label == "mesh"]
+    for word, by in found.details.mesh.coarser.items():
+        assert f"{word.replace('_', ' ')} {100 * by:+.0f} %" in warning
+    assert "17, 23" in warning

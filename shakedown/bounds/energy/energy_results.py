@@ -231,12 +231,6 @@ class BallEvidence(Evidence):
     certificate: EnergyCertificate | None = None
     share: FloatArray = field(default_factory=lambda: np.zeros((0, 2)), repr=False)
 
-    def remark(self, bound: Bound) -> str:
-        """How far exact arithmetic confirms it, or why there is none."""
-        if bound.certified is None:
-            return bound.reason
-        return f"certified to {1 - bound.certified / bound.load_factor:.0e}"
-
 
 class ExactConditions(Protocol):
     """The conditions of an energy bound in exact arithmetic."""

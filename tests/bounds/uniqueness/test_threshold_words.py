@@ -6,23 +6,33 @@ import numpy as np
 
 import shakedown
 from benchmarks.problems import joint
-from shakedown.report.friction_words import critical_in_words, friction_in_words
+from shakedown.report.limit_facts import friction_facts
+from shakedown.report.subset_facts import critical_facts
 
 
-def test_one_subset_is_not_many() -> None:
+def test_one_subset_is_singular() -> None:
     problem = shakedown.example("one-node")
     critical, bounds = shakedown.critical_load_factors(problem), shakedown.shakedown_bounds(problem)
-    said = critical_in_words(critical, critical.total, bounds)[0]
-    assert said.startswith("1 subset of n + 1 constraints: 1 critical load factor.")
+    facts, said = critical_facts(critical, critical.total, bounds)
+    assert (facts[0].value, facts[0].note) == ("1", "1 with a critical load factor, 0 degenerate")
+    assert said == []
 
 
-def test_wedging_that_was_not_looked_for_is_said_where_it_matters() -> None:
+def test_a_free_body_is_told_why_no_subset_is_regular() -> None:
+    free = shakedown.Problem(
+        A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), C=np.eye(2), f=0.5,
+        q_w=[[-2.0, -2.0], [2.0, 2.0]], p_w=np.ones((2, 2)),
+    )  # fmt: skip
+    found, bounds = shakedown.critical_load_factors(free), shakedown.shakedown_bounds(free)
+    (why,) = critical_facts(found, found.total, bounds)[1]
+    assert "no subset meets in a point" in why
+
+
+def test_wedging_that_was_not_looked_for_is_open_where_it_matters() -> None:
     problem = joint(0, 101, coupling=0.1)
-    limits = shakedown.friction_thresholds(problem)
-    weak = replace(problem, f=0.1 * problem.f)
-    assert not any(
-        "hold the joint" in line for line in friction_in_words(weak, replace(limits, factor=False))
-    )
-    high = replace(limits, factor=False)
-    said = friction_in_words(replace(problem, f=float(np.ceil(limits.wedging.low + 1))), high)
-    assert "It is open whether locked-in slip can hold the joint without any load (a wedged state" in said[-1]
+    limits = shakedown.assess(problem).details
+    thresholds = replace(shakedown.friction_thresholds(problem), factor=False)
+    for friction, state in ((0.1 * problem.f, "holds"), (float(np.ceil(thresholds.wedging.low + 1)), "open")):
+        own = replace(limits, problem=replace(problem, f=friction))
+        own.keep("friction", thresholds)
+        assert f": {state}" in friction_facts(own)[-1].note
