@@ -2,39 +2,10 @@
 
 from enum import StrEnum
 
-# Limits of the load factor: word in documents and options, symbol, name.
-SYMBOLS = {
-    "lower": "λ_1",
-    "universal": "λ_U",
-    "energy": "λ_E",
-    "accumulated": "λ_S",
-    "transient": "λ_T",
-    "upper": "λ_max",
-}
-FROM_HERE = ("energy", "accumulated")  # proved from one state, below any of them
-NAMES = {
-    "λ_1": "first collapse",
-    "λ_U": "from every state",
-    "λ_E": "from this state, by energy",
-    "λ_S": "from this state, by total slip",
-    "λ_T": "simulated from this state",
-    "λ_max": "impossible above",
-}
 # What a node does at an instant, as compiled code numbers it; NO_STATE: none that satisfies the law.
 STICK, BACKWARD_SLIP, OPEN, NO_STATE = range(4)
 FORWARD_SLIP = -BACKWARD_SLIP
 SLIP = BACKWARD_SLIP  # in space, where a disc has no sides
-
-
-def named(symbol: str) -> str:
-    """A limit by its symbol and its name, as tables and pictures show it.
-
-    Examples
-    --------
-    >>> named("λ_U")
-    'λ_U, from every state'
-    """
-    return f"{symbol}, {NAMES[symbol]}"
 
 
 class Status(StrEnum):
