@@ -9,8 +9,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from shakedown.bounds.registry import BOUNDS, Claim, kinds_of
 from shakedown.ground.errors import UsageError
-from shakedown.ground.status import named
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.result import Result
@@ -24,13 +24,12 @@ REGIONS = (  # from the outside in: each lies within the one before
     ("proved from this state", style.SKY),
     ("proved from every state", style.GREEN),
 )
-LINES = {
-    "universal": (named("λ_U"), style.GREEN, "-"),
-    "lower": (named("λ_1"), style.BLACK, "--"),
-    "energy": (named("λ_E"), style.BLUE, "-"),
-    "accumulated": (named("λ_S"), style.BLUE, ":"),
-    "transient": (named("λ_T"), style.PURPLE, ":"),
-    "upper": ("λ_max", style.RED, "-"),
+LINES = {  # by what a limit is about; limits of one kind differ in their dashes
+    Claim.EVERY_STATE: (style.GREEN, "-"),
+    Claim.COLLAPSE: (style.BLACK, "--"),
+    Claim.THIS_STATE: (style.BLUE, "-"),
+    Claim.FOLLOWED: (style.PURPLE, ":"),
+    Claim.IMPOSSIBLE: (style.RED, "-"),
 }
 MARKS = {"shakedown": ("shakes down", "o"), "cyclic-slip": ("slips for ever", "x"), "": ("others", "+")}
 NAMES = {
@@ -94,7 +93,7 @@ def regions(
     if len(found.parameters) != 2:
         raise UsageError(f"regions: expected one or two parameters, found {len(found.parameters)}")
     if contours is None:
-        contours = next(name for name in reversed(LINES) if name in found.bounds)
+        contours = next(name for name in reversed(BOUNDS) if name in found.bounds)
     elif contours not in found.bounds:
         raise UsageError(f"contours: expected one of {', '.join(found.bounds)}, found {contours}")
     return _over_two(found, load_factor, contours, axes_for(ax, (6.8, 5.4)))
@@ -102,7 +101,7 @@ def regions(
 
 def _against_one(diagram: Any, axes: Axes) -> Axes:
     x, edges = diagram.values[0], diagram.boundaries
-    curves = {name: diagram.load_factors(name) for name in LINES if name in diagram.bounds}
+    curves = {name: diagram.load_factors(name) for name in BOUNDS if name in diagram.bounds}
     known = np.concatenate([c[np.isfinite(c)] for c in (*curves.values(), edges.this)])
     top = HEADROOM * float(known.max(initial=0.0)) or 1.0
     every, this, never = (np.clip(edge, 0.0, top) for edge in edges)
@@ -112,14 +111,15 @@ def _against_one(diagram: Any, axes: Axes) -> Axes:
             axes.fill_between(x, lower, upper, color=_tinted(colour), lw=0, label=label)
     seen = [name for name, curve in curves.items() if (np.isfinite(curve) & (curve > 0)).any()]
     for name in seen:
-        label, colour, dashes = LINES[name]
+        (colour, dashes), alike = LINES[BOUNDS[name].claim], kinds_of(BOUNDS[name].claim)
+        dashes = dashes if BOUNDS[name] == alike[0] else ":"
         curve = np.where(np.isfinite(curves[name]), curves[name], np.nan)
-        axes.plot(x, curve, color=colour, ls=dashes, marker=".", ms=4, lw=1.4, label=label)
+        axes.plot(x, curve, color=colour, ls=dashes, marker=".", ms=4, lw=1.4, label=BOUNDS[name].titled)
     _draw_outcomes(axes, diagram)
     axes.set(xlabel=_named(diagram, 0), ylabel="load factor λ", ylim=(0.0, top))
     if len(x) > 1:
         axes.set_xlim(x[0], x[-1])
-    unseen = ", ".join(LINES[name][0].partition(",")[0] for name in curves if name not in seen)
+    unseen = ", ".join(BOUNDS[name].symbol for name in curves if name not in seen)
     remarks = [BETWEEN * (len(x) > 1), f"zero, or no number, at every point: {unseen}" * bool(unseen)]
     title = "\n".join(filter(None, remarks)) or None
     axes.legend(*axes.get_legend_handles_labels(), title=title, ncols=2, **BELOW)
@@ -174,7 +174,7 @@ def _over_two(diagram: Any, load_factor: float, contours: str, axes: Axes) -> Ax
     axes.plot(*(part[~missing] for part in grid), ".", color=style.BLACK, ms=2.4, mew=0, clip_on=False)
     axes.set(xlabel=_named(diagram, 0), ylabel=_named(diagram, 1), xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     _draw_contours(axes, diagram, contours)
-    axes.set_title(f"at λ = {load_factor:g}; lines: {LINES[contours][0]}", fontsize="medium")
+    axes.set_title(f"at λ = {load_factor:g}; lines: {BOUNDS[contours].titled}", fontsize="medium")
     areas = areas[::-1] + [("no joint", to_rgb(NO_JOINT))] * bool(missing.any())
     patches = [Patch(fc=colour, ec=style.GREY, label=label) for label, colour in areas]
     axes.legend(handles=patches, title=BETWEEN, ncols=2, **BELOW)
