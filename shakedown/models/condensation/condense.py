@@ -35,6 +35,7 @@ from shakedown.models.condensation.stiffness_checks import (
     check_against_run,
     check_condensed,
     checked_matrix,
+    without_resistance,
 )
 
 
@@ -373,6 +374,7 @@ def condensed_stiffness(
     coupling: NodeCoupling | None = None,
     middle_nodes: ArrayLike | None = None,
     places: Mapping[int, Sequence[float]] | None = None,
+    rigid: FloatArray | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Condensation:
     """Condense a stiffness matrix to the contact nodes, κ = K_cc − K_ci K_ii⁻¹ K_ic.
@@ -424,6 +426,8 @@ def condensed_stiffness(
     places
         Node → (x, y, z) [length]: for the message about an interior that can move, and the pieces into
         which a large solid is cut (without them distances in the graph of its matrix say where nodes are).
+    rigid : (N, k), optional
+        Motions that meet no resistance. What the digits of a printed matrix leave of one is taken out of κ.
     announce
         Is told, before it begins, what a condensation that takes long will take.
 
@@ -454,6 +458,8 @@ def condensed_stiffness(
             f"resists least: {interior.loosest(table, places)}"
         )
     stiffness = 0.5 * (stiffness + stiffness.T)
+    if rigid is not None and rigid.size:
+        stiffness = without_resistance(stiffness, interior.contact_motions(rigid))
     A, _, _ = frame.layout.blocks(stiffness)
     A += np.diag(np.where(guided, A.max(), 0.0))
     modes = zero_modes(stiffness)

@@ -110,6 +110,13 @@ class Interior:
         K_ii = (self.T_i.T @ self.K @ self.T_i).tocsc()
         return loose_motion(K_ii, dofs[self.free], places)
 
+    def contact_motions(self, motions: FloatArray) -> FloatArray:
+        """The slips and gaps ((d + 1) n, k) in motions (N, k) of the model."""
+        apart = motions - self.T_i @ motions[self.free] - self.T_h @ motions[self.held]
+        gram = (self.T_c.T @ self.T_c).tocsc()
+        empty = gram.diagonal() == 0  # slips that are guided
+        return np.asarray(splu(gram + sparse.diags_array(empty.astype(float))).solve(self.T_c.T @ apart))
+
     def welded(self, case: LoadCase) -> "WeldedLoad":
         """What a load case at factor 1 does with slip and gap zero and the interior in equilibrium."""
         size = self.K.shape[0]

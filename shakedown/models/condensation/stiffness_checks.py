@@ -157,3 +157,19 @@ def check_against_run(
         f"{what}: expected the reactions of the condensed stiffness to {DEFAULT.cross_check:g}, found a "
         f"relative difference of {error:.2g}{hint}"
     )
+
+
+def without_resistance(stiffness: FloatArray, motions: FloatArray) -> FloatArray:
+    """A symmetric stiffness (k, k) without what it has against some motions (k, r), of any size.
+
+    Examples
+    --------
+    >>> without_resistance(np.array([[1.0, -0.8], [-0.8, 1.0]]), np.array([[1.0], [1.0]])).round(12)
+    array([[ 0.9, -0.9],
+           [-0.9,  0.9]])
+    """
+    basis, size, _ = np.linalg.svd(motions, full_matrices=False)
+    basis = basis[:, size > DEFAULT.printed_digits * size.max(initial=0.0)]
+    left = stiffness - (stiffness @ basis) @ basis.T
+    left = left - basis @ (basis.T @ left)
+    return np.asarray(0.5 * (left + left.T))

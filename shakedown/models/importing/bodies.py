@@ -59,20 +59,24 @@ def bodies_of(
     contact
         The contact, of which nodes on either side may have no rows (held).
     """
-    part = _parts(stiffness)
+    part = connected_parts(stiffness)
     labels, index = np.unique(stiffness.dofs[:, 0], return_index=True)
     of_node = dict(zip(labels.tolist(), part[index].tolist(), strict=True))
     met = [of_node[label] for label in contact.moved.tolist() if label in of_node]
-    order = list(dict.fromkeys([*met, *part.tolist()]))
+    order = [own for own in dict.fromkeys([*met, *part.tolist()]) if own >= 0]
     two = contact.two_bodies and len(set(met)) == 2 == len(order)
-    places = known_places(mesh, labels[labels > 0])
+    places, axial = places_of_rows(stiffness, mesh), mesh is not None and mesh.axisymmetric
     bodies = []
-    for number, own in enumerate(order):
-        rows = np.flatnonzero(part == own)
+    for number, which in enumerate(order):
+        rows = np.flatnonzero(part == which)
         name = f"{_ORDER[number]} body" if two else "body" if len(order) == 1 else f"body {number + 1}"
-        free = free_motions(stiffness, rows, held, places, axial=mesh is not None and mesh.axisymmetric)
+        motions = free_motions(stiffness, rows, held, places, axial=axial)
+        own = stiffness.are_displacements[rows]
+        words = motions_in_words(motions[own], stiffness.dofs[rows[own]], places) if motions.size else ()
         nodes = np.unique(stiffness.dofs[rows, 0])
-        bodies.append(ModelBody(name, nodes[nodes > 0], free, met.count(own)))  # without internal ones
+        bodies.append(
+            ModelBody(name, nodes[nodes > 0], tuple(words), met.count(which))
+        )  # without internal ones
     return tuple(bodies)
 
 
@@ -99,7 +103,7 @@ def contact_patches(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | 
     normals = contact.unit_normals
     alike = (normals[pairs[:, 0]] * normals[pairs[:, 1]]).sum(axis=1) > 0
     if contact.two_bodies:
-        body = dict(zip(stiffness.dofs[:, 0].tolist(), _parts(stiffness).tolist(), strict=True))
+        body = dict(zip(stiffness.dofs[:, 0].tolist(), connected_parts(stiffness).tolist(), strict=True))
         opposite = np.array([body.get(node, -1) for node in contact.facing[:, 1].tolist()])
         alike &= opposite[pairs[:, 0]] == opposite[pairs[:, 1]]
     a, b = pairs[alike].T
@@ -117,7 +121,7 @@ def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: Sequence[int])
     moving = np.isin(stiffness.dofs[:, 1], axes)
     if mesh is not None and mesh.matrix_by == CALCULIX:  # sections of bolts and incompatible modes stay
         moving &= stiffness.dofs[:, 0] > 0
-    places = known_places(mesh, stiffness.dofs[moving, 0])
+    places = places_of_rows(stiffness, mesh)
     if places is None or mesh is None:
         return float("nan")
     xyz = np.zeros((len(moving), 3))
@@ -126,12 +130,14 @@ def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: Sequence[int])
     size = max(float(np.abs(xyz[:, [axis - 1 for axis in axes]]).max()), np.finfo(float).tiny)
     motions = rigid_motions(stiffness.dofs, xyz / size, [2] if mesh.axisymmetric else axes)
     marked = stiffness.K.diagonal() >= DEFAULT.constrained_diagonal
-    scale = float(np.abs(stiffness.K.data[np.abs(stiffness.K.data) < DEFAULT.constrained_diagonal]).max())
+    entries = np.abs(stiffness.K[moving].data)
+    scale = float(entries[entries < DEFAULT.constrained_diagonal].max(initial=np.finfo(float).tiny))
     return float(np.abs((stiffness.K @ motions)[~marked]).max(initial=0.0) / scale)
 
 
-def known_places(mesh: Mesh | None, labels: NDArray[np.intp]) -> Mapping[int, Sequence[float]] | None:
-    """Node → (x, y, z), or None where the coordinates of some node are not known."""
+def places_of_rows(stiffness: Stiffness, mesh: Mesh | None) -> Mapping[int, Sequence[float]] | None:
+    """Node → (x, y, z), or None where the coordinates of a node that moves are not known."""
+    labels = stiffness.dofs[stiffness.are_displacements, 0]
     if mesh is None or not set(labels.tolist()) <= set(mesh.labels.tolist()):
         return None
     return dict(zip(mesh.labels.tolist(), mesh.coordinates.tolist(), strict=True))
@@ -150,10 +156,28 @@ def coupled_nodes(stiffness: Stiffness) -> tuple[NDArray[np.intp], NDArray[np.in
     return labels, node, (graph.tocsr() > 0).tocsr()
 
 
-def _parts(stiffness: Stiffness) -> NDArray[np.intp]:
-    """The number of the connected part that every row belongs to; the rows of a node belong together."""
+def connected_parts(stiffness: Stiffness) -> NDArray[np.intp]:
+    """The number of the connected part that every row belongs to, (N,); the rows of a node belong together.
+
+    It is −1 for rows that couple with no displacement, as component modes do not in a superelement with a
+    fixed boundary.
+    """
     _, node, coupled = coupled_nodes(stiffness)
-    return np.asarray(connected_components(coupled, directed=False)[1])[node]
+    part = np.asarray(connected_components(coupled, directed=False)[1])[node]
+    return np.where(np.isin(part, part[stiffness.are_displacements]), part, -1)
+
+
+def rigid_motions_of_bodies(stiffness: Stiffness, held: NDArray[np.bool_], mesh: Mesh | None) -> FloatArray:
+    """The rigid motions of every body that nothing but the contact resists, (N, k), up to printed digits."""
+    part, places = connected_parts(stiffness), places_of_rows(stiffness, mesh)
+    found = [np.zeros((len(part), 0))]
+    for own in np.unique(part[part >= 0]):
+        rows = np.flatnonzero(part == own)
+        axial = mesh is not None and mesh.axisymmetric
+        motions = free_motions(stiffness, rows, held, places, axial=axial)
+        found.append(np.zeros((len(part), motions.shape[1])))
+        found[-1][rows] = motions
+    return np.hstack(found)
 
 
 def rigid_motions(dofs: NDArray[np.intp], xyz: FloatArray, axes: Sequence[int]) -> FloatArray:
@@ -186,27 +210,29 @@ def free_motions(
     places: Mapping[int, Sequence[float]] | None,
     *,
     axial: bool = False,
-) -> tuple[str, ...]:
-    """Rigid motions of the nodes of some rows that meet no resistance and move no held row, in words.
+) -> FloatArray:
+    """Rigid motions of the nodes of some rows that meet no resistance and move no held row, (rows, k).
 
-    Where places are not known nothing is said of turning; a body of revolution (``axial``) moves along its
+    Where places are not known none is a rotation; a body of revolution (``axial``) moves along its
     axis only.
     """
     dofs = stiffness.dofs[rows]
-    own = dofs[:, 0] > 0  # multipliers and pressures of internal nodes stay as they are
+    own = stiffness.are_displacements[rows]  # multipliers, pressures and modes stay as they are
     axes = [2] if axial else sorted({1, 2, 3} & set(dofs[own, 1].tolist()))
     xyz = np.zeros((own.sum(), 3))
     if places is not None:
         xyz = np.array([places[node] for node in dofs[own, 0].tolist()])
         xyz = (xyz - xyz.mean(axis=0)) / max(float(np.ptp(xyz, axis=0).max()), np.finfo(float).tiny)
-    motions = rigid_motions(dofs[own], xyz, axes)
-    motions = motions[:, np.abs(motions).max(axis=0, initial=0.0) > DEFAULT.symmetry]
-    everywhere = np.zeros((len(rows), motions.shape[1]))
-    everywhere[own] = motions
+    motions = np.zeros((len(rows), 0))
+    if axes:
+        motions = np.zeros((len(rows), 6))
+        moved = rigid_motions(dofs[own], xyz, axes)
+        motions[own, : moved.shape[1]] = moved
+        motions = motions[:, np.abs(motions).max(axis=0) > DEFAULT.symmetry]
     loose = ~held[rows]
     K = stiffness.K[rows[loose]][:, rows[loose]]
-    met = np.vstack([K @ everywhere[loose] / (abs(K).max() if K.nnz else 1.0), everywhere[~loose]])
+    met = np.vstack([K @ motions[loose] / (abs(K).max() if K.nnz else 1.0), motions[~loose]])
     _, size, modes = np.linalg.svd(np.linalg.qr(met, mode="r"))
     # a motion is free if it meets no more than round-off
     null = modes[size <= max(NEGLIGIBLE, 10.0 * (stiffness.accuracy or 0.0)) * np.sqrt(len(rows))].T
-    return tuple(motions_in_words(motions @ null, dofs[own], places)) if null.size else ()
+    return motions @ null

@@ -22,6 +22,7 @@ from shakedown.models.condensation.condense import Condensation, condensed_stiff
 from shakedown.models.condensation.contact_frame import friction_left_out
 from shakedown.models.condensation.load_case import without_closing
 from shakedown.models.condensation.shanks import with_shanks
+from shakedown.models.importing.bodies import connected_parts, rigid_motions_of_bodies
 from shakedown.models.importing.bolt_section import (
     BoltSection,
     bolt_doubts,
@@ -255,6 +256,7 @@ def import_model(
         [superelement]             which one of Nastran files that hold several (BEGIN SUPER n,
                                    SECONCT), here, in [model] and in the map
         [scale]                    factor on the stiffness (a thickness, a unit)
+        [accuracy]                 relative, of the entries, as printed: 1e-7 of seven digits
         [angle]                    axisymmetric models: degrees of the circumference that the
                                    matrix stands for, where the deck does not say it
         [allow_sparse]             true: accept a superelement that couples few nodes
@@ -405,7 +407,7 @@ def import_model(
         source=source_text(config_path, sources, _with_changes(command, changes), warnings),
     )
     resultants = Resultants(
-        context.stiffness.dofs, contact, reduced.condensation.frame, reduced.evidence, mesh, bolts
+        context.stiffness, contact, reduced.condensation.frame, reduced.evidence, mesh, bolts
     )
     return Import(
         problem=problem,
@@ -447,11 +449,12 @@ def _reduced(
 ) -> _Reduced:
     stiffness, contact, mesh = context.stiffness, context.contact, context.model.mesh
     held = np.concatenate([held_rows(asked.supports, context, loads), *(bolt.rows for bolt in bolts)])
+    alone = np.flatnonzero(connected_parts(stiffness) < 0)
     shanks = [(bolt.stiffness, bolt.unit.force) for bolt in bolts if bolt.unit.force is not None]
     with found_in(asked.where):
         check_held(bolts, held, stiffness.dofs)
         pulled = replace(stiffness, K=with_shanks(stiffness.K, shanks))
-        condensed = _condensed(pulled, contact, held, mesh, announce)
+        condensed = _condensed(pulled, contact, np.concatenate([held, alone]), mesh, announce)
     difference = static_run(asked.check, condensed, context, asked.stiffness_file)
     return _Reduced(condensed, difference, model_evidence(stiffness, contact, held, mesh, doubts))
 
@@ -498,6 +501,11 @@ def _condensed(
     mesh: Mesh | None,
     announce: Callable[[str], None] | None,
 ) -> Condensation:
+    rigid = None
+    if stiffness.accuracy is not None:
+        marks = np.zeros(len(stiffness.dofs), dtype=bool)
+        marks[held] = True
+        rigid = rigid_motions_of_bodies(stiffness, marks, mesh)
     return condensed_stiffness(
         stiffness.K,
         stiffness.dofs,
@@ -513,6 +521,7 @@ def _condensed(
         places=None
         if mesh is None
         else dict(zip(mesh.labels.tolist(), mesh.coordinates.tolist(), strict=True)),
+        rigid=rigid,
         announce=announce,
     )
 

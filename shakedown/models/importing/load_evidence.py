@@ -13,12 +13,13 @@ from shakedown.joint.result import Result
 from shakedown.models.condensation.condense import Condensation, WeldedCase
 from shakedown.models.condensation.contact_frame import ContactFrame
 from shakedown.models.condensation.load_case import LoadCase
-from shakedown.models.importing.bodies import ModelBody, known_places
+from shakedown.models.importing.bodies import ModelBody, places_of_rows
 from shakedown.models.importing.bolt_section import BoltSection, with_pulls
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.load_section import LoadSection
 from shakedown.models.importing.model_evidence import ModelEvidence
 from shakedown.models.readers.mesh import Mesh
+from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.text import quoted
 
 
@@ -105,17 +106,17 @@ class Resultants:
 
     def __init__(
         self,
-        dofs: NDArray[np.intp],
+        stiffness: Stiffness,
         contact: ContactSection,
         frame: ContactFrame,
         evidence: ModelEvidence,
         mesh: Mesh | None,
         bolts: Sequence[BoltSection] = (),
     ) -> None:
-        self.dofs, self.contact, self.frame, self.bolts = dofs, contact, frame, bolts
+        self.dofs, self.contact, self.frame, self.bolts = stiffness.dofs, contact, frame, bolts
         self.bodies, self.patches = evidence.bodies, evidence.patches
         self.axisymmetric = mesh is not None and mesh.axisymmetric
-        self.places = None if self.axisymmetric else known_places(mesh, self.dofs[self.dofs[:, 0] > 0, 0])
+        self.places = None if self.axisymmetric else places_of_rows(stiffness, mesh)
         at = (
             np.zeros(3)
             if self.places is None

@@ -21,7 +21,7 @@ from shakedown.models.readers.abaqus_matrix import read_nodal_loads
 from shakedown.models.readers.abaqus_substructure import read_substructure_load
 from shakedown.models.readers.circumference import HOOP
 from shakedown.models.readers.nastran_op4 import is_op4, read_op4_columns
-from shakedown.models.readers.text import quoted, read_lines
+from shakedown.models.readers.text import quoted, read_bytes, read_lines
 from shakedown.models.readers.toml_table import TomlTable, is_number, shown
 
 
@@ -180,11 +180,9 @@ def _nodal_loads(path: Path, case: str | None) -> Values:
 
 def _op4_column(path: Path, matrix: str, column: int | None, size: int) -> FloatArray:
     """One column of a matrix of loads on the rows of the stiffness."""
-    if not is_op4(path.read_bytes()[:256]):
-        raise ProblemError(
-            f"{path}: expected an OUTPUT4 file beside the key 'matrix', found "
-            f"{quoted(path.read_bytes()[:60].decode('ascii', 'replace'))}"
-        )
+    head = read_bytes(path, 256).decode("latin-1")
+    if not is_op4(head):
+        raise ProblemError(f"{path}: expected an OUTPUT4 file beside the key 'matrix', found {quoted(head)}")
     values = read_op4_columns(path, matrix)
     count = values.shape[1]
     if len(values) != size:

@@ -17,7 +17,13 @@ from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
 from shakedown.joint.places import bearing_no_pressure
 from shakedown.joint.result import Result
 from shakedown.models.condensation.load_case import LoadCase
-from shakedown.models.importing.bodies import ModelBody, bodies_of, contact_patches, rigid_residual
+from shakedown.models.importing.bodies import (
+    ModelBody,
+    bodies_of,
+    connected_parts,
+    contact_patches,
+    rigid_residual,
+)
 from shakedown.models.importing.contact_faces import contact_doubts
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.model_fit import model_doubts
@@ -49,6 +55,8 @@ class ModelEvidence(Result):
         For every patch of the configuration: how far apart the nodes of its pairs lie, where that is known.
     rigid_residual : float
         As :class:`~shakedown.models.importing.import_model.Import` has it.
+    alone : (k, 2)
+        (node, direction) of the rows that couple with no displacement, as component modes of a superelement.
     warnings : tuple of str
         What is doubtful.
     """
@@ -58,18 +66,24 @@ class ModelEvidence(Result):
     patches: NDArray[np.intp]
     pairs: tuple[PairDistances | None, ...]
     rigid_residual: float
+    alone: NDArray[np.intp]
     warnings: tuple[str, ...]
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """A note on parts of the model that the contact does not touch."""
-        alone = [body.nodes for body in self.bodies if not body.contact_nodes]
-        if not alone:
-            return ()
-        size, first = len(alone[0]), alone[0][0]
-        return (
-            f"{len(alone)} part(s) of the model have no contact node, one of {size} node(s) from {first}",
-        )
+        """Notes on parts of the model that the contact does not touch, and rows that are left out."""
+        apart, notes = [body.nodes for body in self.bodies if not body.contact_nodes], []
+        if apart:
+            size, first = len(apart[0]), apart[0][0]
+            notes.append(
+                f"{len(apart)} part(s) of the model have no contact node, one of {size} node(s) from {first}"
+            )
+        if len(self.alone):
+            notes.append(
+                f"{len(self.alone)} row(s), first of point {self.alone[0, 0]}, couple with no displacement "
+                "(component modes of a fixed boundary) and are left out"
+            )
+        return tuple(notes)
 
 
 def check_contact(contact: ContactSection, mesh: Mesh | None, where: str) -> tuple[str, ...]:
@@ -107,6 +121,7 @@ def model_evidence(
         patches=contact_patches(contact, stiffness, mesh),
         pairs=tuple(distances_of(part, mesh) for part in contact.parts),
         rigid_residual=rigid_residual(stiffness, mesh, contact.axes),
+        alone=stiffness.dofs[connected_parts(stiffness) < 0],
         warnings=(*warnings, *model_doubts(stiffness, contact, mesh)),
     )
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.problem import COARSEST
 from shakedown.models.condensation.stiffness_checks import check_condensed
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.model_section import Model, Values
@@ -67,12 +68,17 @@ def stiffness_section(
     pick = Pick(table.text("matrix", required=False), table.integer("superelement"))
     scale = table.number("scale", 1.0) or 0.0
     allow_sparse = table.flag("allow_sparse")
-    angle = table.number("angle")
+    angle, accuracy = table.number("angle"), table.number("accuracy")
     order, amplitude = table.text("order", "node-by-node"), table.number("amplitude", 1.0) or 0.0
     table.done()
     if not scale > 0 or amplitude == 0:
         found = f"'scale' = {scale:g} and 'amplitude' = {amplitude:g}"
         raise ProblemError(f"{table.where}: expected 'scale' > 0 and 'amplitude' other than 0, found {found}")
+    if accuracy is not None and not 0 < accuracy <= COARSEST:
+        raise ProblemError(
+            f"{table.where}: key 'accuracy': expected a number above 0 and up to {COARSEST:g}, found "
+            f"{accuracy:g}"
+        )
     found = files.read(name, stiffness_format)
     if found == "reactions":
         stiffness = files.read(
@@ -85,13 +91,15 @@ def stiffness_section(
     factor = circumference_factor(model.mesh, stiffness.format, angle, scale, table.where)
     if stiffness.superelement and not allow_sparse:
         with found_in(files.path(name)):
-            check_condensed(stiffness.K, stiffness.dofs[:, 0])
+            moving = stiffness.are_displacements
+            check_condensed(stiffness.K[moving][:, moving], stiffness.dofs[moving, 0])
     return replace(
         stiffness,
         K=scale * factor * stiffness.K,
         dofs=_with_internal_nodes(stiffness.dofs, model.mesh, table.where),
         superelement=stiffness.superelement or allow_sparse,
         circumference=factor,
+        accuracy=stiffness.accuracy if accuracy is None else accuracy,
     )
 
 

@@ -15,8 +15,9 @@ Reading order:
   models);
 - ``nodal_vectors`` (reactions and displacements), by ``calculix_reactions``, ``calculix_frd`` or
   ``reactions_table``;
-- ``mesh``, by ``deck`` (its sets: ``deck_sets``, its local systems: ``coordinate_system``), ``nastran_bulk``
+- ``mesh``, by ``deck`` (its local systems: ``coordinate_system``), ``nastran_bulk``
   or ``coordinates``;
-- ``sniff``, which chooses: a new format of stiffness files is a module and an entry of its ``FORMATS``;
+- ``sniff``, which chooses: a new format of stiffness files is a module that ends in its registration
+  (``formats``);
 - ``toml_table`` and ``input_files``: a configuration, and the files that it names.
 """

@@ -1,16 +1,19 @@
 """Abaqus ``*MATRIX OUTPUT, FORMAT=MATRIX INPUT``: labelled entries, and nodal loads."""
 
 import os
+import re
 from collections.abc import Iterator
 
 import numpy as np
 
 from shakedown.ground.errors import ProblemError
+from shakedown.models.readers.formats import Format, register
 from shakedown.models.readers.stiffness import Stiffness, from_entries
-from shakedown.models.readers.text import integers, number, quoted, read_lines
+from shakedown.models.readers.text import REAL, integers, number, quoted, read_lines
 
 NodalLoads = dict[tuple[int, int], float]
 ABAQUS_MATRIX = "Abaqus matrix input"
+_LINE = re.compile(rf"^\s*-?\d+\s*,\s*\d+\s*,\s*-?\d+\s*,\s*\d+\s*,\s*{REAL}\s*,?\s*$")
 
 
 def read_abaqus_matrix(path: str | os.PathLike[str]) -> Stiffness:
@@ -77,3 +80,6 @@ def _data_lines(path: str | os.PathLike[str]) -> Iterator[tuple[str, str, list[s
         text = line.strip()
         if text and not text.startswith("*"):
             yield f"{os.fspath(path)}: line {k}", text, text.rstrip(",").split(",")
+
+
+register(Format("abaqus-matrix", "Abaqus MATRIX INPUT", read_abaqus_matrix, line=_LINE))

@@ -10,9 +10,11 @@ from scipy import sparse
 from shakedown.ground.errors import ProblemError
 from shakedown.models.condensation.contact_frame import checked_dofs
 from shakedown.models.readers.abaqus_matrix import NodalLoads
+from shakedown.models.readers.formats import Format, register
 from shakedown.models.readers.stiffness import Stiffness, printed_accuracy
 from shakedown.models.readers.text import integers, listed, number, numbers, quoted, read_lines
 
+_ELEMENT = re.compile(r"\s*\*USER ELEMENT\b", re.IGNORECASE)
 _LOAD = re.compile(r"\*\*\s*SUBSTRUCTURE LOAD\b(?:.*?(?:CASE|VECTOR)\W+(?=\w+\s*$))?(.*)$", re.IGNORECASE)
 
 
@@ -175,3 +177,6 @@ def _matrix(values: list[float], N: int, full: bool, name: str) -> sparse.csr_ar
     lower = np.zeros((N, N))
     lower[np.tril_indices(N)] = data
     return sparse.csr_array(lower + np.tril(lower, -1).T)
+
+
+register(Format("substructure", "Abaqus substructure", read_abaqus_substructure, line=_ELEMENT))

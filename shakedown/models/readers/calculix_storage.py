@@ -1,6 +1,7 @@
 """CalculiX ``*FREQUENCY, SOLVER=MATRIXSTORAGE``: ``job.sti`` with its map ``job.dof``."""
 
 import os
+import re
 import warnings
 from pathlib import Path
 
@@ -10,10 +11,13 @@ from scipy import sparse
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.models.readers.formats import Format, register
+from shakedown.models.readers.nastran_bulk import is_bulk_data
 from shakedown.models.readers.row_map import Rows, read_row_map, row_map
 from shakedown.models.readers.stiffness import Stiffness, check_entries_once, checked, completed
-from shakedown.models.readers.text import integers, number, quoted, read_lines
+from shakedown.models.readers.text import REAL, integers, number, quoted, read_lines
 
+_LINE = re.compile(rf"^\s*\d+\s+\d+\s+{REAL}\s*$")
 NUMBERED = "numbered (CalculiX .sti, Abaqus COORDINATE)"
 
 
@@ -96,3 +100,15 @@ def _rows(rows: Rows, most: int, name: str) -> NDArray[np.intp]:
     if rows is None or isinstance(rows, np.ndarray):
         return row_map(rows, most, name, NUMBERED) if rows is None else rows
     return read_row_map(rows, most)
+
+
+register(
+    Format(
+        "numbered",
+        "Abaqus COORDINATE, CalculiX .sti",
+        read_calculix_storage,
+        ("rows",),
+        line=_LINE,
+        unless=is_bulk_data,
+    )
+)

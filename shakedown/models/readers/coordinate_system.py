@@ -9,6 +9,8 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.models.readers.text import number, quoted
 
+Line = tuple[str, list[str]]  # where it stands in a deck, its fields
+
 
 @dataclass(frozen=True, eq=False)
 class CoordinateSystem:
@@ -67,8 +69,8 @@ class CoordinateSystem:
             raise ProblemError(f"{self.name}: expected {expected}, found others")
 
 
-def coordinate_system(name: str, parameters: dict[str, str], data: list[tuple[str, str]]) -> CoordinateSystem:
-    """Read the data lines (where, text) of ``*ORIENTATION``: two points, or three, the last the origin.
+def coordinate_system(name: str, parameters: dict[str, str], data: list[Line]) -> CoordinateSystem:
+    """Read the data lines of ``*ORIENTATION``: two points, or three, the last the origin.
 
     Raises
     ------
@@ -76,28 +78,28 @@ def coordinate_system(name: str, parameters: dict[str, str], data: list[tuple[st
         If it is of another kind (a table of directions, spherical), or turned once more.
     """
     kind = parameters.get("SYSTEM", "RECTANGULAR").upper()
-    where = data[0][0] if data else name
-    fields = [field.strip() for _, text in data[:1] for field in text.split(",") if field.strip()]
+    where, fields = data[0] if data else (name, [])
+    fields = [text for text in fields if text]
     plain = parameters.get("DEFINITION", "COORDINATES").upper() == "COORDINATES"
     if kind not in ("RECTANGULAR", "CYLINDRICAL") or not plain or len(fields) not in (6, 9):
         raise ProblemError(
             f"{where}: expected *ORIENTATION of SYSTEM=RECTANGULAR or CYLINDRICAL with two points (or "
             f"three), found {quoted(', '.join([kind, *fields]))}"
         )
-    turned = [field.strip() for _, text in data[1:2] for field in text.split(",") if field.strip()]
-    if any(number(field, data[1][0]) for field in turned[1:]):
-        raise ProblemError(
-            f"{data[1][0]}: expected no further turn of *ORIENTATION, found {quoted(data[1][1])}"
-        )
-    points = np.array([number(field, where) for field in fields]).reshape(-1, 3)
+    for place, turned in data[1:2]:
+        if any(number(text, place) for text in turned[1:] if text):
+            raise ProblemError(
+                f"{place}: expected no further turn of *ORIENTATION, found {quoted(', '.join(turned))}"
+            )
+    points = np.array([number(text, where) for text in fields]).reshape(-1, 3)
     origin = points[2] if len(points) == 3 and kind == "RECTANGULAR" else np.zeros(3)
     return CoordinateSystem(
         f"{where}: *ORIENTATION {quoted(name)}", kind == "CYLINDRICAL", points[0] - origin, points[1] - origin
     )
 
 
-def nodal_system(parameters: dict[str, str], data: list[tuple[str, str]], name: str) -> CoordinateSystem:
-    """Read the data line (where, text) of ``*TRANSFORM`` in a file: the directions of the nodes of a set.
+def nodal_system(parameters: dict[str, str], data: list[Line], name: str) -> CoordinateSystem:
+    """Read the data line of ``*TRANSFORM`` in a file: the directions of the nodes of a set.
 
     The line has two points. With ``TYPE=R`` they lie along the first axis, and in the plane of the first and
     the second one. With ``TYPE=C`` they lie on the axis, and the directions are radial, circumferential and
@@ -109,11 +111,11 @@ def nodal_system(parameters: dict[str, str], data: list[tuple[str, str]], name: 
         If it is of another kind, or there are not six numbers.
     """
     kind, where = parameters.get("TYPE", "R").strip().upper(), data[0][0] if data else name
-    fields = [field.strip() for _, text in data for field in text.split(",") if field.strip()]
+    fields = [text for _, own in data for text in own if text]
     if kind not in ("R", "C") or len(fields) != 6:
         raise ProblemError(
             f"{where}: expected *TRANSFORM of TYPE=R or C with two points, found "
             f"{quoted(', '.join([kind, *fields]))}"
         )
-    first, second = np.array([number(field, where) for field in fields]).reshape(2, 3)
+    first, second = np.array([number(text, where) for text in fields]).reshape(2, 3)
     return CoordinateSystem(f"{where}: *TRANSFORM", kind == "C", first, second)

@@ -2,39 +2,62 @@
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.models.readers.deck_sets import Members, relative_displacements, resolved
-from shakedown.models.readers.mesh import ABAQUS, CALCULIX, Element, Mesh, Orientation
+from shakedown.models.readers.mesh import ABAQUS, CALCULIX, FACES, Element, Mesh, Orientation
 from shakedown.models.readers.text import integers, number, quoted, read_lines
 
 _SHAPES = {
-    ("solid", 4): ("tetrahedron", 4),
-    ("solid", 10): ("tetrahedron", 10),
-    ("solid", 6): ("wedge", 6),
-    ("solid", 15): ("wedge", 15),
-    ("solid", 8): ("hexahedron", 8),
-    ("solid", 20): ("hexahedron", 20),
-    ("plane", 3): ("triangle", 3),
-    ("plane", 6): ("triangle", 6),
-    ("plane", 4): ("quadrilateral", 4),
-    ("plane", 8): ("quadrilateral", 8),
+    ("solid", 4): "tetrahedron",
+    ("solid", 10): "tetrahedron",
+    ("solid", 6): "wedge",
+    ("solid", 15): "wedge",
+    ("solid", 8): "hexahedron",
+    ("solid", 20): "hexahedron",
+    ("plane", 3): "triangle",
+    ("plane", 6): "triangle",
+    ("plane", 4): "quadrilateral",
+    ("plane", 8): "quadrilateral",
 }
-_TYPE = re.compile(r"(C3D|CPEG|CPE|CPS|CGAX|CAX)(\d+)")
+_TYPE = re.compile(r"(C3D|CPEG|CPE|CPS|CGAX|CAX)(\d{1,3})")
 _REVOLVED = re.compile(r"(CG?|S|MG?|R|SFMG?)AX\d")  # element types of bodies of revolution
 _OPENING = re.compile(r"\s*\*(NODE\s*(,|$)|INCLUDE\s*,|HEADING)", re.IGNORECASE)
-_DEEPEST = 8  # depth to which files may include each other
+_INCLUDE = re.compile(r"\*INCLUDE\s*(?:,\s*INPUT\s*=\s*\"?([^\",]+))?", re.IGNORECASE)
+_DEEPEST, _MOST_FILES, _MOST_LINES = 8, 1000, 1 << 24  # of the files that a deck includes, in all
 _TAKEN = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "EQUATION")
 _MAKERS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY")  # make nodes and elements of others
 
-_Card = tuple[str, dict[str, str], list[tuple[str, str]]]  # keyword, parameters, (where, line) of its data
+Line = tuple[str, list[str]]  # where it stands, its fields
+Labels = NDArray[np.intp]
+Sets = dict[str, Labels]
+
+
+class Card(NamedTuple):
+    """A keyword with its parameters and data lines."""
+
+    keyword: str
+    parameters: dict[str, str]
+    data: list[Line]
+
+    def name(self, key: str) -> str:
+        """A parameter that names a set, in upper case; "" where there is none."""
+        return self.parameters.get(key, "").upper()
+
+
+class _Members(NamedTuple):
+    """One line of members of a set; ``generate``: first, last, step."""
+
+    where: str
+    fields: list[str]
+    generate: bool = False
 
 
 def is_deck(lines: list[str]) -> bool:
@@ -65,53 +88,71 @@ def read_deck(path: str | os.PathLike[str]) -> Mesh:
     ([7, 9], [[2.0, 1.0, 0.0]])
     """
     deck = _Deck(os.fspath(path))
-    for keyword, parameters, data in _cards(Path(path), 0):
-        deck.take(keyword, parameters, data)
+    for card in _Text().cards(Path(path)):
+        deck.take(card)
     return deck.mesh()
 
 
-def _cards(path: Path, depth: int) -> Iterator[_Card]:
-    if depth > _DEEPEST:
-        raise ProblemError(f"{path}: expected *INCLUDE at most {_DEEPEST} deep, found more")
-    card: _Card | None = None
-    pending = ""
-    for k, line in enumerate(read_lines(path), start=1):
-        text = line.strip()
-        if not text or text.startswith("**"):
-            continue
-        if text.startswith("*") or pending:
-            pending += text
-            if text.endswith(","):  # the parameters go on in the next line
+@dataclass
+class _Text:
+    """The text of a deck with the files that it includes, of which there are not too many."""
+
+    files: int = 0
+    lines: int = 0
+
+    def cards(self, path: Path) -> Iterator[Card]:
+        """Every keyword with its data lines, which may stand in a file of their own (INPUT=)."""
+        card: Card | None = None
+        for where, text in self.of(path):
+            if not text.startswith("*"):
+                if card is not None:
+                    card.data.append((where, _fields(text)))
                 continue
             if card is not None:
                 yield card
-            card, pending = _keyword(pending), ""
-            name = card[1].get("INPUT", "")
-            if card[0] == "INCLUDE":
-                if not name:
+            head, *rest = text[1:].split(",")
+            pairs = (part.partition("=") for part in rest if part.strip())
+            parameters = {key.strip().upper(): value.strip().strip('"') for key, _, value in pairs}
+            card = Card(" ".join(head.upper().split()), parameters, [])
+            if card.keyword in _TAKEN and (beside := parameters.get("INPUT")):
+                own = self.of(path.parent / beside)
+                card.data.extend((place, _fields(line)) for place, line in own if not line.startswith("*"))
+        if card is not None:
+            yield card
+
+    def of(self, path: Path, depth: int = 0) -> Iterator[tuple[str, str]]:
+        """(where, line) without remarks and blank lines; keywords on one line, included files in place."""
+        lines = read_lines(path)
+        self.files, self.lines = self.files + 1, self.lines + len(lines)
+        if depth > _DEEPEST or self.files > _MOST_FILES or self.lines > _MOST_LINES:
+            raise ProblemError(
+                f"{path}: expected *INCLUDE at most {_DEEPEST} deep, of {_MOST_FILES} files and "
+                f"{_MOST_LINES} lines in all, found more"
+            )
+        begun = ""
+        for k, line in enumerate(lines, start=1):
+            text = line.strip()
+            if not text or text.startswith("**"):
+                continue
+            text, begun = begun + text, ""
+            if text.startswith("*") and text.endswith(","):  # the parameters go on in the next line
+                begun = text
+            elif found := _INCLUDE.match(text):
+                if not found[1]:
                     raise ProblemError(f"{path}: line {k}: expected *INCLUDE, INPUT=file, found none")
-                yield from _cards(path.parent / name, depth + 1)
-                card = None
-            elif name and card[0] in _TAKEN:  # its data lines stand in a file of their own
-                card[2].extend(_data_lines(path.parent / name))
-        elif card is not None:
-            card[2].append((f"{path}: line {k}", text))
-    if card is not None:
-        yield card
+                yield from self.of(path.parent / found[1].strip(), depth + 1)
+            else:
+                yield f"{path}: line {k}", text
 
 
-def _data_lines(path: Path) -> Iterator[tuple[str, str]]:
-    """(where, line) of the data in the file of ``*NODE, INPUT=file`` and the like."""
-    for k, line in enumerate(read_lines(path), start=1):
-        if (text := line.strip()) and not text.startswith("*"):
-            yield f"{path}: line {k}", text
+def _fields(text: str) -> list[str]:
+    return [part.strip() for part in text.split(",")]
 
 
-def _keyword(line: str) -> _Card:
-    head, *rest = line[1:].split(",")
-    pairs = (part.partition("=") for part in rest if part.strip())
-    parameters = {key.strip().upper(): value.strip().strip('"') for key, _, value in pairs}
-    return " ".join(head.upper().split()), parameters, []
+def _point(fields: list[str], where: str) -> FloatArray:
+    """Three numbers, those that are blank or missing 0."""
+    found = [number(text, where) if text else 0.0 for text in fields[:3]]
+    return np.array([*found, 0.0, 0.0, 0.0][:3])
 
 
 @dataclass
@@ -120,179 +161,166 @@ class _Deck:
 
     name: str
     nodes: dict[int, FloatArray] = field(default_factory=dict)
+    moved: list[int] = field(default_factory=list)  # nodes of the part, which its instance moves
+    shift: FloatArray = field(default_factory=lambda: np.zeros(3))
+    inside: bool = False  # a part or an instance
+    count: dict[str, int] = field(default_factory=lambda: {"PART": 0, "INSTANCE": 0})
     elements: dict[int, Element] = field(default_factory=dict)
+    others: list[int] = field(default_factory=list)  # labels of elements without faces
     revolved: str = ""  # an axisymmetric element type that occurs
     flat: str = ""  # another plane or solid type that occurs
     matrix_by: str = ""
     young: list[float] = field(default_factory=list)  # 0 for a material that is not isotropic
     systems: dict[str, Orientation] = field(default_factory=dict)
-    element_labels: list[int] = field(default_factory=list)  # of elements of every kind
-    node_lists: dict[str, list[Members]] = field(default_factory=dict)
+    node_lists: dict[str, list[_Members]] = field(default_factory=dict)
     nodes_of_elements: list[tuple[str, str]] = field(default_factory=list)  # (node set, element set)
-    element_lists: dict[str, list[Members]] = field(default_factory=dict)
+    element_lists: dict[str, list[_Members]] = field(default_factory=dict)
     sides: dict[str, list[tuple[str, str, int]]] = field(default_factory=dict)
-    surface_nodes: dict[str, list[Members]] = field(default_factory=dict)
-    sections: list[int] = field(default_factory=list)
+    surface_nodes: dict[str, list[_Members]] = field(default_factory=dict)
+    sections: list[str] = field(default_factory=list)
     incompatible: int = 0  # how many elements C3D8I
-    rotated: list[tuple[str, str, Orientation]] = field(default_factory=list)
-    equations: list[tuple[str, list[str]]] = field(default_factory=list)
-    parts: int = 0
-    instances: int = 0
-    shift: FloatArray = field(default_factory=lambda: np.zeros(3))
+    rotated: list[Card] = field(default_factory=list)
+    equations: list[Line] = field(default_factory=list)
 
-    def take(self, keyword: str, parameters: dict[str, str], data: list[tuple[str, str]]) -> None:
+    def take(self, card: Card) -> None:
         """Take one keyword with its data lines; those that say nothing about the mesh are passed over."""
-        match keyword:
+        parameters, data = card.parameters, card.data
+        match card.keyword:
             case "NODE":
-                self._nodes(parameters, data)
+                self._nodes(card)
             case "ELEMENT":
-                self._elements(parameters, data)
+                self._elements(card)
             case "NSET":
-                self._members(self.node_lists, parameters, "NSET", data)
+                _add(self.node_lists, card.name("NSET"), card)
                 if "ELSET" in parameters:
-                    self.nodes_of_elements.append(
-                        (parameters.get("NSET", "").upper(), parameters["ELSET"].upper())
-                    )
+                    self.nodes_of_elements.append((card.name("NSET"), card.name("ELSET")))
             case "ELSET":
-                self._members(self.element_lists, parameters, "ELSET", data)
+                _add(self.element_lists, card.name("ELSET"), card)
             case "SURFACE":
-                self._surface(parameters, data)
+                self._surface(card)
             case "TRANSFORM":
-                self.rotated.append((parameters.get("NSET", ""), self.name, (parameters, data)))
+                self.rotated.append(card)
             case "ORIENTATION":
-                self.systems[parameters.get("NAME", "").upper()] = (parameters, data)
-            case "EQUATION":
-                self._equation(data)
+                self.systems[card.name("NAME")] = (parameters, data)
+            case "EQUATION" if "REMOVE" not in parameters:
+                self._equations(data)
             case "PRE-TENSION SECTION":
-                self.sections.append(
-                    integers([parameters.get("NODE", "")], f"{self.name}: *{keyword}: NODE")[0]
-                )
+                self.sections.append(card.name("NODE"))
             case "ELASTIC" if data:
                 isotropic = parameters.get("TYPE", "ISO").upper().startswith("ISO")
-                self.young.append(number(data[0][1].split(",")[0], data[0][0]) if isotropic else 0.0)
-            case "INSTANCE":
-                self._instance(data)
-            case "PART":
-                self.parts += 1
-                self._check_one(self.parts)
+                self.young.append(number(data[0][1][0], data[0][0]) if isotropic else 0.0)
+            case "PART" | "INSTANCE":
+                self._begin(card)
+            case "END PART" | "END INSTANCE":
+                self.inside = False
             case "SYSTEM" if data:
                 raise ProblemError(
                     f"{data[0][0]}: expected coordinates x, y, z, found *SYSTEM; write a flat deck"
                 )
-            case _ if keyword in _MAKERS:
+            case keyword if keyword in _MAKERS:
                 raise ProblemError(
                     f"{self.name}: expected every node and element to be listed, found *{keyword}, which "
                     "makes some; let the code write a flat deck"
                 )
             case "MATRIX GENERATE" | "MATRIX OUTPUT":
                 self.matrix_by = ABAQUS
-            case _ if parameters.get("SOLVER", "").upper() == "MATRIXSTORAGE":  # of *FREQUENCY or *STATIC
+            case _ if card.name("SOLVER") == "MATRIXSTORAGE":  # of *FREQUENCY or *STATIC
                 self.matrix_by = CALCULIX
 
-    def _instance(self, data: list[tuple[str, str]]) -> None:
-        self.instances += 1
-        self._check_one(self.instances)
-        if len(data) > 1:
-            raise ProblemError(f"{data[1][0]}: expected an instance that is moved only, found it turned")
-        if data:
-            self.shift = np.array([number(field, data[0][0]) for field in data[0][1].split(",")[:3]])
-
-    def _check_one(self, count: int) -> None:
-        if count > 1:
+    def _begin(self, card: Card) -> None:
+        """A part, or an instance with what moves it."""
+        self.inside = True
+        self.count[card.keyword] += 1
+        if self.count[card.keyword] > 1:
             raise ProblemError(
                 f"{self.name}: expected one part instance, found several, whose labels are not those of the "
                 "matrix; write a flat deck (*PREPRINT, or no parts and assemblies)"
             )
+        if len(card.data) > 1:
+            raise ProblemError(f"{card.data[1][0]}: expected an instance that is moved only, found it turned")
+        if card.keyword == "INSTANCE" and card.data:
+            where, fields = card.data[0]
+            self.shift = _point(fields, where)
 
-    def _nodes(self, parameters: dict[str, str], data: list[tuple[str, str]]) -> None:
-        labels = []
-        system = parameters.get("SYSTEM", "R").upper()
-        if system not in ("R", "C") and data:
+    def _nodes(self, card: Card) -> None:
+        system, labels = card.name("SYSTEM") or "R", []
+        if system not in ("R", "C") and card.data:
             raise ProblemError(
-                f"{data[0][0]}: expected coordinates of SYSTEM=R or C, found {quoted(system)}; write x, y, z"
+                f"{card.data[0][0]}: expected coordinates of SYSTEM=R or C, found {quoted(system)}; write x, "
+                "y, z"
             )
-        for where, text in data:
-            fields = [field.strip() for field in text.split(",")]
+        for where, fields in card.data:
             label = integers(fields[:1], where)[0]
             if label in self.nodes:
                 raise ProblemError(f"{where}: expected every node once, found node {label} twice")
-            point = [number(field, where) for field in fields[1:4] if field]
+            point = _point(fields[1:], where)
             if system == "C":
-                radius, angle, height = [*point, 0.0, 0.0, 0.0][:3]
-                point = [radius * np.cos(np.radians(angle)), radius * np.sin(np.radians(angle)), height]
-            self.nodes[label] = np.array([*point, 0.0, 0.0, 0.0][:3]) + self.shift
+                angle = np.radians(point[1])
+                point = np.array([point[0] * np.cos(angle), point[0] * np.sin(angle), point[2]])
+            self.nodes[label] = point
             labels.append(fields[0])
-        if "NSET" in parameters and data:
-            self.node_lists.setdefault(parameters["NSET"].upper(), []).append((data[0][0], labels, False))
+            if self.inside:
+                self.moved.append(label)
+        if "NSET" in card.parameters and card.data:
+            self.node_lists.setdefault(card.name("NSET"), []).append(_Members(card.data[0][0], labels))
 
-    def _elements(self, parameters: dict[str, str], data: list[tuple[str, str]]) -> None:
-        element_type = parameters.get("TYPE", "").upper()
-        match = _TYPE.match(element_type)
-        kind = ("solid" if match[1] == "C3D" else "plane", int(match[2][:3])) if match else ("other", 0)
-        shape, count = _SHAPES.get(kind, ("", 0))
-        if _REVOLVED.match(element_type):
-            self.revolved = element_type
+    def _elements(self, card: Card) -> None:
+        kind, labels = card.name("TYPE"), []
+        match = _TYPE.match(kind)
+        count = int(match[2]) if match else 0
+        shape = _SHAPES.get(("solid" if match and match[1] == "C3D" else "plane", count), "")
+        if _REVOLVED.match(kind):
+            self.revolved = kind
         elif match:
-            self.flat = element_type
-        labels: list[str] = []
-        fields: list[str] = []
-        for where, text in data:
-            fields += [field.strip() for field in text.split(",") if field.strip()]
-            if text.endswith(",") or len(fields) < count + 1:
+            self.flat = kind
+        read: list[str] = []
+        for where, fields in card.data:
+            read += [text for text in fields if text]
+            if (shape and len(read) <= count) or (not shape and not fields[-1]):
+                continue  # goes on in the next line
+            if not read:
                 continue
+            own = integers(read if shape else read[:1], where)
+            if shape and len(own) != count + 1:
+                raise ProblemError(f"{where}: expected {count} nodes of an element, found {len(own) - 1}")
+            if own[0] in self.elements:
+                raise ProblemError(f"{where}: expected every element once, found element {own[0]} twice")
             if shape:
-                own = integers(fields, where)
-                if len(own) != count + 1:
-                    raise ProblemError(f"{where}: expected {count} nodes of an element, found {len(own) - 1}")
-                if own[0] in self.elements:
-                    raise ProblemError(f"{where}: expected every element once, found element {own[0]} twice")
                 self.elements[own[0]] = (shape, tuple(own[1:]))
-            labels.append(fields[0])
-            self.element_labels += integers(fields[:1], where)
-            fields = []
-        self.incompatible += len(labels) * element_type.startswith("C3D8I")
-        if fields and shape:
+            else:
+                self.others.append(own[0])
+            labels.append(read[0])
+            read = []
+        self.incompatible += len(labels) * kind.startswith("C3D8I")
+        if read and shape:
             raise ProblemError(
-                f"{data[-1][0]}: expected {count} nodes of an element, found {len(fields) - 1}"
+                f"{card.data[-1][0]}: expected {count} nodes of an element, found {len(read) - 1}"
             )
-        if "ELSET" in parameters and data:
-            self.element_lists.setdefault(parameters["ELSET"].upper(), []).append((data[0][0], labels, False))
+        if "ELSET" in card.parameters and card.data:
+            self.element_lists.setdefault(card.name("ELSET"), []).append(_Members(card.data[0][0], labels))
 
-    def _members(
-        self,
-        lists: dict[str, list[Members]],
-        parameters: dict[str, str],
-        key: str,
-        data: list[tuple[str, str]],
-    ) -> None:
-        own = lists.setdefault(parameters.get(key, "").upper(), [])
-        for where, text in data:
-            fields = [field.strip() for field in text.split(",") if field.strip()]
-            own.append((where, fields, "GENERATE" in parameters))
-
-    def _surface(self, parameters: dict[str, str], data: list[tuple[str, str]]) -> None:
-        name = parameters.get("NAME", "").upper()
-        if parameters.get("TYPE", "ELEMENT").upper() == "NODE":
-            self._members(self.surface_nodes, {"NSET": name}, "NSET", [(w, t.split(",")[0]) for w, t in data])
+    def _surface(self, card: Card) -> None:
+        name = card.name("NAME")
+        if card.name("TYPE") == "NODE":
+            _add(self.surface_nodes, name, card._replace(data=[(w, f[:1]) for w, f in card.data]))
             return
-        for where, text in data:
-            fields = [field.strip() for field in text.split(",")]
+        for where, fields in card.data:
             side = re.fullmatch(r"S([1-6])", fields[1].upper() if len(fields) > 1 else "")
             if side:  # shells (SPOS, SNEG) have no faces here
                 self.sides.setdefault(name, []).append((where, fields[0], int(side[1])))
 
-    def _equation(self, data: list[tuple[str, str]]) -> None:
-        fields: list[str] = []
+    def _equations(self, data: list[Line]) -> None:
+        read: list[str] = []
         count = 0
-        for where, text in data:
-            parts = [part.strip() for part in text.split(",") if part.strip()]
+        for where, fields in data:
+            own = [text for text in fields if text]
             if not count:
-                count = integers(parts[:1], where)[0]
+                count = integers(own[:1] or [""], where)[0]
                 continue
-            fields += parts
-            if len(fields) >= 3 * count:
-                self.equations.append((where, fields))
-                fields, count = [], 0
+            read += own
+            if len(read) >= 3 * count:
+                self.equations.append((where, read))
+                read, count = [], 0
 
     def mesh(self) -> Mesh:
         """The mesh, with all sets resolved."""
@@ -303,23 +331,34 @@ class _Deck:
                 f"{self.name}: expected axisymmetric elements only, or none, found {quoted(self.revolved)} "
                 f"and {quoted(self.flat)}"
             )
+        for label in self.moved:
+            self.nodes[label] = self.nodes[label] + self.shift
         labels = np.array(list(self.nodes), dtype=np.intp)
-        element_sets = resolved(self.element_lists, np.array(self.element_labels, dtype=np.intp))
+        element_sets = resolved(self.element_lists, np.array([*self.elements, *self.others], dtype=np.intp))
         node_sets = resolved(self.node_lists, labels)
         for name, elements in self.nodes_of_elements:
             node_sets[name] = np.union1d(node_sets[name], self._nodes_of(elements, element_sets))
         node_sets |= resolved(self.surface_nodes, labels, node_sets)
         rotated: dict[int, Orientation] = {}
-        for name, where, system in self.rotated:
-            if name.upper() not in node_sets:
-                raise ProblemError(f"{where}: expected the node set {quoted(name)} of *TRANSFORM, found none")
-            rotated |= dict.fromkeys(node_sets[name.upper()].tolist(), system)
+        for card in self.rotated:
+            name = card.name("NSET")
+            if name not in node_sets:
+                raise ProblemError(
+                    f"{self.name}: expected the node set {quoted(name)} of *TRANSFORM, found none"
+                )
+            rotated |= dict.fromkeys(node_sets[name].tolist(), (card.parameters, card.data))
+        surfaces, unusable = {}, {}
+        for name, sides in self.sides.items():
+            try:
+                surfaces[name] = self._faces(sides, element_sets)
+            except ProblemError as error:  # it matters only if somebody asks for it
+                unusable[name] = str(error)
         return Mesh(
             self.name,
             labels,
             np.array(list(self.nodes.values())),
             node_sets,
-            {name: self._faces(sides, element_sets) for name, sides in self.sides.items()},
+            surfaces,
             self.elements,
             rotated,
             relative_displacements(self.equations, node_sets),
@@ -327,32 +366,119 @@ class _Deck:
             self.matrix_by,
             self.systems,
             tuple(self.young) if all(value > 0 for value in self.young) else (),
-            tuple(self.sections),
+            tuple(self._section(name, node_sets) for name in self.sections),
             self.incompatible,
+            unusable,
         )
 
-    def _nodes_of(self, name: str, element_sets: dict[str, NDArray[np.intp]]) -> list[int]:
+    def _section(self, name: str, node_sets: Sets) -> int:
+        """The node of a ``*PRE-TENSION SECTION``, which may be a set of one."""
+        own = node_sets.get(name)
+        if name.isdigit() or own is None:
+            return integers([name], f"{self.name}: *PRE-TENSION SECTION: NODE")[0]
+        if len(own) != 1:
+            raise ProblemError(
+                f"{self.name}: *PRE-TENSION SECTION: expected one node in the set {quoted(name)}, found "
+                f"{len(own)}"
+            )
+        return int(own[0])
+
+    def _nodes_of(self, name: str, element_sets: Sets) -> list[int]:
         """Nodes of the elements of a set (``*NSET, ELSET=``)."""
         if name not in element_sets:
             raise ProblemError(f"{self.name}: expected the element set {quoted(name)} of *NSET, found none")
         members = element_sets[name].tolist()
         return [node for element in members if element in self.elements for node in self.elements[element][1]]
 
-    def _faces(
-        self, sides: list[tuple[str, str, int]], element_sets: dict[str, NDArray[np.intp]]
-    ) -> tuple[tuple[int, int], ...]:
+    def _faces(self, sides: list[tuple[str, str, int]], element_sets: Sets) -> tuple[tuple[int, int], ...]:
         faces = []
         for where, name, side in sides:
-            if name.upper() in element_sets:
-                members = element_sets[name.upper()].tolist()
-            else:
-                members = integers([name], where)
-            for element in members:
-                shape = self.elements.get(element, ("", ()))[0]
-                most = {"triangle": 3, "quadrilateral": 4, "tetrahedron": 4, "wedge": 5, "hexahedron": 6}
-                if side > most.get(shape, 0):
+            named = name.upper() in element_sets and not _is_label(name, self.elements)
+            for element in element_sets[name.upper()].tolist() if named else integers([name], where):
+                if side > len(FACES.get(self.elements.get(element, ("", ()))[0], ())):
                     raise ProblemError(
                         f"{where}: expected a face of element {element}, found none of number {side}"
                     )
                 faces.append((element, side))
         return tuple(faces)
+
+
+def _is_label(text: str, known: Mapping[int, object]) -> bool:
+    """Whether a text is the label of what there is; CalculiX takes a number for one beside such a set."""
+    return text.isascii() and text.isdigit() and int(text[:18]) in known
+
+
+def _add(lists: dict[str, list[_Members]], name: str, card: Card) -> None:
+    """Append the members on the data lines of a card to a list."""
+    generate = "GENERATE" in card.parameters
+    own = lists.setdefault(name, [])
+    own += [_Members(where, [text for text in fields if text], generate) for where, fields in card.data]
+
+
+def resolved(lists: Mapping[str, list[_Members]], known: Labels, others: Sets | None = None) -> Sets:
+    """Members of every set; a set may name earlier ones."""
+    found: Sets = dict(others or {})
+    there = dict.fromkeys(known.tolist())
+    for name, entries in lists.items():
+        members: list[int] = []
+        for where, fields, generate in entries:
+            if generate:
+                members += _generated(fields, known, where)
+                continue
+            for text in fields:
+                own = text.split(".")[-1]  # 'instance.label'
+                if text.upper() in found and not _is_label(text, there):
+                    members += found[text.upper()].tolist()
+                elif not own.isdigit():
+                    raise ProblemError(
+                        f"{where}: expected labels or earlier sets as members of {quoted(name)}, found "
+                        f"{quoted(text)}"
+                    )
+                elif (label := integers([own], where)[0]) not in there:
+                    raise ProblemError(
+                        f"{where}: expected a member of {quoted(name)}, found {label}, which is none"
+                    )
+                else:
+                    members.append(label)
+        found[name] = np.array(members, dtype=np.intp)
+    return found
+
+
+def _generated(fields: list[str], known: Labels, where: str) -> list[int]:
+    """The existing labels among those that 'first, last, step' stands for."""
+    first, last, stride = [*integers(fields[:3], where), 1][:3] if len(fields) > 1 else (0, -1, 1)
+    if stride < 1 or last < first:
+        raise ProblemError(
+            f"{where}: expected 'first, last, step' of a set, found {quoted(','.join(fields))}"
+        )
+    inside = known[(known >= first) & (known <= last) & ((known - first) % stride == 0)]
+    return [int(label) for label in np.sort(inside)]
+
+
+def relative_displacements(
+    equations: list[Line], node_sets: Mapping[str, Labels]
+) -> dict[tuple[int, int], tuple[int, int]]:
+    """Which two nodes an equation of three terms subtracts, by (node, direction) of the result."""
+    relative: dict[tuple[int, int], tuple[int, int]] = {}
+    for where, fields in equations:
+        found = [_term(fields[k : k + 3], where, node_sets) for k in range(0, len(fields), 3)]
+        terms = [term for term in found if term is not None]
+        if len(found) != 3 or len(terms) != 3 or len({direction for _, direction, _ in terms}) != 1:
+            continue
+        for k, (node, direction, factor) in enumerate(terms):
+            others = terms[:k] + terms[k + 1 :]
+            minus = [own for own, _, weight in others if weight == factor]
+            plus = [own for own, _, weight in others if weight == -factor]
+            if len(minus) == len(plus) == 1:
+                relative[node, direction] = (plus[0], minus[0])
+    return relative
+
+
+def _term(fields: list[str], where: str, node_sets: Mapping[str, Labels]) -> tuple[int, int, float] | None:
+    """Node, direction and factor of one term; None for a term of several nodes."""
+    name = fields[0].split(".")[-1]
+    own = None if name.isdigit() else node_sets.get(name.upper())
+    if len(fields) != 3 or (own is None and not name.isdigit()) or (own is not None and len(own) != 1):
+        return None
+    node = integers([name], where)[0] if own is None else int(own[0])
+    return node, integers(fields[1:2], where)[0], number(fields[2], where)

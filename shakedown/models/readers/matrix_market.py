@@ -1,28 +1,33 @@
 """Matrix Market files, as Ansys and others export them, with a map file."""
 
 import os
-from collections.abc import Iterator
+import re
 
 import numpy as np
 from scipy import sparse
 
 from shakedown.ground.errors import ProblemError
+from shakedown.models.readers.formats import Format, register
 from shakedown.models.readers.row_map import Rows, row_map
 from shakedown.models.readers.stiffness import Stiffness, check_entries_once, checked, completed
-from shakedown.models.readers.text import integers, number, numbers, quoted, read_lines
+from shakedown.models.readers.text import numbers_at_once, quoted, read_lines
 
-_Line = tuple[str, list[str]]
+_BANNER = re.compile(
+    r"%%matrixmarket\s+matrix\s+(coordinate|array)\s+(?:real|integer)\s+(general|symmetric)\s*$",
+    re.IGNORECASE,
+)
 
 
-def is_matrix_market(lines: list[str]) -> bool:
-    """Whether the lines of a file, as far as they are not blank, begin as this format does."""
-    return lines[0].lower().startswith("%%matrixmarket")
+def is_matrix_market(text: str) -> bool:
+    """Whether a text begins as this format does."""
+    return text.lstrip().lower().startswith("%%matrixmarket")
 
 
 def read_matrix_market(path: str | os.PathLike[str], rows: Rows = None) -> Stiffness:
     """Read a real Matrix Market matrix; a symmetric one is mirrored.
 
-    The reader is the project's own because SciPy's crashes on damaged files.
+    The reader is the project's own because SciPy's takes Fortran's 1.0D+02 as 1 and an array that is cut off
+    as one that ends in zeros.
 
     Parameters
     ----------
@@ -37,63 +42,46 @@ def read_matrix_market(path: str | os.PathLike[str], rows: Rows = None) -> Stiff
         If the file is malformed or there is no map of its size.
     """
     name = os.fspath(path)
-    lines = read_lines(path)
-    banner = lines[0].lower().split()
-    if (
-        len(banner) != 5
-        or banner[1] != "matrix"
-        or banner[2] not in ("coordinate", "array")
-        or banner[3] not in ("real", "integer")
-        or banner[4] not in ("general", "symmetric")
-    ):
+    lines = [line.strip() for line in read_lines(path) if line.strip()]
+    if (banner := _BANNER.match(lines[0])) is None:
         raise ProblemError(
             f"{name}: line 1: expected 'matrix coordinate|array real general|symmetric', "
             f"found {quoted(lines[0])}"
         )
-    body = _body(lines, name)
-    where, size = next(body, (name, []))
-    shape = integers(size, where)
-    coordinate, symmetric = banner[2] == "coordinate", banner[4] == "symmetric"
-    if len(shape) != (3 if coordinate else 2) or min(shape) < 1 or shape[0] != shape[1]:
-        raise ProblemError(f"{where}: expected the size of a square matrix, found {quoted(' '.join(size))}")
-    read = _coordinate if coordinate else _array
-    dofs = row_map(rows, shape[0], name, "Matrix Market")
-    return checked(read(body, shape, symmetric, name), dofs, "Matrix Market")
+    coordinate, symmetric = banner[1].lower() == "coordinate", banner[2].lower() == "symmetric"
+    body = [line for line in lines[1:] if not line.startswith("%")]
+    shape = numbers_at_once(body[:1], name)
+    if len(shape) != (3 if coordinate else 2) or not shape[0] == shape[1] == round(shape[0]) > 0:
+        raise ProblemError(
+            f"{name}: expected the size of a square matrix, found {quoted(' '.join(body[:1]))}"
+        )
+    N = int(shape[0])
+    dofs = row_map(rows, N, name, "Matrix Market")
+    values = numbers_at_once(body[1:], name)
+    each, what = (3, "entries") if coordinate else (1, "numbers")
+    expected = shape[2] if coordinate else N * (N + 1) // 2 if symmetric else N * N
+    if len(values) != each * expected:
+        raise ProblemError(f"{name}: expected {expected:g} {what}, found {len(values) / each:g}")
+    if coordinate:
+        matrix = _entries(values.reshape(-1, 3), N, name)
+        return checked(completed(matrix) if symmetric else matrix, dofs, "Matrix Market")
+    full = values.reshape(N, N) if not symmetric else np.zeros((N, N))
+    if symmetric:  # column by column of the lower triangle
+        upper = np.triu_indices(N)
+        full[upper] = full.T[upper] = values
+    return checked(sparse.csr_array(full.T), dofs, "Matrix Market")
 
 
-def _body(lines: list[str], name: str) -> Iterator[_Line]:
-    for k, line in enumerate(lines[1:], start=2):
-        if line.strip() and not line.lstrip().startswith("%"):
-            yield f"{name}: line {k}", line.split()
-
-
-def _coordinate(body: Iterator[_Line], shape: list[int], symmetric: bool, name: str) -> sparse.sparray:
-    keys, values = [], []
-    for where, fields in body:
-        if len(fields) != 3:
-            raise ProblemError(f"{where}: expected 'row column value', found {quoted(' '.join(fields))}")
-        row, column = integers(fields[:2], where)
-        if not (1 <= row <= shape[0] and 1 <= column <= shape[1]):
-            raise ProblemError(f"{where}: expected row and column 1 to {shape[0]}, found {row}, {column}")
-        keys.append((row - 1, column - 1))
-        values.append(number(fields[2], where))
-    if len(values) != shape[2]:
-        raise ProblemError(f"{name}: expected {shape[2]} entries, found {len(values)}")
-    i, j = np.array(keys, dtype=np.intp).reshape(-1, 2).T
+def _entries(table: np.ndarray, N: int, name: str) -> sparse.coo_array:
+    """The matrix of lines 'row column value'."""
+    places = table[:, :2]
+    wrong = np.flatnonzero(((places < 1) | (places > N) | (places != np.round(places))).any(axis=1))
+    if wrong.size:
+        row, column = places[wrong[0]]
+        raise ProblemError(f"{name}: expected row and column 1 to {N}, found {row:g}, {column:g}")
+    i, j = places.T.astype(np.intp) - 1
     check_entries_once(i, j, name)
-    entries = sparse.coo_array((values, (i, j)), shape=tuple(shape[:2]))
-    return completed(entries) if symmetric else entries
+    return sparse.coo_array((table[:, 2], (i, j)), shape=(N, N))
 
 
-def _array(body: Iterator[_Line], shape: list[int], symmetric: bool, name: str) -> sparse.coo_array:
-    """Values column by column; of a symmetric matrix the lower triangle only."""
-    values = [value for where, fields in body for value in numbers(fields, where)]
-    N = shape[0]
-    expected = N * (N + 1) // 2 if symmetric else N * N
-    if len(values) != expected:
-        raise ProblemError(f"{name}: expected {expected} numbers, found {len(values)}")
-    if not symmetric:
-        return sparse.coo_array(np.array(values).reshape(N, N).T)
-    upper = np.zeros((N, N))
-    upper[np.triu_indices(N)] = values  # row by row of the upper is column by column of the lower
-    return sparse.coo_array(upper + np.triu(upper, 1).T)
+register(Format("matrix-market", "Matrix Market", read_matrix_market, ("rows",), begins=is_matrix_market))

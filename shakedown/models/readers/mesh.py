@@ -18,7 +18,7 @@ from shakedown.models.readers.coordinate_system import CoordinateSystem, coordin
 from shakedown.models.readers.text import listed, quoted
 
 Element = tuple[str, tuple[int, ...]]  # shape, node labels
-Orientation = tuple[dict[str, str], list[tuple[str, str]]]  # parameters, (where, line) of the data
+Orientation = tuple[dict[str, str], list[tuple[str, list[str]]]]  # parameters, (where, fields) of the data
 Face = tuple[int, ...]  # its corners, in order, then its midside nodes
 
 # Corners of the faces, and edges that carry the midside nodes, as Abaqus, CalculiX and Nastran number them.
@@ -77,6 +77,8 @@ class Mesh:
         Nodes of ``*PRE-TENSION SECTION``: their displacement in direction 1 is the shortening of the section.
     incompatible : int
         How many elements have incompatible modes (C3D8I), for which CalculiX makes three nodes each.
+    unusable : mapping
+        Why a surface is none of faces of solids or plane elements, by its name in upper case.
     """
 
     name: str
@@ -93,6 +95,7 @@ class Mesh:
     young: tuple[float, ...] = ()
     sections: tuple[int, ...] = ()
     incompatible: int = 0
+    unusable: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
     def of_nodes(cls, labels: NDArray[np.intp], coordinates: FloatArray, name: str) -> "Mesh":
@@ -111,6 +114,8 @@ class Mesh:
             If there is no such set, or it is empty.
         """
         key = name.strip().upper()
+        if key in self.unusable:
+            raise ProblemError(self.unusable[key])
         if key in self.surfaces:
             found = dict.fromkeys(node for face in self._surface(key) for node in face)
             labels = np.array(list(found), dtype=np.intp)

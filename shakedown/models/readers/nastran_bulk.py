@@ -32,6 +32,7 @@ UNREADABLE = (
     LookupError,
     ArithmeticError,
     RuntimeError,
+    MemoryError,
     Warning,
     struct.error,
     EOFError,

@@ -5,15 +5,18 @@ place, reads a missing value as zero, and holds the matrix dense.
 """
 
 import os
+import re
 from collections.abc import Iterator
 
 import numpy as np
 
 from shakedown.ground.errors import ProblemError
+from shakedown.models.readers.formats import Format, register
 from shakedown.models.readers.nastran_cards import cards, of_superelement
 from shakedown.models.readers.stiffness import Stiffness, from_entries
 from shakedown.models.readers.text import integers, listed, number, read_lines
 
+_LINE = re.compile(r"DMIG\b", re.IGNORECASE)
 _FORMS = (1, 6)  # square, symmetric
 _REAL = (1, 2)
 
@@ -93,3 +96,6 @@ def _chosen(found: set[str], matrix: str | None, name: str) -> str:
             f"{name}: expected one matrix, found {listed(sorted(found))}; name the one to take"
         )
     return candidates[0]
+
+
+register(Format("dmig", "Nastran DMIG", read_nastran_dmig, ("matrix", "superelement"), line=_LINE))

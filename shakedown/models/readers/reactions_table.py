@@ -1,13 +1,16 @@
 """Reactions or displacements as a table that any report tool can write: step, node, fx, fy and maybe fz."""
 
 import os
+from pathlib import Path
 
 import numpy as np
 
 from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.calculix_frd import is_binary_frd, is_frd, read_binary_frd, read_frd
-from shakedown.models.readers.calculix_reactions import is_calculix_output, read_calculix_output
+from shakedown.models.readers.calculix_reactions import HEADINGS, is_calculix_output, read_calculix_output
+from shakedown.models.readers.formats import Format, register
 from shakedown.models.readers.nodal_vectors import NodalVectors, What
+from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.table import NumberTable, read_table
 from shakedown.models.readers.text import read_lines
 
@@ -31,9 +34,11 @@ _NAMES: dict[What, tuple[tuple[str, ...], ...]] = {  # accepted headings of the 
 }
 
 
-def is_reactions_table(lines: list[str]) -> bool:
-    """Whether the first line names the columns step, node, fx, fy."""
-    first = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
+def is_reactions_table(text: str) -> bool:
+    """Whether the first line of a text names the columns step, node, fx, fy."""
+    first = next(
+        (line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")), ""
+    )
     for mark in ("\t", ";", ","):
         headings = {field.strip().strip('"').casefold() for field in first.split(mark)}
         if all(headings & set(names) for names in _NAMES["reactions"][:4]):
@@ -113,3 +118,13 @@ def _keys(table: NumberTable, what: What) -> list[str | int]:
             )
         found += own
     return found
+
+
+def _refuse(path: str | os.PathLike[str]) -> Stiffness:
+    raise ProblemError(
+        f"{os.fspath(path)}: expected a matrix, found reactions; they make a stiffness only with the list of "
+        f"contact nodes that were moved (import {Path(path).name} with a configuration)"
+    )
+
+
+register(Format("reactions", "reactions", _refuse, begins=is_reactions_table, line=HEADINGS["reactions"]))

@@ -5,17 +5,19 @@ import os
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.errors import ProblemError
+from shakedown.files.npy import read_array, read_header
+from shakedown.ground.errors import ProblemError, found_in
 from shakedown.models.readers.deck import is_deck, read_deck
 from shakedown.models.readers.nastran_bulk import is_bulk_data, read_analysis_set
-from shakedown.models.readers.text import integers, quoted, read_lines
+from shakedown.models.readers.text import open_input, quoted, read_bytes, read_lines, whole_number
 
 Rows = str | os.PathLike[str] | NDArray[np.intp] | None  # a map file, its content, or none
 DIRECTIONS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
-_COMMENT = "#%$!*"
 HEADINGS = {  # of the columns of such lists
     "matrix", "eqn", "eq", "equation", "row", "no", "number", "node", "label", "dof", "direction", "dir",
 }  # fmt: skip
+_COMMENT = "#%$!*"
+_NPY, _WHOLE = b"\x93NUMPY", 2.0**53
 
 
 def row_map(rows: Rows, size: int, where: str, format: str) -> NDArray[np.intp]:
@@ -31,6 +33,7 @@ def row_map(rows: Rows, size: int, where: str, format: str) -> NDArray[np.intp]:
         - lines ``equation node direction``, as Ansys' ``HBMAT`` writes them;
         - one node number per row or per node (also as a Matrix Market array, as
           Ansys exports its node vector): the directions are then 1, 2, … of each node;
+        - any of these as an array of NumPy (``.npy``); directions and equations may count from 0;
         - an input deck of Abaqus or CalculiX: the nodes in its order, likewise;
         - Nastran bulk data with EXTRN, ASET, USET cards or the like.
     size
@@ -73,96 +76,118 @@ def read_row_map(path: str | os.PathLike[str], size: int | None = None) -> NDArr
     >>> _ = path.write_text("# node direction\\n7 1\\n7,2\\n9.1\\n")
     >>> read_row_map(path).tolist()
     [[7, 1], [7, 2], [9, 1]]
+    >>> _ = path.write_text("7.0e+00 0.0e+00\\n7.0e+00 1.0e+00\\n")
+    >>> read_row_map(path).tolist()
+    [[7, 1], [7, 2]]
     """
-    lines, name = read_lines(path), os.fspath(path)
-    if lines[0].lower().startswith("%%matrixmarket"):
-        return _implied(_node_vector(lines, name), size, name)
+    name = os.fspath(path)
+    if read_bytes(path, len(_NPY)) == _NPY:
+        return _of_columns(_array(path, name), size, name)
+    lines = read_lines(path)
     if is_bulk_data(lines):
         return read_analysis_set(path)
     if is_deck(lines):
         return _implied(read_deck(path).labels, size, name)
-    return _listed(lines, size, name)
+    if lines[0].lower().startswith("%%matrixmarket"):
+        return _implied(_node_vector(lines, name), size, name)
+    return _of_columns(_listed(lines, name), size, name)
 
 
-def _listed(lines: list[str], size: int | None, name: str) -> NDArray[np.intp]:
-    """Lines ``node direction``, (N, 2).
+def _array(path: str | os.PathLike[str], name: str) -> NDArray[np.float64]:
+    """The numbers of an ``.npy`` file, one row per row of the matrix."""
+    with open_input(path) as file, found_in(name):
+        header = read_header(file)
+        file.seek(0)
+        found = read_array(file, header, os.fstat(file.fileno()).st_size)
+    if found.dtype.kind not in "iuf" or found.ndim not in (1, 2) or not found.size:
+        raise ProblemError(
+            f"{name}: expected numbers (node, direction) of every row, found {found.dtype} of shape "
+            f"{found.shape}"
+        )
+    return found.astype(float).reshape(len(found), -1)
+
+
+def _listed(lines: list[str], name: str) -> NDArray[np.float64]:
+    """Lines of one to three numbers each, of which the last may be the name of a direction.
 
     Blank lines, a line of headings (node, dof …) at the head, and lines that start with ``#``, ``%``,
     ``$``, ``!`` or ``*`` are skipped.
     """
     table: list[list[int]] = []
-    width = 0
     for k, line in enumerate(lines, start=1):
-        text = line.strip()
-        if not text or text[0] in _COMMENT:
+        fields = line.replace(",", " ").split()
+        if not fields or fields[0][0] in _COMMENT:
             continue
-        where = f"{name}: line {k}"
-        fields = text.replace(",", " ").replace(".", " ").replace("\t", " ").split()
         if not table and HEADINGS.issuperset(word.lower() for word in fields):
             continue
-        width = width or len(fields)
-        if len(fields) != width or not 1 <= width <= 3:
+        if len(fields) == 1 and fields[0].replace(".", "").isdigit():
+            fields = fields[0].split(".")  # 'node.direction'
+        where = f"{name}: line {k}"
+        if len(fields) > 3 or (table and len(fields) != len(table[0])):
             raise ProblemError(
-                f"{where}: expected 'node direction' (or 'equation node direction'), found {quoted(text)}"
+                f"{where}: expected 'node direction' (or 'equation node direction'), found {quoted(line)}"
             )
-        last = DIRECTIONS.get(fields[-1].upper()) if width > 1 else None
-        table.append(integers(fields if last is None else [*fields[:-1], str(last)], where))
+        table.append([DIRECTIONS.get(text.upper()) or whole_number(text, where) for text in fields])
     if not table:
         raise ProblemError(f"{name}: expected a map of rows, found no line")
-    found = np.array(table, dtype=np.intp)
-    if width == 1:
-        if size is None:
-            raise ProblemError(f"{name}: line 1: expected 'node direction', found nodes without directions")
+    return np.array(table, dtype=float)
+
+
+def _of_columns(table: NDArray[np.float64], size: int | None, name: str) -> NDArray[np.intp]:
+    """The map of columns equation (where there are three), node, direction; or of the nodes alone."""
+    if table.shape[1] > 3 or not (np.abs(table) < _WHOLE).all() or (table != np.round(table)).any():
+        raise ProblemError(f"{name}: expected whole numbers in one to three columns, found others")
+    found = table.astype(np.intp)
+    if found.shape[1] == 1:
         return _implied(found[:, 0], size, name)
-    if width == 3:
+    if found.shape[1] == 3:
+        first = int(found[:, 0].min() != 0)
         order = np.argsort(found[:, 0], kind="stable")
-        wrong = np.flatnonzero(found[order, 0] != np.arange(1, len(found) + 1))
+        wrong = np.flatnonzero(found[order, 0] != np.arange(first, first + len(found)))
         if wrong.size:
             raise ProblemError(
                 f"{name}: expected equations 1 to {len(found)}, each once, found {found[order[wrong[0]], 0]} "
                 f"in the place of {wrong[0] + 1}"
             )
         found = found[order, 1:]
+    if np.isin(found[found[:, 1] == 0, 0], found[found[:, 1] > 0, 0]).any():  # no scalar points
+        found[:, 1] += 1
     return found
 
 
 def _node_vector(lines: list[str], name: str) -> NDArray[np.intp]:
     """The whole numbers of a Matrix Market array with one column."""
-    body = [(k, line) for k, line in enumerate(lines[1:], start=2) if line.strip() and line.strip()[0] != "%"]
-    banner = lines[0].lower().split()
-    size = integers(body[0][1].split(), f"{name}: line {body[0][0]}") if body else []
-    if banner[2:4] != ["array", "integer"] or len(size) != 2 or 1 not in size:
+    fields = [text for line in lines[1:] if not line.startswith("%") for text in line.split()]
+    values = [whole_number(text, name) for text in fields]
+    if lines[0].lower().split()[2:4] != ["array", "integer"] or len(values) < 2 or 1 not in values[:2]:
         raise ProblemError(
             f"{name}: expected a node vector ('array integer', one column), found {quoted(lines[0])}"
         )
-    values = [value for k, line in body[1:] for value in integers(line.split(), f"{name}: line {k}")]
-    if len(values) != size[0] * size[1]:
-        raise ProblemError(f"{name}: expected {size[0] * size[1]} nodes, found {len(values)}")
-    return np.array(values, dtype=np.intp)
+    if len(values) - 2 != values[0] * values[1]:
+        raise ProblemError(f"{name}: expected {values[0] * values[1]} nodes, found {len(values) - 2}")
+    return np.array(values[2:], dtype=np.intp)
 
 
 def _implied(nodes: NDArray[np.intp], size: int | None, name: str) -> NDArray[np.intp]:
     """Nodes without directions: each has the same number of rows, in the order x, y, z."""
-    _, place, counts = np.unique(nodes, return_inverse=True, return_counts=True)
     if size is None:
         raise ProblemError(f"{name}: expected rows 'node direction', found nodes without directions")
-    if counts.max() > 1:  # one entry per row
-        each = int(counts[0])
-        if (counts != each).any() or len(nodes) != size or each > len(DIRECTIONS):
+    _, place, counts = np.unique(nodes, return_inverse=True, return_counts=True)
+    if counts.max() == 1:
+        each, left = divmod(size, len(nodes))
+        if left or not 1 <= each <= len(DIRECTIONS):
             raise ProblemError(
-                f"{name}: expected every node equally often, {size} entries in all, found {counts.min()} to "
-                f"{counts.max()} times, {len(nodes)} entries; give a map with directions"
+                f"{name}: expected nodes for {size} rows with equally many directions each, found "
+                f"{len(nodes)} nodes (rows of constrained directions are missing from the matrix?); give a "
+                "map with directions"
             )
-        seen = np.zeros(len(counts), dtype=np.intp)
-        directions = np.empty(size, dtype=np.intp)
-        for k, own in enumerate(place.ravel()):
-            seen[own] += 1
-            directions[k] = seen[own]
-        return np.column_stack([nodes, directions])
-    each, left = divmod(size, len(nodes))
-    if left or not 1 <= each <= len(DIRECTIONS):
+        return np.column_stack([np.repeat(nodes, each), np.tile(np.arange(1, each + 1), len(nodes))])
+    each = int(counts[0])
+    if (counts != each).any() or len(nodes) != size or each > len(DIRECTIONS):
         raise ProblemError(
-            f"{name}: expected nodes for {size} rows with equally many directions each, found {len(nodes)} "
-            "nodes (rows of constrained directions are missing from the matrix?); give a map with directions"
+            f"{name}: expected every node equally often, {size} entries in all, found {counts.min()} to "
+            f"{counts.max()} times, {len(nodes)} entries; give a map with directions"
         )
-    return np.column_stack([np.repeat(nodes, each), np.tile(np.arange(1, each + 1), len(nodes))])
+    directions = np.empty(size, dtype=np.intp)
+    directions[np.argsort(place.ravel(), kind="stable")] = np.tile(np.arange(1, each + 1), len(counts))
+    return np.column_stack([nodes, directions])

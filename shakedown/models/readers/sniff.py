@@ -1,90 +1,27 @@
 """Which format a file has: its content decides, never its name."""
 
 import os
-import re
-from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
 
 from shakedown.ground.errors import ProblemError
-from shakedown.models.readers.abaqus_matrix import read_abaqus_matrix
-from shakedown.models.readers.abaqus_substructure import read_abaqus_substructure
+from shakedown.models.readers import (  # noqa: F401  (each registers its format)
+    abaqus_matrix,
+    abaqus_substructure,
+    calculix_storage,
+    harwell_boeing,
+    matrix_market,
+    nastran_dmig,
+    nastran_op4,
+    reactions_table,
+)
 from shakedown.models.readers.calculix_frd import is_frd
-from shakedown.models.readers.calculix_reactions import HEADINGS
-from shakedown.models.readers.calculix_storage import read_calculix_storage
 from shakedown.models.readers.deck import is_deck
-from shakedown.models.readers.harwell_boeing import is_harwell_boeing, read_harwell_boeing
-from shakedown.models.readers.matrix_market import is_matrix_market, read_matrix_market
+from shakedown.models.readers.formats import FORMATS
 from shakedown.models.readers.nastran_bulk import is_bulk_data
-from shakedown.models.readers.nastran_dmig import read_nastran_dmig
-from shakedown.models.readers.nastran_op4 import is_op4, read_nastran_op4
-from shakedown.models.readers.reactions_table import is_reactions_table
 from shakedown.models.readers.row_map import Rows
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import LOOKED_AT, quoted, read_bytes, read_lines
+from shakedown.models.readers.text import quoted, read_bytes, read_lines
 
-_REAL = r"[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?"
-_LABELLED = re.compile(rf"^\s*-?\d+\s*,\s*\d+\s*,\s*-?\d+\s*,\s*\d+\s*,\s*{_REAL}\s*,?\s*$")
-_NUMBERED = re.compile(rf"^\s*\d+\s+\d+\s+{_REAL}\s*$")
-_ELEMENT = re.compile(r"\s*\*USER ELEMENT\b", re.IGNORECASE)
-_DMIG = re.compile(r"DMIG\b", re.IGNORECASE)
-
-
-@dataclass(frozen=True)
-class Format:
-    """A format of stiffness files; a new one is an entry of ``FORMATS``.
-
-    Attributes
-    ----------
-    name, title
-        What it is called in results and in messages.
-    read
-        What reads a file of it.
-    takes
-        Which arguments of :func:`read_stiffness` its reader takes: ``rows`` (the map), ``matrix``,
-        ``superelement``.
-    by_bytes, by_lines, by_line
-        How it is recognised: by the first bytes of a file, by all lines that are not blank, or by any one
-        line.
-    unless
-        Whether a file with such a line is of another kind, from its first lines.
-    """
-
-    name: str
-    title: str
-    read: Callable[..., Stiffness]
-    takes: tuple[str, ...] = ()
-    by_bytes: Callable[[bytes], bool] | None = None
-    by_lines: Callable[[list[str]], bool] | None = None
-    by_line: re.Pattern[str] | None = None
-    unless: Callable[[list[str]], bool] | None = None
-
-    def has(self, line: str, lines: list[str]) -> bool:
-        """Whether a line of a file is one of this format."""
-        known = self.by_line is not None and self.by_line.match(line)
-        return bool(known) and not (self.unless is not None and self.unless(lines[:LOOKED_AT]))
-
-
-def _refuse(path: str | os.PathLike[str]) -> Stiffness:
-    raise ProblemError(
-        f"{os.fspath(path)}: expected a matrix, found reactions; they make a stiffness only with the list of "
-        f"contact nodes that were moved (import {Path(path).name} with a configuration)"
-    )
-
-
-FORMATS = (  # in the order in which they are tried
-    Format("op4", "Nastran OUTPUT4", read_nastran_op4, ("rows", "matrix"), by_bytes=is_op4),
-    Format("matrix-market", "Matrix Market", read_matrix_market, ("rows",), by_lines=is_matrix_market),
-    Format("harwell-boeing", "Harwell-Boeing", read_harwell_boeing, ("rows",), by_lines=is_harwell_boeing),
-    Format("reactions", "reactions", _refuse, by_lines=is_reactions_table, by_line=HEADINGS["reactions"]),
-    Format("substructure", "Abaqus substructure", read_abaqus_substructure, by_line=_ELEMENT),
-    Format("dmig", "Nastran DMIG", read_nastran_dmig, ("matrix", "superelement"), by_line=_DMIG),
-    Format("abaqus-matrix", "Abaqus MATRIX INPUT", read_abaqus_matrix, by_line=_LABELLED),
-    Format(
-        "numbered", "Abaqus COORDINATE, CalculiX .sti", read_calculix_storage, ("rows",),
-        by_line=_NUMBERED, unless=is_bulk_data,
-    ),
-)  # fmt: skip
+_BEGINNING = 1000  # bytes
 
 
 def stiffness_format(path: str | os.PathLike[str]) -> str:
@@ -110,19 +47,16 @@ def stiffness_format(path: str | os.PathLike[str]) -> str:
     >>> stiffness_format(path)
     'abaqus-matrix'
     """
-    first = read_bytes(path, 256)
+    beginning = read_bytes(path, _BEGINNING).decode("latin-1")
     for each in FORMATS:
-        if each.by_bytes is not None and each.by_bytes(first):
+        if each.begins is not None and each.begins(beginning):
             return each.name
-    if is_frd([first.decode("latin-1")]):
+    if is_frd([beginning]):
         raise ProblemError(
             f"{os.fspath(path)}: expected a stiffness matrix, found the results of a CalculiX run (.frd); "
             "they are of a load: its key 'open', 'reactions' or 'thermal'"
         )
     lines = [line for line in read_lines(path) if line.strip()]
-    for each in FORMATS:
-        if each.by_lines is not None and each.by_lines(lines):
-            return each.name
     for line in [] if is_deck(lines) else lines:
         for each in FORMATS:
             if each.has(line, lines):
@@ -176,18 +110,13 @@ def read_stiffness(
     name = stiffness_format(path)
     found = next(each for each in FORMATS if each.name == name)
     asked = {"rows": dof_map, "matrix": matrix, "superelement": superelement}
-    if dof_map is not None and "rows" not in found.takes:
-        raise ProblemError(
-            f"{os.fspath(path)}: expected no map file, because a {name} file has its own labels"
-        )
-    if matrix is not None and "matrix" not in found.takes:
-        raise ProblemError(
-            f"{os.fspath(path)}: expected no matrix name, because a {name} file holds one matrix, found "
-            f"{quoted(matrix)}"
-        )
-    if superelement is not None and "matrix" not in found.takes:
-        raise ProblemError(
-            f"{os.fspath(path)}: expected no superelement, because a {name} file is not Nastran's, found "
-            f"{superelement}"
-        )
+    nastran = "matrix" in found.takes
+    for key, known, expected in (
+        ("rows", "rows" in found.takes, f"no map file, because a {name} file has its own labels"),
+        ("matrix", nastran, f"no matrix name, because a {name} file holds one matrix"),
+        ("superelement", nastran, f"no superelement, because a {name} file is not Nastran's"),
+    ):
+        if asked[key] is not None and not known:
+            given = "one" if key == "rows" else quoted(str(asked[key]))
+            raise ProblemError(f"{os.fspath(path)}: expected {expected}, found {given}")
     return found.read(path, **{word: asked[word] for word in found.takes})

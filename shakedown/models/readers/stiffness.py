@@ -46,6 +46,11 @@ class Stiffness:
     circumference: float = 1.0
     accuracy: float | None = None
 
+    @property
+    def are_displacements(self) -> NDArray[np.bool_]:
+        """Which rows are displacements or rotations of a node, (N,); others are modes, pressures …"""
+        return (self.dofs[:, 0] > 0) & np.isin(self.dofs[:, 1], range(1, 7))
+
     def rows(self, keys: ArrayLike) -> NDArray[np.intp]:
         """Rows of (node, direction) pairs, (k,); ``ProblemError`` names the first that has none."""
         index, found = self._row_of, []

@@ -6,13 +6,18 @@ import re
 from collections.abc import Iterable
 from io import BufferedReader
 
+import numpy as np
+
 from shakedown.ground.errors import ProblemError, found_in
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.regular_file import open_regular
 from shakedown.ground.shown_values import LONGEST_VALUE
+from shakedown.ground.size_limits import LARGEST_LABEL
 
 MOST_BYTES = 4 << 30  # of one input file
 _FORTRAN = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[DdEe]([-+]?[0-9]{1,6})|([-+][0-9]{1,6}))\Z")
 _PLAIN = frozenset("0123456789+-.eE")
+REAL = r"[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?"  # in regular expressions
 LOOKED_AT = 1000  # lines of a deck, or elements of a mesh, that tell what it is
 _LISTED = 12  # names that a message lists
 
@@ -106,6 +111,29 @@ def numbers(fields: Iterable[str], where: str) -> list[float]:
     return [number(field, where) for field in fields]
 
 
+def numbers_at_once(lines: Iterable[str], where: str) -> FloatArray:
+    """All numbers of some lines, separated by blanks, in any of these spellings; for large files.
+
+    Raises
+    ------
+    ProblemError
+        If one is not a finite number.
+
+    Examples
+    --------
+    >>> numbers_at_once(["1 1 2.0D+02", "2 1 -.5"], "a file").tolist()
+    [1.0, 1.0, 200.0, 2.0, 1.0, -0.5]
+    """
+    fields = [field for line in lines for field in line.split()]
+    try:
+        found = np.array(fields, dtype=float)
+    except ValueError:
+        found = np.array(numbers(fields, where))
+    if not np.isfinite(found).all() or any("_" in field for field in fields):
+        return np.array(numbers(fields, where))
+    return found
+
+
 def number(field: str, where: str) -> float:
     """One real number; see :func:`numbers`."""
     text = field.strip()
@@ -136,10 +164,30 @@ def integers(fields: Iterable[str], where: str) -> list[int]:
     >>> integers([" 12", "-3"], "line 1")
     [12, -3]
     """
-    found = []
-    for field in fields:
-        text = field.strip()
-        if not re.fullmatch(r"[-+]?[0-9]{1,18}", text):
-            raise ProblemError(f"{where}: expected a whole number, found {quoted(text)}")
-        found.append(int(text))
-    return found
+    return [_integer(field.strip(), where) for field in fields]
+
+
+def _integer(text: str, where: str) -> int:
+    if not re.fullmatch(r"[-+]?[0-9]{1,18}", text):
+        raise ProblemError(f"{where}: expected a whole number, found {quoted(text)}")
+    return int(text)
+
+
+def whole_number(field: str, where: str) -> int:
+    """A whole number, which may be written as a real one: 7.0E+00.
+
+    Raises
+    ------
+    ProblemError
+        If it is none.
+
+    Examples
+    --------
+    >>> whole_number("7", "line 1"), whole_number("1.2e+01", "line 1")
+    (7, 12)
+    """
+    text = field.strip()
+    if "." in text and re.fullmatch(REAL, text):
+        value = number(text, where)
+        text = str(int(value)) if value.is_integer() and abs(value) < LARGEST_LABEL else text
+    return _integer(text, where)

@@ -7,7 +7,7 @@ import writers
 from shakedown import ProblemError, import_model
 from shakedown.models.readers.nastran_bulk import read_analysis_set
 from shakedown.models.readers.nastran_dmig import read_nastran_dmig
-from shakedown.models.readers.nastran_op4 import op4_headings, read_op4_columns
+from shakedown.models.readers.nastran_op4 import read_op4_columns
 
 DOFS = {101: [(n, d) for n in (3, 9) for d in (1, 2)], 102: [(n, d) for n in (9, 5, 3) for d in (1, 2)]}
 PUNCH = {
@@ -139,10 +139,45 @@ def test_binary_files_keep_the_places_of_a_name(folder):
     path = folder / "binary.op4"
     matrices = [K[101], np.arange(6.0).reshape(3, 2), K[102]]
     pyyeti_module("op4", "the test").OP4().write(path.as_posix(), ["kxx", "px", "kxx"], matrices)
-    assert [(heading.name, heading.place) for heading in op4_headings(path)] == [
-        ("KXX", 1),
-        ("PX", 1),
-        ("KXX", 2),
-    ]
+    np.testing.assert_array_equal(read_op4_columns(path, "KXX(1)"), K[101])
     np.testing.assert_array_equal(read_op4_columns(path, "KXX(2)"), K[102])
     np.testing.assert_array_equal(read_op4_columns(path, "PX(1)"), matrices[1])
+
+
+MODES = """friction = 0.3
+[stiffness]
+file = "k.mtx"
+map = "k.pch"
+[contact]
+nodes = [3, 11]
+normal = [0.0, 0.0, 1.0]
+[[load]]
+reactions = [[0, 0, 50.0], [0, 0, 50.0]]
+history = 1
+[[load]]
+reactions = [[1.0, 0, 0], [1.0, 0, 0]]
+history = [1, -1]
+"""
+
+
+@pytest.mark.parametrize("coupled", [False, True])
+def test_component_modes_are_left_out_or_condensed(tmp_path, coupled):
+    """As the boundary is fixed while modes are found, or free."""
+    rng = np.random.default_rng(4)
+    boundary, modes = writers.symmetric_matrix(6), np.diag([9.0, 16.0, 25.0])
+    between = rng.normal(size=(6, 3)) if coupled else np.zeros((6, 3))
+    boundary = boundary + 10.0 * np.eye(6)
+    whole = np.block([[boundary, between], [between.T, modes]])
+    (tmp_path / "k.mtx").write_text(writers.matrix_market(whole))
+    (tmp_path / "k.pch").write_text(
+        "EXTRN          3     123      11     123     101       0     102       0\n+            103       0\n"
+    )
+    (tmp_path / "c.toml").write_text(MODES)
+    made = import_model(tmp_path / "c.toml")
+    order = [0, 1, 3, 4, 2, 5]  # slips along x and y, then gaps
+    expected = boundary - between @ np.linalg.solve(modes, between.T)
+    np.testing.assert_allclose(made.problem.kappa, expected[np.ix_(order, order)], rtol=1e-12)
+    assert len(made.evidence.bodies) == 1
+    assert (
+        any("3 row(s), first of point 101, couple with no displacement" in n for n in made.notes) != coupled
+    )

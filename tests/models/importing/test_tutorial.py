@@ -76,3 +76,44 @@ def test_the_tutorial_with_calculix(folder):
     np.testing.assert_allclose(
         np.loadtxt(folder / "punch.sti"), shipped, rtol=1e-6, atol=1e-6 * shipped[:, 2].max()
     )
+
+
+def printed(folder, digits, scale, more=""):
+    """The matrix of the tutorial as a file with so many digits, and its configuration."""
+    i, j, value = np.loadtxt(EXAMPLE / "punch.sti", unpack=True)
+    rows = (EXAMPLE / "punch.dof").read_text().split()
+    size = f"{len(rows)} {len(rows)} {len(value)}"
+    low, high = np.minimum(i, j), np.maximum(i, j)
+    entries = zip(high.astype(int), low.astype(int), scale * value, strict=True)
+    lines = [f"{a} {b} {v:.{digits - 1}e}" for a, b, v in entries]
+    text = "\n".join(["%%MatrixMarket matrix coordinate real symmetric", size, *lines, ""])
+    (folder / "punch.mtx").write_text(text)
+    for name in ("punch.inp", "punch.dof"):
+        (folder / name).write_text((EXAMPLE / name).read_text())
+    config = (EXAMPLE / "import.toml").read_text()
+    assert 'file = "punch.sti"' in config
+    config = config.replace('file = "punch.sti"', f'file = "punch.mtx"\nmap = "punch.dof"{more}')
+    (folder / "import.toml").write_text(config)
+    return folder / "import.toml"
+
+
+@pytest.mark.parametrize(("digits", "scale"), [(10, 1 / 3), (8, 0.7), (6, 1 / 3), (6, 1.0)])
+def test_a_floating_body_keeps_its_rigid_motions_in_few_digits(tmp_path, digits, scale):
+    """Of its own rounding the printed matrix resists them; the limits would be others, or refused."""
+    whole = shakedown.import_model(EXAMPLE / "import.toml").problem
+    made = shakedown.import_model(printed(tmp_path, digits, scale))
+    assert made.condensation.zero_modes == 3
+    assert made.problem.stiffness_accuracy == pytest.approx(10.0**-digits)
+    expected = shakedown.upper_bound(whole).load_factor
+    assert shakedown.upper_bound(made.problem).load_factor == pytest.approx(
+        expected, rel=10.0 ** (4 - digits)
+    )
+    eigenvalues = np.linalg.eigvalsh(made.problem.kappa)
+    assert (np.abs(eigenvalues) < 1e-12 * eigenvalues[-1]).sum() == 3
+
+
+def test_the_accuracy_of_a_matrix_may_be_stated(tmp_path):
+    made = shakedown.import_model(printed(tmp_path, 6, 1.0, "\naccuracy = 3e-5"))
+    assert made.problem.stiffness_accuracy == 3e-5
+    with pytest.raises(shakedown.ProblemError, match="key 'accuracy': expected a number above 0 and up to"):
+        shakedown.import_model(printed(tmp_path, 6, 1.0, "\naccuracy = 0.5"))

@@ -179,7 +179,6 @@ def test_equations_say_what_is_relative(tmp_path):
         ("base, 9, 10", "base, 9, 99", "expected a member of 'ENDS', found 99"),
         ("1, 4, 1\n", "4, 1, 1\n", "expected 'first, last, step'"),
         ("LOWER, S3", "LOWER, S9", "expected the node set or surface"),
-        ("2, S3", "7, S3", "expected a face of element 7"),
         ("5, 6, 7, 8\n*ELEMENT", "5, 6, 7\n*ELEMENT", "expected 8 nodes of an element, found 7"),
         ("*END INSTANCE", "*INSTANCE, NAME=Q\n*END INSTANCE", "expected one part instance"),
         ("10., 0., 0.\n*NODE", "10., 0., 0.\n0., 0., 0., 1., 0., 0., 90.\n*NODE", "found it turned"),
@@ -199,10 +198,118 @@ def test_one_thing_wrong_in_a_deck_is_named(tmp_path, old, new, message):
         deck(tmp_path, BRICKS.replace(old, new, 1)).nodes("NO SUCH SET")
 
 
+BRICK = """*NODE, NSET=NALL
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 1., 1., 0.
+4, 0., 1., 0.
+5, 0., 0., 1.
+6, 1., 0., 1.
+7, 1., 1., 1.
+8, 0., 1., 1.
+*ELEMENT, TYPE=C3D8, ELSET=E
+1, 1, 2, 3, 4, 5, 6, 7, 8
+*NSET, NSET=NREF
+8
+*SURFACE, NAME=FOOT
+1, S1
+"""
+
+
+@pytest.mark.parametrize(
+    "change",
+    {
+        "a comma at the end": ("7, 8\n*NSET", "7, 8,\n*NSET"),
+        "two of them": ("7, 8\n*NSET", "7, 8,\n2, 8, 7, 6, 5, 4, 3, 2, 1,\n*NSET"),
+        "an equation removed": ("*NSET", "*EQUATION, REMOVE\nNALL, 3\n*NSET"),
+        "a shell with a surface": (
+            "*NSET",
+            "*ELEMENT, TYPE=S4\n2, 5, 6, 7, 8\n*SURFACE, NAME=SKIN\n2, S2\n*NSET",
+        ),
+        "a section of a set": ("1, S1\n", "1, S1\n*PRE-TENSION SECTION, SURFACE=CUT, NODE=NREF\n"),
+        "a set with the number of an element": ("ELSET=E\n1,", "ELSET=1\n2, 8, 7, 6, 5, 4, 3, 2, 1\n1,"),
+    }.values(),
+)
+def test_what_codes_take_is_taken(tmp_path, change):
+    assert change[0] in BRICK
+    mesh = deck(tmp_path, BRICK.replace(*change, 1))
+    assert mesh.nodes("FOOT").tolist() == [1, 2, 3, 4]
+    assert mesh.sections == ((8,) if "SECTION" in change[1] else ())
+
+
+def test_a_surface_without_faces_is_refused_where_somebody_asks_for_it(tmp_path):
+    mesh = deck(tmp_path, BRICK + "*SURFACE, NAME=OTHER\n7, S3\n")
+    with pytest.raises(ProblemError, match="line 17: expected a face of element 7"):
+        mesh.nodes("OTHER")
+
+
+@pytest.mark.parametrize(
+    ("moved", "shift"),
+    [
+        ("10., 0., 0.", [10, 0, 0]),
+        ("5.", [5, 0, 0]),
+        ("1., 2.", [1, 2, 0]),
+        ("1.,,", [1, 0, 0]),
+        (",, 3.", [0, 0, 3]),
+    ],
+)
+@pytest.mark.parametrize("within", ["part", "instance"])
+def test_an_instance_is_moved_with_its_nodes(tmp_path, moved, shift, within):
+    """Also where the part comes first; nodes of the assembly stay."""
+    texts = (f"*PART, NAME=P\n{BRICK}*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=I, PART=P\n{moved}\n", "")
+    if within == "instance":
+        texts = (f"*ASSEMBLY, NAME=A\n*INSTANCE, NAME=I, PART=P\n{moved}\n{BRICK}", "")
+    mesh = deck(tmp_path, f"{''.join(texts)}*END INSTANCE\n*NODE\n90, 1., 1., 1.\n*END ASSEMBLY\n")
+    assert mesh.at([1, 90]).tolist() == [shift, [1.0, 1.0, 1.0]]
+
+
+def test_blank_coordinates_are_zero(tmp_path):
+    assert deck(tmp_path, "*NODE\n1, , 2.\n").at([1]).tolist() == [[0.0, 2.0, 0.0]]
+
+
+def test_an_equation_without_a_count_is_one_line(tmp_path):
+    with pytest.raises(ProblemError, match="line 17: expected a whole number, found ''"):
+        deck(tmp_path, BRICK + "*EQUATION\n,\n2\n5, 1, 1., 1, 1, -1.\n")
+
+
+def test_included_lines_stand_in_their_place(tmp_path):
+    (tmp_path / "more.inc").write_text("2, 1., 0.\n*NSET, NSET=BOTH\n1\n")
+    mesh = deck(tmp_path, "*NODE\n1, 0., 0.\n*INCLUDE, INPUT=more.inc\n2\n")
+    assert mesh.nodes("BOTH").tolist() == [1, 2]
+
+
+def test_files_that_include_each_other_many_times_are_refused(tmp_path):
+    for k in range(8):
+        (tmp_path / f"f{k}.inp").write_text(f"*INCLUDE, INPUT=f{k + 1}.inp\n" * 5)
+    (tmp_path / "f8.inp").write_text("*NSET, NSET=A\n1\n")
+    with pytest.raises(ProblemError, match="of 1000 files and 16777216 lines in all, found more"):
+        deck(tmp_path, "*NODE\n1, 0., 0.\n*INCLUDE, INPUT=f0.inp\n")
+
+
 def test_includes_are_followed_from_the_deck_s_own_folder(tmp_path):
     (tmp_path / "sub").mkdir()
     (tmp_path / "sub" / "nodes.inc").write_text("*NODE\n1, 0., 0.\n")
     assert deck(tmp_path, "*INCLUDE, INPUT=sub/nodes.inc\n*NODE\n2, 1., 0.\n").labels.tolist() == [1, 2]
+
+
+@pytest.mark.parametrize("first", [0, 1])
+@pytest.mark.parametrize("kind", ["%d", "%.18e", "npy", "equations"])
+def test_maps_count_directions_from_0_or_1_and_may_be_floats(tmp_path, first, kind):
+    rows = np.array([(7, 1), (7, 2), (9, 1), (9, 2)])
+    given, path = rows + np.array([0, first - 1]), tmp_path / "map"
+    if kind == "npy":
+        np.save(tmp_path / "map.npy", given.astype(float))
+        path = tmp_path / "map.npy"
+    elif kind == "equations":
+        np.savetxt(path, np.column_stack([np.arange(first, first + 4), given]), fmt="%d")
+    else:
+        np.savetxt(path, given, fmt=kind)
+    assert read_row_map(path).tolist() == rows.tolist()
+
+
+def test_scalar_points_keep_direction_0(tmp_path):
+    (tmp_path / "map").write_text("7 1\n7 2\n101 0\n")
+    assert read_row_map(tmp_path / "map").tolist() == [[7, 1], [7, 2], [101, 0]]
 
 
 MAPS = {
