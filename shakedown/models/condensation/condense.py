@@ -287,23 +287,17 @@ def condense(
     loads: Sequence[LoadCase],
     f: ArrayLike,
     *,
-    fixed: ArrayLike = (),
-    axes: tuple[int, int] = PLANE,
-    tangent: ArrayLike | None = None,
-    free_out_of_plane: bool = False,
-    allow_sparse: bool = False,
-    coupling: NodeCoupling | None = None,
-    middle_nodes: ArrayLike | None = None,
     x: ArrayLike | None = None,
     gap: ArrayLike | Callable[[FloatArray], ArrayLike] = 0.0,
     name: str = "",
     units: str = "",
+    **options: Any,
 ) -> Problem:
     """Reduce an elastic model of one or two bodies to a problem in slip and gap.
 
     Normals of three components give every node two tangential directions. The short form of
     ``condensed_stiffness(...).problem(loads, f)``; see
-    :func:`condensed_stiffness` for ``K`` to ``middle_nodes``.
+    :func:`condensed_stiffness` for ``K`` to ``normals``.
 
     Parameters
     ----------
@@ -315,6 +309,8 @@ def condense(
         Initial gap per node or pair [length]; negative is interference.
     x, name, units
         As in :class:`shakedown.Problem`.
+    options
+        What :func:`condensed_stiffness` takes by name, from ``fixed`` to ``middle_nodes``.
 
     Raises
     ------
@@ -343,19 +339,7 @@ def condense(
     >>> joint.directions, joint.A.tolist(), joint.q_w.tolist(), joint.tangents[0].tolist()
     (2, [[4.0, 0.0], [0.0, 2.0]], [[-0.25, 0.5]], [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
     """
-    reduced = condensed_stiffness(
-        K,
-        dofs,
-        contact,
-        normals,
-        fixed=fixed,
-        axes=axes,
-        tangent=tangent,
-        free_out_of_plane=free_out_of_plane,
-        allow_sparse=allow_sparse,
-        coupling=coupling,
-        middle_nodes=middle_nodes,
-    )
+    reduced = condensed_stiffness(K, dofs, contact, normals, **options)
     return reduced.problem(loads, f, x=x, gap=gap, name=name, units=units)
 
 

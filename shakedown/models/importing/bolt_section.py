@@ -68,7 +68,7 @@ class BoltSection:
         displacement = None if unit.displacement is None else factor * unit.displacement
         whole = replace(unit, force=force, displacement=displacement)
         stated = replace(whole, value=self.preload, unit=force_unit) if self.preload else whole
-        return LoadSection(stated, self.rows, None)
+        return LoadSection(stated, self.rows)
 
 
 def bolt_section(table: TomlTable, context: ImportContext) -> BoltSection:
@@ -83,7 +83,7 @@ def bolt_section(table: TomlTable, context: ImportContext) -> BoltSection:
     preload, transient = table.number("preload"), table.array("transient", float, (None,), required=False)
     if preload is None or preload < 0:
         found = "none" if preload is None else f"{preload:g}"
-        raise ProblemError(f"{table.where}: key 'preload': expected a force >= 0, found {found}")
+        raise table.wrong("preload", "a force >= 0", found)
     section, size = table.integer("section"), len(context.stiffness.dofs)
     unit = np.zeros(size)
     rows, stiffness, along, guessed = np.zeros(0, dtype=np.intp), 0.0, None, False
@@ -111,9 +111,10 @@ def check_bolts(tables: Sequence[TomlTable], others: Sequence[TomlTable], model:
     runs = [(other, key) for other in others for key in ("reactions", "open") if other.has(key)]
     if runs and None in named:
         other, key = runs[0]
-        raise ProblemError(
-            f"{other.where}: key '{key}': expected 'forces' or 'displacements' beside a [[bolt]] with a "
-            "'head', found a static run, in which its shank was missing"
+        raise other.wrong(
+            key,
+            "'forces' or 'displacements' beside a [[bolt]] with a 'head'",
+            "a static run, in which its shank was missing",
         )
 
 
@@ -220,11 +221,11 @@ def _stiffness(table: TomlTable) -> float:
     there = [key for key, value in given.items() if value is not None]
     for key in there:
         if not (given[key] or 0.0) >= (0.0 if key == "stiffness" else np.finfo(float).tiny):
-            raise ProblemError(f"{table.where}: key '{key}': expected a number > 0, found {given[key]:g}")
+            raise table.wrong(key, "a number > 0", f"{given[key]:g}")
     if there not in (["stiffness"], list(ELASTIC)):
-        raise ProblemError(
-            f"{table.where}: expected 'stiffness' of the shank, or 'area', 'length' and 'young', found "
-            f"{', '.join(map(quoted, there)) or 'none'}"
+        raise table.unfit(
+            "'stiffness' of the shank, or 'area', 'length' and 'young'",
+            ", ".join(map(quoted, there)) or "none",
         )
     stiffness, area, length, young = (given[key] or 0.0 for key in ("stiffness", *ELASTIC))
     return stiffness if there == ["stiffness"] else young * area / length
@@ -238,17 +239,14 @@ def _shortening(table: TomlTable, context: ImportContext) -> tuple[FloatArray, F
     places, shares = [context.model.mesh.at(labels) for labels, _ in ends], [share for _, share in ends]
     along, guessed = (np.array(axis), False) if axis is not None else _across_head(places, shares, context)
     if not np.linalg.norm(along) > 0:
-        raise ProblemError(
-            f"{table.where}: expected a nut apart from the head, or an 'axis' from the head along the shank, "
-            f"found {'none' if axis is None else shown(axis)}"
+        raise table.unfit(
+            "a nut apart from the head, or an 'axis' from the head along the shank",
+            "none" if axis is None else shown(axis),
         )
     along = along / np.linalg.norm(along)
     middle = shares[0] @ places[0]
     if len(ends) == 2 and not along @ (shares[1] @ places[1] - middle) > 0:
-        raise ProblemError(
-            f"{table.where}: key 'axis': expected a direction from the head towards the nut, found "
-            f"{shown(axis)}"
-        )
+        raise table.wrong("axis", "a direction from the head towards the nut", shown(axis))
     found = np.zeros(len(context.stiffness.dofs))
     if len(ends) == 2 and not context.model.axisymmetric:  # rings make no couple
         shares[1] = _about(middle, along, places[1], shares[1], table)

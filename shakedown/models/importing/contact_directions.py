@@ -115,10 +115,10 @@ def _axes(table: TomlTable, model: Model) -> Axes | None:
     """The axes that the configuration or an axisymmetric model says; None where neither says any."""
     number = table.integer("directions")
     if number not in (None, 1, 2):
-        raise ProblemError(f"{table.where}: key 'directions': expected 1 or 2, found {number}")
+        raise table.wrong("directions", "1 or 2", number)
     axes = table.array("axes", int, (2,), required=False)
     if axes is not None and sorted({1, 2, 3} & set(axes)) != sorted(axes):
-        raise ProblemError(f"{table.where}: key 'axes': expected two of 1, 2, 3, found {axes}")
+        raise table.wrong("axes", "two of 1, 2, 3", axes)
     if model.axisymmetric:
         _check_axisymmetric(axes or list(PLANE), number, model, table.where)
         return PLANE
@@ -126,15 +126,11 @@ def _axes(table: TomlTable, model: Model) -> Axes | None:
     tangents = [key for key in ("tangent", "tangents") if table.has(key)]
     if flat and (number == 2 or tangents):
         other = f"'{tangents[0]}'" if tangents else "directions = 2"
-        raise ProblemError(
-            f"{table.where}: key '{flat[0]}': expected of a plane problem only, found it beside {other}"
-        )
+        raise table.wrong(flat[0], "of a plane problem only", f"it beside {other}")
     if number == 2 or (tangents and number is None):
         return SPACE
     if tangents:
-        raise ProblemError(
-            f"{table.where}: key '{tangents[0]}': expected beside directions = 2 only, found directions = 1"
-        )
+        raise table.wrong(tangents[0], "beside directions = 2 only", "directions = 1")
     return tuple(axes or PLANE) if flat or number == 1 else None
 
 
@@ -165,14 +161,9 @@ def _given(table: TomlTable, n: int) -> FloatArray | None:
     named = {"normal": normal, "normals": normals, "surface": table.content.get("surface")}
     keys = [f"'{key}'" for key, value in named.items() if value is not None]
     if len(keys) > 1:
-        raise ProblemError(
-            f"{table.where}: expected one of the keys 'normal', 'normals' and 'surface', found "
-            f"{' and '.join(keys)}"
-        )
+        raise table.unfit("one of the keys 'normal', 'normals' and 'surface'", " and ".join(keys))
     if normals is not None and len(normals) != n:
-        raise ProblemError(
-            f"{table.where}: key 'normals': expected one for each of {n} nodes, found {len(normals)}"
-        )
+        raise table.wrong("normals", f"one for each of {n} nodes", len(normals))
     found = normals if normal is None else normal
     if found is None:
         return None
@@ -202,22 +193,21 @@ def _along(table: TomlTable, vectors: FloatArray, axes: Axes) -> FloatArray:
     key = "normal" if vectors.ndim == 1 else "normals"
     if len(axes) == 3:
         if vectors.shape[-1] != 3:
-            raise ProblemError(
-                f"{table.where}: key '{key}': expected 3 numbers beside directions = 2, found "
-                f"{vectors.shape[-1]}"
-            )
+            raise table.wrong(key, "3 numbers beside directions = 2", vectors.shape[-1])
         return vectors
     if vectors.shape[-1] == 2:
         return vectors
     (across,) = {1, 2, 3} - set(axes)
     wrong = vectors.reshape(-1, 3)[vectors.reshape(-1, 3)[:, across - 1] != 0]
     if len(wrong):
-        raise ProblemError(
-            f"{table.where}: key '{key}': expected 2 numbers, along directions {axes[0]} and {axes[1]}, or "
-            f"3 of which that in direction {across} is 0, found {wrong[0].tolist()}; of a solid model, "
-            f"'axes' names the two directions of slip and normal ([1, 3] for x and z), and the third one "
-            "is held ([supports] fixed) or moves without friction (free_out_of_plane); directions = 2 has "
-            "friction in both tangential directions"
+        raise table.wrong(
+            key,
+            f"2 numbers, along directions {axes[0]} and {axes[1]}, or 3 of which that in direction "
+            f"{across} is 0",
+            f"{wrong[0].tolist()}; of a solid model, 'axes' names the two directions of slip and "
+            "normal ([1, 3] for x and z), and the third one is held ([supports] fixed) or moves "
+            "without friction (free_out_of_plane); directions = 2 has friction in both tangential "
+            "directions",
         )
     return vectors[..., [axis - 1 for axis in axes]]
 
@@ -227,10 +217,7 @@ def _of_faces(
 ) -> FloatArray:
     """Normals from the faces of the model, or of the surface that ``surface`` names."""
     if model.mesh is None or not model.mesh.elements:
-        raise ProblemError(
-            f"{table.where}: expected one of 'normal' and 'normals', or [model] with a deck that has "
-            "elements, found none"
-        )
+        raise table.unfit("one of 'normal' and 'normals', or [model] with a deck that has elements", "none")
     twin = TomlTable(dict(table.content), table.where)
     with found_in(table.where):
         if faces is not None:
@@ -247,11 +234,9 @@ def _tangent(
     one = table.array("tangent", float, (3,), required=False)
     many = table.array("tangents", float, (None, 3), required=False)
     if one is not None and many is not None:
-        raise ProblemError(f"{table.where}: expected one of the keys 'tangent' and 'tangents', found both")
+        raise table.unfit("one of the keys 'tangent' and 'tangents'", "both")
     if many is not None and len(many) != len(first):
-        raise ProblemError(
-            f"{table.where}: key 'tangents': expected one for each of {len(first)} nodes, found {len(many)}"
-        )
+        raise table.wrong("tangents", f"one for each of {len(first)} nodes", len(many))
     given = many if one is None else one
     return None if given is None else np.array(given, dtype=float)
 

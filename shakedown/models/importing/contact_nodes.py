@@ -29,9 +29,7 @@ def contact_nodes(table: TomlTable, model: Model) -> tuple[NDArray[np.intp], boo
     """
     if table.has("nodes") == table.has("pairs"):
         found = "both" if table.has("nodes") else "neither"
-        raise ProblemError(
-            f"{table.where}: expected one of the keys 'nodes', 'pairs' and 'surfaces', found {found}"
-        )
+        raise table.unfit("one of the keys 'nodes', 'pairs' and 'surfaces'", found)
     if table.has("nodes"):
         if isinstance(table.content["nodes"], str):
             return model.nodes(str(table.text("nodes")), f"{table.where}: key 'nodes'"), True
@@ -102,13 +100,10 @@ def coupled_surfaces(
         return None
     others = [key for key in _ALONE if table.has(key)]
     if others:
-        raise ProblemError(f"{table.where}: expected no key '{others[0]}' beside 'surfaces', found both")
+        raise table.unfit(f"no key '{others[0]}' beside 'surfaces'", "both")
     names = table.content["surfaces"]
     if not (isinstance(names, list) and len(names) == 2 and all(isinstance(name, str) for name in names)):
-        raise ProblemError(
-            f"{table.where}: key 'surfaces': expected two names, of the first body and of the second, found "
-            f"{shown(names)}"
-        )
+        raise table.wrong("surfaces", "two names, of the first body and of the second", shown(names))
     table.take("surfaces", "two names", required=True)
     reach, uncovered = table.number("reach"), table.number("uncovered", UNCOVERED)
     where = f"{table.where}: key 'surfaces'"

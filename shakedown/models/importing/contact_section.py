@@ -17,7 +17,7 @@ from shakedown.models.condensation.surface_coupling import SurfaceCoupling
 from shakedown.models.condensation.tangent_pairs import patch_positions
 from shakedown.models.importing.contact_directions import Axes, contact_directions, in_space
 from shakedown.models.importing.contact_nodes import contact_nodes, coupled_surfaces, middle_nodes
-from shakedown.models.importing.initial_gap import InitialGap, initial_gap
+from shakedown.models.importing.initial_gap import COORDINATES, initial_gap
 from shakedown.models.importing.model_section import Model
 from shakedown.models.readers.input_files import InputFiles
 from shakedown.models.readers.mesh import Mesh
@@ -183,7 +183,9 @@ def contact_section(
     with found_in(table.where.removesuffix(": contact")):
         check_unique(labels)
     first = labels if labels.ndim == 1 else labels[:, 0]
-    gap_is_stated, gap = table.has("gap"), initial_gap(table, model, files)
+    given, gap_is_stated = table.content.get("gap"), table.has("gap")
+    of_file = isinstance(given, dict) and "file" in given
+    gap = initial_gap(table, model, files)
     coupling, slave, surface = (None, None, None) if coupled is None else coupled
     between = middle_nodes(model.mesh, first, table.content.get("surface", surface))
     area = _areas(table, model, first, between, coupling)  # before the normals take 'surface'
@@ -200,7 +202,7 @@ def contact_section(
         table.flag("relative"),
         _positions(table, found.axes),
         None if model.mesh is None else model.mesh.at(first),
-        gap.listed,
+        np.zeros(()),
         gap_is_stated,
         area,
         from_sets and found.axes != SPACE and model.mesh is not None,
@@ -215,24 +217,21 @@ def contact_section(
     table.done()
     if contact.relative:
         _check_relative(contact, model, table.where)
-    placed = _placed(contact, model.mesh, table.where) if found.axes != SPACE else _on_patch(contact)
-    return replace(placed, gap=_gap_of(placed, gap, model, table.where))
+    listed = gap(labels, contact.unit_normals, contact.x) if of_file else given
+    listed = listed if isinstance(listed, list | np.ndarray) else None
+    check_order(contact, table.where, {"x": contact.x, "gap": listed})
+    placed = _placed(contact, model.mesh) if found.axes != SPACE else _on_patch(contact)
+    if placed.surfaces is not None and given == COORDINATES:
+        return replace(placed, gap=_drawn(placed.surfaces, placed, table))
+    normals = in_space(placed.normals, placed.axes)
+    return replace(placed, gap=gap(placed.labels, normals, placed.x))
 
 
-def _gap_of(contact: ContactSection, gap: InitialGap, model: Model, where: str) -> FloatArray:
-    """The initial gap of a contact whose nodes stand in their order, () or (n,)."""
-    if contact.surfaces is not None and gap.measured:
-        return _drawn(contact.surfaces, contact, where)
-    return gap.at(contact.labels, in_space(contact.normals, contact.axes), contact.x, model.mesh)
-
-
-def _drawn(coupling: SurfaceCoupling, contact: ContactSection, where: str) -> FloatArray:
+def _drawn(coupling: SurfaceCoupling, contact: ContactSection, table: TomlTable) -> FloatArray:
     """The gap between two surfaces as the deck draws them, (n,)."""
     if not coupling.flat:
-        raise ProblemError(
-            f"{where}: key 'gap': expected a number, or of nodes, between curved surfaces, whose facets are "
-            "chords, found 'coordinates'"
-        )
+        expected = "a number, or of nodes, between curved surfaces, whose facets are chords"
+        raise table.wrong("gap", expected, f"'{COORDINATES}'")
     drawn = dict(zip(coupling.labels.tolist(), coupling.gap.tolist(), strict=True))
     return np.array([drawn[label] for label in contact.labels.tolist()])
 
@@ -257,11 +256,12 @@ def _areas(
     """Areas of the nodes of the first body, where the model has their faces."""
     given, thickness = table.has("thickness"), table.number("thickness", 1.0) or 0.0
     if not thickness > 0:
-        raise ProblemError(f"{table.where}: key 'thickness': expected a number > 0, found {thickness:g}")
+        raise table.wrong("thickness", "a number > 0", f"{thickness:g}")
     if model.axisymmetric and given:
-        raise ProblemError(
-            f"{table.where}: key 'thickness': expected none, because the areas of an axisymmetric model are "
-            f"2 pi r times a length, found {thickness:g}"
+        raise table.wrong(
+            "thickness",
+            "none, because the areas of an axisymmetric model are 2 pi r times a length",
+            f"{thickness:g}",
         )
     if model.mesh is None or not model.mesh.elements:
         return None
@@ -287,11 +287,10 @@ def _check_relative(contact: ContactSection, model: Model, where: str) -> None:
                 )
 
 
-def _placed(contact: ContactSection, mesh: Mesh | None, where: str) -> ContactSection:
+def _placed(contact: ContactSection, mesh: Mesh | None) -> ContactSection:
     """The nodes in order along the contact, where sets named them, with their positions."""
     if contact.coordinates is None or mesh is None:
         return contact
-    check_order(contact, where, {"x": contact.x, "gap": contact.gap})
     units, places = contact.unit_normals, contact.coordinates
     across = np.cross(*np.eye(3)[[axis - 1 for axis in contact.axes]])
     tangents, edges = np.cross(units, across), mesh.edges(contact.first, contact.surface)
@@ -337,10 +336,7 @@ def taken_friction(root: TomlTable, *, required: bool = True) -> Friction | None
         root.take("friction", "a table", required=True)
         wrong = [item for item in value.values() if not is_number(item)]
         if wrong or not value:
-            raise ProblemError(
-                f"{root.where}: key 'friction': expected a number for each node set, found "
-                f"{shown(wrong[0] if wrong else value)}"
-            )
+            raise root.wrong("friction", "a number for each node set", shown(wrong[0] if wrong else value))
         return {name: float(item) for name, item in value.items()}
     if isinstance(value, list):
         return np.array(root.array("friction", float, (None,)), dtype=float)

@@ -47,7 +47,6 @@ from shakedown.models.importing.load_evidence import (
     LoadEvidence,
     Resultants,
     acting_loads,
-    few_digits,
 )
 from shakedown.models.importing.load_section import (
     LoadSection,
@@ -475,7 +474,6 @@ def _notes(
 ) -> tuple[str, ...]:
     """What else a user should know."""
     stiffness, contact, mesh = context.stiffness, context.contact, context.model.mesh
-    each = zip(acting.loads, acting.reactions, strict=True)
     return (
         *reduced.condensation.notes,
         *reduced.evidence.notes,
@@ -485,7 +483,6 @@ def _notes(
         *_solid(stiffness, contact, mesh),
         *absent_before(acting.cases, names),
         *uneven(acting.cases),
-        *(note for load, reactions in each for note in few_digits(load, reactions, reduced.condensation)),
     )
 
 

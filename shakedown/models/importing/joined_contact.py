@@ -42,14 +42,11 @@ def contact_of(
         if not part.name:
             raise table.missing("name", "what each of several patches is called")
         if part.name in {other.name for other in parts[:k]}:
-            raise ProblemError(f"{table.where}: expected another name, found {quoted(part.name)} twice")
+            raise table.unfit("another name", f"{quoted(part.name)} twice")
         for key in ALIKE:
             one, other = getattr(parts[0], key), getattr(part, key)
             if one != other:
-                raise ProblemError(
-                    f"{table.where}: key '{key}': expected {shown(one)}, as of {quoted(parts[0].name)}, "
-                    f"found {shown(other)}"
-                )
+                raise table.wrong(key, f"{shown(one)}, as of {quoted(parts[0].name)}", shown(other))
     _check_apart(parts, [table.where for table in tables])
     return _joined(parts)
 

@@ -20,7 +20,6 @@ from shakedown.models.importing.load_section import LoadSection
 from shakedown.models.importing.model_evidence import ModelEvidence
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import quoted
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -200,18 +199,3 @@ class Resultants:
         axes = self.contact.axes
         about = [1, 2, 3] if len(axes) == 3 else sorted({1, 2, 3} - set(axes))
         return LoadPart(what, wrench[[axis - 1 for axis in axes]], wrench[[2 + axis for axis in about]])
-
-
-def few_digits(load: LoadSection, reactions: FloatArray, reduced: Condensation) -> tuple[str, ...]:
-    """A note: how accurate welded reactions are that come from displacements of few digits."""
-    frame, rounding = reduced.frame, load.rounding
-    if rounding is None:
-        return ()
-    slips = (rounding[:, None, :] * np.abs(frame.slip_axes)).sum(axis=2).ravel()
-    local = reduced.layout.joined(slips, (rounding * np.abs(frame.normals)).sum(axis=1))
-    error = np.abs(reduced.stiffness) @ local
-    largest = np.abs(reactions).max()
-    if not (error.any() and largest):
-        return ()
-    accurate = f"{quoted(load.case.name)} are accurate to {error.max() / largest:.0e} of the largest"
-    return (f"the welded reactions of {accurate}, by the digits of the displacements with the contact open",)

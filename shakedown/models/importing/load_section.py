@@ -27,11 +27,10 @@ from shakedown.models.readers.toml_table import TomlTable, is_number, shown
 
 @dataclass(frozen=True)
 class LoadSection:
-    """A load case, the rows that it moves, the rounding of displacements that were read, and doubts."""
+    """A load case, the rows that it moves, and doubts."""
 
     case: LoadCase
     prescribed: NDArray[np.intp]
-    rounding: FloatArray | None
     doubts: tuple[str, ...] = ()
 
 
@@ -58,7 +57,7 @@ def load_section(table: TomlTable, context: ImportContext) -> LoadSection:
         force=force,
         displacement=None if moved is None else displacement,
         reactions=reactions,
-        opened=None if opened is None else opened[0],
+        opened=opened,
         mean=table.number("mean"),
         transient=table.array("transient", float, (None,), required=False),
         value=table.number("value"),
@@ -73,11 +72,9 @@ def load_section(table: TomlTable, context: ImportContext) -> LoadSection:
     ):  # fmt: skip
         largest = 0.0 if given is None else float(np.abs(given).max(initial=0.0))
         if not largest < LARGEST_FORCE:
-            raise ProblemError(
-                f"{table.where}: key '{key}': expected numbers below {LARGEST_FORCE:g}, found {largest:g}"
-            )
+            raise table.wrong(key, f"numbers below {LARGEST_FORCE:g}", f"{largest:g}")
     doubts = () if course is None else course.doubts
-    return LoadSection(case, rows, None if opened is None else opened[1], doubts)
+    return LoadSection(case, rows, doubts)
 
 
 def vary_loads(root: TomlTable, changes: Mapping[str, float]) -> dict[str, float]:
@@ -197,10 +194,11 @@ def _check_circumference(table: TomlTable, context: ImportContext) -> None:
     """Refuse reactions of an axisymmetric model unless a static run has to agree with its stiffness."""
     given = [key for key in ("reactions", "thermal") if table.has(key)]
     if given and context.model.axisymmetric and not context.checked:
-        raise ProblemError(
-            f"{table.where}: key '{given[0]}': expected 'forces' (on the whole circumference) or 'open' for "
-            "an axisymmetric model, or [check] with a run that moves contact nodes radially, found neither; "
-            f"{HOOP}"
+        raise table.wrong(
+            given[0],
+            "'forces' (on the whole circumference) or 'open' for an axisymmetric model, or [check] "
+            "with a run that moves contact nodes radially",
+            f"neither; {HOOP}",
         )
 
 

@@ -5,14 +5,11 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import FOUR_DIGITS, MUCH, SIX_DIGITS
+from shakedown.ground.round_off import FOUR_DIGITS, MUCH, RESOLVED, SIX_DIGITS
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.models.importing.bodies import coupled_nodes, rigid_motions
+from shakedown.models.importing.bodies import connected_parts, rigid_motions
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.readers.mesh import SOLIDS, Mesh
 from shakedown.models.readers.stiffness import Stiffness
@@ -23,25 +20,24 @@ _UNALIKE = 200.0  # ratio beyond which units differ: mm for m gives 1,000, eleme
 
 def model_doubts(stiffness: Stiffness, contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:
     """Warnings where matrix, row map and deck hardly belong together, or nodes that touch are no pairs."""
-    labels, node, coupled = coupled_nodes(stiffness)
-    part = connected_components(coupled, directed=False)[1]
-    body = dict(zip(labels.tolist(), part.tolist(), strict=True))
+    body = dict(zip(stiffness.dofs[:, 0].tolist(), connected_parts(stiffness).tolist(), strict=True))
     found = tuple(doubt for patch in contact.parts for doubt in _both_ways(patch, body))
     if mesh is None:
         return found
-    found += _touching(contact, mesh, labels, part)
+    found += _touching(contact, mesh, body)
     if not mesh.elements or stiffness.superelement or mesh.relative or mesh.rotated:
         return found
-    touching = _neighbours(mesh, labels)
-    inside = _inside(stiffness, mesh, labels, node, touching)
+    nodes = stiffness.dofs[stiffness.dofs[:, 0] > 0, 0]
+    unknown = nodes[~np.isin(nodes, mesh.labels)]
+    if len(unknown) > MUCH * len(nodes):
+        found += (
+            f"{len(unknown)} of {len(nodes)} rows are of nodes that are none of the deck, first "
+            f"{unknown[0]}: are matrix, row map and deck of one run?",
+        )
+    inside = _inside(stiffness, mesh)
     if not inside.any():
         return found
-    return (
-        *found,
-        *_strange(labels, inside, coupled, touching),
-        *_resisting(stiffness, mesh, labels, node, inside),
-        *_out_of_size(stiffness, mesh, inside[node]),
-    )
+    return (*found, *_resisting(stiffness, mesh, inside), *_out_of_size(stiffness, mesh, inside))
 
 
 def _out_of_size(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) -> tuple[str, ...]:
@@ -70,41 +66,23 @@ def _out_of_size(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) ->
     )
 
 
-def _strange(
-    labels: NDArray[np.intp], inside: NDArray[np.bool_], coupled: sparse.csr_array, touching: sparse.csr_array
-) -> tuple[str, ...]:
-    """A warning where the matrix couples nodes that share no element."""
-    strange = (coupled - coupled.multiply(touching))[:, labels > 0].sum(
-        axis=1
-    ) > 0  # internal nodes have none
-    share = strange[inside].mean()
-    if share <= MUCH:  # springs, equations or unknown elements may explain so few
+def _resisting(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) -> tuple[str, ...]:
+    """A warning where rigid motions meet resistance in rows (N,) inside the model."""
+    place = dict(zip(mesh.labels.tolist(), mesh.coordinates, strict=True))
+    xyz = np.array([place.get(label, np.zeros(3)) for label in stiffness.dofs[:, 0].tolist()])
+    axes = [2] if mesh.axisymmetric else sorted({1, 2, 3} & set(stiffness.dofs[:, 1].tolist()))
+    motions = rigid_motions(stiffness.dofs, xyz - xyz.mean(axis=0), axes)
+    terms = abs(stiffness.K) @ np.abs(motions)
+    met = (np.abs(stiffness.K @ motions) / np.maximum(terms, np.finfo(float).tiny)).max(axis=1)
+    most = max(FOUR_DIGITS, RESOLVED * (stiffness.accuracy or 0.0))
+    nodes, resisting = (set(stiffness.dofs[rows, 0].tolist()) for rows in (inside, inside & (met > most)))
+    if not resisting:
         return ()
+    far = len(resisting) > MUCH * len(nodes)
     return (
-        f"the matrix couples nodes that share no element of the deck ({100 * share:.0f} % of those inside, "
-        f"first {labels[np.argmax(inside & strange)]}): are matrix, row map and deck of one run?",
-    )
-
-
-def _resisting(
-    stiffness: Stiffness,
-    mesh: Mesh,
-    labels: NDArray[np.intp],
-    node: NDArray[np.intp],
-    inside: NDArray[np.bool_],
-) -> tuple[str, ...]:
-    """A warning where rigid motions meet resistance inside the model."""
-    resisted = np.zeros(len(labels))
-    np.maximum.at(resisted, node, _resistance(stiffness, mesh))
-    resisted[~inside] = 0.0
-    count = int((resisted > FOUR_DIGITS).sum())
-    if not count:
-        return ()
-    share, most = count / inside.sum(), labels[np.argmax(resisted)]
-    cause = "are coordinates and matrix of one model?" if share > MUCH else "springs, or damaged entries?"
-    return (
-        f"rigid motions of the deck's nodes meet resistance at {count} of {inside.sum()} nodes inside the "
-        f"model, most at {most}: {cause}",
+        f"rigid motions of the deck's nodes meet resistance at {len(resisting)} of {len(nodes)} nodes inside "
+        f"the model, most at {stiffness.dofs[np.argmax(met * inside), 0]}: "
+        + ("are matrix, row map and deck of one run?" if far else "springs, or damaged entries?"),
     )
 
 
@@ -125,10 +103,9 @@ def _both_ways(contact: ContactSection, part: Mapping[int, int]) -> tuple[str, .
     )
 
 
-def _touching(
-    contact: ContactSection, mesh: Mesh, labels: NDArray[np.intp], part: NDArray[np.intp]
-) -> tuple[str, ...]:
+def _touching(contact: ContactSection, mesh: Mesh, body: Mapping[int, int]) -> tuple[str, ...]:
     """A warning about nodes of two bodies at one place that are no pair of the contact."""
+    labels, part = np.array(list(body)), np.array(list(body.values()))
     if contact.relative or not set(labels.tolist()) <= set(mesh.labels.tolist()):
         return ()
     places = mesh.at(labels)
@@ -150,47 +127,13 @@ def _touching(
     )
 
 
-def _neighbours(mesh: Mesh, labels: NDArray[np.intp]) -> sparse.csr_array:
-    """Which of the nodes share an element, (k, k)."""
-    number = {label: k for k, label in enumerate(labels.tolist())}
-    pairs = [
-        (row, number[label])
-        for row, (_, nodes) in enumerate(mesh.elements.values())
-        for label in nodes
-        if label in number
-    ]
-    row, column = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
-    inside = sparse.coo_array(
-        (np.ones(len(row)), (row, column)), shape=(len(mesh.elements), len(labels))
-    ).tocsr()
-    return ((inside.T @ inside) > 0).tocsr()
-
-
-def _inside(
-    stiffness: Stiffness,
-    mesh: Mesh,
-    labels: NDArray[np.intp],
-    node: NDArray[np.intp],
-    touching: sparse.csr_array,
-) -> NDArray[np.bool_]:
-    """Which nodes belong to elements all of whose nodes have free rows in all their directions, (k,)."""
+def _inside(stiffness: Stiffness, mesh: Mesh) -> NDArray[np.bool_]:
+    """Rows of nodes of elements all of whose nodes have free rows in all their directions, (N,)."""
     dofs = stiffness.dofs
     free = (stiffness.K.diagonal() < DEFAULT.constrained_diagonal) & np.isin(dofs[:, 1], (1, 2, 3))
-    rows = np.bincount(node[free], minlength=len(labels))
-    whole = rows == rows.max()
-    there = set(labels[whole].tolist())
-    lacking = {k for _, nodes in mesh.elements.values() if not there.issuperset(nodes) for k in nodes}
-    known = np.asarray(touching.diagonal() > 0)  # is the node of an element
-    return known & whole & ~np.isin(labels, list(lacking))
-
-
-def _resistance(stiffness: Stiffness, mesh: Mesh) -> FloatArray:
-    """The force that a rigid motion of its neighbours causes in every row, relative to its terms, (N,)."""
-    dofs = stiffness.dofs
-    place = dict(zip(mesh.labels.tolist(), mesh.coordinates, strict=True))
-    xyz = np.array([place.get(label, np.zeros(3)) for label in dofs[:, 0].tolist()])
-    axes = [2] if mesh.axisymmetric else sorted({1, 2, 3} & set(dofs[:, 1].tolist()))
-    motions = rigid_motions(dofs, xyz - xyz.mean(axis=0), axes)
-    terms = abs(stiffness.K) @ np.abs(motions)
-    met = np.abs(stiffness.K @ motions)
-    return np.asarray((met / np.maximum(terms, np.finfo(float).tiny)).max(axis=1))
+    labels, count = np.unique(dofs[free, 0], return_counts=True)
+    there = set(labels[count == count.max(initial=0)].tolist())
+    elements = [nodes for _, nodes in mesh.elements.values()]
+    lacking = {node for nodes in elements if not there.issuperset(nodes) for node in nodes}
+    known = {node for nodes in elements for node in nodes} & there
+    return np.isin(dofs[:, 0], list(known - lacking))

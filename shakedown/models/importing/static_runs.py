@@ -4,6 +4,7 @@ import numpy as np
 
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.models.condensation.condense import Condensation
 from shakedown.models.condensation.node_coupling import NodeCoupling
 from shakedown.models.importing.contact_section import ContactSection, check_order
@@ -25,19 +26,16 @@ def run_of(source: TomlTable, what: What, files: InputFiles, mesh: Mesh | None) 
     name, step, scale = str(source.text("file")), source.integer("step"), source.number("scale", 1.0) or 0.0
     pairs = source.array("steps", float, (None, 2), required=False)
     if step is not None and pairs is not None:
-        raise ProblemError(f"{source.where}: expected one of the keys 'step' and 'steps', found both")
+        raise source.unfit("one of the keys 'step' and 'steps'", "both")
     runs = files.read(name, lambda path: read_nodal_vectors(path, what))
     if pairs is None:
         if not 1 <= (step or 1) <= len(runs) or (step is None and len(runs) > 1) or step == 0:
             found = "none" if step is None else step
-            raise ProblemError(f"{source.where}: key 'step': expected 1 to {len(runs)}, found {found}")
+            raise source.wrong("step", f"1 to {len(runs)}", found)
         pairs = [[step or 1, 1.0]]
     for number, _ in pairs:
         if number != int(number) or not 1 <= number <= len(runs):
-            raise ProblemError(
-                f"{source.where}: key 'steps': expected [step, factor] with steps 1 to {len(runs)}, "
-                f"found {number:g}"
-            )
+            raise source.wrong("steps", f"[step, factor] with steps 1 to {len(runs)}", f"{number:g}")
     chosen = [_along_axes(runs[int(number) - 1], mesh, source.where) for number, _ in pairs]
     return combined(chosen, [scale * factor for _, factor in pairs])
 
@@ -64,15 +62,17 @@ def clamped_run(
     source = table.table("reactions")
     bodies = source.text("bodies", None if contact.two_bodies else "")
     if contact.coupling is not None and bodies != "clamped":
-        raise ProblemError(
-            f"{source.where}: key 'bodies': expected 'clamped' (reactions of both bodies, each held by "
-            f"itself) of surfaces that need not match, found '{bodies}'"
+        raise source.wrong(
+            "bodies",
+            "'clamped' (reactions of both bodies, each held by itself) of surfaces that need not match",
+            f"'{bodies}'",
         )
     if bodies not in ("", "tied", "clamped") or (not contact.two_bodies and bodies):
-        raise ProblemError(
-            f"{source.where}: key 'bodies': expected 'tied' (reactions of the first body, the bodies tied to "
-            "each other) or 'clamped' (of both, each held by itself) for pairs, and none for nodes, found "
-            f"'{bodies}'"
+        raise source.wrong(
+            "bodies",
+            "'tied' (reactions of the first body, the bodies tied to each other) or 'clamped' (of "
+            "both, each held by itself) for pairs, and none for nodes",
+            f"'{bodies}'",
         )
     run = run_of(source, "reactions", files, mesh)
     source.done()
@@ -96,9 +96,11 @@ def thermal_forces(table: TomlTable, context: ImportContext) -> FloatArray | Non
         return None
     source = table.table("thermal")
     if context.stiffness.superelement:
-        raise ProblemError(
-            f"{table.where}: key 'thermal': expected a matrix of all nodes, found a superelement; run the "
-            "load with the contact nodes held and give their 'reactions', or with the contact open ('open')"
+        raise table.wrong(
+            "thermal",
+            "a matrix of all nodes",
+            "a superelement; run the load with the contact nodes held and give their 'reactions', or "
+            "with the contact open ('open')",
         )
     twin = TomlTable(dict(source.content), source.where)
     run = run_of(source, "reactions", context.files, context.model.mesh)
@@ -112,17 +114,15 @@ def thermal_forces(table: TomlTable, context: ImportContext) -> FloatArray | Non
         places = run.places(dofs[moving, 0], "node")
     force[moving] = -run.vectors[places, dofs[moving, 1] - 1]
     if not force.any():
-        raise ProblemError(
-            f"{source.where}: expected the reactions of nodes that a temperature pushes, found zeros "
-            "(weight, pressure and forces leave none in CalculiX where every node is held: use 'forces' or "
-            "'open')"
+        raise source.unfit(
+            "the reactions of nodes that a temperature pushes",
+            "zeros (weight, pressure and forces leave none in CalculiX where every node is held: use "
+            "'forces' or 'open')",
         )
     rotated = () if context.model.mesh is None else context.model.mesh.rotated
     turned = [node for node in dofs[force != 0, 0].tolist() if node in rotated]
     if turned:
-        raise ProblemError(
-            f"{source.where}: expected nodes with directions x, y, z, found node {turned[0]} in a *TRANSFORM"
-        )
+        raise source.unfit("nodes with directions x, y, z", f"node {turned[0]} in a *TRANSFORM")
     return force
 
 
@@ -146,54 +146,38 @@ def _check_held(source: TomlTable, files: InputFiles, mesh: Mesh | None) -> None
 
 def opened_run(
     table: TomlTable, contact: ContactSection, files: InputFiles, mesh: Mesh | None
-) -> tuple[FloatArray, FloatArray] | None:
-    """``open``: displacements of the contact nodes with the contact open (of pairs u₁ − u₂), rounding."""
+) -> FloatArray | None:
+    """``open``: displacements of the contact nodes with the contact open (of pairs u₁ − u₂)."""
     if not table.has("open"):
         return None
     source = table.table("open")
     run = run_of(source, "displacements", files, mesh)
     source.done()
     columns = [axis - 1 for axis in contact.axes]
-    if contact.coupling is not None:
-        return _opened_surfaces(source.where, run, contact, contact.coupling)
     with found_in(source.where):
+        if contact.coupling is not None:
+            return _moved(source, run, _opened_surfaces(run, contact, contact.coupling), " apart")
         bodies = [run.places(nodes) for nodes in contact.labels.reshape(len(contact.labels), -1).T]
     first, *second = (run.vectors[places][:, columns] for places in bodies)
-    rounding = np.sum([run.rounding[places][:, columns] for places in bodies], axis=0)
-    return _moved(source.where, first - sum(second), rounding, " apart" if second else "")
+    return _moved(source, run, first - sum(second), " apart" if second else "")
 
 
-def _opened_surfaces(
-    where: str, run: NodalVectors, contact: ContactSection, coupling: NodeCoupling
-) -> tuple[FloatArray, FloatArray]:
+def _opened_surfaces(run: NodalVectors, contact: ContactSection, coupling: NodeCoupling) -> FloatArray:
     """The same for coupled surfaces, all of whose nodes were printed."""
-    d, columns = coupling.normals.shape[1], [axis - 1 for axis in contact.axes]
-    with found_in(where):
-        apart = coupling.opening(lambda nodes: run.vectors[run.places(nodes)][:, :d])
-        largest = run.rounding[run.places(contact.moved)].max()
+    d = coupling.normals.shape[1]
+    apart = coupling.opening(lambda nodes: run.vectors[run.places(nodes)][:, :d])
     order = np.argsort(coupling.labels)[np.searchsorted(np.sort(coupling.labels), contact.labels)]
-    chosen = apart[order][:, columns]
-    return _moved(where, chosen, np.full(chosen.shape, 2 * largest), " apart")
+    return apart[order][:, [axis - 1 for axis in contact.axes]]
 
 
-def _moved(where: str, apart: FloatArray, rounding: FloatArray, word: str) -> tuple[FloatArray, FloatArray]:
-    """Return displacements and their rounding; refuse displacements that are all zero."""
-    if (np.abs(apart) <= rounding).all():
-        raise ProblemError(
-            f"{where}: expected displacements with the contact open, found contact nodes that do not "
-            f"move{word} (held, tied or in contact? then 'reactions')"
+def _moved(source: TomlTable, run: NodalVectors, apart: FloatArray, word: str) -> FloatArray:
+    """Displacements that are not all zero, but for the digits that are printed."""
+    if np.abs(apart).max() <= SIX_DIGITS * np.abs(run.vectors).max():
+        raise source.unfit(
+            "displacements with the contact open",
+            f"contact nodes that do not move{word} (held, tied or in contact? then 'reactions')",
         )
-    return apart, rounding
-
-
-def _found(moved: Values | None, reactions: FloatArray | None, clamped: Values | None) -> str:
-    """Which keys a check has, for a message."""
-    if clamped is not None:
-        return "reactions of both bodies, clamped"
-    there = [
-        f"'{key}'" for key, value in (("displacements", moved), ("reactions", reactions)) if value is not None
-    ]
-    return f"{there[0]} alone" if there else "neither"
+    return apart
 
 
 def _check_independent(
@@ -201,15 +185,16 @@ def _check_independent(
 ) -> None:
     """Check that a run is independent evidence on the stiffness."""
     if contact.coupling is not None:
-        raise ProblemError(
-            f"{table.where}: expected none beside 'surfaces', because no static run moves the one against "
-            "the other without contact, found one"
+        raise table.unfit(
+            "none beside 'surfaces', because no static run moves the one against the other without contact",
+            "one",
         )
     source = table.content.get("reactions")
     if isinstance(source, dict) and files.same(str(source.get("file")), stiffness_file):
-        raise ProblemError(
-            f"{table.where}: key 'reactions': expected a run of its own, found the file that the stiffness "
-            "was made from, which agrees with itself"
+        raise table.wrong(
+            "reactions",
+            "a run of its own",
+            "the file that the stiffness was made from, which agrees with itself",
         )
 
 
@@ -229,25 +214,30 @@ def static_run(table: TomlTable, reduced: Condensation, context: ImportContext, 
     reactions, clamped = clamped_run(table, contact, files, context.model.mesh)
     table.done()
     if moved is None or reactions is None or clamped is not None:
-        raise ProblemError(
-            f"{table.where}: expected the keys 'displacements' and 'reactions' (of the first body), found "
-            f"{_found(moved, reactions, clamped)}"
-        )
+        given = {
+            "'displacements'": moved,
+            "'reactions'": reactions,
+            "reactions of both bodies, clamped": clamped,
+        }
+        found = " and ".join(key for key, value in given.items() if value is not None)
+        raise table.unfit("the keys 'displacements' and 'reactions' (of the first body)", found)
     labels = contact.first.tolist()
     displacement = np.zeros((reduced.n, len(contact.axes)))
     for (node, direction), value in moved.items():
         if node not in labels or direction not in contact.axes:
-            raise ProblemError(
-                f"{table.where}: key 'displacements': expected contact nodes and directions {contact.axes}, "
-                f"found node {node}, direction {direction}"
+            raise table.wrong(
+                "displacements",
+                f"contact nodes and directions {contact.axes}",
+                f"node {node}, direction {direction}",
             )
         displacement[labels.index(node), contact.axes.index(direction)] = value
     if not context.model.axisymmetric:
         return reduced.check_against_run(displacement, reactions, what=table.where)
     if not displacement[:, 0].any():
-        raise ProblemError(
-            f"{table.where}: key 'displacements': expected a contact node that moves radially (direction 1), "
-            "because an axisymmetric model is checked, found none"
+        raise table.wrong(
+            "displacements",
+            "a contact node that moves radially (direction 1), because an axisymmetric model is checked",
+            "none",
         )
     try:
         return reduced.check_against_run(displacement, reactions, what=table.where)

@@ -73,12 +73,9 @@ def stiffness_section(
     table.done()
     if not scale > 0 or amplitude == 0:
         found = f"'scale' = {scale:g} and 'amplitude' = {amplitude:g}"
-        raise ProblemError(f"{table.where}: expected 'scale' > 0 and 'amplitude' other than 0, found {found}")
+        raise table.unfit("'scale' > 0 and 'amplitude' other than 0", found)
     if accuracy is not None and not 0 < accuracy <= COARSEST:
-        raise ProblemError(
-            f"{table.where}: key 'accuracy': expected a number above 0 and up to {COARSEST:g}, found "
-            f"{accuracy:g}"
-        )
+        raise table.wrong("accuracy", f"a number above 0 and up to {COARSEST:g}", f"{accuracy:g}")
     found = files.read(name, stiffness_format)
     if found == "reactions":
         stiffness = files.read(

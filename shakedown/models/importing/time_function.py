@@ -71,7 +71,7 @@ def time_function(table: TomlTable, steps: int | None, files: InputFiles) -> Tim
 def _function(table: TomlTable, steps: int | None, files: InputFiles) -> TimeFunction:
     kinds = [key for key in ("harmonics", "points", "file") if table.has(key)]
     if len(kinds) != 1:
-        raise ProblemError(f"{table.where}: expected one of harmonics, points and file, found {len(kinds)}")
+        raise table.unfit("one of harmonics, points and file", len(kinds))
     if kinds[0] == "file":
         found = _from_file(table, steps, files)
     elif kinds[0] == "harmonics":
@@ -85,9 +85,8 @@ def _function(table: TomlTable, steps: int | None, files: InputFiles) -> TimeFun
 def _steps(table: TomlTable, steps: int | None) -> FloatArray:
     """t = k/m at the load steps."""
     if steps is None or not 1 <= steps <= MANY:
-        raise ProblemError(
-            f"{table.where}: expected 'steps' from 1 to {MANY} at the top of the file, found "
-            f"{'none' if steps is None else steps}"
+        raise table.unfit(
+            f"'steps' from 1 to {MANY} at the top of the file", "none" if steps is None else steps
         )
     return np.arange(steps) / steps
 
@@ -97,7 +96,7 @@ def _harmonics(table: TomlTable, t: FloatArray) -> TimeFunction:
     for term in table.tables("harmonics"):
         order = term.integer("order") if term.has("order") else 1
         if order is None or order < 0:
-            raise ProblemError(f"{term.where}: key 'order': expected a whole number from 0, found {order}")
+            raise term.wrong("order", "a whole number from 0", order)
         terms.append((order, term.number("cos", 0.0) or 0.0, term.number("sin", 0.0) or 0.0))
         term.done()
 
@@ -147,9 +146,7 @@ def _points(table: TomlTable, t: FloatArray) -> TimeFunction:
         found = f"t from {times.min():g} to {times.max():g}"
         if down.size:
             found = f"t = {times[down[0] + 1]:g} after {times[down[0]]:g}"
-        raise ProblemError(
-            f"{table.where}: expected points with 0 <= t <= 1 in ascending order, found {found}"
-        )
+        raise table.unfit("points with 0 <= t <= 1 in ascending order", found)
     whole = times[-1] == 1 and times[0] == 0
     sampled = np.interp(t, times, points[:, 1], period=None if whole else 1.0)
     return TimeFunction(sampled, _missed(sampled, points[:, 1]))
@@ -163,15 +160,13 @@ def _from_file(table: TomlTable, steps: int | None, files: InputFiles) -> TimeFu
     width = rows.values.shape[1]
     if column is None and width > 1 + (time is not None):
         names = listed(rows.columns) if rows.columns else f"1 to {width}"
-        raise ProblemError(f"{table.where}: expected the key 'column' (one of {names}), found none")
+        raise table.unfit(f"the key 'column' (one of {names})", "none")
     if column is None:
         column = 1 if width == 1 or not np.array_equal(rows.column(time or 1), rows.column(1)) else 2
     values = scale * rows.column(column)
     if (time is None) != (period is None):
         found = "'time'" if period is None else "'period'"
-        raise ProblemError(
-            f"{table.where}: expected the keys 'time' and 'period' together, found {found} alone"
-        )
+        raise table.unfit("the keys 'time' and 'period' together", f"{found} alone")
     if time is None or period is None:
         return TimeFunction(values)
     return _resampled(rows, values, rows.column(time), period, _steps(table, steps))

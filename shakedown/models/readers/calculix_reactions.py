@@ -12,7 +12,7 @@ from scipy import sparse
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SEVEN_DIGITS
-from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT
+from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.condensation.stiffness_checks import asymmetry
 from shakedown.models.readers.nodal_vectors import NodalVectors, What
 from shakedown.models.readers.stiffness import Stiffness
@@ -74,8 +74,7 @@ def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions")
         )
     steps: list[NodalVectors] = []
     for node_set, when, rows, own in tables:
-        table = step_of(what, (node_set,), when, rows, name, SEVEN_DIGITS)
-        table = replace(table, local=frozenset(own))
+        table = replace(step_of(what, (node_set,), when, rows, name), local=frozenset(own))
         if steps and when == steps[-1].time and node_set not in steps[-1].node_sets:
             table = _merged(steps.pop(), table)
         steps.append(table)
@@ -83,9 +82,9 @@ def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions")
 
 
 def step_of(
-    what: What, node_sets: tuple[str, ...], time: float, rows: list[list[float]], name: str, digits: float
+    what: What, node_sets: tuple[str, ...], time: float, rows: list[list[float]], name: str
 ) -> NodalVectors:
-    """One table of CalculiX, accurate to ``digits``; ``ProblemError`` if it is empty or repeats a node."""
+    """One table of CalculiX; ``ProblemError`` if it is empty or repeats a node."""
     if not rows:
         raise ProblemError(f"{name}: expected {what} at time {time:g}, found an empty table")
     data = np.array(rows)
@@ -95,11 +94,7 @@ def step_of(
             f"{name}: expected every node once in a table, found node {nodes[np.argmax(count)]:g} twice at "
             f"time {time:g}"
         )
-    vectors = data[:, 1:]
-    rounding = FIRST_DIGIT * digits * np.abs(vectors)
-    return NodalVectors(
-        what, node_sets, time, data[:, 0].astype(np.intp), vectors, rounding, by_calculix=True
-    )
+    return NodalVectors(what, node_sets, time, data[:, 0].astype(np.intp), data[:, 1:], by_calculix=True)
 
 
 def _merged(first: NodalVectors, second: NodalVectors) -> NodalVectors:
@@ -108,7 +103,6 @@ def _merged(first: NodalVectors, second: NodalVectors) -> NodalVectors:
         node_sets=first.node_sets + second.node_sets,
         nodes=np.concatenate([first.nodes, second.nodes]),
         vectors=np.concatenate([first.vectors, second.vectors]),
-        rounding=np.concatenate([first.rounding, second.rounding]),
         local=first.local | second.local,
     )
 

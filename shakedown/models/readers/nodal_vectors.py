@@ -29,8 +29,6 @@ class NodalVectors:
         Node labels.
     vectors : (n, 3)
         Components along x, y, z [force or length].
-    rounding : (n, 3)
-        By how much the printed digits may be off; zero where they are not known to be few.
     by_calculix : bool
         Whether CalculiX printed them. Its reactions are the internal forces, without loads that act at the
         node itself; those of axisymmetric models lack a part.
@@ -43,7 +41,6 @@ class NodalVectors:
     time: float
     nodes: NDArray[np.intp]
     vectors: FloatArray
-    rounding: FloatArray
     by_calculix: bool = False
     local: frozenset[int] = frozenset()
 
@@ -88,7 +85,7 @@ def combined(steps: Sequence[NodalVectors], factors: Sequence[float]) -> NodalVe
     Examples
     --------
     >>> zero, nodes = np.zeros((1, 3)), np.array([7])
-    >>> one, two = (NodalVectors("reactions", ("N",), t, nodes, zero + t, zero) for t in (1.0, 2.0))
+    >>> one, two = (NodalVectors("reactions", ("N",), t, nodes, zero + t) for t in (1.0, 2.0))
     >>> combined([two, one], [1.0, -1.0]).vectors
     array([[1., 1., 1.]])
     """
@@ -101,7 +98,6 @@ def combined(steps: Sequence[NodalVectors], factors: Sequence[float]) -> NodalVe
         first.time,
         first.nodes,
         np.sum([factor * step.vectors[place] for step, place, factor in pairs], axis=0),
-        np.sum([abs(factor) * step.rounding[place] for step, place, factor in pairs], axis=0),
         by_calculix=any(step.by_calculix for step in steps),
         local=frozenset().union(*(step.local for step in steps)),
     )
@@ -116,14 +112,13 @@ def in_model_directions(
     --------
     >>> turned = np.array([[[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]])
     >>> one, nodes = np.array([[5.0, 0.0, 2.0]]), np.array([7])
-    >>> run = NodalVectors("reactions", ("N",), 1.0, nodes, one, 0 * one, local=frozenset([7]))
+    >>> run = NodalVectors("reactions", ("N",), 1.0, nodes, one, local=frozenset([7]))
     >>> in_model_directions(run, lambda nodes: turned).vectors
     array([[0., 5., 2.]])
     """
     own = np.isin(run.nodes, list(run.local))
     if not own.any():
         return run
-    axes, vectors, rounding = directions(run.nodes[own]), run.vectors.copy(), run.rounding.copy()
-    vectors[own] = np.einsum("ki,kij->kj", vectors[own], axes)
-    rounding[own] = np.einsum("ki,kij->kj", rounding[own], np.abs(axes))
-    return replace(run, vectors=vectors, rounding=rounding, local=frozenset())
+    vectors = run.vectors.copy()
+    vectors[own] = np.einsum("ki,kij->kj", vectors[own], directions(run.nodes[own]))
+    return replace(run, vectors=vectors, local=frozenset())

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from shakedown.ground.errors import ProblemError
-from shakedown.models.readers.calculix_frd import is_binary_frd, is_frd, read_binary_frd, read_frd
+from shakedown.models.readers.calculix_frd import is_binary_frd, is_frd, read_frd
 from shakedown.models.readers.calculix_reactions import HEADINGS, is_calculix_output, read_calculix_output
 from shakedown.models.readers.formats import Format, register
 from shakedown.models.readers.nodal_vectors import NodalVectors, What
@@ -49,10 +49,7 @@ def is_reactions_table(text: str) -> bool:
 
 def read_nodal_vectors(path: str | os.PathLike[str], what: What = "reactions") -> list[NodalVectors]:
     """Read reactions or displacements: a ``.dat`` or ``.frd`` file of CalculiX, or a table: by content."""
-    if is_binary_frd(path):
-        return read_binary_frd(path, what)
-    lines = read_lines(path)
-    if is_frd(lines):
+    if is_binary_frd(path) or is_frd(lines := read_lines(path)):
         return read_frd(path, what)
     if is_calculix_output(lines):
         return read_calculix_output(path, what)
@@ -95,7 +92,7 @@ def read_vectors_table(path: str | os.PathLike[str], what: What = "reactions") -
             f"twice in step {steps[k]}"
         )
     return [
-        NodalVectors(what, ("table",), float(step), nodes[own], vectors[own], np.zeros_like(vectors[own]))
+        NodalVectors(what, ("table",), float(step), nodes[own], vectors[own])
         for step, own in ((step, steps == step) for step in np.unique(steps))
     ]
 

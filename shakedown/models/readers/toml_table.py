@@ -3,6 +3,7 @@
 import math
 import os
 import tomllib
+from collections.abc import Callable
 from difflib import get_close_matches
 from typing import Any
 
@@ -98,84 +99,73 @@ class TomlTable:
         """The table as it stands now, to be taken apart by itself."""
         return TomlTable(self.content, self.where)
 
-    def take(self, key: str, expected: str, *, required: bool) -> Any:
-        """The raw value of a key, or None where it is absent and not required."""
+    def take(
+        self, key: str, expected: str, *, required: bool = False, fits: Callable[[Any], bool] | None = None
+    ) -> Any:
+        """The value of a key, which must be as expected; None where it is absent and not required."""
         self.known.append(key)
-        if key not in self.content and required:
-            raise self.missing(key, expected)
-        return self.content.pop(key, None)
+        if key not in self.content:
+            if required:
+                raise self.missing(key, expected)
+            return None
+        value = self.content.pop(key)
+        if fits is not None and not fits(value):
+            raise self.wrong(key, expected, shown(value))
+        return value
 
     def text(self, key: str, default: str | None = None, *, required: bool = True) -> str | None:
         """A string."""
-        value = self.take(key, "text", required=required and default is None)
-        if value is None:
-            return default
-        if not isinstance(value, str):
-            raise self._wrong(key, "text", value)
-        return value
+        found = self.take(
+            key, "text", required=required and default is None, fits=lambda value: isinstance(value, str)
+        )
+        return default if found is None else found
 
     def number(self, key: str, default: float | None = None) -> float | None:
         """A number; None where it is absent and has no default."""
-        value = self.take(key, "a number", required=False)
-        if value is None:
-            return default
-        if not is_number(value):
-            raise self._wrong(key, "a finite number", value)
-        return float(value)
+        found = self.take(key, "a finite number", fits=is_number)
+        return default if found is None else float(found)
 
     def integer(self, key: str) -> int | None:
         """A whole number; None where it is absent."""
-        value = self.take(key, "a whole number", required=False)
-        if value is not None and not _is_whole(value):
-            raise self._wrong(key, "a whole number", value)
-        return None if value is None else int(value)
+        found: int | None = self.take(key, "a whole number", fits=_is_whole)
+        return found
 
     def flag(self, key: str) -> bool:
         """True or false, false where it is absent."""
-        value = self.take(key, "true or false", required=False)
-        if value is not None and not isinstance(value, bool):
-            raise self._wrong(key, "true or false", value)
-        return bool(value)
+        return bool(self.take(key, "true or false", fits=lambda value: isinstance(value, bool)))
 
     def array(self, key: str, kind: type, shape: tuple[int | None, ...], *, required: bool = True) -> Any:
         """Nested lists of numbers of a shape, in which None stands for any length ≥ 1."""
-        what = "whole numbers" if kind is int else "numbers"
         size = " x ".join("n" if s is None else str(s) for s in shape)
-        value = self.take(key, f"{size} {what}", required=required)
-        if value is not None and not _fits(value, kind, shape):
-            raise self._wrong(key, f"a list of {size} {what}", value)
-        return value
+        what = f"a list of {size} {'whole numbers' if kind is int else 'numbers'}"
+        return self.take(key, what, required=required, fits=lambda value: _fits(value, kind, shape))
 
     def key_of_column(self, key: str) -> str | int | None:
         """A column of a table file: its heading, or its number from 1; None where it is absent."""
-        value = self.take(key, "a heading or a number", required=False)
-        if value is None or isinstance(value, str):
-            return value
-        if not _is_whole(value) or value < 1:
-            raise self._wrong(key, "a heading, or a number from 1", value)
-        return int(value)
+        found: str | int | None = self.take(
+            key,
+            "a heading, or a number from 1",
+            fits=lambda value: isinstance(value, str) or (_is_whole(value) and value >= 1),
+        )
+        return found
 
     def entries(self, key: str, width: int) -> list[list[Any]] | None:
         """A list of lists, each of ``width`` things; None where it is absent."""
-        value = self.take(key, f"a list of lists of {width}", required=False)
-        if value is None:
-            return None
-        if not isinstance(value, list) or not all(isinstance(v, list) and len(v) == width for v in value):
-            raise self._wrong(key, f"a list of lists of {width} each", value)
-        return value
+        found: list[list[Any]] | None = self.take(
+            key,
+            f"a list of lists of {width} each",
+            fits=lambda value: _is_list_of(list, value) and all(len(entry) == width for entry in value),
+        )
+        return found
 
     def table(self, key: str, *, required: bool = True) -> "TomlTable":
         """A table; an empty one where it is absent and not required."""
-        value = self.take(key, "a table", required=required)
-        if value is not None and not isinstance(value, dict):
-            raise self._wrong(key, "a table", value)
+        value = self.take(key, "a table", required=required, fits=lambda value: isinstance(value, dict))
         return TomlTable(value or {}, f"{self.where}: {key}")
 
     def tables(self, key: str) -> list["TomlTable"]:
         """A list of tables."""
-        value = self.take(key, "one table or more", required=True)
-        if not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
-            raise self._wrong(key, "a list of tables", value)
+        value = self.take(key, "a list of tables", required=True, fits=lambda value: _is_list_of(dict, value))
         return [TomlTable(v, f"{self.where}: {key} {k}") for k, v in enumerate(value, start=1)]
 
     def one_or_more(self, key: str) -> list["TomlTable"]:
@@ -193,6 +183,14 @@ class TomlTable:
         found = f"the unknown key {quoted(alike[0])}" if alike else "none"
         return ProblemError(f"{self.where}: expected the key '{key}' ({expected}), found {found}")
 
+    def wrong(self, key: str, expected: str, found: object) -> ProblemError:
+        """The refusal of the value of a key."""
+        return ProblemError(f"{self.where}: key '{key}': expected {expected}, found {found}")
+
+    def unfit(self, expected: str, found: object) -> ProblemError:
+        """The refusal of a table as a whole."""
+        return ProblemError(f"{self.where}: expected {expected}, found {found}")
+
     def done(self) -> None:
         """Refuse keys that were never taken."""
         if self.content:
@@ -201,14 +199,15 @@ class TomlTable:
                 f"{self.where}: unknown key {unknown}; expected keys are {', '.join(sorted(set(self.known)))}"
             )
 
-    def _wrong(self, key: str, expected: str, value: Any) -> ProblemError:
-        return ProblemError(f"{self.where}: key '{key}': expected {expected}, found {shown(value)}")
-
 
 def shown(value: Any) -> str:
     """A value as a message shows it, short."""
     text = repr(value)
     return text if len(text) <= 60 else f"{text[:60]}…"
+
+
+def _is_list_of(kind: type, value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(item, kind) for item in value)
 
 
 def _is_whole(value: Any) -> bool:

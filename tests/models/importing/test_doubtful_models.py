@@ -163,7 +163,7 @@ WARNED = {
     ),
     "too much interference": (placed(lambda x, y: (x, y - 1e-9), more="gap = -1\n"), "up to 1, 4 of the spacing"),
     "far apart": (placed(lambda x, y: (x, y - 1e-9), more="gap = 12\n"), "the least gap is 12, 48 of the spacing"),
-    "rows of another run": (rows_of_another_run, "the matrix couples nodes that share no element of the deck"),
+    "rows of another run": (rows_of_another_run, "are matrix, row map and deck of one run?"),
     "another shape": (placed(lambda x, y: (x, 2 * y - 1), range(1, 2000)), "meet resistance at 45 of 96 nodes inside"),
     "another unit": (changed('"punch.sti"', '"punch.sti"\nscale = 1000'), "is 'scale' right?"),
     "seconds for milliseconds": (slower_clock, "covers 0.19 % of the period of 1000"),

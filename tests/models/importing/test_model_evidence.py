@@ -100,7 +100,7 @@ def test_matrix_and_deck_of_two_models_are_told_apart(tmp_path):
     (said,) = model_doubts(stiffness, made.contact, stretched)
     assert said.startswith("rigid motions of the deck's nodes meet resistance at 45 of 96 nodes inside")
     said, *_ = model_doubts(replace(stiffness, dofs=np.roll(stiffness.dofs, 2, axis=0)), made.contact, mesh)
-    assert said.startswith("the matrix couples nodes that share no element of the deck")
+    assert said.endswith("are matrix, row map and deck of one run?")
 
 
 def test_motions_of_a_solid_in_words(tmp_path):
