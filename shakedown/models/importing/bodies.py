@@ -92,7 +92,7 @@ def contact_patches(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | 
     first, n = contact.first, contact.first.size
     place = dict(zip(first.tolist(), range(n), strict=True))
     if mesh is not None and mesh.elements:
-        faces = [[place[node] for node in face if node in place] for _, face in mesh.boundary(set(place))]
+        faces = [[place[node] for node in face.nodes if node in place] for face in mesh.boundary(set(place))]
         edges = [(face[0], other) for face in faces for other in face[1:]]
     else:
         rows = np.flatnonzero(np.isin(stiffness.dofs[:, 0], first))

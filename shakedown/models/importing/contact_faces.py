@@ -52,14 +52,10 @@ def faces_between(contact: ContactSection, mesh: Mesh | None) -> NDArray[np.intp
     if mesh is None or contact.axes != SPACE:
         return None
     found: list[tuple[int, ...]] = []
-    faces = [each for part in contact.parts for each in mesh.boundary(set(part.first.tolist()), part.surface)]
-    for element, face in faces:
-        shape, nodes = mesh.elements[element]
-        own = set(nodes[: CORNERS[shape]])
-        corners = [node for node in face if node in own]
-        others = [node for node in face if node not in own]
-        if len(corners) > 2:  # no edge of a plate
-            found += split_face(corners, others, mesh.at([*corners, *others]))
+    for part in contact.parts:
+        for facet in mesh.boundary(set(part.first.tolist()), part.surface):
+            if len(facet.corners) > 2:  # no edge of a plate
+                found += split_face(facet.corners, facet.between, mesh.at(facet.nodes))
     return faces_among(np.array(found), contact.first.tolist()) if found else None
 
 
@@ -139,8 +135,7 @@ def sharp_edges(names: Sequence[str], least: FloatArray) -> tuple[str, ...]:
 def left_out(mesh: Mesh, labels: NDArray[np.intp]) -> tuple[str, ...]:
     """Warnings about nodes of one body that lie within its contact but are not contact nodes."""
     wanted = set(labels.tolist())
-    faces = list(mesh.boundary(wanted))
-    between = sorted({node for _, face in faces for node in face} - wanted)
+    between = sorted({node for facet in mesh.boundary(wanted) for node in facet.between} - wanted)
     warnings = []
     if between:
         warnings.append(

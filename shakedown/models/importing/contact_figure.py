@@ -74,8 +74,8 @@ def _in_space(made: Import, ax: "Axes") -> "Axes":
         raise UsageError("picture: expected axes in three dimensions (projection='3d'), found plane ones")
     drawn: Any = ax
     place = contact.coordinates
-    for ring in made.mesh.outlines(contact.first):
-        drawn.plot(*made.mesh.at([*ring, ring[0]]).T, color="0.75", linewidth=0.5)
+    for facet in made.mesh.boundary(set(contact.first.tolist())):
+        drawn.plot(*made.mesh.at([*facet.corners, facet.corners[0]]).T, color="0.75", linewidth=0.5)
     length = _ARROW * float(np.ptp(place, axis=0).max() or 1.0) / max(np.sqrt(len(place)) - 1, 1)
     first, second = frame.slip_axes.transpose(1, 0, 2)
     arrows = (

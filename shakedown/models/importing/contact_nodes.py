@@ -11,7 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.models.condensation.surface_coupling import REACH, UNCOVERED, SurfaceCoupling, surface_coupling
 from shakedown.models.condensation.surface_mesh import ContactSurface
 from shakedown.models.importing.model_section import Model
-from shakedown.models.readers.mesh import CORNERS, Mesh
+from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, shown
 
@@ -132,17 +132,12 @@ def middle_nodes(mesh: Mesh | None, first: NDArray[np.intp], surface: object) ->
     if mesh is None or not mesh.elements:
         return np.zeros((0, 3), dtype=np.intp)
     between = {
-        (face[corners + k], *sorted((face[k], face[(k + 1) % corners])))
-        for element, face in mesh.boundary(set(first.tolist()), surface if isinstance(surface, str) else None)
-        if (corners := _corners(mesh, element, face)) > 2 and len(face) == 2 * corners
-        for k in range(corners)
+        (node, *sorted((facet.corners[k], facet.corners[(k + 1) % len(facet.corners)])))
+        for facet in mesh.boundary(set(first.tolist()), surface if isinstance(surface, str) else None)
+        if len(facet.between) == len(facet.corners) > 2
+        for k, node in enumerate(facet.between)
     }
     return np.array(sorted(between), dtype=np.intp).reshape(-1, 3)
-
-
-def _corners(mesh: Mesh, element: int, face: tuple[int, ...]) -> int:
-    shape, nodes = mesh.elements[element]
-    return len(set(nodes[: CORNERS[shape]]) & set(face))
 
 
 def _surface(mesh: Mesh, name: str, where: str) -> ContactSurface:
@@ -150,16 +145,16 @@ def _surface(mesh: Mesh, name: str, where: str) -> ContactSurface:
     with found_in(where):
         labels = mesh.nodes(name)
     key = name.strip().upper()
-    faces = list(mesh.boundary(set(labels.tolist()), key if key in mesh.surfaces else None))
-    if not faces:
+    facets = mesh.boundary(set(labels.tolist()), key if key in mesh.surfaces else None)
+    if not facets:
         raise ProblemError(f"{where}: expected faces of elements in the set {quoted(name)}, found none")
-    edges = {_corners(mesh, element, face) == 2 for element, face in faces}
+    edges = {len(facet.corners) == 2 for facet in facets}
     if len(edges) > 1:
         raise ProblemError(
             f"{where}: expected faces of solids or edges of plane elements in {quoted(name)}, found both"
         )
     d = 2 if edges.pop() else 3
-    used = np.array(sorted({node for _, face in faces for node in face}), dtype=np.intp)
-    inside = [mesh.at(mesh.elements[element][1]).mean(axis=0)[:d] for element, _ in faces]
+    used = np.array(sorted({node for facet in facets for node in facet.nodes}), dtype=np.intp)
+    inside = [mesh.at(mesh.elements[facet.element][1]).mean(axis=0)[:d] for facet in facets]
     with found_in(f"{where}: {quoted(name)}"):
-        return ContactSurface(used, mesh.at(used)[:, :d], [face for _, face in faces], np.array(inside))
+        return ContactSurface(used, mesh.at(used)[:, :d], [facet.nodes for facet in facets], np.array(inside))

@@ -218,7 +218,7 @@ def contact_section(
     if contact.relative:
         _check_relative(contact, model, table.where)
     listed = gap(labels, contact.unit_normals, contact.x) if of_file else given
-    listed = listed if isinstance(listed, list | np.ndarray) else None
+    listed = np.asarray(listed) if isinstance(listed, list | np.ndarray) else None
     check_order(contact, table.where, {"x": contact.x, "gap": listed})
     placed = _placed(contact, model.mesh) if found.axes != SPACE else _on_patch(contact)
     if placed.surfaces is not None and given == COORDINATES:

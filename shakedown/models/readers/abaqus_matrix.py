@@ -4,12 +4,18 @@ import os
 import re
 from collections.abc import Iterator
 
-import numpy as np
-
 from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.formats import Format, register
 from shakedown.models.readers.stiffness import Stiffness, from_entries
-from shakedown.models.readers.text import REAL, integers, number, quoted, read_lines
+from shakedown.models.readers.text import (
+    REAL,
+    integers,
+    number,
+    quoted,
+    read_lines,
+    rows_of_numbers,
+    whole_numbers,
+)
 
 NodalLoads = dict[tuple[int, int], float]
 ABAQUS_MATRIX = "Abaqus matrix input"
@@ -27,19 +33,14 @@ def read_abaqus_matrix(path: str | os.PathLike[str]) -> Stiffness:
     ProblemError
         If a line is malformed or an entry occurs twice.
     """
-    keys, values = [], []
-    for where, text, fields in _data_lines(path):
-        if len(fields) != 5:
-            raise ProblemError(
-                f"{where}: expected 'node,dof, node,dof, value' (*MATRIX OUTPUT, FORMAT=MATRIX INPUT), "
-                f"found {quoted(text)}"
-            )
-        keys.append(integers(fields[:4], where))
-        values.append(number(fields[4], where))
-    if not keys:
-        raise ProblemError(f"{os.fspath(path)}: expected matrix entries, found none")
-    table = np.array(keys, dtype=np.intp)
-    return from_entries(table[:, :2], table[:, 2:], np.array(values), os.fspath(path), ABAQUS_MATRIX)
+    name = os.fspath(path)
+    lines = [(k, text.rstrip(",")) for k, text in _data_lines(path)]
+    expected = "'node,dof, node,dof, value' (*MATRIX OUTPUT, FORMAT=MATRIX INPUT)"
+    places, table = rows_of_numbers(lines, 5, name, expected)
+    if not places:
+        raise ProblemError(f"{name}: expected matrix entries, found none")
+    keys = whole_numbers(table[:, :4], places, name)
+    return from_entries(keys[:, :2], keys[:, 2:], table[:, 4], name, ABAQUS_MATRIX)
 
 
 def read_nodal_loads(path: str | os.PathLike[str]) -> NodalLoads:
@@ -59,7 +60,8 @@ def read_nodal_loads(path: str | os.PathLike[str]) -> NodalLoads:
     {(12, 2): -50.0}
     """
     loads: NodalLoads = {}
-    for where, text, fields in _data_lines(path):
+    for k, text in _data_lines(path):
+        where, fields = f"{os.fspath(path)}: line {k}", text.rstrip(",").split(",")
         if len(fields) != 3:
             raise ProblemError(f"{where}: expected 'node, dof, value', found {quoted(text)}")
         if fields[0].strip()[:1].isalpha():
@@ -74,12 +76,12 @@ def read_nodal_loads(path: str | os.PathLike[str]) -> NodalLoads:
     return loads
 
 
-def _data_lines(path: str | os.PathLike[str]) -> Iterator[tuple[str, str, list[str]]]:
-    """(where it stands, text, fields) of every line that is neither a keyword nor a remark."""
+def _data_lines(path: str | os.PathLike[str]) -> Iterator[tuple[int, str]]:
+    """Number and text of every line that is neither a keyword nor a remark."""
     for k, line in enumerate(read_lines(path), start=1):
         text = line.strip()
         if text and not text.startswith("*"):
-            yield f"{os.fspath(path)}: line {k}", text, text.rstrip(",").split(",")
+            yield k, text
 
 
 register(Format("abaqus-matrix", "Abaqus MATRIX INPUT", read_abaqus_matrix, line=_LINE))

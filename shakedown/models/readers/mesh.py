@@ -1,9 +1,10 @@
 """Nodes, node sets and element faces of a finite-element model; normals and areas of its boundary."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +20,6 @@ from shakedown.models.readers.text import listed, quoted
 
 Element = tuple[str, tuple[int, ...]]  # shape, node labels
 Orientation = tuple[dict[str, str], list[tuple[str, list[str]]]]  # parameters, (where, fields) of the data
-Face = tuple[int, ...]  # its corners, in order, then its midside nodes
 
 # Corners of the faces, and edges that carry the midside nodes, as Abaqus, CalculiX and Nastran number them.
 FACES: dict[str, tuple[tuple[int, ...], ...]] = {
@@ -40,6 +40,19 @@ EDGES: dict[str, tuple[tuple[int, int], ...]] = {
 SOLIDS = ("tetrahedron", "wedge", "hexahedron")
 CALCULIX, ABAQUS = "CalculiX", "Abaqus"  # codes that a deck may ask for a matrix
 CORNERS = {"triangle": 3, "quadrilateral": 4, "tetrahedron": 4, "wedge": 6, "hexahedron": 8}
+
+
+class Facet(NamedTuple):
+    """A face of an element: its corners in order, and the nodes between them."""
+
+    element: int
+    corners: tuple[int, ...]
+    between: tuple[int, ...]
+
+    @property
+    def nodes(self) -> tuple[int, ...]:
+        """All nodes, corners first."""
+        return self.corners + self.between
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +130,7 @@ class Mesh:
         if key in self.unusable:
             raise ProblemError(self.unusable[key])
         if key in self.surfaces:
-            found = dict.fromkeys(node for face in self._surface(key) for node in face)
+            found = dict.fromkeys(node for facet in self._surface(key) for node in facet.nodes)
             labels = np.array(list(found), dtype=np.intp)
         elif key in self.node_sets:
             labels = np.array(list(dict.fromkeys(self.node_sets[key].tolist())), dtype=np.intp)
@@ -166,22 +179,22 @@ class Mesh:
         """The position of every node, by its label."""
         return {label: k for k, label in enumerate(self.labels.tolist())}
 
-    def _faces_of(self, element: int) -> list[Face]:
-        """Nodes of every face of an element, corners first."""
+    def _facets_of(self, element: int) -> list[Facet]:
+        """Every face of an element."""
         shape, nodes = self.elements[element]
         count = CORNERS[shape]
         middle = {
             frozenset(edge): nodes[count + k] for k, edge in enumerate(EDGES[shape]) if count + k < len(nodes)
         }
-        faces = []
+        found = []
         for corners in FACES[shape]:
-            edges = zip(corners, corners[1:] + corners[:1], strict=True)
-            between = [middle[key] for edge in edges if (key := frozenset(edge)) in middle]
-            faces.append((*(nodes[k] for k in corners), *dict.fromkeys(between)))
-        return faces
+            edges = map(frozenset, zip(corners, corners[1:] + corners[:1], strict=True))
+            between = dict.fromkeys(middle[edge] for edge in edges if edge in middle)
+            found.append(Facet(element, tuple(nodes[k] for k in corners), tuple(between)))
+        return found
 
-    def _surface(self, key: str) -> list[Face]:
-        return [self._faces_of(element)[face - 1] for element, face in self.surfaces[key]]
+    def _surface(self, key: str) -> list[Facet]:
+        return [self._facets_of(element)[face - 1] for element, face in self.surfaces[key]]
 
     def normals(
         self, labels: ArrayLike, axes: tuple[int, ...] = (1, 2), surface: str | None = None
@@ -241,10 +254,9 @@ class Mesh:
         """
         wanted = [int(label) for label in np.asarray(labels).ravel()]
         inward: dict[int, list[FloatArray]] = {label: [] for label in wanted}
-        for element, face in self.boundary(set(wanted), surface):
-            own = set(self.elements[element][1][: self._count(element)])
-            normal = self._area(element, [node for node in face if node in own])
-            for node in inward.keys() & set(face):
+        for facet in self.boundary(set(wanted), surface):
+            normal = self._area(facet)
+            for node in inward.keys() & set(facet.nodes):
                 inward[node].append(normal)
         units, least = np.full((len(wanted), 3), np.nan), np.ones(len(wanted))
         for k, faces in enumerate(map(np.array, map(inward.get, wanted))):
@@ -271,22 +283,15 @@ class Mesh:
         wanted = [int(label) for label in np.asarray(labels).ravel()]
         total = dict.fromkeys(wanted, 0.0)
         without = set(wanted)
-        for element, face in self.boundary(set(wanted), surface):
-            own = set(self.elements[element][1][: self._count(element)])
-            corners = sum(node in own for node in face)
-            shares = face_shares(self.at(face), corners, revolved=self.axisymmetric)
-            if shares is None or not total.keys() >= set(face):
+        for facet in self.boundary(set(wanted), surface):
+            flat = len(facet.corners) == 2
+            shares = face_shares(self.at(facet.nodes), len(facet.corners), revolved=self.axisymmetric)
+            if shares is None or not total.keys() >= set(facet.nodes):
                 return None
-            for node, share in zip(face, shares * (thickness if corners == 2 else 1.0), strict=True):
+            for node, share in zip(facet.nodes, shares * (thickness if flat else 1.0), strict=True):
                 total[node] += float(share)
                 without.discard(node)
         return None if without else without_cancelled(np.array([total[label] for label in wanted]))
-
-    def outlines(self, labels: ArrayLike) -> list[Face]:
-        """Corners, in order, of the faces of the boundary that have all their corners among some nodes."""
-        wanted = {int(label) for label in np.asarray(labels).ravel()}
-        faces = [(face, set(self.elements[e][1][: self._count(e)])) for e, face in self.boundary(wanted)]
-        return [tuple(node for node in face if node in own) for face, own in faces]
 
     def edges(self, labels: ArrayLike, surface: str | None = None) -> list[list[int]] | None:
         """Positions among the nodes, for every edge of a plane element as :meth:`normals` takes them.
@@ -294,26 +299,22 @@ class Mesh:
         None where there are none, or faces of solids.
         """
         wanted = {int(label): k for k, label in enumerate(np.asarray(labels).ravel())}
-        found = list(self.boundary(set(wanted), surface))
-        if not found or any(self.elements[element][0] in SOLIDS for element, _ in found):
+        found = self.boundary(set(wanted), surface)
+        if not found or any(len(facet.corners) > 2 for facet in found):
             return None
-        return [[wanted[node] for node in face if node in wanted] for _, face in found]
-
-    def _count(self, element: int) -> int:
-        return CORNERS[self.elements[element][0]]
+        return [[wanted[node] for node in facet.nodes if node in wanted] for facet in found]
 
     def outer_faces(self, nodes: set[int]) -> list[frozenset[int]]:
         """Corners of the faces of the boundary that have some of the nodes."""
         seen = Counter[frozenset[int]]()
         for element, (_, own) in self.elements.items():
             if not nodes.isdisjoint(own):
-                corners = set(own[: self._count(element)])
-                faces = (corners.intersection(face) for face in self._faces_of(element))
-                seen.update(frozenset(face) for face in faces if not nodes.isdisjoint(face))
+                faces = (frozenset(facet.corners) for facet in self._facets_of(element))
+                seen.update(corners for corners in faces if not nodes.isdisjoint(corners))
         return [corners for corners, count in seen.items() if count == 1]
 
-    def boundary(self, wanted: set[int], surface: str | None = None) -> Iterable[tuple[int, Face]]:
-        """(element, face) on the boundary whose corners are all wanted; or those of an element surface."""
+    def boundary(self, wanted: set[int], surface: str | None = None) -> list[Facet]:
+        """The faces on the boundary whose corners are all wanted; or those of an element surface."""
         if surface is not None:
             key = surface.strip().upper()
             self.nodes(key)
@@ -321,25 +322,23 @@ class Mesh:
                 raise ProblemError(
                     f"{self.name}: expected the element surface {quoted(surface)}, found a node set"
                 )
-            return [(element, self._faces_of(element)[face - 1]) for element, face in self.surfaces[key]]
-        found, seen = [], Counter[frozenset[int]]()
-        for element, (_, nodes) in self.elements.items():
-            if wanted.isdisjoint(nodes):
-                continue
-            own = set(nodes[: self._count(element)])
-            for face in self._faces_of(element):
-                corners = frozenset(face) & own
-                if corners <= wanted:
-                    seen[corners] += 1
-                    found.append((element, face, corners))
-        return [(element, face) for element, face, corners in found if seen[corners] == 1]
+            return self._surface(key)
+        near = [element for element, (_, nodes) in self.elements.items() if not wanted.isdisjoint(nodes)]
+        found = [
+            facet
+            for element in near
+            for facet in self._facets_of(element)
+            if wanted.issuperset(facet.corners)
+        ]
+        seen = Counter(frozenset(facet.corners) for facet in found)
+        return [facet for facet in found if seen[frozenset(facet.corners)] == 1]
 
-    def _area(self, element: int, corners: list[int]) -> FloatArray:
+    def _area(self, facet: Facet) -> FloatArray:
         """Normal of a face into its element, as long as its area."""
-        points, body = self.at(corners), self.at(self.elements[element][1]).mean(axis=0)
+        points, body = self.at(facet.corners), self.at(self.elements[facet.element][1]).mean(axis=0)
         middle = points.mean(axis=0)
         inside = body - middle
-        if len(corners) == 2:  # an edge of a plane element
+        if len(points) == 2:  # an edge of a plane element
             along = points[1] - points[0]
             normal = np.array([-along[1], along[0], 0.0])
         else:

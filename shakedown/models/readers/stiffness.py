@@ -1,6 +1,6 @@
 """A stiffness matrix with the node and direction of each of its rows."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,6 +12,7 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
 from shakedown.models.condensation.contact_frame import checked_dofs
+from shakedown.models.readers.text import rows_of_numbers, whole_numbers
 
 # Numbers printed with fewer digits are round, and exact; those with more are as good as floats.
 FEWEST_DIGITS, MOST_DIGITS = 5, 10
@@ -161,6 +162,31 @@ def check_entries_once(i: NDArray[np.intp], j: NDArray[np.intp], where: str) -> 
         raise ProblemError(
             f"{where}: expected every entry once, found row {twice[0] + 1}, column {twice[1] + 1} twice"
         )
+
+
+def numbered_entries(
+    lines: Iterable[tuple[int, str]], size: Callable[[int], int], name: str, hint: str = ""
+) -> sparse.coo_array:
+    """The matrix of lines 'row column value', numbered from 1, of ``size(largest number)`` rows.
+
+    Raises
+    ------
+    ProblemError
+        If a line is malformed, a number lies outside, or an entry occurs twice.
+    """
+    places, table = rows_of_numbers(lines, 3, name, f"'row column value'{hint}")
+    index = whole_numbers(table[:, :2], places, name)
+    N = size(max(int(index.max(initial=1)), 1))
+    wrong = (index < 1) | (index > N)
+    if wrong.any():
+        k = int(np.argmax(wrong.any(axis=1)))
+        found = index[k][wrong[k]][0]
+        raise ProblemError(
+            f"{name}: line {places[k]}: expected row and column numbers 1 to {N}, found {found}"
+        )
+    i, j = index.T - 1
+    check_entries_once(i, j, name)
+    return sparse.coo_array((table[:, 2], (i, j)), shape=(N, N))
 
 
 def completed(half: sparse.coo_array) -> sparse.csr_array:

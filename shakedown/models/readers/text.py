@@ -3,10 +3,12 @@
 import math
 import os
 import re
+import warnings
 from collections.abc import Iterable
 from io import BufferedReader
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
@@ -14,6 +16,7 @@ from shakedown.ground.regular_file import open_regular
 from shakedown.ground.shown_values import LONGEST_VALUE
 from shakedown.ground.size_limits import LARGEST_LABEL
 
+LARGEST_WHOLE = 2.0**53  # of whole numbers that are read as real ones
 MOST_BYTES = 4 << 30  # of one input file
 _FORTRAN = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[DdEe]([-+]?[0-9]{1,6})|([-+][0-9]{1,6}))\Z")
 _PLAIN = frozenset("0123456789+-.eE")
@@ -111,27 +114,51 @@ def numbers(fields: Iterable[str], where: str) -> list[float]:
     return [number(field, where) for field in fields]
 
 
-def numbers_at_once(lines: Iterable[str], where: str) -> FloatArray:
-    """All numbers of some lines, separated by blanks, in any of these spellings; for large files.
+def rows_of_numbers(
+    lines: Iterable[tuple[int, str]], width: int, name: str, expected: str
+) -> tuple[list[int], FloatArray]:
+    """Numbers in any of these spellings, so many in every line, (k, width), of large files; and their lines.
+
+    Commas between them are blanks, blank lines are passed over.
 
     Raises
     ------
     ProblemError
-        If one is not a finite number.
+        If a line of ``name`` has more or fewer of them than ``expected``, or one is not a finite number.
 
     Examples
     --------
-    >>> numbers_at_once(["1 1 2.0D+02", "2 1 -.5"], "a file").tolist()
-    [1.0, 1.0, 200.0, 2.0, 1.0, -0.5]
+    >>> rows_of_numbers([(1, "1 1 2.0D+02"), (2, "2, 1, -.5")], 3, "a file", "three numbers")[1].tolist()
+    [[1.0, 1.0, 200.0], [2.0, 1.0, -0.5]]
     """
-    fields = [field for line in lines for field in line.split()]
+    every = [(k, text.replace(",", " ")) for k, text in lines if text.strip()]
+    places = [k for k, _ in every]
     try:
-        found = np.array(fields, dtype=float)
-    except ValueError:
-        found = np.array(numbers(fields, where))
-    if not np.isfinite(found).all() or any("_" in field for field in fields):
-        return np.array(numbers(fields, where))
-    return found
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # of no lines
+            found = np.loadtxt([text for _, text in every], comments=None, ndmin=2)
+        if found.shape[1] == width and np.isfinite(found).all():
+            return places, found
+    except (ValueError, Warning):
+        pass
+    rows = []
+    for k, text in every:
+        fields = text.split()
+        if len(fields) != width:
+            raise ProblemError(f"{name}: line {k}: expected {expected}, found {quoted(text)}")
+        rows.append(numbers(fields, f"{name}: line {k}"))
+    return places, np.array(rows).reshape(-1, width)
+
+
+def whole_numbers(table: FloatArray, places: list[int], name: str) -> NDArray[np.intp]:
+    """Columns of whole numbers; ``ProblemError`` names the line (``places``) of the first that is none."""
+    wrong = (table != np.round(table)) | (np.abs(table) >= LARGEST_WHOLE)
+    if wrong.any():
+        k = int(np.argmax(wrong.any(axis=1)))
+        raise ProblemError(
+            f"{name}: line {places[k]}: expected a whole number, found {table[k][wrong[k]][0]:g}"
+        )
+    return table.astype(np.intp)
 
 
 def number(field: str, where: str) -> float:

@@ -110,14 +110,13 @@ def test_every_shape_has_inward_normals_on_every_face(tmp_path, shape, angle):
     points = np.vstack([points, *middles])[:count] if count > CORNERS[kind] else points
     mesh = Mesh("a mesh", np.arange(1, count + 1), points, elements={1: (kind, tuple(range(1, count + 1)))})
     middle = points[: CORNERS[kind]].mean(axis=0)
-    for _, face in mesh.boundary(set(range(1, count + 1))):
-        own = [node for node in face if node <= CORNERS[kind]]
-        inward, place = mesh._area(1, own), mesh.at(own)
+    for facet in mesh.boundary(set(range(1, count + 1))):
+        own = facet.corners
+        inward, place = mesh._area(facet), mesh.at(own)
         assert inward @ (middle - place.mean(axis=0)) > 0
         assert np.abs((place - place[0]) @ inward).max() < 1e-14
-        between = len(face) - len(own)
-        assert between == (0 if count == CORNERS[kind] else (1 if len(own) == 2 else len(own)))
-        for node in face[len(own) :]:  # midside nodes lie on the face
+        assert len(facet.between) == (0 if count == CORNERS[kind] else (1 if len(own) == 2 else len(own)))
+        for node in facet.between:  # midside nodes lie on the face
             assert abs((mesh.at([node])[0] - place[0]) @ inward) < 1e-14
 
 

@@ -196,7 +196,7 @@ def test_one_thing_broken_is_named(tmp_path, case):
 BROKEN_MAPPED = {
     "not square": ("%%MatrixMarket matrix coordinate real general\n6 5 1\n1 1 1.0\n", "square"),
     "complex": ("%%MatrixMarket matrix coordinate complex general\n6 6 1\n1 1 1.0 0\n", "real general"),
-    "index too large": ("%%MatrixMarket matrix coordinate real general\n6 6 1\n7 1 1.0\n", "found 7, 1"),
+    "index too large": ("%%MatrixMarket matrix coordinate real general\n6 6 1\n7 1 1.0\n", "1 to 6, found 7"),
     "index twice": (MAPPED["matrix market general"][0].replace("\n2 1 ", "\n1 1 "), "entry once"),
     "entry missing": (MAPPED["matrix market general"][0].rsplit("\n", 2)[0], "expected 36 entries, found 35"),
     "value missing": (MAPPED["matrix market array"][0].rsplit("\n", 2)[0], "expected 21 numbers, found 20"),
