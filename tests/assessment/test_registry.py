@@ -1,6 +1,7 @@
 """A new kind of bound needs its function and one entry: it is in assessments, documents, pages and sweeps then."""
 
 import json
+import re
 import sys
 from dataclasses import dataclass
 from types import ModuleType
@@ -55,6 +56,18 @@ def test_a_new_kind_stands_in_documents(half):
     assert code == 0
     assert set(said["half"]) == {"load_factor", "status", "share"}
     assert said["assessment"]["proved_from_this_state"] == said["half"]["load_factor"]
+
+
+def test_a_new_kind_stands_in_tables_sweeps_and_pictures(half):
+    _, text, _ = run("solve", "two-node", "--details")
+    assert re.search(r"λ_H +half way +0\.7353", text)
+    joint = shakedown.example("two-node")
+    found = shakedown.sweep(joint, {"f": [0.3, 0.35]}, bounds=("half", "upper"))
+    expected = shakedown.assess(joint).details.half.load_factor
+    assert found.load_factors("half")[1] == pytest.approx(expected, rel=1e-12)
+    assert "lambda_H" in found.columns()
+    labels = [line.get_label() for line in shakedown.plot.regions(found).get_lines()]
+    assert "λ_H, half way" in labels
 
 
 def test_what_refutes_a_new_kind_withdraws_it(half, monkeypatch):
