@@ -65,7 +65,7 @@ def test_a_new_kind_stands_in_tables_sweeps_and_pictures(half):
     found = shakedown.sweep(joint, {"f": [0.3, 0.35]}, bounds=("half", "upper"))
     expected = shakedown.assess(joint).details.half.load_factor
     assert found.load_factors("half")[1] == pytest.approx(expected, rel=1e-12)
-    assert "lambda_H" in found.columns()
+    assert "lambda_H [1]" in found.columns()
     labels = [line.get_label() for line in shakedown.plot.regions(found).get_lines()]
     assert "λ_H, half way" in labels
 
