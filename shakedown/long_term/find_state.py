@@ -176,10 +176,10 @@ def _reason(search: LimitSearch, at: SearchState, verdict: int) -> tuple[str, fl
     if verdict in (UNDECIDED, LEFT):
         stop = evolution.stop
         return stop.reason if stop else f"no periodic state within {count(at.cycles, 'cycle')}", np.nan
-    text = f"the limit that the cycles tend to: contact states repeat every {cycles_in_words(at.period)}"
+    text = f"limit of the cycles, whose contact states repeat every {cycles_in_words(at.period)}"
     if not at.from_limit:
-        ago = f"{at.period} cycle{'s' * (at.period > 1)} before"
-        text = f"the state after {at.cycles - at.done} cycles is that of {ago}"
+        cycle = at.cycles - at.done
+        text = f"cycle {cycle} repeats cycle {cycle - at.period}"
     if verdict == BLURRED:
         return f"{VARIES_LITTLE} ({text})", np.nan
     if verdict != BROKEN:

@@ -61,11 +61,11 @@ def _periodic(cycles: Sequence[CycleRecord], period: int, threshold: FloatArray)
         return None
     none = np.repeat(threshold, len(steps[0]) // len(threshold))
     if np.all(np.abs(steps) <= none):
-        reason = f"the same slip every {cycles_in_words(period)}"
+        reason = f"slip per {cycles_in_words(period)} constant"
         return Verdict(Outcome.CYCLIC_SLIP, period, np.zeros_like(steps[0]), reason, stays_open)
     steady = np.all(np.abs(np.subtract(steps, steps[0])) <= none)
     if steady and np.any(np.abs(steps[0]) > 1e3 * none):
-        reason = f"the same drift every {cycles_in_words(period)}"
+        reason = f"drift per {cycles_in_words(period)} constant"
         return Verdict(Outcome.RATCHETTING, period, steps[0], reason, stays_open)
     return None
 

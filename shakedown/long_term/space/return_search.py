@@ -172,7 +172,7 @@ class ReturnSearch:
 
     def _way(self) -> str:
         """The known cycles that led to the last state."""
-        return ", after leaps along the approach" if self.leaps else ""
+        return "; approach extrapolated" if self.leaps else ""
 
     def _verdict_for_ever(self) -> Settled | None:
         """Cyclic slip or ratchetting with the shortest period over which states repeat, up to rigid slips."""
@@ -277,7 +277,7 @@ class ReturnSearch:
         differs = np.abs(self._slip(p + 1, 2 * p) - slip).max() > THREE_DIGITS * most
         if error > clear or differs or fading.slip_ends(now, self.none):
             return None
-        lasts = f"the same slip every {every}{self._way()}"
+        lasts = f"slip per {every} constant{self._way()}"
         floats = can_drift(self.motion.problem)
         drift = self._drift(p, fading, now, error) if floats else None
         walks = drift is not None and drift.of_a_node()
@@ -288,7 +288,7 @@ class ReturnSearch:
         if held and (long_foreseen or fading.slip_lasts(now)):
             return self._found(Outcome.CYCLIC_SLIP, lasts, p)
         if walks or (drift is not None and (drift.of_all() or fading.drift_lasts(now))):
-            return self._found(Outcome.RATCHETTING, f"the same drift every {every}{self._way()}", p)
+            return self._found(Outcome.RATCHETTING, f"drift per {every} constant{self._way()}", p)
         return None
 
     def _drift(self, p: int, fading: Fading, now: Mark, error: float) -> Drift:
