@@ -179,7 +179,8 @@ def _reason(search: LimitSearch, at: SearchState, verdict: int) -> tuple[str, fl
     text = f"limit of the cycles, whose contact states repeat every {cycles_in_words(at.period)}"
     if not at.from_limit:
         cycle = at.cycles - at.done
-        text = f"cycle {cycle} repeats cycle {cycle - at.period}"
+        before = cycle - at.period
+        text = f"cycle {cycle} repeats cycle {before}" if before else f"the start is back after cycle {cycle}"
     if verdict == BLURRED:
         return f"{VARIES_LITTLE} ({text})", np.nan
     if verdict != BROKEN:
