@@ -229,7 +229,7 @@ def zones(
 
 def _rows(path: EventHistory, cycles: Times) -> dict[str, int]:
     """Instants in words, and the rows nearest to them; by default of the largest and least total pressure."""
-    rows = list(paths.extreme_rows(path))
+    rows = list(paths.extreme_rows(path)[:2])
     if cycles is not None:
         rows = [int(np.abs(path.cycle - time).argmin()) for time in cycles]
     return {paths.time_in_words(float(path.cycle[row])): row for row in rows}

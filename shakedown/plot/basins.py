@@ -23,7 +23,6 @@ from shakedown.plot.paths import of_kind
 from shakedown.plot.style import axes_for, finished, node_name
 
 NAMED = {"zero": ("slip zero", "P"), "given": ("given", "D"), "critical": ("critical state", "*")}
-RESTING = "#D9D9D9"  # states that shake down
 DISSIPATION = "cividis_r"  # perceptually uniform, also with colour-blindness
 
 
@@ -56,38 +55,27 @@ def basin(found: Result, *, ax: Axes | None = None) -> Axes:
     'initial slip of node 0'
     """
     states = of_kind(found, "InitialStateMap")
-    if states.problem.layout.slip_size < 2:
+    problem, sampling, size = states.problem, states.sampling, states.problem.layout.slip_size
+    if size < 2:
         raise UsageError("picture of a map: expected a joint of two nodes or more, found one node")
-    axes = axes_for(ax, (6.6, 5.4))
-    units = units_of(states.problem)
-    pair = list(states.sampling.coordinates)
+    axes, units, pair = axes_for(ax, (6.6, 5.4)), units_of(problem), list(sampling.coordinates)
     points = np.asarray(states.initial_slip)[:, pair]
-    handles = _draw_states(
-        axes, states, points[states.sampled], with_unit("dissipation per cycle", units.work)
-    )
+    label = with_unit("dissipation per cycle", units.work)
+    handles = _draw_states(axes, states, points[states.sampled], label)
     low, high = points.min(axis=0), points.max(axis=0)
     margin = np.where(high > low, style.MARGIN * (high - low), 1.0)
-    axes.set_xlim(low[0] - margin[0], high[0] + margin[0])
-    axes.set_ylim(low[1] - margin[1], high[1] + margin[1])
-    plane = states.problem.layout.slip_size == 2 or states.sampling.sampler == "grid"
-    look: dict[str, Any] = {"mec": style.BLACK, "ls": "none", "clip_on": False}
-    halo = [withStroke(linewidth=3.0, foreground="white")]
-    centre = states.sampling.centre[pair]  # hollow: what lies under it shows
-    handles += axes.plot(
-        *centre, "o", label=states.sampling.centre_is, mfc="none", ms=9, zorder=3, path_effects=halo, **look
-    )
-    for name, point, outcome in zip(states.sampling.named, points, states.outcome, strict=False):
+    low, high = low - margin, high + margin
+    names = [with_unit(f"initial slip of {_slip_name(k, problem)}", units.length) for k in pair]
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel=names[0], ylabel=names[1])
+    look: dict[str, Any] = {"mec": style.BLACK, "ls": "none", "clip_on": False, "ms": 9}
+    hollow = look | {"mfc": "none", "path_effects": [withStroke(linewidth=3.0, foreground="white")]}
+    handles += axes.plot(*sampling.centre[pair], "o", label=sampling.centre_is, zorder=3, **hollow)
+    for name, point, outcome in zip(sampling.named, points, states.outcome, strict=False):
         word, mark = NAMED[name]
-        label = (
-            f"{word}{', projected' * (states.problem.layout.slip_size > 2)}: {str(outcome).replace('-', ' ')}"
-        )
-        handles += axes.plot(*point, mark, label=label, mfc="white", ms=9, zorder=5, **look)
-    axes.set(
-        xlabel=with_unit(f"initial slip of {_slip_name(pair[0], states.problem)}", units.length),
-        ylabel=with_unit(f"initial slip of {_slip_name(pair[1], states.problem)}", units.length),
-    )
-    rest = states.problem.layout.slip_size - 2
-    others = "" if plane else f"; the other {f'{rest} slips vary' if rest > 1 else 'slip varies'} too"
+        label = f"{word}{', projected' * (size > 2)}: {str(outcome).replace('-', ' ')}"
+        handles += axes.plot(*point, mark, label=label, mfc="white", zorder=5, **look)
+    rest = size - 2 if sampling.sampler != "grid" else 0
+    others = f"; the other {f'{rest} slips vary' if rest > 1 else 'slip varies'} too" if rest else ""
     axes.set_title(f"{at_lambda(states.load_factor)}{others}", fontsize="medium")
     axes.legend(handles=handles, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2)
     return axes
@@ -109,7 +97,7 @@ def _draw_states(axes: Axes, found: Any, points: FloatArray, label: str) -> list
     moving = ~resting & ~undecided & ~separation
     colours = np.ma.masked_array(dissipation, mask=~(moving & ~np.isnan(dissipation)))
     kinds = (
-        (resting, RESTING, "shakes down"),
+        (resting, style.STATES[0][1], "shakes down"),
         (undecided, style.RED, "undecided"),
         (separation & ~leaving, style.SKY, "separation: opens and closes, no slip in contact"),
         (leaving, style.PURPLE, "leaves contact"),
@@ -157,9 +145,7 @@ def shakedown_share(found: Result, *, ax: Axes | None = None) -> Axes:
     """
     axes, maps = axes_for(ax), of_kind(found, "InitialStateMaps")
     percent, interval = 100.0 * maps.shakedown_fraction, 100.0 * maps.interval
-    axes.fill_between(
-        maps.load_factors, *interval.T, color=style.BLUE, alpha=0.2, lw=0, label="95 % interval"
-    )
+    axes.fill_between(maps.load_factors, *interval.T, color=style.BLUE, alpha=0.2, label="95 % interval")
     axes.plot(maps.load_factors, percent, "o-", color=style.BLUE, ms=4, label="shakes down")
     axes.set_ylim(-3.0, 103.0)
     return finished(axes, "load factor λ", "initial states [%]")

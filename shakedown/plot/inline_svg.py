@@ -12,7 +12,6 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import AutoLocator, MaxNLocator
 
 from shakedown.ground.visible_text import SUBSCRIPT, visible
 from shakedown.plot.style import DOTS_PER_INCH
@@ -102,7 +101,9 @@ def picture(caption: str, *drawings: Drawing, alike: int = 0, one_legend: bool =
         legends, common = [_taken_legend(each) for each in axes], None
         if one_legend:
             every = {name: line for entries, _ in reversed(legends) for name, line in entries.items()}
-            legends, common = [({}, "")] * len(axes), _legend_alone(every)
+            legends, alone = [({}, "")] * len(axes), Figure(figsize=PANEL, dpi=DOTS_PER_INCH)
+            _legend_below(alone, every, "", "upper left")
+            common = inline(alone, f"Legend of the pictures below: {', '.join(every)}") if every else None
         for figure, legend in zip(figures, legends, strict=True):
             _legend_below(figure, *legend)
         svgs = [inline(figure, drawing.alt) for figure, drawing in zip(figures, drawings, strict=True)]
@@ -114,9 +115,6 @@ def _drawn(drawing: Drawing, scale: float) -> Axes:
     size = scale * drawing.size[0], scale * drawing.size[1]
     axes = Figure(figsize=size, dpi=DOTS_PER_INCH, layout="constrained").subplots()
     drawing.draw(ax=axes)
-    for axis in (axes.xaxis, axes.yaxis):  # each tick takes a millisecond to draw
-        if isinstance(axis.get_major_locator(), AutoLocator):
-            axis.set_major_locator(MaxNLocator(nbins=5, steps=[1, 2, 2.5, 5, 10]))
     return axes
 
 
@@ -138,15 +136,6 @@ def _taken_legend(axes: Axes) -> tuple[dict[str, Any], str]:
     legend.remove()
     names = [text.get_text() for text in legend.texts]
     return dict(zip(names, legend.legend_handles, strict=True)), legend.get_title().get_text()
-
-
-def _legend_alone(entries: dict[str, Any]) -> Markup | None:
-    """A legend as a picture of its own."""
-    if not entries:
-        return None
-    figure = Figure(figsize=PANEL, dpi=DOTS_PER_INCH)
-    _legend_below(figure, entries, "", "upper left")
-    return inline(figure, f"Legend of the pictures below: {', '.join(entries)}")
 
 
 def _legend_below(
@@ -181,14 +170,13 @@ def inline(figure: Figure, alt: str) -> Markup:
     with matplotlib.rc_context(STYLE | {"svg.hashsalt": alt}):
         figure.savefig(buffer, format="svg", metadata={"Date": None}, bbox_inches=cut)
     root = ElementTree.fromstring(buffer.getvalue())
-    for child in root.findall(f"{SVG}metadata"):
-        root.remove(child)
     for element in root.iter():
         if element.tag == f"{SVG}g":  # nothing refers to these, and other pictures would repeat them
             element.attrib.pop("id", None)
         for key in ROUNDED.intersection(element.keys()):
             element.set(key, re.sub(r"(\.\d\d)\d+", r"\1", element.attrib[key]))
-    body = "".join(ElementTree.tostring(child, encoding="unicode") for child in root)
+    shown = (child for child in root if child.tag != f"{SVG}metadata")
+    body = "".join(ElementTree.tostring(child, encoding="unicode") for child in shown)
     seen = root.attrib["viewBox"]
     head = f'aria-label="{Markup.escape(visible(alt))}" viewBox="{seen}" style="--wide: {seen.split()[2]}"'
     return Markup(f'<svg role="img" {head}>{_themed(_lowered(_plain(body)))}</svg>')

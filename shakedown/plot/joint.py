@@ -161,7 +161,6 @@ def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None
     axes = axes_for(ax)
     for (name, total), colour in zip(_sums(problem, q, p).items(), COLOURS, strict=False):
         axes.plot(time, np.append(total, total[0]), ".-", color=colour, ms=4, lw=1.2, label=name)
-    axes.set_xlim(0.0, 1.0)
     return finished(axes, "time [cycles]", with_unit("sum of welded reactions", units_of(problem).force))
 
 
@@ -221,7 +220,4 @@ def sensitivity(found: Sensitivities, problem: Problem | None = None, *, ax: Axe
     axes.set_ylim(0.5 - max(len(nodes), 3), 0.5)
     axes.axvline(0.0, color=style.GREY, lw=0.8)
     axes.set_yticks(places, [node_name(int(node), problem).replace(" (", "\n(") for node in nodes])
-    axes.set_xlabel(f"change of {found.symbol} for 1 % more [%]")
-    axes.grid(axis="x", alpha=0.3)
-    axes.legend(fontsize="small")
-    return axes
+    return finished(axes, f"change of {found.symbol} for 1 % more [%]")

@@ -20,6 +20,7 @@ from shakedown.plot.paths import of_kind
 from shakedown.plot.style import Styles, axes_for, finished, style_of
 
 Bands = Mapping[str, tuple[float, float]] | None  # what holds between two load factors
+NOMINAL = "λ = 1 (nominal)"
 MESH_MARKS = "os^Dvx*"
 MANY_CYCLES = 100  # from here on the cycles are drawn on a logarithmic axis
 LETTER = 5.0  # width of one letter on the scale of load factors, in points
@@ -29,9 +30,7 @@ ROOM = 1e6  # range of the axis above the floor “no slip”, so that it reads 
 
 
 @checked
-def load_factor_scale(
-    marks: Mapping[str, float], *, bands: Bands = None, short: bool = False, ax: Axes | None = None
-) -> Axes:
+def load_factor_scale(marks: Mapping[str, float], *, bands: Bands = None, ax: Axes | None = None) -> Axes:
     """Limits of the load factor on one scale, with the load factor of the nominal load.
 
     Parameters
@@ -40,8 +39,6 @@ def load_factor_scale(
         Name → load factor; what is not finite is left out.
     bands
         Name → (low, high), what holds between two load factors; ``inf`` for the end of the scale.
-    short
-        The nominal load by its λ alone, where there is little room.
     ax
         Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
@@ -50,12 +47,11 @@ def load_factor_scale(
     >>> from shakedown import plot
     >>> axes = plot.load_factor_scale({"λ_E": 0.66, "λ_max": 0.74}, bands={"proved": (0.0, 0.66)})
     >>> [text.get_text() for text in axes.texts]
-    ['λ_E = 0.66', 'λ_max = 0.74', 'nominal load, λ = 1']
+    ['λ_E = 0.66', 'λ_max = 0.74', 'λ = 1 (nominal)']
     """
     known = [(value, f"{name} = {few(value, DIGITS)}") for name, value in marks.items() if np.isfinite(value)]
     axes = axes_for(ax, (9.0, 1.6))
-    as_given = "λ = 1" if short else "nominal load, λ = 1"
-    texts = sorted([*known, (1.0, as_given)])
+    texts = sorted([*known, (1.0, NOMINAL)])
     letter = LETTER / (AXES * axes.figure.bbox.width * 72 / axes.figure.dpi)  # relative to the scale
     top = max(value / (1.0 - letter * len(text)) for value, text in texts)
     levels = _levels([(value, value + letter * len(text) * top) for value, text in texts])
@@ -64,7 +60,7 @@ def load_factor_scale(
     for colour, (name, (low, high)) in zip(colours, (bands or {}).items(), strict=False):
         axes.axvspan(low, min(high, top), 0.0, BAND / highest, color=colour, alpha=0.3, lw=0, label=name)
     for (value, text), level in zip(texts, levels, strict=True):
-        own = text == as_given
+        own = text == NOMINAL
         colour, height = style.RED if own else style.GREY, 0.7 + 0.3 * level
         axes.plot([value, value], [0.0, height], lw=2.0 if own else 0.9, color=colour)
         look: dict[str, Any] = {"weight": "bold", "color": style.RED} if own else {}
@@ -112,8 +108,7 @@ def slip_over_load(limit: SlipLimit, problem: Problem | None = None, *, ax: Axes
         axes.axvline(limit.load_factor, color=style.GREEN, ls="--", lw=1, label="up to here it does")
     for load_factor in limit.scanned[np.isinf(limit.slip_range)]:
         axes.axvline(load_factor, color=style.GREY, ls=":", lw=1)
-    axes.set_xlim(left=0.0)
-    axes.set_ylim(bottom=0.0)
+    axes.set(xlim=(0.0, None), ylim=(0.0, None))
     return finished(axes, "load factor λ", with_unit("largest slip range", units_of(problem).length))
 
 
@@ -152,20 +147,16 @@ def slip_per_cycle(
     named = {"": runs} if isinstance(runs, Simulation) else dict(runs)
     axes = axes_for(ax)
     largest = max((float(run.cycles.slip.max(initial=0.0)) for run in named.values()), default=0.0)
-    floor, longest = max(ROUND_OFF * largest, resolution) or ROUND_OFF, 1
+    floor = max(ROUND_OFF * largest, resolution) or ROUND_OFF
     for k, (name, run) in enumerate(named.items()):
-        slip = run.cycles.slip
-        longest = max(longest, len(slip))
-        worst = np.maximum(slip.max(axis=1, initial=0.0), floor)
-        axes.plot(np.arange(1, len(slip) + 1), worst, marker=".", **style_of(name, k, styles))
+        worst = np.maximum(run.cycles.slip.max(axis=1, initial=0.0), floor)
+        axes.plot(np.arange(1, len(worst) + 1), worst, marker=".", **style_of(name, k, styles))
     axes.axhline(floor, color=style.GREY, lw=0.8)
     below = f"no slip: at most {floor:.0e} {units_of(problem).length}".rstrip() if resolution else "no slip"
     look: dict[str, Any] = {"transform": axes.get_yaxis_transform(), "ha": "right", "color": style.GREY}
     axes.text(0.99, floor / 8, below, fontsize="small", **look)
-    if largest <= floor:  # only the floor is drawn: there is no range to scale by
-        axes.set_ylim(floor / 30, ROOM * floor)
-    axes.set(yscale="log", xscale="log" if longest > MANY_CYCLES else "linear")
-    axes.set_ylim(bottom=floor / 30)
+    axes.set_ylim(floor / 30, 4.0 * largest if largest > floor else ROOM * floor)
+    axes.set(yscale="log", xscale="log" if axes.get_xlim()[1] > MANY_CYCLES else "linear")
     axes.minorticks_off()
     return finished(axes, "cycle", with_unit("slip per cycle, largest node", units_of(problem).length))
 

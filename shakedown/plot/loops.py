@@ -169,8 +169,7 @@ def reactions_in_time(result: Recorded, problem: Problem, node: int = 0, *, ax: 
     'time [cycles]'
     """
     require_problem(problem)
-    (node,), path = paths.chosen_nodes([node], problem.n), paths.path_of(result)
-    path = path.refined()
+    (node,), path = paths.chosen_nodes([node], problem.n), paths.path_of(result).refined()
     limit = problem.law.limit(path.p)[:, node]
     q, lowest, name = path.q, -limit, "q"
     if in_space(problem):
@@ -219,7 +218,6 @@ def load_loop(
     for colour, node in loaded:
         _draw_load(axes, np.stack([q[:, node], p[:, node]]), colour, node_name(node, problem))
     axes.plot([], [], "o", mfc="white", color=style.GREY, label="first load step")
-    axes.axhline(0.0, color=style.GREY, lw=0.6)
     names = with_unit("welded reaction q_w", force), with_unit("welded reaction p_w", force)
     return finished(axes, *names, title=f"λ = {load_factor:g}")
 
@@ -314,9 +312,8 @@ def loop(state: LongTermState | Simulation, *, load: int = 0, ax: Axes | None = 
     axes.plot(loops.displacement[:, load], loops.load[:, load], ".-", color=style.LINES[0], lw=1.3, ms=3)
     area = sized(float(loops.areas[load]), units_of(problem).work)
     title = f"{load_title(problem, load)}, area {area} in one period"
-    unit = loops.units[load]
-    moved = with_unit("conjugate displacement", unit.moved(problem))
-    return finished(axes, moved, with_unit("load", unit.load or "units of it"), title=title)
+    moved = with_unit("conjugate displacement", loops.units[load].moved(problem))
+    return finished(axes, moved, with_unit("load", loops.units[load].load or "units of it"), title=title)
 
 
 @checked
@@ -354,7 +351,6 @@ def damping_curve(curve: DampingCurve, *, ax: Axes | None = None) -> Axes:
     (other,) = beside.plot(curve.amplitude, right, ".--", color=style.RED, lw=1.1, label=names[1])
     unit = "1/time" if modal else curve.unit.stiffness or "load/displacement"
     beside.set_ylabel(with_unit(names[1], unit), color=style.RED)
-    handles = [one, other, *_marks(axes, curve)]
     positive = curve.amplitude[curve.amplitude > 0]
     if len(positive) > 1 and positive[-1] >= DECADE * positive[0]:
         axes.set_xscale("log")
@@ -362,7 +358,7 @@ def damping_curve(curve: DampingCurve, *, ax: Axes | None = None) -> Axes:
     name = load_title(curve.problem, curve.load)
     finished(axes, f"amplitude of {name} [–]", f"{names[0]} [–]")
     below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "frameon": False}
-    axes.legend(handles=handles, fontsize="small", ncols=2, **below)
+    axes.legend(handles=[one, other, *_marks(axes, curve)], fontsize="small", ncols=2, **below)
     return axes
 
 

@@ -22,7 +22,7 @@ from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.plot import paths, style
-from shakedown.plot.patch_places import Places, numbered, patch_axes, places_of
+from shakedown.plot.patch_places import Places, patch_axes, places_of
 from shakedown.plot.paths import Recorded
 from shakedown.plot.style import axes_for, draw_arrows, finished
 
@@ -33,6 +33,7 @@ LONGEST = 0.9  # longest arrow, widest disc or loop, as a fraction of the distan
 SEEN = 0.08  # least length of the longest arrow, as a fraction of the size of the patch
 ROOM = 0.6  # margin around the outer nodes, as a fraction of that distance
 KINDS = ((STICK, "stick", "s", style.BLUE), (SLIP, "slip", "o", style.RED), (OPEN, "open", "o", "none"))
+MOST_NUMBERED = 16  # nodes whose numbers stand beside them
 DOT = 3.0  # smallest visible diameter of a node [points]
 LARGEST, SHARE = 8.0, 75.0  # marker size [points]; about SHARE in a row fill a panel
 
@@ -76,8 +77,7 @@ def pressure_over_patch(
     """
     path = paths.path_of(result)
     now, title = paths.at_instant(path, cycle)
-    every = np.vstack([now.p, path.p])
-    numbers = paths.normal_reactions("normal reaction p", every, problem)
+    numbers = paths.normal_reactions("normal reaction p", np.vstack([now.p, path.p]), problem)
     return _coloured(problem, numbers, patch, ax, title)
 
 
@@ -243,7 +243,6 @@ def loads_over_patch(
     ways = np.concatenate([tips, tips[:1]]).swapaxes(0, 1)
     look: dict[str, Any] = {"colors": style.RED, "linewidths": 0.9, "label": "q_w over a period"}
     axes.add_collection(LineCollection(list(ways), **look))
-    numbered(axes, places)
     most = _largest("|q_w|", np.linalg.norm(loop, axis=2), units_of(problem).force, longest)
     return _finished(axes, places, f"λ = {load_factor:g}, {most}")
 
@@ -291,7 +290,6 @@ def slips_over_patch(
         most = np.nanmax(np.linalg.norm(own, axis=1), initial=most)
         if own.any():
             _arrows(axes, places.points, _scale(places, longest) * places.seen(own), colour, name)
-    numbered(axes, places)
     return _finished(axes, places, _largest("slip", np.array(most), units_of(problem).length, longest))
 
 
@@ -336,7 +334,6 @@ def zones_at(
     for number, name, shape, colour in KINDS:
         (x, y), edge = places.points[state == number].T, style.GREY if colour == "none" else colour
         axes.scatter(x, y, s=size**2, marker=shape, fc=colour, ec=edge, lw=0.8, label=name)
-    numbered(axes, places)
     counts = ", ".join(f"{int((state == number).sum())} {name}" for number, name, *_ in KINDS)
     return _finished(axes, places, f"{title}: {counts}")
 
@@ -398,8 +395,12 @@ def _reactions_at(
 
 
 def _finished(axes: Axes, places: Places, title: str) -> Axes:
-    """A title, a grid below what is drawn, and the legend beside the axes, as arrows may be anywhere."""
+    """A title, a grid below, numbers of few nodes, the legend beside the axes, as arrows may be anywhere."""
     finished(axes, title=places.titled(title)).set_axisbelow(True)
+    if len(places.points) <= MOST_NUMBERED and not places.in_a_row:
+        look: dict[str, Any] = {"textcoords": "offset points", "color": style.GREY, "fontsize": "x-small"}
+        for node, point in zip(places.nodes.tolist(), places.points.tolist(), strict=True):
+            axes.annotate(str(node), point, (3, 3), **look)
     if (legend := axes.get_legend()) is not None:
         legend.set_loc("upper left")
         legend.set_bbox_to_anchor((1.0, 1.0), axes.transAxes)
@@ -434,7 +435,6 @@ def _by_state(axes: Axes, places: Places, arrows: FloatArray, state: NDArray[np.
             _arrows(axes, places.points[own], arrows[own], colour, name)
     if (state == OPEN).any():
         axes.plot(*places.points[state == OPEN].T, "o", mfc="none", mec=style.GREY, ms=4, ls="", label="open")
-    numbered(axes, places)
 
 
 def _arrows(axes: Axes, feet: FloatArray, vectors: FloatArray, colour: str, name: str) -> None:

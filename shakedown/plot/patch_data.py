@@ -9,13 +9,20 @@ from typing import Any
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.status import STICK
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.state import LongTermState
-from shakedown.plot.patch_places import flattest, in_space, model_places, patch_count, patch_normal, places_of
+from shakedown.plot.patch_places import (
+    flattest,
+    in_a_line,
+    in_space,
+    model_places,
+    patch_count,
+    patch_normal,
+    places_of,
+)
 from shakedown.plot.paths import normal_reactions, so_far, work_and_name
 from shakedown.plot.style import node_name
 
@@ -27,10 +34,7 @@ TILT = np.array([35.0, -50.0])  # initial view: rotation about the normal, then 
 def can_be_turned(problem: Problem) -> bool:
     """Whether the places of three nodes are known and not in a line, so that a view shows something."""
     place = model_places(problem)
-    if place is None:
-        return False
-    about = place - place.mean(axis=0)
-    return int(np.linalg.matrix_rank(about, SIX_DIGITS * np.abs(about).max())) > 1
+    return place is not None and not in_a_line(place)
 
 
 def patch_data(state: LongTermState) -> str:

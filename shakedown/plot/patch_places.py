@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,11 +17,10 @@ from shakedown.joint.contact_patches import TURN, contact_patches
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
-from shakedown.plot.style import GREY, MARGIN, axes_for
+from shakedown.plot.style import MARGIN, axes_for
 
 ACROSS = 2.0  # times the usual circumcircle of a triangle: a larger one lies across a hole
 CURVED = 0.05  # height over length from which on a patch is called curved
-MOST_NUMBERED = 16  # nodes whose numbers stand beside them
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +74,7 @@ class Places:
             return None
         if self.faces is not None:
             return Triangulation(x, y, triangles_of(self.faces))
-        if np.linalg.matrix_rank(about, SIX_DIGITS * np.abs(about).max()) < 2:
+        if in_a_line(self.points):
             return None
         along, across = about.T / np.abs(about).max()
         found = Triangulation(along, across).triangles
@@ -91,6 +89,12 @@ class Places:
         nearest = KDTree(self.points).query(self.points, k=2)[0][:, 1]
         apart = nearest[(nearest > 0) & (nearest < np.inf)]
         return float(np.median(apart)) if apart.size else 1.0  # about a node that has no neighbour
+
+
+def in_a_line(points: FloatArray) -> bool:
+    """Whether points (k, 2) or (k, 3) span no area."""
+    about = points - points.mean(axis=0)
+    return int(np.linalg.matrix_rank(about, SIX_DIGITS * np.abs(about).max())) < 2
 
 
 def triangles_of(faces: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -210,14 +214,12 @@ def in_space(problem: Problem) -> bool:
     return problem.directions > 1
 
 
-def require_space(what: str, problem: object) -> Problem:
+def require_space(what: str, problem: Problem) -> Problem:
     """The joint; ``UsageError`` where it has one tangential direction."""
     require_problem(problem)
-    assert isinstance(problem, Problem)
     if not in_space(problem):
-        raise UsageError(
-            f"{what}: expected two tangential directions, found one (a contact in the plane is no area)"
-        )
+        why = "a contact in the plane is no area"
+        raise UsageError(f"{what}: expected two tangential directions, found one ({why})")
     return problem
 
 
@@ -226,19 +228,12 @@ def patch_axes(places: Places, ax: Axes | None, room: float) -> Axes:
     axes = axes_for(ax)
     low, high = places.points.min(axis=0), places.points.max(axis=0)
     about = room + MARGIN * float((high - low).max()) or 1.0
-    axes.set(xlim=(low[0] - about, high[0] + about), ylim=(low[1] - about, high[1] + about))
+    axes.update_datalim([low - about, high + about])
+    axes.margins(0.0)
+    axes.autoscale_view()
     axes.set_aspect("equal", adjustable="datalim")
     if places.in_a_row:
         axes.set(xlabel="node", yticks=[])
     else:
         axes.set(**{f"{axis}label": with_unit(places.axes[k], places.unit) for k, axis in enumerate("xy")})
     return axes
-
-
-def numbered(axes: Axes, places: Places) -> None:
-    """Write the numbers beside the nodes, where these are few and no axis shows them."""
-    if len(places.points) > MOST_NUMBERED or places.in_a_row:
-        return
-    look: dict[str, Any] = {"textcoords": "offset points", "color": GREY, "fontsize": "x-small"}
-    for node, point in zip(places.nodes.tolist(), places.points, strict=True):
-        axes.annotate(str(node), point, (3, 3), **look)

@@ -65,23 +65,15 @@ def at_instant(path: EventHistory, cycle: float | None, *, sheared: bool = False
 
     On request the default is the time when the sum of the tangential reactions is largest.
     """
-    usual = most_sheared_row(path) if sheared else extreme_rows(path)[0]
-    time = float(path.cycle[usual]) if cycle is None else cycle
+    time = float(path.cycle[extreme_rows(path)[2 * sheared]]) if cycle is None else cycle
     return path.at(np.array([time])), time_in_words(time)
 
 
-def most_sheared_row(path: EventHistory) -> int:
-    """The row with the largest sum of tangential reactions, once the first period has begun."""
-    begun = path.cycle >= 0
-    sheared = np.where(begun if begun.any() else True, np.abs(path.q).sum(axis=1), -np.inf)
-    return int(sheared.argmax())
+def extreme_rows(path: EventHistory) -> tuple[int, int, int]:
+    """The rows with the largest and the smallest total pressure, and with the largest tangential reactions.
 
-
-def extreme_rows(path: EventHistory) -> tuple[int, int]:
-    """The rows with the largest and the smallest total pressure, once the first period has begun.
-
-    Among rows that equal these up to round-off, the one with the largest tangential reactions is taken:
-    where the pressure is constant, a row without load would show nothing. The two may be the same row.
+    Once the first period has begun. Among rows of the same total up to round-off, the one with the largest
+    tangential reactions is taken: where the pressure is constant, a row without load would show nothing.
     """
     begun = path.cycle >= 0
     rows = np.flatnonzero(begun) if begun.any() else np.arange(len(path.cycle))
@@ -89,7 +81,7 @@ def extreme_rows(path: EventHistory) -> tuple[int, int]:
     near = SIX_DIGITS * np.abs(total).max()
     most = np.where(total >= total.max() - near, sheared, -1.0).argmax()
     least = np.where(total <= total.min() + near, sheared, -1.0).argmax()
-    return int(rows[most]), int(rows[least])
+    return int(rows[most]), int(rows[least]), int(rows[sheared.argmax()])
 
 
 def work_of_nodes(result: Recorded) -> FloatArray:

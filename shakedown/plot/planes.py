@@ -21,7 +21,7 @@ from shakedown.joint.units import units_of
 from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.plot import style
 from shakedown.plot.paths import Recorded, path_of
-from shakedown.plot.style import Style, Styles, axes_for, style_of
+from shakedown.plot.style import Style, Styles, axes_for, finished, style_of
 from shakedown.programs.polygon import corners
 
 ROW_COLOURS = (style.SKY, style.ORANGE)
@@ -86,10 +86,8 @@ def slip_space(
     _keep_limits(axes, 0.12)
     _draw_rows(axes, rows, rows.g - load_factor * rows.d)
     _, length = units_of(problem)
-    axes.set(xlabel=with_unit("slip of node 0", length), ylabel=with_unit("slip of node 1", length))
-    axes.set_title(at_lambda(load_factor), fontsize="medium")
-    axes.legend(fontsize="small")
-    return axes
+    names = with_unit("slip of node 0", length), with_unit("slip of node 1", length)
+    return finished(axes, *names, title=at_lambda(load_factor))
 
 
 def safe_polygon(rows: Constraints, load_factor: float) -> FloatArray:
@@ -190,9 +188,7 @@ def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axe
         axes.add_patch(Polygon(sector, closed=True, fc=colour, ec=colour, alpha=0.18, label=f"v = {few(v)}"))
         axes.plot(*sector[0], "^", color=colour, ms=6, zorder=2)
     unit, _ = units_of(problem)
-    axes.set(xlabel=with_unit("F₁ = q_w", unit), ylabel=with_unit("F₂ = p_w", unit))
-    axes.legend(fontsize="small", loc="best")
-    return axes
+    return finished(axes, with_unit("F₁ = q_w", unit), with_unit("F₂ = p_w", unit))
 
 
 def stick_sector(problem: Problem, node: int, v: float, reach: float) -> FloatArray:

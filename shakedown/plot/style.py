@@ -9,7 +9,7 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator, ScalarFormatter
+from matplotlib.ticker import AutoLocator, MaxNLocator, ScalarFormatter
 
 from shakedown.files.atomic_write import atomic_write, check_target
 from shakedown.ground.argument_kinds import checked
@@ -34,7 +34,7 @@ STATES = {
     2: ("open", "none"),  # the paper shows
 }
 
-COUNTED = ("node", "cycle")  # axes of whole numbers
+COUNTED, MOST_TICKS = ("node", "cycle"), 6  # axes of whole numbers; intervals of others
 MARGIN = 0.06  # around what is drawn, as a fraction of its size
 FARTHEST = 3.0  # times the range of interest; beyond it pictures are cut off
 LONGEST_LABEL = 40  # letters in a legend
@@ -53,11 +53,13 @@ def axes_for(ax: Axes | None, size: tuple[float, float] = (6.0, 4.2)) -> Axes:
 def finished(axes: Axes, xlabel: str = "", ylabel: str = "", *, title: str = "", of_legend: str = "") -> Axes:
     """The names of the axes and of the picture, ticks, a grid, a legend where anything drawn has a name."""
     axes.set(**{name: text for name, text in (("xlabel", xlabel), ("ylabel", ylabel)) if text})
-    if axes.get_xlabel() in COUNTED and axes.get_xscale() == "linear":
-        axes.xaxis.set_major_locator(MaxNLocator(9, integer=True, min_n_ticks=1))
     for axis in (axes.xaxis, axes.yaxis):
         if isinstance(numbers := axis.get_major_formatter(), ScalarFormatter):
             numbers.set_powerlimits((-2, 4))
+        if isinstance(ticks := axis.get_major_locator(), AutoLocator):
+            ticks.set_params(nbins=MOST_TICKS)
+    if axes.get_xlabel() in COUNTED and axes.get_xscale() == "linear":
+        axes.xaxis.set_major_locator(MaxNLocator(9, integer=True, min_n_ticks=1))
     if title:
         axes.set_title(title, fontsize="medium")
     axes.grid(alpha=0.3)

@@ -20,7 +20,7 @@ from shakedown.motion.event_history import EventHistory
 from shakedown.plot.inline_svg import SIDE_BY_SIDE, Drawing, Picture, picture
 from shakedown.plot.patch_data import can_be_turned, patch_data
 from shakedown.plot.patch_places import model_places
-from shakedown.plot.paths import extreme_rows, most_sheared_row, time_in_words, work_of_nodes
+from shakedown.plot.paths import extreme_rows, time_in_words, work_of_nodes
 from shakedown.report.load_figures import drawn_patches, left_out, load_loops_pictures, patch_size
 
 MOVING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
@@ -143,7 +143,7 @@ def _along(pictured: Pictured, problem: Problem) -> Picture:
 def _over_patches(pictured: Pictured, problem: Problem) -> Picture:
     """Pressure and use of friction when reactions are largest, and when the total pressure is smallest."""
     path = pictured.state.history
-    times = [float(path.cycle[row]) for row in (most_sheared_row(path), extreme_rows(path)[1])]
+    times = [float(path.cycle[row]) for row in extreme_rows(path)[:0:-1]]
     times = times[: 1 + (abs(times[1] - times[0]) > 0.5 / SIDE_BY_SIDE)]  # closer in time they look the same
     drawn = ("Pressure", plot.pressure_over_patch), ("Use of friction", plot.friction_use_at)
     drawings = [

@@ -42,7 +42,7 @@ def scale_picture(v: Verification) -> Picture:
     caption += " Red: shakedown is impossible while all nodes stay in contact." * ("impossible" in bands)
     alt = "Scale of the load factor with its limits and λ = 1, the nominal load"
     draw = partial(plot.load_factor_scale, marks, bands=bands)
-    narrow = Drawing(f"{alt}, for a narrow screen", partial(draw, short=True), size=NARROW)
+    narrow = Drawing(f"{alt}, for a narrow screen", draw, size=NARROW)
     return picture(caption.strip(), Drawing(alt, draw, size=WIDE), narrow)  # the page shows one
 
 
@@ -69,7 +69,7 @@ def run_pictures(v: Verification) -> list[Picture]:
         for group in [*several, *given]:
             recorded = {name: run for name, run in group.runs.items() if run.history is not None}
             draw = partial(plot.slip_space, v.problem, group.load_factor, recorded, styles=group.styles)
-            drawn.append(Drawing(f"Limits, safe region and paths, {group.title}", draw, group.title))
+            drawn.append(Drawing(f"Limits, safe region and paths, {group.title}", draw))
         pictures.append(picture(SLIP_SPACE, *drawn, alike=len(several), one_legend=True))
     return pictures
 

@@ -222,3 +222,12 @@ def test_slips_of_another_length_and_joints_of_the_other_kind_are_refused_in_one
             draw(cyclic)
     with pytest.raises(UsageError, match="from 0 to 3, found 4"):
         plot.load_orbits(JOINT, 4)
+
+
+def test_pressures_at_all_instants_have_the_colours_of_the_whole_path(cyclic):
+    scales = []
+    for time in (float(cyclic.history.cycle[0]), float(cyclic.history.cycle[7])):
+        drawn = plot.pressure_over_patch(cyclic, JOINT, time).collections
+        scales.append([each.get_clim() for each in drawn])
+    largest = cyclic.history.p.max() / 2.0
+    assert all(ends == (0.0, pytest.approx(largest)) for scale in scales for ends in scale)

@@ -123,9 +123,8 @@ def test_nodes_at_one_place_or_in_a_row_are_drawn_there(n):
         assert patch.triangles is None
 
 
-def test_places_of_one_number_are_drawn_where_they_are():
-    row = replace(
-        joint(np.zeros((3, 3)), None), coordinates=None, x=np.array([[0.0, 0.0], [1.0, 0.0], [5.0, 0.0]])
-    )
+def test_places_along_a_line_are_drawn_on_it():
+    row = replace(joint(np.zeros((3, 3)), None), coordinates=None, x=np.array([0.0, 1.0, 5.0]))
     (patch,) = patches(row)
-    np.testing.assert_array_equal(np.ptp(patch.points, axis=0).max(), 5.0)
+    assert np.ptp(patch.points, axis=0).tolist() == [5.0, 0.0]
+    assert plot.loads_over_patch(row).get_xlabel() == "x"

@@ -197,9 +197,9 @@ def test_slip_below_the_resolution_is_drawn_on_the_floor():
     assert any("1e-10" in text.get_text() for text in axes.texts)
 
 
-def test_a_short_scale_leaves_out_words():
-    axes = plot.load_factor_scale({"λ_E": 0.66, "λ_max": 0.74}, short=True)
-    assert [text.get_text() for text in axes.texts] == ["λ_E = 0.66", "λ_max = 0.74", "λ = 1"]
+def test_the_nominal_load_stands_out_on_the_scale():
+    axes = plot.load_factor_scale({"λ_E": 0.66, "λ_max": 0.74})
+    assert [text.get_text() for text in axes.texts] == ["λ_E = 0.66", "λ_max = 0.74", "λ = 1 (nominal)"]
     assert axes.texts[2].get_weight() == "bold"
 
 
@@ -215,3 +215,20 @@ def test_bars_are_the_elasticities_of_the_nodes_that_count():
     nothing = shakedown.example("one-node-separation")
     with pytest.raises(UsageError, match="expected a bound with derivatives"):
         plot.sensitivity(shakedown.assess(nothing).details.sensitivities["energy"])
+
+
+def test_a_straight_contact_along_an_axis_is_drawn_at_its_coordinates():
+    places = np.column_stack([np.full(9, 4.0), 7.0 + np.arange(9.0), np.zeros(9)])
+    axes = plot.slip_along({"safe": np.zeros(9)}, replace(BLOCK, coordinates=places))
+    assert axes.get_xlabel() == "y [mm]"
+    assert np.array_equal(axes.lines[0].get_xdata(), places[:, 1])
+    bent = replace(
+        BLOCK, coordinates=places * [1.0, 1.0, 0.0] + np.outer(np.arange(9.0) ** 2, [1.0, 0.0, 0.0])
+    )
+    assert plot.slip_along({"safe": np.zeros(9)}, bent).get_xlabel() == "position along the contact [mm]"
+
+
+def test_a_study_of_another_kind_is_refused_by_its_name():
+    found = shakedown.sweep(TWO, {"f": [0.3]}, bounds=["upper"])
+    with pytest.raises(UsageError, match="found: expected a result InitialStateMap, found Sweep"):
+        plot.basin(found)

@@ -9,7 +9,7 @@ import pytest
 from markupsafe import Markup
 
 import shakedown
-from shakedown.plot.patch_data import patch_data
+from shakedown.plot.patch_data import can_be_turned, patch_data
 from shakedown.plot.paths import slip_of_nodes, so_far, work_of_nodes
 from shakedown.report.html import environment
 
@@ -86,6 +86,16 @@ def test_the_page_holds_the_state_at_instants_of_its_period(state, view):
     np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-3)
     assert np.linalg.det(turn) > 0
     assert data["faces"] == [[0, 1, 2, 3]]
+
+
+@pytest.mark.parametrize(
+    ("name", "turned"),
+    [("press-fit", True), ("bolted-flange", True), ("four-node-3d", False), ("block-9", False)],
+)
+def test_what_has_three_places_not_in_a_line_can_be_turned(name, turned):
+    assert can_be_turned(shakedown.example(name)) == turned
+    row = np.arange(4.0)[:, None] * [1.0, 2.0, 3.0]
+    assert not can_be_turned(replace(JOINT, coordinates=row, x=None, faces=None))
 
 
 @pytest.mark.needs(chromium)

@@ -192,7 +192,8 @@ def test_pictures_of_all_load_factors_share_their_axes_and_one_legend(two):
     ticks = [re.findall(r">(10⁻?[⁰¹²³⁴-⁹]+|\d)</text>", panel.svg) for panel in cycles.panels]
     assert len(ticks) == 3
     assert all(found == ticks[0] for found in ticks)
-    assert [panel.name for panel in planes.panels[:3]] == [panel.name for panel in cycles.panels]
+    for plane, cycle in zip(planes.panels, cycles.panels, strict=False):
+        assert f">{cycle.name.partition(',')[0]}</text>" in plane.svg
     assert all(re.search(r"λ = ", name) for name in re.findall(r">([^<>]+)</text>", alone.legend))
 
 
