@@ -2,61 +2,27 @@
 
 from __future__ import annotations
 
-from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any
 
 import click
-import numpy as np
 
 import shakedown
 from shakedown import Outcome, Problem
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import MANY
-from shakedown.ground.visible_text import shortened
 from shakedown.report.design_facts import damping_sheet
 
-from .claims import PICTURES, OutputFile, TableFile
+from .claims import TableFile
 from .initial import start_of
+from .number_lists import NumberList
 from .options import (
     OpenNodes,
     cycles_option,
     output_options,
+    picture_option,
     problem_argument,
 )
-from .output import echo_json, progress, show
-
-if TYPE_CHECKING:
-    from shakedown.assessment.amplitude_curve import DampingCurve
-
-
-class Amplitudes(click.ParamType):
-    """Amplitudes that rise: LOW:HIGH:COUNT, evenly spaced, or values with commas between them."""
-
-    name = "amplitudes"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        if not isinstance(value, str):
-            return value
-        parts = value.split(":") if ":" in value else value.split(",")
-        try:
-            numbers = [float(part) for part in parts]
-        except ValueError:
-            numbers = []
-        values = np.array(_evenly_spaced(numbers) if ":" in value else numbers)
-        if not values.size or not np.isfinite(values).all():
-            raise click.UsageError(
-                f"--amplitudes: expected LOW:HIGH:COUNT or VALUE,VALUE,…, found '{shortened(value, 40)}'"
-            )
-        return values
-
-
-def _evenly_spaced(numbers: list[float]) -> list[float]:
-    """The amplitudes of LOW:HIGH:COUNT; an empty list where the numbers make no such range."""
-    if len(numbers) != 3 or not (isfinite(numbers[1] - numbers[0]) and 2 <= numbers[2] <= MANY):
-        return []
-    low, high, count = numbers
-    return np.linspace(low, high, int(count)).tolist() if count.is_integer() else []
+from .output import draw, echo_json, progress, show
 
 
 @click.command(
@@ -67,7 +33,7 @@ def _evenly_spaced(numbers: list[float]) -> list[float]:
 @problem_argument
 @click.option(
     "--amplitudes",
-    type=Amplitudes(),
+    type=NumberList(),
     required=True,
     help="LOW:HIGH:COUNT or VALUE,VALUE,…: factors on the history of the load, rising.",
 )
@@ -88,21 +54,20 @@ def _evenly_spaced(numbers: list[float]) -> list[float]:
 @click.option("--from-zero", is_flag=True, help="Every amplitude from that state too; say where it differs.")
 @cycles_option
 @click.option("-o", "--output", type=TableFile(), help="Write one row per amplitude (.csv or .parquet).")
-@click.option("--picture", type=OutputFile(PICTURES), help="Draw the curve here (.png, .svg or .pdf).")
+@picture_option
 @output_options
 @click.pass_context
 def damping(
     context: click.Context,
+    /,
     problem: Problem,
     amplitudes: FloatArray,
-    load: str,
     initial: str | None,
-    open_nodes: tuple[int, ...] | Literal["auto"],
-    from_zero: bool,
     cycles: int,
     output: Path | None,
     picture: Path | None,
     as_json: bool,
+    **settings: Any,
 ) -> None:
     """Follow FILE at rising amplitudes of one load to its long-term states.
 
@@ -113,17 +78,14 @@ def damping(
         curve = shakedown.damping(
             problem,
             amplitudes,
-            load=load,
             initial_slip=_start(problem, initial),
-            open_nodes=open_nodes,
-            from_zero=from_zero,
             max_cycles=cycles,
             progress=update,
+            **settings,
         )
     if output is not None:
         curve.save(output)
-    if picture is not None:
-        _draw(curve, picture)
+    draw(picture, "damping_curve", curve)
     if as_json:
         echo_json({"problem": problem.to_dict()} | curve.to_dict())
     else:
@@ -137,9 +99,3 @@ def _start(problem: Problem, initial: str | None) -> FloatArray:
     if initial in ("safe", "witness"):
         raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")
     return start_of(problem, 0.0, initial, ())[2]
-
-
-def _draw(curve: DampingCurve, path: Path) -> None:
-    from shakedown import plot  # only where a picture is wanted
-
-    plot.save(plot.damping_curve(curve), path)

@@ -17,7 +17,7 @@ from shakedown.ground.shown_values import FEW_DIGITS
 from shakedown.ground.size_limits import CYCLES
 from shakedown.ground.visible_text import shortened
 
-from .claims import name_of, reads
+from .claims import PICTURES, OutputFile, name_of, reads
 from .output import QUIET
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -95,6 +95,9 @@ pieces_option = click.option(
 scheduler_option = click.option(
     "--scheduler", metavar="ADDRESS", help="Work on the dask cluster of this scheduler instead."
 )
+picture_option = click.option(
+    "--picture", type=OutputFile(PICTURES), help="Draw it here (.png, .svg or .pdf)."
+)
 open_option = click.option(
     "--open",
     "open_nodes",
@@ -136,6 +139,15 @@ cycles_option = click.option(
     show_default=True,
     help="Give up as undecided after so many cycles.",
 )
+
+
+def workers_option(default: int | None) -> Callable[[F], F]:
+    """How many processes; None: one for each core, or one where that is quicker."""
+    many = "  [default: all cores, or one where that is quicker]" if default is None else ""
+    kind = click.IntRange(min=1)
+    return click.option(
+        "--workers", type=kind, default=default, show_default=bool(default), help=f"Processes.{many}"
+    )
 
 
 def run_options(command: F) -> F:

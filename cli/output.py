@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import click
@@ -33,6 +34,14 @@ def show(sheet: Sheet, *more: Section) -> None:
     """A sheet on stdout, as wide as the terminal, with more sections below it."""
     whole = replace(sheet, sections=[*sheet.sections, *more])
     say(sheet_as_text(whole, columns()))
+
+
+def draw(path: Path | None, name: str, found: Any, **settings: Any) -> None:
+    """Write a picture of a result by a function of ``shakedown.plot``; nothing where none is asked for."""
+    if path is not None:
+        from shakedown import plot  # only where a picture is wanted
+
+        plot.save(getattr(plot, name)(found, **settings), path)
 
 
 def remark(text: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -12,9 +13,16 @@ from shakedown.report.data_facts import headline
 from shakedown.report.facts import Sheet
 from shakedown.report.mesh_facts import refinement_section
 
-from .claims import PICTURES, OutputFile, TableFile, pieces_of
-from .options import ProblemFile, average_option, output_options, pieces_option
-from .output import echo_json, progress, show
+from .claims import TableFile, pieces_of
+from .options import (
+    ProblemFile,
+    average_option,
+    output_options,
+    picture_option,
+    pieces_option,
+    workers_option,
+)
+from .output import draw, echo_json, progress, show
 
 
 @click.command(short_help="Which numbers converge with the mesh.")
@@ -34,22 +42,21 @@ from .output import echo_json, progress, show
     help="Also up to which load factor every node's slip range stays below this length.",
 )
 @click.option("-o", "--output", type=TableFile(), help="Write one row per mesh here (.csv or .parquet).")
-@click.option("--picture", type=OutputFile(PICTURES), help="Draw the numbers here (.png, .svg or .pdf).")
-@click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
+@picture_option
+@workers_option(1)
 @pieces_option
 @output_options
 @click.pass_context
 def refine(
     context: click.Context,
+    /,
     problems: tuple[Problem, ...],
     average: float | None,
-    load_factor: float,
-    slip_below: float | None,
     output: Path | None,
     picture: Path | None,
-    workers: int,
     resume: bool,
     as_json: bool,
+    **settings: Any,
 ) -> None:
     """Which numbers of one joint converge, from files of it on finer and finer meshes.
 
@@ -65,17 +72,12 @@ def refine(
             {problem.n: problem for problem in problems},
             [problem.n for problem in problems],
             radius=average,
-            load_factor=load_factor,
-            slip_below=slip_below,
-            workers=workers,
             output=output,
             resume=resume,
             progress=update,
+            **settings,
         )
-    if picture is not None:
-        from shakedown import plot  # only where a picture is wanted
-
-        plot.save(plot.refinement(found), picture)
+    draw(picture, "refinement", found)
     if as_json:
         echo_json({"problem": problems[-1].to_dict()} | found.to_dict())
     else:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import click
-import numpy as np
 
 import shakedown
 from shakedown import Problem
@@ -15,18 +14,19 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import shortened
 from shakedown.report.design_facts import sweep_sheet
 
-from .claims import PICTURES, OutputFile, TableFile, name_of, pieces_of, reads
+from .claims import TableFile, name_of, pieces_of, reads
 from .initial import initial_state
+from .number_lists import Vary
 from .options import (
     ProblemFile,
     output_options,
+    picture_option,
     pieces_option,
     scheduler_option,
     slip_below_option,
+    workers_option,
 )
-from .output import echo_json, progress, show
-
-MOST_VALUES = 1_000_000
+from .output import draw, echo_json, progress, show
 
 
 class Joint(ProblemFile):
@@ -40,43 +40,6 @@ class Joint(ProblemFile):
                 reads(ctx, f"{source}, which {name_of(param)} names", Path(value).parent / source)
             return made
         return super().convert(value, param, ctx)
-
-
-class Vary(click.ParamType):
-    """A parameter with its values: NAME=LOW:HIGH:COUNT, or NAME=VALUE,VALUE,…"""
-
-    name = "parameter"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        name, equals, text = value.partition("=")
-        if not equals or not name.strip() or not text.strip():
-            self._refuse(value, "expected NAME=LOW:HIGH:COUNT or NAME=VALUE,VALUE,…")
-        if ":" not in text:
-            return name.strip(), np.array([self._number(value, part) for part in text.split(",")])
-        parts = text.split(":")
-        if len(parts) != 3:
-            self._refuse(value, "expected LOW:HIGH:COUNT after the name")
-        low, high = self._number(value, parts[0]), self._number(value, parts[1])
-        if not (parts[2].isascii() and parts[2].isdigit() and len(parts[2]) < 10):
-            self._refuse(value, f"expected a whole number of values, found '{shortened(parts[2], 30)}'")
-        count = int(parts[2])
-        if not 2 <= count <= MOST_VALUES:
-            self._refuse(value, f"expected 2 to {MOST_VALUES:,} values in a range, found {count}")
-        if not low < high:
-            self._refuse(value, f"expected a range that rises, found {low:g} to {high:g}")
-        return name.strip(), np.linspace(low, high, count)
-
-    def _number(self, value: str, part: str) -> float:
-        try:
-            found = float(part)
-        except ValueError:
-            found = float("nan")
-        if not np.isfinite(found):
-            self._refuse(value, f"expected numbers, found '{shortened(part, 30)}'")
-        return found
-
-    def _refuse(self, value: str, reason: str) -> None:
-        raise click.UsageError(f"--vary {shortened(value, 60)}: {reason}")
 
 
 class Bounds(click.ParamType):
@@ -133,28 +96,25 @@ class Bounds(click.ParamType):
 @click.option("--quick", is_flag=True, help="λ_T to 0.1 %.")
 @slip_below_option
 @click.option("-o", "--output", type=TableFile(), help="Write one row per point here (.csv or .parquet).")
-@click.option("--picture", type=OutputFile(PICTURES), help="Draw the regions here (.png, .svg or .pdf).")
-@click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
+@picture_option
+@workers_option(1)
 @scheduler_option
 @pieces_option
 @output_options
 @click.pass_context
 def sweep(
     context: click.Context,
+    /,
     joint: Problem | shakedown.Import,
     vary: tuple[tuple[str, FloatArray], ...],
-    bounds: tuple[str, ...] | None,
     load_factors: tuple[float, ...],
     initial: str,
-    open_nodes: Literal["auto", "none"],
-    quick: bool,
-    slip_below: float | None,
     output: Path | None,
     picture: Path | None,
-    workers: int,
     scheduler: str | None,
     resume: bool,
     as_json: bool,
+    **settings: Any,
 ) -> None:
     """How the limits on the load factor of FILE move with its parameters.
 
@@ -177,25 +137,18 @@ def sweep(
         found = shakedown.sweep(
             joint,
             dict(vary),
-            bounds=bounds,
             load_factors=load_factors,
             initial_slip=initial_state(problem, 0.0, initial),
-            open_nodes=open_nodes,
-            quick=quick,
-            slip_below=slip_below,
-            workers=workers,
             executor=executor,
             output=output,
             resume=resume,
             progress=update,
+            **settings,
         )
     if not any(point.exists for point in found.points):
         raise click.UsageError(f"--vary: no value makes a joint: {found.points[0].reason}")
     spoken = load_factors[0] if load_factors else 1.0
-    if picture is not None:
-        from shakedown import plot  # only where a picture is wanted
-
-        plot.save(plot.regions(found, load_factor=spoken), picture)
+    draw(picture, "regions", found, load_factor=spoken)
     if as_json:
         echo_json({"problem": problem.to_dict()} | found.to_dict())
     else:

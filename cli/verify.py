@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import click
 
@@ -73,21 +73,17 @@ from .output import echo_json, progress, say, show
 @click.pass_context
 def verify(
     context: click.Context,
+    /,
     problem: Problem,
     output: Path | None,
     load_factors: tuple[float, ...],
-    random_states: int | None,
-    seed: int,
-    open_nodes: tuple[int, ...] | Literal["auto"],
     average: float | None,
     refinement: str | None,
-    cycles: int,
-    method: str,
-    slip_below: float | None,
     nodes: Path | None,
     details: bool,
     digits: int,
     as_json: bool,
+    **settings: Any,
 ) -> None:
     """Hold the bounds of FILE against time integration from several states."""
     beside = _beside(context, problem, average, refinement)
@@ -97,17 +93,7 @@ def verify(
         report_path(output)  # before the work, not after
         writes(context, "the JSON beside -o", output.with_suffix(".json"))
     with progress("verification", rest=int(output is not None)) as update:
-        result = shakedown.verify(
-            problem,
-            open_nodes=open_nodes,
-            load_factors=load_factors or None,
-            random_states=random_states,
-            seed=seed,
-            cycles=cycles,
-            method=method,
-            slip_below=slip_below,
-            progress=update,
-        )
+        result = shakedown.verify(problem, load_factors=load_factors or None, progress=update, **settings)
         if output is not None:
             from shakedown.report.html import write_report
 

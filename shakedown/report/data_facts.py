@@ -7,19 +7,15 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE
-from shakedown.ground.shown_values import DIGITS, count, few, sized
-from shakedown.ground.visible_text import LONGEST_NAME, one_line, with_unit
+from shakedown.ground.shown_values import DIGITS, count, sized
+from shakedown.ground.visible_text import LONGEST_NAME, one_line
 from shakedown.joint.doubtful_data import doubtful_data
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips, zero_modes
 from shakedown.joint.units import loads_in_words, units_of
-from shakedown.report.facts import Fact, Table
-from shakedown.report.node_words import AXES, node_column, node_in_words, of_directions
+from shakedown.report.facts import Fact
+from shakedown.report.node_words import AXES, node_in_words
 from shakedown.report.notes import FLOATING, LOAD_DOMAIN
 
 SHOWN = 5  # digits of places and loads
@@ -83,32 +79,22 @@ def load_path(problem: Problem) -> Fact:
 
 
 def joint_facts(problem: Problem) -> list[Fact]:
-    """What a page says of the joint besides its headline: constant part, transient, stiffness."""
-    whole = problem.A if problem.C is None else problem.kappa
-    values, free = np.linalg.eigvalsh(whole), zero_modes(whole, problem.stiffness_accuracy)
-    held = len(rigid_slips(problem).pinned)
-    motions = "every rigid motion is resisted by stiffness"
-    if free:
-        motions = f"{count(free, 'rigid motion')} without stiffness, {held} of them held by friction alone"
-    before = 0 if problem.q_transient is None else len(problem.q_transient)
+    """What a page says of the joint besides its headline: load cases, transient, rigid motions."""
+    stiffness = problem.A if problem.C is None else problem.kappa
+    free = count(zero_modes(stiffness, problem.stiffness_accuracy), "rigid motion")
+    held = f"{len(rigid_slips(problem).pinned)} of them held by friction alone"
     given = problem.p_mean is not None or problem.q_mean is not None
-    return [
-        *(
-            [Fact("load cases", ", ".join(problem.load_names))]
-            if problem.load_names and not problem.loads
-            else []
-        ),
-        Fact("constant part", "given" if given else "mean of the load steps"),
-        *([Fact("transient", count(before, "load step"), note="before the first period")] if before else []),
-        Fact(
-            "stiffness", f"{few(values[0])} … {sized(values[-1], units_of(problem).stiffness)}", note=motions
-        ),
-        *(
-            []
-            if problem.C is not None
-            else [Fact("normal stiffness C", "not given", note="no node can open")]
-        ),
-    ]
+    facts = [Fact("constant part", "given" if given else "mean of the load steps")]
+    if problem.load_names and not problem.loads:
+        facts.append(Fact("load cases", ", ".join(problem.load_names)))
+    if problem.q_transient is not None:
+        facts.append(
+            Fact("transient", count(len(problem.q_transient), "load step"), note="before the first period")
+        )
+    facts.append(Fact("without stiffness", free, note=held))
+    if problem.C is None:
+        facts.append(Fact("normal stiffness C", "not given", note="no node can open"))
+    return facts
 
 
 def source_facts(problem: Problem) -> list[Fact]:
@@ -177,32 +163,3 @@ def configuration(problem: Problem) -> tuple[str, str]:
     if isinstance(found, dict) and "name" in found:
         return str(found["name"]), "Too long to be kept with the problem; its SHA-256 is among the sources."
     return "", found if isinstance(found, str) else json.dumps(found, indent=1, ensure_ascii=False)
-
-
-def node_loads(problem: Problem) -> Table:
-    """Node by node: label, place, area, friction, mean and amplitude of the loads."""
-    loop, by_node, unit = loading(problem), problem.layout.by_node, units_of(problem)
-    swing_p, swing_q = 0.5 * np.ptp(loop.p1, axis=0), by_node(0.5 * np.ptp(loop.q1, axis=0))
-    tangential = np.stack([by_node(loop.q0), swing_q], axis=-1).reshape(problem.n, -1)
-    loads = _without_round_off(np.column_stack([loop.p0, swing_p, tangential])).T
-    known = problem.x if problem.coordinates is None else problem.coordinates
-    columns = node_column(problem)
-    if known is not None:
-        places = _without_round_off(known.reshape(problem.n, -1)).T
-        columns |= {with_unit(axis, unit.length): _few(at) for axis, at in zip("xyz", places, strict=False)}
-    columns |= {} if problem.node_area is None else {with_unit("area", unit.area): _few(problem.node_area)}
-    columns["f"] = [f"{each:g}" for each in problem.f]
-    names = [
-        f"{p} {way}" for p in ("p_w", *of_directions(problem, "q_w", ",")) for way in ("mean", "amplitude")
-    ]
-    columns |= {with_unit(name, unit.force): _few(load) for name, load in zip(names, loads, strict=True)}
-    return Table.of(columns)
-
-
-def _few(values: FloatArray) -> list[str]:
-    return [few(value, SHOWN) for value in values]
-
-
-def _without_round_off(values: FloatArray) -> FloatArray:
-    """Numbers of one kind for display: those negligible beside the largest become zero."""
-    return np.where(np.abs(values) > NEGLIGIBLE * np.abs(values).max(), values, 0.0)

@@ -19,7 +19,7 @@ from shakedown.ground.shown_values import count
 from shakedown.ground.visible_text import SUBSCRIPT, shortened, visible
 from shakedown.joint.problem import Problem
 from shakedown.report import notes
-from shakedown.report.data_facts import configuration, joint_facts, node_loads, source_facts
+from shakedown.report.data_facts import configuration, joint_facts, source_facts
 from shakedown.report.facts import Section
 from shakedown.report.json_documents import as_text, verification_document
 from shakedown.report.limit_facts import averaged_section, limit_sections
@@ -33,7 +33,6 @@ from shakedown.report.verification_facts import (
     findings,
     provenance,
     runs_section,
-    second_solver,
     verify_sheet,
 )
 from shakedown.report.verification_figures import (
@@ -158,7 +157,7 @@ def _sections(v: Verification, average: float | None, refinement: Refinement | N
     subsets, why = critical_facts(v.critical, v.limits.subsets, v.limits.bounds)
     yield limits
     said = [*rest.notes, *why, *(f"Note: {note.rstrip('.')}." for note in v.notes)]
-    yield Section("", [*rest.facts, *second_solver(v), *subsets], (), said, pictures)
+    yield Section("", [*rest.facts, *subsets], (), said, pictures)
     if average is not None:
         yield averaged_section(v.assessment.averaged(average), average)
     runs = runs_section(v, brief=False)
@@ -171,7 +170,6 @@ def _sections(v: Verification, average: float | None, refinement: Refinement | N
         found = refinement_section(refinement, problem, len(refinement.nodes))
         yield replace(found, title="Meshes", pictures=[refinement_picture(refinement)])
     yield Section("Joint", joint_facts(problem), pictures=problem_pictures(problem))
-    yield Section(f"Loads of {count(problem.n, 'node')}", tables=[node_loads(problem)], folded=True)
     yield replace(slips, title=f"Safe slip of {count(problem.n, 'node')}", folded=True)
     yield Section("Provenance", [*source_facts(problem), *provenance(v)], (), [notes.ASSUMED, notes.NOT_SAID])
 

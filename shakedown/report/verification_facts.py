@@ -215,20 +215,6 @@ def remarks(run: Simulation) -> str:
     return "; ".join([*found, *["proved"] * run.proved])
 
 
-def second_solver(v: Verification) -> list[Fact]:
-    """How far the limits lie from those of an independent solver, and what it did not reach."""
-    facts = []
-    scale = v.limits.upper.load_factor if np.isfinite(v.limits.upper.load_factor) else 1.0
-    for word in ("lower", "upper"):
-        one, other = present(getattr(v.limits, word)), present(getattr(v.second, word))
-        if one is not None and other is not None and np.isfinite([one.load_factor, other.load_factor]).all():
-            size = max(abs(one.load_factor), abs(other.load_factor), scale)
-            apart = abs(one.load_factor - other.load_factor) / size if size else 0.0
-            label = f"{BOUNDS[word].symbol} by {v.second.upper.solver}"
-            facts.append(Fact(label, f"{apart:.0e}", note="apart, relatively"))
-    return facts
-
-
 def provenance(v: Verification) -> list[Fact]:
     """What is needed to make the report again: versions, date, machine, method, seed."""
     asked, problem = v.settings, v.problem

@@ -180,9 +180,9 @@ def test_round_off_is_no_dissipation(breathing, monkeypatch):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--load-factor", "a"], "FIRST:LAST:COUNT"),
-        (["--load-factor", "1:2"], "FIRST:LAST:COUNT"),
-        (["--load-factor", "1:2:0"], "expected a number or FIRST:LAST:COUNT like 0.5:1:11 (COUNT from 1 to"),
+        (["--load-factor", "a"], "--load-factor: expected LOW:HIGH:COUNT"),
+        (["--load-factor", "1:2"], "--load-factor: expected LOW:HIGH:COUNT"),
+        (["--load-factor", "1:2:0"], "expected LOW:HIGH:COUNT or VALUE,VALUE,…, found"),
         (["--load-factor", "-1"], "load factor: expected a number >= 0"),
         (["--grid", "0", "5"], "two different nodes from 0 to 1"),
         (["--resume"], "--resume: expected -o FILE"),
@@ -278,8 +278,8 @@ def test_a_sample_in_which_all_agree_claims_nothing_of_other_states():
 @pytest.mark.parametrize(
     ("words", "line"),
     [
-        (["--load-factor", "0.1:1e400:5"], "expected a number or FIRST:LAST:COUNT"),
-        (["--load-factor", "0.1:1:100000000000"], "expected a number or FIRST:LAST:COUNT"),
+        (["--load-factor", "0.1:1e400:5"], "--load-factor: expected LOW:HIGH:COUNT"),
+        (["--load-factor", "0.1:1:100000000000"], "--load-factor: expected LOW:HIGH:COUNT"),
         (["--load-factor", "0.7", "--states", "10000000000"], "states: expected at most 100,000,000, found"),
         (["--load-factor", "0.7", "--reach", "1e308"], "reach: expected slips in the range of numbers"),
     ],

@@ -8,7 +8,7 @@ import pytest
 
 import shakedown
 from shakedown.ground.status import OPEN, SLIP
-from shakedown.report.data_facts import node_loads, source_facts
+from shakedown.report.data_facts import source_facts
 from shakedown.report.html import render
 from shakedown.report.period_figures import instants, state_pictures
 
@@ -38,26 +38,6 @@ def test_panels_fill_the_page_two_or_three_side_by_side(verification, undrawn):
     pictures = state_pictures(verification)
     assert [len(each.panels) for each in pictures] == [2, 4, 3]
     assert "at λ = 1.4, the nearest simulated load that slips" in pictures[0].caption
-
-
-def test_loads_of_nodes_have_both_directions():
-    joint = replace(shakedown.example("four-node-3d"), x=np.arange(8.0).reshape(4, 2), units="N, mm")
-    shown = node_loads(joint)
-    head, row = shown.head, shown.rows[1]
-    assert head[:4] == ["node", "x [mm]", "y [mm]", "f"]
-    assert head[-2:] == ["q_w,y mean [N]", "q_w,y amplitude [N]"]
-    assert len(row) == len(head)
-    assert list(row[1:3]) == ["2", "3"]
-    known = dict(zip(head, row, strict=True))
-    assert float(known["q_w,y amplitude [N]"]) == pytest.approx(0.5 * np.ptp(joint.q_w[:, 3]), rel=1e-4)
-    nodes = shakedown.node_results(shakedown.long_term_state(joint, 0.3))
-    np.testing.assert_array_equal(nodes.coordinates[1], [2.0, 3.0, np.nan])
-
-
-def test_no_place_or_load_is_round_off():
-    rows = node_loads(shakedown.example("bolted-flange")).rows
-    assert list(rows[2][2:4]) == ["0", "13"]  # x was 8e-16
-    assert not [text for row in rows for text in row if "e-1" in text]
 
 
 def test_a_slip_that_is_round_off_is_no_instant_to_show():
