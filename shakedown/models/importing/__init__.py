@@ -10,7 +10,7 @@ is refused; doubtful input becomes a warning of one line that the problem carrie
 Reading order: ``model_section``, ``contact_nodes``, ``contact_directions``, ``initial_gap``,
 ``contact_section`` (all of it), ``joined_contact`` (several patches, friction), ``stiffness_section``,
 ``time_function``, ``static_runs``, ``load_section``, ``load_evidence``, ``pair_distances``,
-``contact_faces``, ``bodies``, ``model_fit``, ``model_evidence`` (all of these), ``load_doubts``,
+``contact_faces``, ``bodies``, ``model_fit``, ``model_evidence`` (all of these),
 ``bolt_section``, ``configuration`` (its sections, and what they name),
 ``import_model`` (the public functions), ``templates`` (files to start from), ``contact_figure``.
 """

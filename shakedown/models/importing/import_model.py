@@ -41,12 +41,13 @@ from shakedown.models.importing.contact_directions import in_space
 from shakedown.models.importing.contact_faces import faces_between
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.joined_contact import friction_of
-from shakedown.models.importing.load_doubts import load_doubts, pulled_open, sampling_doubts
 from shakedown.models.importing.load_evidence import (
     ActingLoads,
     LoadEvidence,
     Resultants,
     acting_loads,
+    load_doubts,
+    pulled_open,
 )
 from shakedown.models.importing.load_section import (
     LoadSection,
@@ -386,8 +387,7 @@ def import_model(
         *reduced.evidence.warnings,
         *without,
         *closing,
-        *sampling_doubts(names, [load.doubts for load in acting.loads]),
-        *load_doubts(cases, names, acting.reactions, reduced.condensation.stiffness, reduced.evidence.held),
+        *load_doubts(acting, names, reduced.condensation.stiffness, reduced.evidence.held),
         *bolt_doubts(
             bolts,
             names[len(asked.loads) :],

@@ -1,4 +1,4 @@
-"""Evidence of an import: what each load amounts to, on every body and at every patch of the contact."""
+"""What each load amounts to, on every body and at every patch of the contact, and what is doubtful in it."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
+from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.models.condensation.condense import Condensation, WeldedCase
 from shakedown.models.condensation.contact_frame import ContactFrame
-from shakedown.models.condensation.load_case import LoadCase
+from shakedown.models.condensation.load_case import MEAN_ROUND_OFF, LoadCase, histories
 from shakedown.models.importing.bodies import ModelBody, places_of_rows
 from shakedown.models.importing.bolt_section import BoltSection, with_pulls
 from shakedown.models.importing.contact_section import ContactSection
@@ -20,6 +21,7 @@ from shakedown.models.importing.load_section import LoadSection
 from shakedown.models.importing.model_evidence import ModelEvidence
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.stiffness import Stiffness
+from shakedown.models.readers.text import quoted
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -166,7 +168,8 @@ class Resultants:
         acting = [(first, spread), *((own, -spread) for own in second)]
         coupling = self.contact.coupling
         if coupling is not None:
-            order = np.argsort(first)[np.searchsorted(np.sort(first), coupling.labels)]
+            place = {node: k for k, node in enumerate(first.tolist())}
+            order = [place[node] for node in coupling.labels.tolist()]
             on_master = np.zeros((len(coupling.master), 3))
             on_master[:, : coupling.normals.shape[1]] = coupling.on_master(
                 spread[order, : coupling.normals.shape[1]]
@@ -199,3 +202,68 @@ class Resultants:
         axes = self.contact.axes
         about = [1, 2, 3] if len(axes) == 3 else sorted({1, 2, 3} - set(axes))
         return LoadPart(what, wrench[[axis - 1 for axis in axes]], wrench[[2 + axis for axis in about]])
+
+
+def load_doubts(
+    acting: ActingLoads, names: Sequence[str], stiffness: FloatArray, held: NDArray[np.bool_]
+) -> tuple[str, ...]:
+    """Warnings about single loads, and about all of them together, on a model with κ and held rows (N,)."""
+    factors = histories(acting.cases)
+    means = factors.period.mean(axis=0) if factors.mean is None else factors.mean
+    steps, stiff = len(factors.period), float(np.abs(stiffness).max())
+    warnings, still = [], []
+    for k, (load, name) in enumerate(zip(acting.loads, names, strict=True)):
+        case, factor, mean = load.case, factors.period[:, k], means[k]
+        found = [f": {doubt}" for doubt in load.doubts]
+        still.append(np.abs(factor - mean).max() <= MEAN_ROUND_OFF * max(np.abs(factor).max(), abs(mean)))
+        if still[-1] and (case.history is None or case.history.ndim):
+            value = "0" if not factor.any() else f"{factor[0]:.4g}"
+            found.append(f" does not vary: its factor is {value} at every one of {steps} load step(s)")
+        found += [f" {how}" for how in _unfelt(case, acting.reactions[k], stiff, held)]
+        if case.mean is not None and not factor.min() <= mean <= factor.max():
+            found.append(
+                f" swings about a mean of {mean:.4g} that it never passes: its factors lie between "
+                f"{factor.min():.4g} and {factor.max():.4g}"
+            )
+        warnings += [f"load {quoted(name)}{doubt}" for doubt in found]
+    if all(still):
+        warnings.append(
+            f"no load varies over the {steps} load step(s): the periodic part is zero, and every load factor "
+            "leaves the joint as it is"
+        )
+    return tuple(warnings)
+
+
+def _unfelt(case: LoadCase, reactions: FloatArray, stiff: float, held: NDArray[np.bool_]) -> list[str]:
+    """How a load fails to reach the contact; nothing where it does."""
+    acting = [
+        part for part in (case.force, case.displacement, case.reactions, case.opened) if part is not None
+    ]
+    if not any(part.any() for part in acting):
+        return ["is zero: it has no effect"]
+    sizes = [np.abs(part).max(initial=0.0) for part in (case.force, case.reactions) if part is not None]
+    sizes += [stiff * np.abs(part).max() for part in (case.displacement, case.opened) if part is not None]
+    # welded reactions that are round-off of the condensation
+    if np.abs(reactions).max() > NEGLIGIBLE * max(sizes):
+        return []
+    if case.force is not None and len(acting) == 1 and not case.force[~held].any():
+        return ["acts on held rows only, and reaches no contact node"]
+    return ["reaches no contact node: the welded contact carries nothing of it"]
+
+
+def pulled_open(problem: Problem, gap: FloatArray) -> tuple[str, ...]:
+    """A warning about a mean load that does not press the contact together or does not close a gap."""
+    p_mean = problem.p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean
+    if p_mean.sum() < 0 and gap.max() > 0:
+        return (
+            f"the mean load leaves an initial gap of up to {gap.max():.3g} open: 'gap' is positive where the "
+            "bodies lie apart and negative where they interfere",
+        )
+    if p_mean.sum() < 0:
+        return (
+            "the mean load pulls the welded contact open: the normals must point into the (first) body and "
+            "reactions must be the forces on it",
+        )
+    if not p_mean.any():
+        return ("no mean load presses the contact together",)
+    return ()

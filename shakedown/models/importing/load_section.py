@@ -42,11 +42,11 @@ def load_section(table: TomlTable, context: ImportContext) -> LoadSection:
     rows = context.rows(f"{table.where}: key 'displacements'", moved or {})
     displacement[rows] = list((moved or {}).values())
     _check_circumference(table, context)
-    reactions, clamped = clamped_run(table, context.contact, context.files, context.model.mesh)
+    reactions, clamped = clamped_run(table, context)
     if clamped is not None:  # both bodies held: each node carries minus its reaction
         force = (np.zeros(size) if force is None else force) - _spread(table.where, clamped, context)
     thermal = thermal_forces(table, context)
-    opened = opened_run(table, context.contact, context.files, context.model.mesh)
+    opened = opened_run(table, context)
     if thermal is not None:
         force = thermal if force is None else force + thermal
     limits = table.array("range", float, (2,), required=False)

@@ -1,7 +1,9 @@
 """Abaqus ``*SUBSTRUCTURE MATRIX OUTPUT`` with load cases, and what CalculiX writes under that keyword."""
 
+import itertools
 import os
 import re
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +14,7 @@ from shakedown.models.condensation.contact_frame import checked_dofs
 from shakedown.models.readers.abaqus_matrix import NodalLoads
 from shakedown.models.readers.formats import Format, register
 from shakedown.models.readers.stiffness import Stiffness, printed_accuracy
-from shakedown.models.readers.text import integers, listed, number, numbers, quoted, read_lines
+from shakedown.models.readers.text import integers, listed, number, quoted, read_lines
 
 _ELEMENT = re.compile(r"\s*\*USER ELEMENT\b", re.IGNORECASE)
 _LOAD = re.compile(r"\*\*\s*SUBSTRUCTURE LOAD\b(?:.*?(?:CASE|VECTOR)\W+(?=\w+\s*$))?(.*)$", re.IGNORECASE)
@@ -30,14 +32,22 @@ def read_abaqus_substructure(path: str | os.PathLike[str]) -> Stiffness:
     name, lines = os.fspath(path), read_lines(path)
     start, stop, labels = _block(lines, name)
     dofs = _dofs(lines, start, stop, labels, name)
-    data = _values(lines, stop, name)
-    return Stiffness(
-        _matrix(data, len(dofs), ",UNSYM" in _header(lines, start), name),
-        checked_dofs(dofs),
-        "substructure matrix",
-        superelement=True,
-        accuracy=printed_accuracy(np.asarray(data, dtype=float)),
-    )
+    N, full = len(dofs), ",UNSYM" in _header(lines, start)
+    rows = itertools.takewhile(lambda row: not row[1].startswith("*"), _stripped(lines, stop + 1))
+    fields = [(field, f"{name}: line {k}") for k, text in rows for field in text.split(",") if field.strip()]
+    data = np.array([number(*field) for field in fields])
+    expected = N * N if full else N * (N + 1) // 2
+    if len(data) != expected:
+        raise ProblemError(
+            f"{name}: expected {expected} numbers for {N} dofs "
+            f"({'full matrix' if full else 'lower triangle'}), found {len(data)}"
+        )
+    K = data.reshape(N, N).T if full else np.zeros((N, N))
+    if not full:
+        lower = np.tril_indices(N)
+        K[lower] = K.T[lower] = data
+    format, accuracy = "substructure matrix", printed_accuracy(data)
+    return Stiffness(sparse.csr_array(K), checked_dofs(dofs), format, superelement=True, accuracy=accuracy)
 
 
 def read_substructure_load(path: str | os.PathLike[str], case: str | None = None) -> NodalLoads:
@@ -90,17 +100,27 @@ def read_substructure_load(path: str | os.PathLike[str], case: str | None = None
     return loads
 
 
+def _stripped(lines: list[str], start: int, stop: int | None = None) -> Iterator[tuple[int, str]]:
+    """Numbers, from 1, and texts of lines."""
+    return ((k, line.strip()) for k, line in enumerate(lines[start:stop], start=start + 1))
+
+
 def _header(lines: list[str], start: int) -> str:
     return lines[start].upper().replace(" ", "")
 
 
 def _block(lines: list[str], name: str) -> tuple[int, int, list[int]]:
-    """Where the element and its stiffness begin, and the labels of its nodes."""
+    """Where the element and its stiffness begin, and the labels of its nodes, which stand in comments."""
     start = _find(lines, r"\*USER ELEMENT\b", name)
     count = re.search(r"NODES=(\d+)", _header(lines, start))
     if count is None:
         raise ProblemError(f"{name}: line {start + 1}: expected NODES=<number>, found {quoted(lines[start])}")
-    labels = _labels(lines, start, name)
+    labels: list[int] = []
+    for k, text in _stripped(lines, _find(lines, r"\*\*\s*ELEMENT NODES", name, start) + 1):
+        fields = [field.strip() for field in text.lstrip("*").split(",") if field.strip()]
+        if not text.startswith("**") or not all(re.fullmatch(r"-?\d+", field) for field in fields):
+            break
+        labels += integers(fields, f"{name}: line {k}")
     if str(len(labels)) != count[1].lstrip("0"):
         raise ProblemError(
             f"{name}: expected {quoted(count[1])[1:-1]} node labels in the comments after '** ELEMENT "
@@ -117,27 +137,14 @@ def _find(lines: list[str], pattern: str, name: str, start: int = 0) -> int:
     raise ProblemError(f"{name}: expected the keyword {keyword}, found none")
 
 
-def _labels(lines: list[str], start: int, name: str) -> list[int]:
-    """Node labels, which live in the comment lines after ``** ELEMENT NODES`` only."""
-    first = _find(lines, r"\*\*\s*ELEMENT NODES", name, start)
-    labels: list[int] = []
-    for k in range(first + 1, len(lines)):
-        text = lines[k].strip()
-        fields = [field.strip() for field in text.lstrip("*").split(",") if field.strip()]
-        if not text.startswith("**") or not all(re.fullmatch(r"-?\d+", field) for field in fields):
-            break
-        labels += integers(fields, f"{name}: line {k + 1}")
-    return labels
-
-
 def _dofs(lines: list[str], start: int, stop: int, labels: list[int], name: str) -> NDArray[np.intp]:
     """(node, direction) of every row; a dof list holds from its node on, up to that of the next list."""
     lists: list[list[int]] = [[] for _ in labels]
     position, seen = 1, False
-    for k in range(start + 1, stop):
-        text, where = lines[k].strip(), f"{name}: line {k + 1}"
+    for k, text in _stripped(lines, start + 1, stop):
         if not text or text.startswith("*"):
             continue
+        where = f"{name}: line {k}"
         fields = integers([field for field in text.split(",") if field.strip()], where)
         if seen:
             position, fields = fields[0], fields[1:]
@@ -149,34 +156,8 @@ def _dofs(lines: list[str], start: int, stop: int, labels: list[int], name: str)
         seen = True
     if not seen:
         raise ProblemError(f"{name}: expected dof lists after *USER ELEMENT, found none")
-    return np.array(
-        [(label, d) for label, own in zip(labels, lists, strict=True) for d in own], dtype=np.intp
-    )
-
-
-def _values(lines: list[str], stop: int, name: str) -> list[float]:
-    values: list[float] = []
-    for k in range(stop + 1, len(lines)):
-        text = lines[k].strip()
-        if text.startswith("*"):
-            break
-        values += numbers([field for field in text.split(",") if field.strip()], f"{name}: line {k + 1}")
-    return values
-
-
-def _matrix(values: list[float], N: int, full: bool, name: str) -> sparse.csr_array:
-    data = np.array(values)
-    expected = N * N if full else N * (N + 1) // 2
-    if len(data) != expected:
-        raise ProblemError(
-            f"{name}: expected {expected} numbers for {N} dofs "
-            f"({'full matrix' if full else 'lower triangle'}), found {len(data)}"
-        )
-    if full:
-        return sparse.csr_array(data.reshape(N, N).T)
-    lower = np.zeros((N, N))
-    lower[np.tril_indices(N)] = data
-    return sparse.csr_array(lower + np.tril(lower, -1).T)
+    rows = [(label, d) for label, own in zip(labels, lists, strict=True) for d in own]
+    return np.array(rows, dtype=np.intp)
 
 
 register(Format("substructure", "Abaqus substructure", read_abaqus_substructure, line=_ELEMENT))
