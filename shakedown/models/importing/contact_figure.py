@@ -42,15 +42,16 @@ def contact_picture(made: Import, ax: "Axes | None" = None) -> "Axes":
         projection = "3d" if contact.directions > 1 else None
         ax = Figure(figsize=(6.0, 4.6), layout="constrained").add_subplot(projection=projection)
     if contact.directions > 1:
-        return _in_space(made, ax)
+        _in_space(made, ax)
+        return ax
     a, b = contact.axes[0] - 1, contact.axes[1] - 1
     for shape, nodes in mesh.elements.values():
-        if CORNERS[shape] <= 4 and "hedron" not in shape:
+        if shape in ("triangle", "quadrilateral"):
             ring = mesh.at([*nodes[: CORNERS[shape]], nodes[0]])
             ax.plot(ring[:, a], ring[:, b], color="0.8", linewidth=0.5, zorder=1)
     ax.plot(mesh.coordinates[:, a], mesh.coordinates[:, b], ".", color="0.6", markersize=2, zorder=2)
     place = contact.coordinates[:, [a, b]]
-    normals = contact.normals / np.hypot(*contact.normals.T)[:, None]
+    normals = contact.unit_normals[:, [a, b]]
     ax.quiver(*place.T, *normals.T, angles="xy", color="tab:red", width=0.004)
     ax.plot(place[:, 0], place[:, 1], "o", color="tab:red", markersize=3, zorder=3)
     paper = {"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8}
@@ -65,33 +66,29 @@ def contact_picture(made: Import, ax: "Axes | None" = None) -> "Axes":
     return ax
 
 
-def _in_space(made: Import, ax: "Axes") -> "Axes":
+def _in_space(made: Import, ax: Any) -> None:
     """Normals and both tangents at the contact nodes, on the faces that the nodes span."""
     contact, frame = made.contact, made.condensation.frame
     assert contact.coordinates is not None
     assert made.mesh is not None
     if getattr(ax, "name", "") != "3d":
         raise UsageError("picture: expected axes in three dimensions (projection='3d'), found plane ones")
-    drawn: Any = ax
     place = contact.coordinates
     for facet in made.mesh.boundary(set(contact.first.tolist())):
-        drawn.plot(*made.mesh.at([*facet.corners, facet.corners[0]]).T, color="0.75", linewidth=0.5)
+        ax.plot(*made.mesh.at([*facet.corners, facet.corners[0]]).T, color="0.75", linewidth=0.5)
     length = _ARROW * float(np.ptp(place, axis=0).max() or 1.0) / max(np.sqrt(len(place)) - 1, 1)
     first, second = frame.slip_axes.transpose(1, 0, 2)
-    arrows = (
+    for vectors, colour, label in (
         (frame.normals, "tab:red", "normal, into the first body"),
         (first, "tab:blue", "first tangent"),
         (second, "tab:green", "second tangent"),
-    )
-    for vectors, colour, label in arrows:
-        drawn.quiver(
-            *place.T, *(length * vectors).T, color=colour, linewidth=0.8, label=label, arrow_length_ratio=0.2
-        )
+    ):
+        style = {"color": colour, "label": label, "linewidth": 0.8, "arrow_length_ratio": 0.2}
+        ax.quiver(*place.T, *(length * vectors).T, **style)
     low, high = place.min(axis=0) - length, place.max(axis=0) + length
-    drawn.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    drawn.set(xlabel="x", ylabel="y", zlabel="z")
-    drawn.set_box_aspect(high - low, zoom=0.9)
-    drawn.locator_params(nbins=4)
-    drawn.legend(loc="upper left", fontsize=7)
-    drawn.set_title("contact nodes, normals and tangents", fontsize=9)
-    return ax
+    limits = dict(zip(("xlim", "ylim", "zlim"), zip(low, high, strict=True), strict=True))
+    ax.set(**limits, xlabel="x", ylabel="y", zlabel="z")
+    ax.set_box_aspect(high - low, zoom=0.9)
+    ax.locator_params(nbins=4)
+    ax.legend(loc="upper left", fontsize=7)
+    ax.set_title("contact nodes, normals and tangents", fontsize=9)

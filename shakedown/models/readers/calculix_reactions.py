@@ -16,7 +16,7 @@ from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.condensation.stiffness_checks import asymmetry
 from shakedown.models.readers.nodal_vectors import NodalVectors, What
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import integers, number, quoted, read_lines
+from shakedown.models.readers.text import integers, number, numbers, quoted, read_lines
 
 _HEADING = r"^\s*{} for set (\S+) and time\s+(\S+)"
 HEADINGS: dict[What, re.Pattern[str]] = {
@@ -46,38 +46,41 @@ def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions")
         If there is no table, or a line of one is malformed.
     """
     name = os.fspath(path)
-    tables: list[tuple[str, float, list[list[float]], set[int]]] = []
-    reading = False
+    steps: list[NodalVectors] = []
+    rows: list[list[float]] | None = None  # of the table that is read
+    node_set, time, local = "", 0.0, set[int]()
+
+    def end() -> None:
+        """Add the table that was read as a step, or to the last step, if that is of the same time."""
+        if rows is None:
+            return
+        table = replace(step_of(what, (node_set,), time, rows, name), local=frozenset(local))
+        if steps and time == steps[-1].time and node_set not in steps[-1].node_sets:
+            table = _merged(steps.pop(), table)
+        steps.append(table)
+
     for k, line in enumerate(read_lines(path), start=1):
-        where, heading = f"{name}: line {k}", HEADINGS[what].match(line)
-        if heading:
-            tables.append((heading[1], number(heading[2], where), [], set()))
-            reading = True
-            continue
-        fields = line.split()
-        if not fields or not reading:
-            continue
-        if not re.fullmatch(r"\d+", fields[0]):  # another kind of output
-            reading = False
-            continue
-        local = fields[4:] == [LOCAL]
-        if len(fields) != 4 + local:
-            raise ProblemError(f"{where}: expected '{COLUMNS[what]}', found {quoted(line)}")
-        row = [*integers(fields[:1], where), *(number(field, where) for field in fields[1:4])]
-        tables[-1][2].append(row)
-        if local:
-            tables[-1][3].add(int(row[0]))
-    if not any(rows for _, _, rows, _ in tables):
+        where, fields = f"{name}: line {k}", line.split()
+        if heading := HEADINGS[what].match(line):
+            end()
+            node_set, time, rows, local = heading[1], number(heading[2], where), [], set()
+        elif rows is not None and fields:
+            if not fields[0].isdigit():  # another kind of output
+                end()
+                rows = None
+                continue
+            own = fields[4:] == [LOCAL]
+            if len(fields) != 4 + own:
+                raise ProblemError(f"{where}: expected '{COLUMNS[what]}', found {quoted(line)}")
+            rows.append([*integers(fields[:1], where), *numbers(fields[1:4], where)])
+            if own:
+                local.add(int(fields[0]))
+    end()
+    if not steps:
         raise ProblemError(
             f"{name}: expected {what} (*NODE PRINT, {LETTERS[what]}), found no table of "
             f"{'forces' if what == 'reactions' else what}"
         )
-    steps: list[NodalVectors] = []
-    for node_set, when, rows, own in tables:
-        table = replace(step_of(what, (node_set,), when, rows, name), local=frozenset(own))
-        if steps and when == steps[-1].time and node_set not in steps[-1].node_sets:
-            table = _merged(steps.pop(), table)
-        steps.append(table)
     return steps
 
 

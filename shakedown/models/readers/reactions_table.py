@@ -14,37 +14,35 @@ from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.table import NumberTable, read_table
 from shakedown.models.readers.text import read_lines
 
-_PLACE = (
-    ("step", "load step", "loadstep", "frame", "run"),
-    ("node", "node label", "label", "node number", "nid"),
-)
-_NAMES: dict[What, tuple[tuple[str, ...], ...]] = {  # accepted headings of the columns
-    "reactions": (
+_PLACE = [
+    {"step", "load step", "loadstep", "frame", "run"},
+    {"node", "node label", "label", "node number", "nid"},
+]
+_NAMES: dict[What, list[set[str]]] = {  # accepted headings of the columns
+    "reactions": [
         *_PLACE,
-        ("fx", "rf1", "rf.rf1", "reaction x"),
-        ("fy", "rf2", "rf.rf2", "reaction y"),
-        ("fz", "rf3", "rf.rf3", "reaction z"),
-    ),
-    "displacements": (
+        *({f"f{x}", f"rf{k}", f"rf.rf{k}", f"reaction {x}"} for k, x in enumerate("xyz", start=1)),
+    ],
+    "displacements": [
         *_PLACE,
-        ("ux", "u1", "u.u1", "displacement x"),
-        ("uy", "u2", "u.u2", "displacement y"),
-        ("uz", "u3", "u.u3", "displacement z"),
-    ),
+        *({f"u{x}", f"u{k}", f"u.u{k}", f"displacement {x}"} for k, x in enumerate("xyz", start=1)),
+    ],
+}
+_EXPECTED: dict[What, str] = {
+    "reactions": "step, node, fx, fy and maybe fz",
+    "displacements": "step, node, ux, uy and maybe uz",
 }
 
 
 def is_reactions_table(text: str) -> bool:
     """Whether the first line of a text names the columns step, node, fx, fy."""
-    first = next(
-        (line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")), ""
+    lines = (line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#"))
+    first = next(lines, "").casefold()
+    splits = [{field.strip().strip('"') for field in first.split(mark)} for mark in ("\t", ";", ",")]
+    return any(
+        all(headings & names for names in _NAMES["reactions"][:4])
+        for headings in [*splits, set(first.split())]
     )
-    for mark in ("\t", ";", ","):
-        headings = {field.strip().strip('"').casefold() for field in first.split(mark)}
-        if all(headings & set(names) for names in _NAMES["reactions"][:4]):
-            return True
-    headings = set(first.casefold().split())
-    return all(headings & set(names) for names in _NAMES["reactions"][:4])
 
 
 def read_nodal_vectors(path: str | os.PathLike[str], what: What = "reactions") -> list[NodalVectors]:
@@ -99,20 +97,17 @@ def read_vectors_table(path: str | os.PathLike[str], what: What = "reactions") -
 
 def _keys(table: NumberTable, what: What) -> list[str | int]:
     """The columns step, node, fx, fy and, where there is one, fz."""
-    *first, last = columns = _NAMES[what]
-    expected = f"{', '.join(names[0] for names in first)} and maybe {last[0]}"
+    expected, width = _EXPECTED[what], table.values.shape[1]
     if not table.columns:
-        width = table.values.shape[1]
         if width not in (4, 5):
             raise ProblemError(f"{table.name}: expected the columns {expected}, found {width}")
         return list(range(1, width + 1))
     found: list[str | int] = []
-    for names in columns:
+    for k, names in enumerate(_NAMES[what]):
         own = [heading for heading in table.columns if heading.casefold() in names]
-        if len(own) > 1 or (not own and names is not last):
-            raise ProblemError(
-                f"{table.name}: expected one column '{names[0]}', found {len(own)} ({expected})"
-            )
+        if len(own) > 1 or (not own and k < 4):
+            one = expected.replace(" and maybe", ",").split(", ")[k]
+            raise ProblemError(f"{table.name}: expected one column '{one}', found {len(own)} ({expected})")
         found += own
     return found
 
