@@ -85,8 +85,8 @@ def test_the_check_and_the_pictures_say_the_names(folder, tmp_path):
     code, out, _ = run("import", str(path), "--check")
     words = " ".join(out.split())
     assert code == 0
-    assert "left: surfaces of 6 and 6 nodes lie on each other" in words
-    assert "right: pairs lie apart by at most 0 along the surface" in words
+    assert "left: surfaces 6 and 6 nodes" in words
+    assert "right: pairs apart, along at most 0 mm (mean 0) the surface" in words
     assert "contact, right" in words
     document = json.loads(run("import", str(path), "--check", "--json")[1])
     assert list(document["surfaces"]) == list(document["pairs"]) == ["left", "right"]

@@ -67,7 +67,7 @@ def test_the_check_says_how_the_surfaces_lie(folder):
     code, out, _ = run("import", str(configuration(folder)), "--check")
     assert code == 0
     words = " ".join(out.split())
-    assert "surfaces of 9 and 12 nodes lie on each other over 3 mm², 100 % and 100 % of their areas" in words
+    assert "surfaces 9 and 12 nodes overlap 3 mm² 100 % and 100 % of their areas" in words
     assert "flat and parallel" in words
     document = json.loads(run("import", str(configuration(folder)), "--check", "--json")[1])
     assert document["surfaces"]["overlap"] == pytest.approx(3.0)
@@ -79,7 +79,7 @@ def test_in_the_plane_the_check_says_lengths(tmp_path):
     loads = '[[load]]\nforces = [["TOP", 2, -1.0]]\nhistory = 1.0\n'
     path = configuration(tmp_path, loads=loads)
     words = " ".join(run("import", str(path), "--check")[1].split())
-    assert "lie on each other over 2 mm, 100 % and 66.67 % of their lengths" in words
+    assert "overlap 2 mm 100 % and 66.67 % of their lengths" in words
     other_way = configuration(tmp_path, 'surfaces = ["LOWER", "UPPER"]', loads)
     assert import_model(other_way).warnings[0].startswith("33 % of the length of the first surface lies")
 

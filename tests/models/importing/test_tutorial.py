@@ -53,8 +53,8 @@ def check(folder, *, report):
         ("proved from every state", shakedown.lower_bound(made).load_factor),
         ("impossible above", shakedown.upper_bound(made).load_factor),
     ):
-        printed = re.search(rf"{name} +λ\S* = ([0-9.]+)", TUTORIAL)
-        assert found == pytest.approx(float(printed[1]), rel=1e-6)
+        printed = re.search(rf"{name} +([0-9.]+)", TUTORIAL)
+        assert found == pytest.approx(float(printed[1]), rel=1e-3)
 
 
 def test_the_deck_of_the_tutorial_is_the_shipped_one(folder):
