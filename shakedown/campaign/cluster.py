@@ -12,7 +12,7 @@ from pathlib import Path
 from threading import Timer
 from typing import Any
 
-from shakedown.ground.errors import ShakedownError, SolverError, UsageError
+from shakedown.ground.errors import SolverError, UsageError
 from shakedown.ground.visible_text import visible
 
 SOON = 1.0  # seconds after which a message tells what the call waits for
@@ -50,7 +50,7 @@ def cluster_executor(address: str | None) -> Iterator[Executor | None]:
     except KilledWorker:
         raise SolverError("scheduler: workers died one after the other (killed, or out of memory?)") from None
     except Exception as error:  # a future of dask that is lost while it ends raises whatever it likes
-        if isinstance(error, ShakedownError) or client.status == "running":
+        if isinstance(error, UsageError) or client.status == "running":
             raise
         lost = f"the dask scheduler at {address} was lost in the middle of the work"
         raise SolverError(f"scheduler: {lost}; what is done is kept where there is an output") from None

@@ -23,6 +23,7 @@ from shakedown.ground.errors import SolverError, UsageError
 
 IN_HAND = 2  # pieces that an executor holds for each of its workers, so that memory stays flat
 WORKERS = 32  # of an executor that does not tell
+ASK_AGAIN = 1.0  # seconds after which an executor is asked whether it still works
 WANTED = "workers: expected functions that other processes can import (of a module, no lambda)"
 GUARD = (
     "workers: expected processes that begin to work, found that they end before; a script has to keep "
@@ -86,7 +87,7 @@ def finished(
                         running[pool.submit(call, number)] = number
                 if not running:
                     return
-                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                for future in wait(running, ASK_AGAIN, FIRST_COMPLETED).done:
                     yield running.pop(future), future.result()
         except BrokenExecutor:
             raise SolverError(DIED) from None
@@ -96,11 +97,12 @@ def finished(
 
 
 def _workers_of(executor: Executor) -> int:
-    """How many pieces are done at a time; asked again and again, as clusters grow."""
+    """How many pieces are done at a time; asked again and again, as clusters grow, and are lost."""
     if client := getattr(executor, "_client", None):  # dask
-        return max(sum(client.nthreads().values()), 1) if client.status == "running" else 1
-    told: Any = getattr(executor, "_max_workers", None)
-    return int(told or getattr(executor, "num_workers", WORKERS))  # as MPI says it
+        if client.status != "running":  # some of its futures never end then
+            raise BrokenExecutor
+        return max(sum(client.nthreads().values()), 1)
+    return int(getattr(executor, "_max_workers", 0) or getattr(executor, "num_workers", WORKERS))  # of MPI
 
 
 @contextmanager
@@ -161,10 +163,9 @@ def _begin(pickled: bytes) -> None:
 @cache
 def _work() -> Callable[[int], Any]:
     try:
-        work: Callable[[int], Any] = pickle.loads(_pickled)
+        return pickle.loads(_pickled)
     except Exception as error:  # whatever its modules raise
         raise UsageError(f"{WANTED}, found one that cannot be read there ({error})") from None
-    return work
 
 
 def _one_piece(number: int) -> Any:

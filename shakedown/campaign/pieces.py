@@ -145,10 +145,7 @@ def run_pieces(
     """
     workers = processes_asked(workers if executor is None else 1)
     report = progress or (lambda done, count: None)
-    with ExitStack() as stack:
-        folder = None if output is None else Path(pieces_beside(output))
-        if folder is not None:
-            stack.enter_context(_folder(folder, resume))
+    with _folder(output, resume) as folder:
         pieces = Pieces(work, folder)
         done = pieces.kept(count)
         todo = [number for number in range(count) if number not in done]
@@ -157,13 +154,15 @@ def run_pieces(
             pieces.keep(number, arrays)
             report(place, count)
         yield pieces
-        if folder is not None:
-            remove_pieces(folder)
 
 
 @contextmanager
-def _folder(path: Path, resume: bool) -> Iterator[None]:
-    """The folder of the pieces, which no other run writes; it does not stay where it is empty."""
+def _folder(output: str | os.PathLike[str] | None, resume: bool) -> Iterator[Path | None]:
+    """The folder of the pieces, which no other run writes; it goes at a good end, or where it is empty."""
+    if output is None:
+        yield None
+        return
+    path = Path(pieces_beside(output))
     with ExitStack() as stack:
         try:
             if not resume and path.is_dir() and _names(path):
@@ -177,7 +176,8 @@ def _folder(path: Path, resume: bool) -> Iterator[None]:
         except OSError as error:
             raise _unwritable(path, error) from None
         try:
-            yield
+            yield path
+            remove_pieces(path)
         finally:
             with suppress(OSError):
                 path.rmdir()
@@ -223,10 +223,8 @@ def read_arrays(path: Path, most_bytes: int, *keys: str) -> Arrays:
 
 
 def _array(archive: ZipFile, info: ZipInfo) -> NDArray[Any]:
-    with archive.open(info) as member:
-        header = read_header(member)
-    with archive.open(info) as member:
-        return read_array(member, header, info.file_size)
+    with archive.open(info) as head, archive.open(info) as member:
+        return read_array(member, read_header(head), info.file_size)
 
 
 def text_of(arrays: Arrays) -> Any:

@@ -294,8 +294,7 @@ class InitialStateMap(Result):
 
 def _counts(outcome: NDArray[np.str_]) -> dict[str, int]:
     """The number of states per outcome that occurs."""
-    counts = {str(word): int(np.count_nonzero(outcome == word)) for word in Outcome}
-    return {word: count for word, count in counts.items() if count}
+    return {str(word): count for word in Outcome if (count := int(np.count_nonzero(outcome == word)))}
 
 
 def _quartiles(values: FloatArray) -> FloatArray:

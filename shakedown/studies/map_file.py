@@ -6,7 +6,7 @@ import os
 import zipfile
 from collections.abc import Iterable, Mapping
 from math import prod
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,22 +20,13 @@ from shakedown.studies.limit_cycles import Columns
 
 SEAL = b"sha256 of all that is before it: "  # comment of the archive, followed by the checksum
 DIGITS = 2 * hashlib.sha256().digest_size  # of the checksum
+Kinds = dict[str, tuple[np.dtype[Any], tuple[int, ...]]]  # type and shape of columns
 LONG_AGO = (1980, 1, 1, 0, 0, 0)  # fixed time stamp of every member, so that equal maps are equal files
-
-
-class Kind(NamedTuple):
-    """Type and shape of an array."""
-
-    dtype: np.dtype[Any]
-    shape: tuple[int, ...]
-
-
-Kinds = dict[str, Kind]
 
 
 def kinds_of(columns: Columns) -> Kinds:
     """Type and shape of each column."""
-    return {key: Kind(column.dtype, column.shape) for key, column in columns.items()}
+    return {key: (column.dtype, column.shape) for key, column in columns.items()}
 
 
 def write_columns(

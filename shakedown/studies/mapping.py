@@ -31,7 +31,7 @@ from shakedown.long_term.many_states import long_term_states
 from shakedown.long_term.slip_criterion import check_slip_below, slip_criterion
 from shakedown.studies.basin_map import InitialStateMap, InitialStateMaps, MissingMap
 from shakedown.studies.limit_cycles import Columns, limit_cycles
-from shakedown.studies.map_file import Kind, Kinds, finished_map, kinds_of, mapped_columns, write_columns
+from shakedown.studies.map_file import Kinds, finished_map, kinds_of, mapped_columns, write_columns
 from shakedown.studies.samplers import BLOCK, FIRST_TWO, Sampler, Sampling
 
 LOGGER = logging.getLogger("shakedown")
@@ -175,21 +175,9 @@ def initial_state_map(
     if slip_below is not None:
         check_slip_below(slip_below)
     target = None if path is None else check_target(path)
-    wanted = [
-        Sampling(
-            problem,
-            factor,
-            sampler,
-            states,
-            seed,
-            FIRST_TWO if coordinates is None else coordinates,
-            reach,
-            max_cycles,
-            longest_period,
-            tolerances,
-        )
-        for factor in factors
-    ]
+    pair = FIRST_TWO if coordinates is None else coordinates
+    patience = max_cycles, longest_period, tolerances
+    wanted = [Sampling(problem, x, sampler, states, seed, pair, reach, *patience) for x in factors]
     chosen = tuple(one for one in wanted if not one.missing_ball)
     if not chosen:
         at, found = wanted[0].load_factor, wanted[0].missing_ball
@@ -247,7 +235,7 @@ class MapPieces:
 
     def kinds(self, rows: int) -> Kinds:
         """Type and shape of the columns of some states."""
-        return {key: Kind(kind.dtype, (rows, *kind.shape[1:])) for key, kind in self._of_none.items()}
+        return {key: (dtype, (rows, *shape[1:])) for key, (dtype, shape) in self._of_none.items()}
 
     @cached_property
     def _of_none(self) -> Kinds:

@@ -44,9 +44,7 @@ Make = Callable[[Any], Problem] | Mapping[Any, Problem]
 LOGGER = logging.getLogger("shakedown")
 
 SLOWEST = 0.5  # least order of convergence; below it the extrapolated limit is too uncertain
-SLOW = (
-    0.5 * SLOWEST
-)  # order below which there is none: what is left cannot be told from a power of h, or log h
+SLOW = 0.25  # order below which there is none: what is left cannot be told from a power of h, or log h
 LEVEL = 0.03  # power of h, or relative change over three meshes, below which a number counts as constant
 FASTEST = 8.0  # largest order; above it the last change is meaningless
 NEAR = 0.25  # largest relative distance of the extrapolated limit; beyond twice this it is open
@@ -366,7 +364,7 @@ def refine(
             slip_below,
             np.array(wanted, dtype=float),
             np.array([row["nodes"] for row in rows]),
-            rows[0]["directions"],
+            int(rows[0]["directions"]),
             {name: np.array([row[name] for row in rows]) for name in COLUMNS},
             tuple(row["fingerprint"] for row in rows),
             np.array([row["elements"] for row in rows]),
@@ -393,7 +391,7 @@ def _about(problem: Problem) -> dict[str, Any]:
 
 def _check_one_joint(meshes: Sequence[Mapping[str, Any]]) -> None:
     """Refuse meshes that do not get finer, and other units; say what else differs, which no mesh changes."""
-    nodes = [mesh["nodes"] for mesh in meshes]
+    nodes = [int(mesh["nodes"]) for mesh in meshes]
     spaces, units = (list(dict.fromkeys(mesh[name] for mesh in meshes)) for name in ("directions", "units"))
     if (np.diff(nodes) <= 0).any() or len(spaces) > 1:
         found = f"{shortened(str(nodes))} contact nodes" + " in the plane and in space" * (len(spaces) > 1)

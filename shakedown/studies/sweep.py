@@ -469,16 +469,9 @@ def sweep(
         check_table(output)
     run: dict[str, Any] = {"executor": executor, "workers": workers, "progress": progress}
     with run_pieces(work, count, output=output, resume=resume, **run) as pieces:
-        found = Sweep(
-            name=variation.name,
-            parameters=variation.parameters,
-            meanings=variation.meanings,
-            units=variation.units,
-            values=values,
-            bounds=question.bounds,
-            load_factors_simulated=question.load_factors,
-            points=tuple(map(pieces.told, range(count))),
-        )
+        about = variation.name, variation.parameters, variation.meanings, variation.units
+        points = tuple(map(pieces.told, range(count)))
+        found = Sweep(*about, values, question.bounds, question.load_factors, points)
         if output is not None:
             found.save(output)
     return found
