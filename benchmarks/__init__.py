@@ -59,7 +59,6 @@ STUDIES: tuple[str, ...] = (
     "space_energy",
     "space_hard_cases",
     "space_peers",
-    "space_universal",
     "space_scenes",
     "space_verdicts",
     "stability",

@@ -93,7 +93,7 @@ def joint_of(rng: np.random.Generator, case: dict, loads: str):
         if not coupling(problem).bound >= 0.9 * low:
             continue
         first = shakedown.lower_bound(problem, certify=False)
-        universal = shakedown.universal_bound(problem, first_collapse=first, certify=False)
+        universal = shakedown.universal_bound(problem, first_collapse=first)
         if universal.argument == argument and 0.0 < universal.load_factor < np.inf:
             return problem, universal.load_factor, first
     return None

@@ -198,7 +198,7 @@ def _bounds(elements: int) -> dict:
     built = time.process_time() - cpu
     upper = shakedown.upper_bound(problem)
     lower = shakedown.lower_bound(problem, certify=False)
-    universal = shakedown.universal_bound(problem, first_collapse=lower, certify=False)
+    universal = shakedown.universal_bound(problem, first_collapse=lower)
     energy = shakedown.energy_bound(problem, certify=False)
     history = shakedown.transient_limit(problem, steps=20, accuracy=1e-5)
     return {

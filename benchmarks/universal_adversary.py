@@ -15,7 +15,7 @@ from numba import njit
 
 import shakedown
 from benchmarks.adversary import scaled_to, symmetric
-from shakedown.bounds.every_state.swing_bound import swing_bound
+from shakedown.bounds.every_state.bound_from_every_state import least_pressure_bound
 from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.bounds.uniqueness.in_contact import unique_in_contact
 from shakedown.joint.constraints import constraints
@@ -91,16 +91,16 @@ def _block(friction: float) -> tuple[shakedown.Problem, float, float]:
 
 
 def proved(problem: shakedown.Problem) -> tuple[shakedown.Problem, float, float]:
-    """A joint, its first collapse, and what the swing bound proves of it.
+    """A joint, its first collapse, and what least pressures prove of it.
 
     The arguments that reach λ_1 are left out here: they have a study of their own (``collapse_adversary``).
     """
     lower = shakedown.lower_bound(problem, certify=False)
     if lower.status != "optimal" or lower.load_factor <= 0:
         return problem, np.nan, np.nan
-    lift = shakedown.universal_bound(problem, first_collapse=lower, certify=False).lift_off_bound
-    swing = swing_bound(problem, certify=False).load_factor
-    return problem, lower.load_factor, min(swing, lower.load_factor, lift)
+    lift = shakedown.universal_bound(problem, first_collapse=lower).lift_off_bound
+    pressures = least_pressure_bound(problem, unique=True).load_factor
+    return problem, lower.load_factor, min(pressures, lower.load_factor, lift)
 
 
 def difficult(rng: np.random.Generator, n: int, band: str, loads: str) -> shakedown.Problem:

@@ -209,7 +209,7 @@ class InitialStateMap(Result):
 
         if self.problem.q_transient is not None:
             return False  # λ_U is about the states that the transient leaves
-        found = allowed(universal_bound, self.problem, certify=False, tolerances=self.sampling.tolerances)
+        found = allowed(universal_bound, self.problem, tolerances=self.sampling.tolerances)
         return not isinstance(found, Missing) and self.load_factor < (1.0 - NEGLIGIBLE) * found.load_factor
 
     @cached_property

@@ -16,7 +16,6 @@ OPTIONAL = [  # module and name of every step of evidence on which no answer of 
     "bounds.collapse.collapse_programs.starts_safe",
     "bounds.energy.energy_bound._certificate",
     "bounds.energy.row_bound.ExactBall.holds",
-    "bounds.every_state.swing_bound.proved_swing",
     "bounds.uniqueness.friction_thresholds.wedging_threshold",
     "assessment.transient_limit.transient_limit",
     "assessment.every_limit.energy_ball",
@@ -78,15 +77,6 @@ def test_what_is_missing_is_said_with_its_reason(monkeypatch, step):
     assert WHY in words("solve", "two-node", "--details")
 
 
-def test_the_certificates_of_the_swing_say_why_they_are_missing(monkeypatch):
-    joint = shakedown.example("three-node")
-    plain = shakedown.universal_bound(joint)
-    monkeypatch.setattr(place("bounds.every_state.swing_bound.proved_swing"), fails)
-    found = shakedown.universal_bound(joint)
-    assert found.load_factor == pytest.approx(plain.load_factor, rel=LOOSE)
-    assert (found.swing.certified, found.swing.uncertified) == (False, WHY)
-
-
 @pytest.mark.parametrize("step", OPTIONAL)
 def test_verify_keeps_every_answer(monkeypatch, verified, step):
     monkeypatch.setattr(place(step), fails)
@@ -120,16 +110,19 @@ def test_a_sweep_keeps_every_limit(monkeypatch, step):
 
 
 @pytest.mark.parametrize(
-    "step",
-    ["bounds.collapse.proof_status.lift_off_bound", "bounds.every_state.universal_bound.swing_bound"],
+    ("step", "name"),
+    [
+        ("bounds.collapse.proof_status.lift_off_bound", "two-node"),
+        ("bounds.every_state.universal_bound.least_pressure_bound", "three-node"),
+    ],
 )
-def test_a_universal_bound_whose_programs_fail_is_open_and_no_number(monkeypatch, expected, step):
+def test_a_universal_bound_whose_programs_fail_is_open_and_no_number(monkeypatch, expected, step, name):
     monkeypatch.setattr(place(step), fails)
-    found, code = command("solve", "three-node")
+    found, code = command("solve", name)
     assert code == 1
     assert found["universal"]["load_factor"] is None
-    assert found["lower"]["load_factor"] == expected["three-node"]["lower"]["load_factor"]
-    assert WHY in words("solve", "three-node", "--details")
+    assert found["lower"]["load_factor"] == expected[name]["lower"]["load_factor"]
+    assert WHY in words("solve", name, "--details")
 
 
 def test_an_energy_bound_whose_programs_fail_is_open_and_no_number(monkeypatch, expected):

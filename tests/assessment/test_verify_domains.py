@@ -48,11 +48,11 @@ def test_the_commands_say_it(tmp_path):
     text = run("solve", path, "--details")[1]
     assert "load domain of 50 corners" in text
     assert "λ_U from every state 0.6035" in " ".join(text.split())
-    assert "swing" in text
+    assert "least pressures" in text
     found = document("solve", path)
     assert found["problem"]["load_path"] == "domain"
     assert found["lower"]["guarantee"] == "evidence"
-    assert found["universal"]["argument"] == "swing"
+    assert found["universal"]["argument"] == "least pressures"
     said = " ".join(run("simulate", path, "--load-factor", "0.5")[1].split())
     assert "simulated in the order given: one path of many." in said
 

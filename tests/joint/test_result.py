@@ -16,7 +16,7 @@ from public_names import public
 
 import shakedown
 from shakedown.bounds.bound_result import Evidence
-from shakedown.bounds.every_state.swing_bound import swing_bound
+from shakedown.bounds.every_state.bound_from_every_state import least_pressure_bound
 from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.bounds.uniqueness.in_contact import unique_in_contact
@@ -66,7 +66,7 @@ def public_dataclasses():
 
 
 def test_results_that_are_not_exported_by_name_are_among_them():
-    assert {"Coupling", "SwingBound"} <= {kind.__name__ for kind in public_dataclasses()}
+    assert {"Coupling", "LeastPressureBound"} <= {kind.__name__ for kind in public_dataclasses()}
 
 
 @pytest.mark.parametrize("kind", public_dataclasses(), ids=lambda kind: kind.__name__)
@@ -105,7 +105,7 @@ RESULTS = {  # one of every function that makes one
     "ball": lambda: shakedown.energy_ball(many(), 0.5),
     "friction": lambda: shakedown.friction_thresholds(two()),
     "universal": lambda: shakedown.universal_bound(two()),
-    "swing": lambda: swing_bound(two()),
+    "pressures": lambda: least_pressure_bound(two()),
     "accumulated": lambda: shakedown.accumulated_bound(many()),
     "critical": lambda: shakedown.critical_load_factors(two(), values=True),
     "conic": lambda: conic_upper_bound(two()),

@@ -1,13 +1,10 @@
-"""Proofs of shakedown from every initial state.
+"""Proofs of shakedown from every initial state, for one and two tangential directions.
 
-Reading order in the plane: ``admissible_states`` (the states a closed joint can be in, and extremes over
-them), ``swing_lines`` (bounds on A v by one limit per node, valid for every load factor), ``swing_bound``
-(where they meet first), ``rigid_swing`` (the same for a floating body), ``exact_swing`` (in exact
-arithmetic), ``universal_bound`` (the largest load factor that any argument proves). With two tangential
-directions, by least pressures: ``scaled_joint`` (the joint in units of its own), ``unique_rates`` (no jumps),
-``sectors`` (of directions in which a node slips), ``sector_rows`` (conditions of slip there on a reaction),
-``least_pressures`` (lower bounds of pressures, by duality), ``disc_centres`` (conditions of slip in any
-direction on a reaction; the smallest disc that holds a loop), ``bound_from_every_state``; of a body that
-friction alone holds ``rigid_rates`` (motions go on without a jump), ``bound_of_floating``. The theorems and
-their proofs stand in ``docs/universal.md`` and ``docs/guarantee.md``.
+Reading order: ``scaled_joint`` (the joint in units of its own), ``least_pressures`` (lower bounds of
+pressures, by duality), ``slip_curves`` (what slip in any direction asks of a reaction),
+``reaction_centres`` (the reactions about which loads swing with least friction), ``bound_from_every_state``
+(how far least pressures prove shakedown); in space ``unique_rates`` (no jumps); of a body that friction
+alone holds ``rigid_rates`` (motions go on without a jump), ``bound_of_floating``; ``universal_bound`` (the
+largest load factor that any argument proves). The theorems and their proofs stand in ``docs/universal.md``
+and ``docs/guarantee.md``.
 """

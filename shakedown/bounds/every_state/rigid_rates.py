@@ -38,7 +38,7 @@ class RigidRates:
         Σ weights_i |w_i|² ≤ stretch ‖w‖².
     feeds : (n, k)
         f_i B_i in unit slips: ‖Σ |z_i| feeds_i‖ is how much rigid slip changes friction limits.
-    motions : (n, 2, r)
+    motions : (n, d, r)
         The rigid motions, Σ c_i f_i z_i · z'_i = 0 or 1 of any two, c_i being stiffnesses.
     """
 
@@ -116,8 +116,7 @@ class RigidRates:
 
     def _sizes(self, c: FloatArray) -> FloatArray:
         """|z_i| of some motions (b, r): (b, n)."""
-        z = np.tensordot(c, self.motions, axes=(1, 2))
-        return np.hypot(z[..., 0], z[..., 1])
+        return np.asarray(np.linalg.norm(np.tensordot(c, self.motions, axes=(1, 2)), axis=2))
 
     @cached_property
     def _largest_feed(self) -> float:
@@ -159,9 +158,9 @@ def rigid_rates(joint: ScaledJoint) -> RigidRates:
     units = unit_slips(joint)
     _, slips, pressures = units
     weights = joint.f * np.maximum(joint.p0, NEGLIGIBLE * joint.p0.max()) * np.sqrt(joint.stiffness)
-    weighted = slips * np.sqrt(np.repeat(weights, 2))
+    weighted = slips * np.sqrt(np.repeat(weights, joint.d))
     n, r = joint.n, joint.motions.shape[1]
-    root = np.sqrt(np.repeat(joint.f * joint.stiffness, 2))[:, None]
+    root = np.sqrt(np.repeat(joint.f * joint.stiffness, joint.d))[:, None]
     motions = np.linalg.qr(root * joint.motions)[0] / root
     return RigidRates(
         joint=joint,
@@ -169,5 +168,5 @@ def rigid_rates(joint: ScaledJoint) -> RigidRates:
         weights=weights,
         stretch=float(np.linalg.norm(weighted @ weighted.T, 2)) * (1.0 + NEGLIGIBLE),
         feeds=np.asarray((pressures * joint.f).T),
-        motions=motions.reshape(n, 2, r),
+        motions=motions.reshape(n, joint.d, r),
     )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS
 from shakedown.joint.derived import once_per_problem
+from shakedown.joint.law import Law
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
@@ -19,30 +20,27 @@ class ScaledJoint:
     """κ, friction and loads with slips and gaps of node i in units of ``lengths[i]``, a power of two.
 
     Reactions are generalised forces then, lengths[i] times those of the node: both sides of every
-    friction limit have the same factor, and no result depends on it but by round-off. A joint in the plane
-    has a second direction in which nothing happens.
+    friction limit have the same factor, and no result depends on it but by round-off.
 
     Attributes
     ----------
-    A, B : (2n, 2n), (n, 2n)
+    law
+        Coulomb's law, with the friction coefficients as they are.
+    A, B : (dn, dn), (n, dn)
         Tangential stiffness and coupling.
-    f : (n,)
-        Friction coefficients, as they are.
     q0, p0, q1, p1
         Constant and periodic part of the loads, as :class:`~shakedown.joint.loading.Loading`.
     lengths : (n,)
         Units of slip [length].
-    motions : (2n, r)
+    motions : (dn, r)
         Z, the slips that change no reaction; 1 at ``pinned[k]`` and 0 at the other pinned ones [–].
     pinned
         As many slips as there are such motions.
-    directions
-        How many the joint has.
     """
 
+    law: Law
     A: FloatArray
     B: FloatArray
-    f: FloatArray
     q0: FloatArray
     p0: FloatArray
     q1: FloatArray
@@ -50,22 +48,31 @@ class ScaledJoint:
     lengths: FloatArray
     motions: FloatArray
     pinned: tuple[int, ...]
-    directions: int
 
     @property
     def n(self) -> int:
         """Number of contact nodes."""
-        return len(self.f)
+        return self.law.layout.n
+
+    @property
+    def d(self) -> int:
+        """Tangential directions of a node, 1 or 2."""
+        return self.law.d
+
+    @property
+    def f(self) -> FloatArray:
+        """Friction coefficients, (n,)."""
+        return np.asarray(self.law.f)
 
     @property
     def fB(self) -> FloatArray:
-        """f B, (n, 2n): how slips change the friction limits."""
+        """f B, (n, dn): how slips change the friction limits."""
         return np.asarray(self.f[:, None] * self.B)
 
     @property
     def stiffness(self) -> FloatArray:
         """What powers of two leave of the stiffness of every node, 0.5 to 2, or 1 where it has none: (n,)."""
-        own = np.diagonal(self.A).reshape(self.n, 2).max(axis=1)
+        own = self.law.layout.by_node(np.diagonal(self.A)).max(axis=1)
         return np.where(own > 0, own, 1.0)
 
     @property
@@ -74,7 +81,7 @@ class ScaledJoint:
         return bool(self.motions.shape[1])
 
     def in_balance(self, reactions: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Reactions (2n,) of some slip, from their part at the slips that are not pinned; and their error.
+        """Reactions (dn,) of some slip, from their part at the slips that are not pinned; and their error.
 
         Such reactions have no resultant along a rigid motion, Zᵀ z = 0; their part may be anything.
         """
@@ -84,11 +91,10 @@ class ScaledJoint:
         loose[pinned] = (len(kept) + 2) * EPS * (np.abs(reactions[kept]) @ np.abs(self.motions[kept]))
         return found, loose
 
-    @property
+    @cached_property
     def kept(self) -> NDArray[np.intp]:
         """The slips that there are and that are not pinned, by number."""
-        every = np.arange(2 * self.n).reshape(self.n, 2)[:, : self.directions]
-        return np.setdiff1d(every, self.pinned)
+        return np.setdiff1d(np.arange(self.d * self.n), self.pinned)
 
     @cached_property
     def kept_stiffness(self) -> FloatArray:
@@ -108,18 +114,13 @@ class ScaledJoint:
         return float(off.sum(axis=0).max(initial=0.0))
 
     @cached_property
-    def limits_by_forces(self) -> FloatArray:
-        """f B A⁻¹ in the slips that are kept, (n, k)."""
-        return np.asarray(self.fB[:, self.kept] @ self.inverse)
-
-    @cached_property
     def pressures_by_forces(self) -> FloatArray:
         """B A⁻¹ in the slips that are kept, (n, k)."""
         return np.asarray(self.B[:, self.kept] @ self.inverse)
 
     def of_joint(self, reactions: FloatArray) -> FloatArray:
-        """Reactions (2n,) in the units and directions of the joint itself, (dn,) [force]."""
-        return np.asarray((reactions.reshape(-1, 2) / self.lengths[:, None])[:, : self.directions].ravel())
+        """Reactions (dn,) in the units of the joint itself [force]."""
+        return np.asarray(reactions / np.repeat(self.lengths, self.d))
 
 
 @once_per_problem
@@ -128,26 +129,16 @@ def scaled_joint(problem: Problem) -> ScaledJoint:
     stiffness = problem.layout.by_node(np.diagonal(problem.A)).max(axis=1)
     relative = np.ldexp(stiffness, -int(np.frexp(stiffness.max(initial=0.0))[1]))  # so that units cancel
     lengths = np.exp2(np.rint(-0.5 * np.log2(np.where(stiffness > 0, relative, 1.0))))
-    both, loop, rigid, d = np.repeat(lengths, 2), loading(problem), rigid_slips(problem), problem.directions
-    pinned = [k if d == 2 else 2 * k for k in rigid.pinned]
-    A, B = _in_two(_in_two(problem.A, d).T, d), _in_two(problem.B, d)
+    both, loop, rigid = np.repeat(lengths, problem.directions), loading(problem), rigid_slips(problem)
     return ScaledJoint(
-        A=A * both * both[:, None],
-        B=B * both * lengths[:, None],
-        f=problem.f,
-        q0=_in_two(loop.q0, d) * both,
+        law=problem.law,
+        A=problem.A * both * both[:, None],
+        B=problem.B * both * lengths[:, None],
+        q0=loop.q0 * both,
         p0=loop.p0 * lengths,
-        q1=_in_two(loop.q1, d) * both,
+        q1=loop.q1 * both,
         p1=loop.p1 * lengths,
         lengths=lengths,
-        motions=_in_two(rigid.motions.T, d).T / both[:, None] * both[pinned],
-        pinned=tuple(pinned),
-        directions=d,
+        motions=rigid.motions / both[:, None] * both[list(rigid.pinned)],
+        pinned=rigid.pinned,
     )
-
-
-def _in_two(slips: FloatArray, directions: int) -> FloatArray:
-    """Slips or rows (…, dn) with two directions, (…, 2n): the second one, where added, is zero."""
-    if directions == 2:
-        return slips
-    return np.stack([slips, np.zeros_like(slips)], axis=-1).reshape(*slips.shape[:-1], 2 * slips.shape[-1])

@@ -1,49 +1,31 @@
 """Whether the rates of slip in space are unique for all directions, so that no motion jumps."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint
 from shakedown.bounds.uniqueness.coupling import least_of_sums
+from shakedown.bounds.uniqueness.in_contact import Uniqueness
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS
 from shakedown.ground.size_limits import DIRECTIONS
 
 
-@dataclass(frozen=True)
-class UniqueRates:
-    """Result of :func:`unique_rates`; true as a condition where it is proved.
+def unique_rates(joint: ScaledJoint) -> Uniqueness:
+    """Whether every M(u) is a P-matrix, by energy or coupling ratio (docs/universal.md, statement 6.6).
 
-    Attributes
-    ----------
-    argument
-        What proves it, or why nothing does, in words.
-    proved
-        Whether every M(u), M_ij = u_i · A_ij u_j + f_i B_ij · u_j, has positive principal minors, for all
-        unit vectors u of the nodes.
+    M_ij = u_i · A_ij u_j + f_i B_ij · u_j, for all unit vectors u of the nodes.
     """
-
-    argument: str
-    proved: bool
-
-    def __bool__(self) -> bool:
-        return self.proved
-
-
-def unique_rates(joint: ScaledJoint) -> UniqueRates:
-    """Whether every M(u) is a P-matrix, by energy or coupling ratio (docs/universal.md, statement 6.6)."""
     if joint.floats or not held(joint):
-        return UniqueRates(
-            "only friction holds the body: if all its nodes slip, nothing determines how fast", False
+        return Uniqueness(
+            None, "only friction holds the body: if all its nodes slip, nothing determines how fast"
         )
     if not joint.fB.any():
-        return UniqueRates("slip changes no friction limit (f B = 0)", True)
+        return Uniqueness(True, "slip changes no friction limit (f B = 0)")
     if energy_margin(joint) > 0.0:
-        return UniqueRates("every motion stores more energy than friction can feed it", True)
+        return Uniqueness(True, "every motion stores more energy than friction can feed it")
     if (ratio := coupling_ratio(joint)) < 1.0:
-        return UniqueRates(f"coupling ratio {ratio:.3g} below 1", True)
-    return UniqueRates("slip of some nodes may change the limits of others too strongly", False)
+        return Uniqueness(True, f"coupling ratio {ratio:.3g} below 1")
+    return Uniqueness(None, "slip of some nodes may change the limits of others too strongly")
 
 
 UnitSlips = tuple[FloatArray, FloatArray, FloatArray]
@@ -59,8 +41,8 @@ def energy_margin(joint: ScaledJoint, units: UnitSlips | None = None) -> float:
     """
     root, slips, pressures = unit_slips(joint) if units is None else units
     f, scale = np.sqrt(joint.f), np.sqrt(joint.stiffness)
-    slip, pressure = slips * np.repeat(f * scale, 2), pressures * f / scale
-    A = joint.A[np.ix_(joint.kept, joint.kept)]
+    slip, pressure = slips * np.repeat(f * scale, joint.d), pressures * f / scale
+    A = joint.kept_stiffness
     condition = float(np.abs(root).sum(axis=1).max() ** 2 * np.abs(A).sum(axis=1).max())
     largest = least_of_sums(slip @ slip.T, pressure @ pressure.T)
     return 1.0 - 0.5 * largest - 16 * len(root) * EPS * condition if largest > 0.0 else 1.0
@@ -69,18 +51,18 @@ def energy_margin(joint: ScaledJoint, units: UnitSlips | None = None) -> float:
 def unit_slips(joint: ScaledJoint) -> UnitSlips:
     """Slips of unit energy, independent of each other, and the pressures that they cause.
 
-    As rows: in the slips that are not pinned (k, k), in all (k, 2n), and pressures (k, n). Of a floating body
+    As rows: in the slips that are not pinned (k, k), in all (k, dn), and pressures (k, n). Of a floating body
     a rigid motion is added to each, so that Σ c_i f_i z_i · w_i = 0 for all rigid z, c_i being stiffnesses:
     then Σ c_i f_i |w_i|² is least.
     """
     kept = joint.kept
-    root = np.asarray(np.linalg.inv(np.linalg.cholesky(joint.A[np.ix_(kept, kept)])))
+    root = np.asarray(np.linalg.inv(np.linalg.cholesky(joint.kept_stiffness)))
     pressures = root @ np.take(joint.B, kept, axis=1).T
     if not joint.floats:
         return root, root, pressures
-    slips, Z = np.zeros((len(kept), 2 * joint.n)), joint.motions
+    slips, Z = np.zeros((len(kept), joint.d * joint.n)), joint.motions
     slips[:, kept] = root
-    weighted = np.repeat(joint.f * joint.stiffness, 2)[:, None] * Z
+    weighted = np.repeat(joint.f * joint.stiffness, joint.d)[:, None] * Z
     return root, slips - np.linalg.solve(Z.T @ weighted, (slips @ weighted).T).T @ Z.T, pressures
 
 
@@ -114,5 +96,5 @@ def coupling_ratio(joint: ScaledJoint) -> float:
 
 def held(joint: ScaledJoint) -> bool:
     """Whether A is positive definite in the slips that are not pinned, if any, clear of round-off."""
-    values = np.linalg.eigvalsh(joint.A[np.ix_(joint.kept, joint.kept)])
+    values = np.linalg.eigvalsh(joint.kept_stiffness)
     return bool(len(values)) and bool(values[0] > 4 * len(values) * EPS * values[-1])

@@ -126,7 +126,7 @@ class _EveryState(NamedTuple):
 
 @once_per_problem
 def _every_state(problem: Problem) -> _EveryState:
-    found = allowed(universal_bound, problem, certify=False)
+    found = allowed(universal_bound, problem)
     if isinstance(found, Missing):
         return _EveryState(0.0, 0.0)
     return _EveryState(found.load_factor, found.lift_off_bound)

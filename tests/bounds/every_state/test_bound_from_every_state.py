@@ -1,27 +1,27 @@
-"""With two tangential directions: least pressures and what they prove from every state, against second methods."""
+"""Least pressures and what they prove from every state, against second methods."""
 
 from dataclasses import replace
 
 import cvxpy as cp
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 
 import shakedown
-from shakedown import Problem, UsageError
+from benchmarks.problems import random_problem
+from shakedown import Problem
 from shakedown.bounds.every_state.bound_from_every_state import least_pressure_bound
 from shakedown.bounds.every_state.least_pressures import least_pressures
 from shakedown.bounds.every_state.scaled_joint import scaled_joint
-from shakedown.bounds.every_state.sectors import Sectors, sectors_of
-from shakedown.bounds.every_state.swing_bound import swing_bound
 from shakedown.bounds.every_state.unique_rates import unique_rates
 from shakedown.bounds.every_state.universal_bound import universal_bound
 from shakedown.joint.loading import loading
 
-SWING = {  # by cone programs: with discs, with 192 single directions
-    "one-node-3d": (1.1047490268492053, 1.2472612089337152, 0),
-    "two-node-3d": (0.7014477894323518, 0.7434164617513364, 1),
-    "four-node-3d": (0.7006709096963912, 0.7684404665437738, 1),
-    "block-3x3": (1.0509610943602736, 1.253667702840135, 0),
+BY_DIRECTIONS = {  # by cone programs, one direction of slip after the other, 192 of them; the node
+    "one-node-3d": (1.2472612089337152, 0),
+    "two-node-3d": (0.7434164617513364, 1),
+    "four-node-3d": (0.7684404665437738, 1),
+    "block-3x3": (1.253667702840135, 0),
 }
 AT_MEAN = {  # least pressures under the mean load, likewise
     "two-node-3d": [1.3230552678160996, 1.186262816134283],
@@ -45,34 +45,23 @@ def joint(n: int = 3, m: int = 12, seed: int = 0, coupling: float = 0.4, **chang
     return Problem(**(arrays | changes))
 
 
-def discs(problem: Problem) -> Sectors:
-    return sectors_of(np.arange(problem.n), np.tile([1.0, 0.0], (problem.n, 1)), 1)
-
-
-@pytest.mark.parametrize("name", SWING)
+@pytest.mark.parametrize("name", BY_DIRECTIONS)
 def test_reference_joints(name):
-    problem = shakedown.example(name)
-    by_discs, by_directions, node = SWING[name]
-    found = universal_bound(problem, sectors=1)
-    assert found.load_factor == pytest.approx(by_discs, rel=1e-10)
+    by_directions, node = BY_DIRECTIONS[name]
+    found = universal_bound(shakedown.example(name))
     assert (found.node, found.argument, found.limited_by) == (node, "least pressures", "swing")
+    assert (1 - 1e-4) * by_directions < found.load_factor < by_directions  # the directions are samples
+    assert found.lift_off_bound >= found.load_factor
     np.testing.assert_allclose(
         found.pressures.pressures, AT_MEAN.get(name, found.pressures.pressures), rtol=1e-9
     )
-    best = universal_bound(problem)
-    assert 0.99 * by_directions < best.load_factor < by_directions
-    assert best.lift_off_bound >= best.load_factor
-    count = best.pressures.sectors
-    assert best.argument == ("least pressures" if count == 1 else f"least pressures, {count} sectors")
-    fine = universal_bound(problem, sectors=384)
-    assert 0.999 * by_directions < fine.load_factor < by_directions * (1 + 1e-4)  # the directions are samples
 
 
 @pytest.mark.parametrize("load_factor", [0.0, 0.6])
 def test_least_pressures_are_those_of_cone_programs(load_factor):
     problem = joint()
     scaled, (q_w, p_w) = scaled_joint(problem), loading(problem).at(load_factor)
-    least = least_pressures(scaled, discs(problem))
+    least = least_pressures(scaled)
     both = np.repeat(scaled.lengths, 2)
     q, p = q_w[4], p_w[4]
     found = least.at(scaled, (q * both)[None], (p * scaled.lengths)[None])[0] / scaled.lengths
@@ -88,7 +77,7 @@ def test_least_pressures_are_those_of_cone_programs(load_factor):
 def test_round_off_takes_nothing_away_from_many_nodes(seed):
     """Multipliers are proved for every node: the weights exceed them by more than what round-off could do."""
     problem = joint(n=24, seed=seed, coupling=0.2)
-    least = least_pressures(scaled_joint(problem), discs(problem))
+    least = least_pressures(scaled_joint(problem))
     assert least.proved.all()
     assert np.all(least.error < 1e-11)
 
@@ -97,7 +86,7 @@ def test_no_admissible_slip_presses_less():
     """Weak duality at states of every kind, under loads that the multipliers have never seen."""
     problem, rng = joint(seed=3), np.random.default_rng(7)
     scaled, law = scaled_joint(problem), problem.law
-    least, tried = least_pressures(scaled, discs(problem)), 0
+    least, tried = least_pressures(scaled), 0
     for _ in range(4000):
         v, q, p = 0.2 * rng.normal(size=6), rng.normal(size=6), rng.uniform(2.0, 6.0, 3)
         if np.any(law.excess(q + problem.A @ v, p + problem.B @ v) > 0):
@@ -170,73 +159,68 @@ def in_space(plane: Problem) -> Problem:
 def test_load_in_one_direction_is_no_more_than_in_the_plane():
     """In space a node may slip aside, too: less is proved, but not much less where the coupling is weak."""
     plane = shakedown.example("two-node")
-    swing = swing_bound(plane).load_factor
-    found = universal_bound(in_space(plane), sectors=256).load_factor
-    assert 0.9 * swing < found <= swing * (1 + 1e-12)
+    most, found = least_pressure_bound(plane).load_factor, universal_bound(in_space(plane)).load_factor
+    assert 0.9 * most < found <= most * (1 + 1e-12)
     uncoupled = shakedown.example("uncoupled")
     assert universal_bound(in_space(uncoupled)).load_factor == pytest.approx(
-        swing_bound(uncoupled).load_factor, rel=1e-12
+        least_pressure_bound(uncoupled).load_factor, rel=1e-12
     )
 
 
-def by_leaning_discs(problem: Problem, node: int) -> float:
-    """The same condition as a cone program, with multipliers of one node by plain iteration."""
-    loop, f, place = loading(problem), problem.f, slice(2 * node, 2 * node + 2)
+def by_directions(problem: Problem, node: int, count: int) -> float:
+    """What one node allows, as a linear program with one limit for each of so many directions of slip.
+
+    Its multipliers by plain iteration, with the weight 0 of its own, as any weight does.
+    """
+    loop, f, d = loading(problem), problem.f, problem.directions
+    place, angle = slice(d * node, d * (node + 1)), 2 * np.pi * np.arange(count) / count
     fB, inverse, h = f[:, None] * problem.B, np.linalg.inv(problem.A), np.zeros(problem.n)
     for _ in range(200):
         Y = inverse @ (problem.B[node] - fB.T @ h)
-        h = np.hypot(Y[::2], Y[1::2])
-        h[node] = 0.0  # any other weight does as well
-    c = f[node] * Y[place]
+        h = np.linalg.norm(Y.reshape(-1, d), axis=1)
+        h[node] = 0.0
+    u = np.stack([np.cos(angle), np.sin(angle)], axis=1) if d == 2 else np.array([[1.0], [-1.0]])
+    points = (1.0 + f[node] * u @ Y[place])[:, None] * u
 
     def least(q, p):
         return f[node] * (p[node] - (f * h) @ p - q @ Y)
 
-    y, t = cp.Variable(2), cp.Variable()
-    limits = []
-    for q, p in zip(loop.q1, loop.p1, strict=True):
-        w = y + t * q[place]
-        limits.append(
-            np.hypot(1.0, np.hypot(*c)) * cp.norm(w) <= least(loop.q0, loop.p0) + t * least(q, p) + c @ w
-        )
-    return cp.Problem(cp.Maximize(t), limits).solve(solver="CLARABEL")
+    rows = [
+        np.column_stack([-points, -points @ q[place] - least(q, p)])
+        for q, p in zip(loop.q1, loop.p1, strict=True)
+    ]
+    right = np.full(len(points) * problem.m, least(loop.q0, loop.p0))
+    cost = np.append(np.zeros(d), -1.0)
+    end = linprog(cost, np.vstack(rows), right, bounds=[(None, None)] * d + [(0, None)])
+    return float(end.x[-1])
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_leaning_discs_by_a_second_method(seed, monkeypatch):
-    monkeypatch.setattr("shakedown.bounds.every_state.bound_from_every_state.MOST_SECTORS", 0)
-    problem = joint(seed=seed, coupling=1.0)
-    by_cones = min(
-        max(by_leaning_discs(problem, i), least_pressure_bound(node_alone(problem, i), sectors=1).load_factor)
-        for i in range(3)
-    )
-    assert least_pressure_bound(problem).load_factor == pytest.approx(by_cones, rel=1e-6)
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("strength", [0.4, 1.0])
+def test_every_direction_of_slip_by_linear_programs(seed, strength):
+    problem = joint(seed=seed, coupling=strength)
+    found = least_pressure_bound(problem)
+    assert (found.load_factor > 0) == (found.pressures > 0).all()
+    if found.load_factor > 0:
+        sampled = min(by_directions(problem, i, 720) for i in range(problem.n))
+        assert sampled * (1 - 1e-4) < found.load_factor <= sampled * (1 + 1e-9)
 
 
-def node_alone(problem: Problem, node: int) -> Problem:
-    """The joint with loads that vary at one node only by what they do to its disc and least pressure."""
-    scaled_one = scaled_joint(problem)
-    least = least_pressures(scaled_one, discs(problem))
-    both = np.repeat(scaled_one.lengths, 2)
-    p = (
-        least.at(scaled_one, problem.q_w * both, problem.p_w * scaled_one.lengths)[:, [node]]
-        / scaled_one.lengths[node]
-    )
-    return Problem(
-        A=np.eye(2),
-        B=np.zeros((1, 2)),
-        f=problem.f[[node]],
-        q_w=problem.q_w[:, 2 * node : 2 * node + 2],
-        p_w=p,
-    )
+@pytest.mark.parametrize("seed", range(4))
+def test_in_the_plane_there_are_two_directions(seed):
+    problem = random_problem(5, seed, coupling=0.9)
+    found = least_pressure_bound(problem)
+    assert found.load_factor > 0
+    both = [by_directions(problem, i, 2) for i in range(problem.n)]
+    assert found.load_factor == pytest.approx(min(both), rel=1e-9)
+    assert found.node == int(np.argmin(both))
 
 
-@pytest.mark.parametrize("sectors", [1, 16, None])
-def test_the_tangents_of_a_node_may_be_turned(sectors):
+def test_the_tangents_of_a_node_may_be_turned():
     problem, T = joint(), np.eye(6)
     T[2:4, 2:4] = [[np.cos(0.7), np.sin(0.7)], [-np.sin(0.7), np.cos(0.7)]]
     other = replace(problem, A=T @ problem.A @ T.T, B=problem.B @ T.T, q_w=problem.q_w @ T.T)
-    one, same = (universal_bound(each, sectors=sectors) for each in (problem, other))
+    one, same = (universal_bound(each) for each in (problem, other))
     assert same.load_factor == pytest.approx(one.load_factor, rel=1e-11)
     assert (same.node, same.argument) == (one.node, one.argument)
 
@@ -253,10 +237,9 @@ def test_units_do_not_matter(force, length, rel):
         q_w=problem.q_w * force,
         p_w=problem.p_w * force,
     )
-    for sectors in (1, None):
-        one, same = universal_bound(problem, sectors=sectors), universal_bound(other, sectors=sectors)
-        assert abs(same.load_factor - one.load_factor) <= rel * one.load_factor
-        np.testing.assert_allclose(same.pressures.pressures, force * one.pressures.pressures, rtol=rel)
+    one, same = universal_bound(problem), universal_bound(other)
+    assert abs(same.load_factor - one.load_factor) <= rel * one.load_factor
+    np.testing.assert_allclose(same.pressures.pressures, force * one.pressures.pressures, rtol=rel)
 
 
 def test_nodes_in_units_of_their_own():
@@ -336,12 +319,3 @@ def test_a_mean_outside_the_loop():
     assert 0.0 < found.load_factor < np.inf
     below = universal_bound(replace(problem, q_mean=q_mean, p_mean=-p_mean))
     assert below.status == "infeasible"
-
-
-def test_wrong_arguments():
-    with pytest.raises(UsageError, match="sectors: expected 1, or 4 to 4096, found 3"):
-        universal_bound(joint(), sectors=3)
-    with pytest.raises(UsageError, match="expected two tangential directions, found one"):
-        least_pressure_bound(shakedown.example("two-node"))
-    with pytest.raises(UsageError, match="sectors: expected none"):
-        universal_bound(shakedown.example("two-node"), sectors=4)

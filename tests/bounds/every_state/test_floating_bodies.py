@@ -9,11 +9,11 @@ import shakedown
 from benchmarks.floating_adversary import floating_joint
 from shakedown import Problem, universal_bound
 from shakedown.bounds.every_state.bound_from_every_state import least_pressure_bound
-from shakedown.bounds.every_state.bound_of_floating import bounds_at, floating_limits
-from shakedown.bounds.every_state.disc_centres import LeaningDiscs
+from shakedown.bounds.every_state.bound_of_floating import FloatingLimits, bounds_at
 from shakedown.bounds.every_state.least_pressures import pressures_of_floating
 from shakedown.bounds.every_state.rigid_rates import rigid_rates
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint, scaled_joint
+from shakedown.bounds.every_state.slip_curves import SlipCurves
 from shakedown.joint.loading import loading
 
 
@@ -53,9 +53,8 @@ def test_nothing_is_left_of_a_node_that_may_lift_off():
         load_factor *= 2.0
     step, node = np.unravel_index(pi.argmin(), pi.shape)
     w = joint.q0 + load_factor * joint.q1[step]
-    limits = floating_limits(joint, least)
-    steep = LeaningDiscs(1e6 * np.sign(w.reshape(-1, 2)), 0.5 * np.ones(joint.n))
-    left, _ = replace(limits, shapes=steep).left(np.zeros(2 * joint.n), load_factor)
+    steep = SlipCurves(0.5 * np.ones(joint.n), 1e6 * np.sign(w)[:, None], np.zeros(joint.n))
+    left, _ = FloatingLimits(joint, least, steep).left(np.zeros(joint.n), load_factor)
     assert left[step, node] == -np.inf
 
 
@@ -100,10 +99,10 @@ def test_pressures_of_admissible_slips_lie_between_least_and_largest(kind: str):
 @pytest.mark.parametrize("kind", ["translations", "plane"])
 def test_what_falls_at_the_bound_falls_at_every_smaller_load_factor(kind: str):
     problem = proved(kind, "off centre")
-    known, joint = least_pressure_bound(problem), scaled_joint(problem)
-    least, rigid = pressures_of_floating(joint), joint.motions.reshape(problem.n, 2, -1)
-    rigid = rigid[:, : problem.directions].reshape(-1, rigid.shape[2])
-    lengths = np.repeat(joint.lengths, problem.directions)
+    known, joint, d = least_pressure_bound(problem), scaled_joint(problem), problem.directions
+    least, rigid, lengths = pressures_of_floating(joint), joint.motions, np.repeat(joint.lengths, d)
+    angle = 2 * np.pi * np.arange(720) / 720
+    u = np.stack([np.cos(angle), np.sin(angle)], axis=1) if d == 2 else np.array([[1.0], [-1.0]])
     for share in (0.0, 0.3, 0.7, 0.999):
         z = known.mean_reactions + share * (known.reactions - known.mean_reactions)
         assert np.abs(rigid.T @ (lengths * z)).max() < 1e-12 * np.abs(z).max()  # of some slip
@@ -111,11 +110,10 @@ def test_what_falls_at_the_bound_falls_at_every_smaller_load_factor(kind: str):
         q, _ = loading(problem).at(load_factor)
         w = (q + z).reshape(len(q), problem.n, -1)
         pressures = least.at(joint, joint.q0 + load_factor * joint.q1, joint.p0 + load_factor * joint.p1)
-        long = np.linalg.norm(w, axis=2)
-        Y = problem.f[:, None] * least.multipliers.reshape(problem.n, problem.n, 2)[range(4), range(4)]
-        lean = np.sum(Y[:, : problem.directions] * w, axis=2)
-        size = np.hypot(1.0 - np.hypot(*Y.T), np.hypot(*Y.T) * (problem.directions == 2))
-        assert np.all(size * long - lean < problem.f * pressures / joint.lengths)
+        Y = problem.f[:, None] * least.multipliers.reshape(problem.n, problem.n, d)[range(4), range(4)]
+        g = (1.0 - np.linalg.norm(Y, axis=1))[:, None] + Y @ u.T  # what π is divided by in slip along u
+        asked = (-g * np.einsum("mna,ua->mnu", w, u)).max(axis=2)
+        assert np.all(asked < problem.f * pressures / joint.lengths)
     scaled = 0.5 * (known.reactions - loading(problem).q0)  # what does where something holds the body
     assert np.abs(rigid.T @ (lengths * scaled)).max() > 1e-3 * np.abs(scaled).max()
 

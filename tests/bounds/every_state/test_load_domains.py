@@ -8,7 +8,7 @@ import pytest
 
 import shakedown
 from shakedown.bounds.collapse.lift_off import lift_off_bound
-from shakedown.bounds.every_state.swing_bound import swing_bound
+from shakedown.bounds.every_state.bound_from_every_state import least_pressure_bound
 from shakedown.joint.loading import loading
 
 
@@ -61,11 +61,11 @@ def test_only_arguments_without_an_order_count(name):
     assert lower.guarantee == "evidence"
     assert "load domain" in lower.proof.reason or lower.load_factor == 0
     bound = shakedown.universal_bound(problem, first_collapse=lower)
-    assert bound.argument in ("Melan", "swing", "none")
+    assert bound.argument in ("Melan", "least pressures", "none")
     assert (bound.argument == "Melan") == (not problem.B.any())
-    swing = swing_bound(problem).load_factor
-    if bound.argument == "swing":
-        assert bound.load_factor == min(swing, lower.load_factor, bound.lift_off_bound)
+    pressures = least_pressure_bound(problem).load_factor
+    if bound.argument == "least pressures":
+        assert bound.load_factor == min(pressures, lower.load_factor, bound.lift_off_bound)
     loop = shakedown.example(name)
     assert upper.load_factor == shakedown.upper_bound(loop).load_factor
     assert shakedown.energy_bound(problem).load_factor == shakedown.energy_bound(loop).load_factor

@@ -137,7 +137,7 @@ def test_what_is_proved_from_every_state_knows_no_tangent(seed: int) -> None:
 
 
 def test_a_joint_on_which_only_tangents_that_oppose_each_other_proved_the_first_collapse() -> None:
-    """Turned round at any one node it had λ_U = λ_1; as it stands, the swing bound 1.01578."""
+    """Turned round at any one node it had λ_U = λ_1; as it stands, what least pressures prove, 1.01578."""
     problem = shakedown.Problem(
         A=[[0.8405, 0.578, 0.5517], [0.578, 0.906, 0.1415], [0.5517, 0.1415, 0.8916]],
         B=[[0.0832, -0.078, 0.0975], [-0.0485, -0.0676, -0.0441], [-0.1267, -0.0394, -0.1781]],

@@ -18,7 +18,7 @@ TRANSIENT = replace(joint(3), q_transient=np.full((2, 4), 0.1), p_transient=np.f
 def limits(problem):
     return (
         shakedown.lower_bound(problem, certify=False).load_factor,
-        shakedown.universal_bound(problem, certify=False).load_factor,
+        shakedown.universal_bound(problem).load_factor,
         shakedown.energy_bound(problem, certify=False).load_factor,
         shakedown.upper_bound(problem, certify=False).load_factor,
     )
