@@ -1,8 +1,7 @@
-"""Meshes with named boundaries: rectangular blocks and bricks, and whatever meshio reads."""
+"""Meshes with named boundaries: rectangular blocks and bricks, decks, and whatever meshio reads."""
 
 import io
 import os
-import re
 from collections.abc import Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
@@ -18,6 +17,8 @@ from shakedown.fem.origin import remember_file
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import checked
+from shakedown.models.readers.cells import cells_of
+from shakedown.models.readers.deck import read_deck
 
 
 class ElementKind(NamedTuple):
@@ -149,7 +150,8 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
 
     A file with tetrahedra or hexahedra is a solid; its triangles and quadrilaterals are boundaries.
     Gmsh physical groups and cell sets become boundaries and subdomains; a node
-    set (Abaqus, CalculiX) becomes the boundary of all facets whose nodes it holds.
+    set (Abaqus, CalculiX) becomes the boundary of all facets whose nodes it holds. Decks of these codes are
+    read as :func:`shakedown.import_model` reads them: included files, sets of sets, surfaces of faces.
     A problem made with the mesh tells the file's name and SHA-256, unless the mesh is
     changed in between, as scikit-fem then makes a new one.
 
@@ -179,17 +181,15 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
 
 
 def _raw(path: Path, name: str) -> Any:
-    """What meshio reads; what it prints on the way becomes part of the message."""
+    """What meshio reads, or an import of a deck; what meshio prints becomes part of the message."""
     import meshio
 
+    if path.suffix.lower() == ".inp":
+        return meshio.Mesh(**cells_of(read_deck(path))._asdict())
     said = io.StringIO()
     try:
         with redirect_stdout(said), redirect_stderr(said):
-            if path.suffix.lower() != ".inp":
-                return meshio.read(path)
-            # meshio knows the plane-stress names of the elements only; the topology is the same.
-            text = re.sub(r"(TYPE\s*=\s*)CPE(?=[34]R?H?\b)", r"\1CPS", path.read_text(), flags=re.IGNORECASE)
-            return meshio.read(io.StringIO(re.sub(r"(CPS[34]R?)H\b", r"\1", text)), file_format="abaqus")
+            return meshio.read(path)
     except (OSError, ValueError, KeyError, IndexError, meshio.ReadError) as error:
         raise ProblemError(f"{name}: cannot be read as a mesh ({error or type(error).__name__})") from None
     except SystemExit:  # meshio ends the program where no reader takes the file

@@ -368,6 +368,22 @@ def test_meshes_from_files_keep_their_sets(tmp_path, text, suffix):
     np.testing.assert_allclose(found.stiffness, expected.stiffness, atol=1e-9)
 
 
+def test_decks_are_read_as_an_import_reads_them(tmp_path):
+    """Included files, ranges, sets of sets, surfaces of faces; of two parts no elements on the wrong nodes."""
+    nodes, rest = ABAQUS.split("*ELEMENT", 1)
+    (tmp_path / "nodes.inc").write_text(nodes)
+    more = "*NSET, NSET=Both, GENERATE\n1, 2\n*NSET, NSET=All3\nBoth, 3\n*SURFACE, NAME=Sole\n1, S1\n"
+    (tmp_path / "block.inp").write_text(f"*INCLUDE, INPUT=nodes.inc\n*ELEMENT{rest}{more}")
+    mesh = read_mesh(tmp_path / "block.inp")
+    assert {name: len(facets) for name, facets in mesh.boundaries.items()} == {
+        "foot": 2, "Both": 1, "All3": 2, "Sole": 1,
+    }  # fmt: skip
+    parts = "".join(f"*PART, NAME={name}\n{ABAQUS}*END PART\n" for name in "AB")
+    (tmp_path / "parts.inp").write_text(parts)
+    with pytest.raises(ProblemError, match="expected one part instance, found several"):
+        read_mesh(tmp_path / "parts.inp")
+
+
 def test_nastran_meshes_are_read(tmp_path):
     path = tmp_path / "block.bdf"
     source = block_mesh(2.0, 1.0, 4, 2)
@@ -387,8 +403,8 @@ def test_nastran_meshes_are_read(tmp_path):
             "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,1,1,1\n*ELEMENT,TYPE=CPS3\n1,1,2,3\n2,2,3,4\n",
             "plane",
         ),
-        ("unknown.inp", "*NODE\n1,0,0\n2,1,0\n*ELEMENT,TYPE=XYZ9\n1,1,2\n", "not available: XYZ9"),
-        ("line.inp", "*NODE\n1,0,0,0\n2,1,0,0\n*ELEMENT,TYPE=T3D2\n1,1,2\n", "found line"),
+        ("unknown.inp", "*NODE\n1,0,0\n2,1,0\n*ELEMENT,TYPE=XYZ9\n1,1,2\n", "found no cells"),
+        ("line.inp", "*NODE\n1,0,0,0\n2,1,0,0\n*ELEMENT,TYPE=T3D2\n1,1,2\n", "found no cells"),
     ],
 )
 def test_unusable_meshes_are_named(tmp_path, name, text, message):

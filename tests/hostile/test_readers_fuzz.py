@@ -88,6 +88,16 @@ RSA                        2             2             3             0
          1         2         2
   2.000000000000E+00 -1.000000000000E+00  3.000000000000E+00
 """
+ARCHIVE = """/PREP7
+NBLOCK,6,SOLID,     2,     2
+(3i9,6e21.13e3)
+        1        0        0 0.0000000000000E+000 5.0000000000000E-001
+        2        0        0 1.0000000000000E+000
+N,R5.3,LOC,       -1,
+CMBLOCK,FOOT    ,NODE,       2
+(8i10)
+         1        -2
+"""
 TOML = (BLOCK / "import.toml").read_text()
 
 
@@ -134,6 +144,7 @@ TEXTS = {
     "analysis set": (PUNCH, read_analysis_set),
     "grids": (PUNCH, read_grids),
     "deck": (DECK, read_model),
+    "archive": (ARCHIVE, read_model),
     "coordinates": ("Node\tX\tY\tZ\n1\t0,5\t1,e-001\t0\n2\t1\t2\t3\n", read_coordinates),
     "table": ("time;factor\n0,0;1\n0,5;2\n", read_table),
     "reactions": (writers.calculix_reactions([([1, 2], np.ones((2, 3)))]), read_nodal_vectors),
@@ -209,6 +220,11 @@ def batter(folder, content, reader):
 def test_damaged_text_ends_in_an_answer_or_one_line(tmp_path, kind):
     text, reader = TEXTS[kind]
     batter(tmp_path, text.encode(), reader)
+
+
+def test_damaged_maps_of_numpy_end_in_an_answer_or_one_line(tmp_path):
+    np.save(tmp_path / "map.npy", np.array(DOFS))
+    batter(tmp_path, (tmp_path / "map.npy").read_bytes(), lambda path: read_row_map(path, 6))
 
 
 @pytest.mark.parametrize("kind", BINARY)

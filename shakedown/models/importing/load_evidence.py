@@ -239,8 +239,8 @@ def _unfelt(case: LoadCase, reactions: FloatArray, stiff: float, held: NDArray[n
     acting = [
         part for part in (case.force, case.displacement, case.reactions, case.opened) if part is not None
     ]
-    if not any(part.any() for part in acting):
-        return ["is zero: it has no effect"]
+    if not any(part.any() for part in acting):  # a displacement of zero holds its rows
+        return [] if case.displacement is not None else ["is zero: it has no effect"]
     sizes = [np.abs(part).max(initial=0.0) for part in (case.force, case.reactions) if part is not None]
     sizes += [stiff * np.abs(part).max() for part in (case.displacement, case.opened) if part is not None]
     # welded reactions that are round-off of the condensation

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.size_limits import LARGEST_LABEL
+from shakedown.models.readers.ansys_archive import is_ansys_archive, read_ansys_archive
 from shakedown.models.readers.coordinates import read_coordinates
 from shakedown.models.readers.deck import is_deck, read_deck
 from shakedown.models.readers.input_files import InputFiles
@@ -118,10 +119,12 @@ def model_section(table: TomlTable, files: InputFiles, superelement: int | None 
 
 
 def read_model(path: Path, superelement: int | None = None) -> Model:
-    """A deck, Nastran bulk data or a list of nodes; its content decides."""
+    """A deck, an archive of Ansys, Nastran bulk data or a list of nodes; its content decides."""
     lines = read_lines(path)
     if is_deck(lines):
         return Model(read_deck(path))
+    if is_ansys_archive(lines):
+        return Model(read_ansys_archive(path))
     if is_bulk_data(lines):
         return Model(*read_grids(path, superelement))
     return Model(read_coordinates(path))

@@ -1,19 +1,24 @@
 """Coordinate lists: a node number and two or three coordinates per line."""
 
 import os
+import re
 
 import numpy as np
 
 from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.mesh import Mesh
-from shakedown.models.readers.table import read_table
+from shakedown.models.readers.table import number_table
+from shakedown.models.readers.text import read_lines
+
+_NLIST = re.compile(r"\s*NODE\s+X\s+Y\s+Z\b")
 
 
 def read_coordinates(path: str | os.PathLike[str]) -> Mesh:
     """Read a list of nodes, as Ansys and most other codes write one.
 
     Columns are node, x, y and where given z; the header, the delimiter and a
-    decimal comma are found out (see :func:`shakedown.models.readers.table.number_table`).
+    decimal comma are found out (see :func:`shakedown.models.readers.table.number_table`). Of what NLIST of
+    Ansys prints, with its headings, the angles are passed over.
 
     Raises
     ------
@@ -29,11 +34,15 @@ def read_coordinates(path: str | os.PathLike[str]) -> Mesh:
     >>> read_coordinates(path).coordinates.tolist()
     [[0.5, -0.1, 0.0]]
     """
-    table = read_table(path)
+    lines, name = read_lines(path), os.fspath(path)
+    if heading := next((line for line in lines if _NLIST.match(line)), None):
+        rows = [line if line.strip()[:1].isdigit() else "" for line in lines]
+        table = number_table(rows, name, delimiter="space")
+    else:
+        table = number_table(lines, name)
     count = table.values.shape[1]
-    if count not in (3, 4):
-        raise ProblemError(f"{table.name}: expected the columns node, x, y and maybe z, found {count}")
-    labels = np.array(table.whole(1), dtype=np.intp)
-    xyz = np.zeros((len(labels), 3))
-    xyz[:, : count - 1] = table.values[:, 1:]
-    return Mesh.of_nodes(labels, xyz, table.name)
+    if count not in ((4, 7) if heading else (3, 4)):
+        raise ProblemError(f"{name}: expected the columns node, x, y and maybe z, found {count}")
+    xyz = np.zeros((len(table.values), 3))
+    xyz[:, : min(count - 1, 3)] = table.values[:, 1:4]
+    return Mesh.of_nodes(np.array(table.whole(1), dtype=np.intp), xyz, name)

@@ -181,10 +181,13 @@ class _Deck:
     incompatible: int = 0  # how many elements C3D8I
     rotated: list[Card] = field(default_factory=list)
     equations: list[Line] = field(default_factory=list)
+    spelled: dict[str, str] = field(default_factory=dict)
 
     def take(self, card: Card) -> None:
         """Take one keyword with its data lines; those that say nothing about the mesh are passed over."""
         parameters, data = card.parameters, card.data
+        for key in ("NSET", "ELSET", "NAME"):
+            self.spelled.setdefault(card.name(key), parameters.get(key, ""))
         match card.keyword:
             case "NODE":
                 self._nodes(card)
@@ -369,6 +372,8 @@ class _Deck:
             tuple(self._section(name, node_sets) for name in self.sections),
             self.incompatible,
             unusable,
+            element_sets,
+            self.spelled,
         )
 
     def _section(self, name: str, node_sets: Sets) -> int:

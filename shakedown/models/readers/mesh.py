@@ -92,12 +92,16 @@ class Mesh:
         How many elements have incompatible modes (C3D8I), for which CalculiX makes three nodes each.
     unusable : mapping
         Why a surface is none of faces of solids or plane elements, by its name in upper case.
+    element_sets : mapping
+        Element labels of each set, by its name in upper case.
+    spelled : mapping
+        The names of sets and surfaces as the deck writes them first, by those in upper case.
     """
 
     name: str
     labels: NDArray[np.intp]
     coordinates: FloatArray
-    node_sets: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
+    node_sets: dict[str, NDArray[np.intp]] = field(default_factory=dict)
     surfaces: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     elements: Mapping[int, Element] = field(default_factory=dict)
     rotated: Mapping[int, Orientation] = field(default_factory=dict)
@@ -109,6 +113,8 @@ class Mesh:
     sections: tuple[int, ...] = ()
     incompatible: int = 0
     unusable: Mapping[str, str] = field(default_factory=dict)
+    element_sets: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
+    spelled: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
     def of_nodes(cls, labels: NDArray[np.intp], coordinates: FloatArray, name: str) -> "Mesh":
@@ -130,7 +136,7 @@ class Mesh:
         if key in self.unusable:
             raise ProblemError(self.unusable[key])
         if key in self.surfaces:
-            found = dict.fromkeys(node for facet in self._surface(key) for node in facet.nodes)
+            found = dict.fromkeys(node for facet in self.facets(key) for node in facet.nodes)
             labels = np.array(list(found), dtype=np.intp)
         elif key in self.node_sets:
             labels = np.array(list(dict.fromkeys(self.node_sets[key].tolist())), dtype=np.intp)
@@ -193,8 +199,9 @@ class Mesh:
             found.append(Facet(element, tuple(nodes[k] for k in corners), tuple(between)))
         return found
 
-    def _surface(self, key: str) -> list[Facet]:
-        return [self._facets_of(element)[face - 1] for element, face in self.surfaces[key]]
+    def facets(self, surface: str) -> list[Facet]:
+        """The faces of an element surface, called by its name in upper case."""
+        return [self._facets_of(element)[face - 1] for element, face in self.surfaces[surface]]
 
     def normals(
         self, labels: ArrayLike, axes: tuple[int, ...] = (1, 2), surface: str | None = None
@@ -322,7 +329,7 @@ class Mesh:
                 raise ProblemError(
                     f"{self.name}: expected the element surface {quoted(surface)}, found a node set"
                 )
-            return self._surface(key)
+            return self.facets(key)
         near = [element for element, (_, nodes) in self.elements.items() if not wanted.isdisjoint(nodes)]
         found = [
             facet

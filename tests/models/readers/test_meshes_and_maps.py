@@ -7,6 +7,7 @@ from scipy.io import hb_read, hb_write
 from scipy.sparse import csc_array
 
 from shakedown import ProblemError
+from shakedown.models.importing.model_section import read_model
 from shakedown.models.readers.abaqus_substructure import read_substructure_load
 from shakedown.models.readers.coordinates import read_coordinates
 from shakedown.models.readers.deck import read_deck
@@ -289,6 +290,60 @@ def test_includes_are_followed_from_the_deck_s_own_folder(tmp_path):
     (tmp_path / "sub").mkdir()
     (tmp_path / "sub" / "nodes.inc").write_text("*NODE\n1, 0., 0.\n")
     assert deck(tmp_path, "*INCLUDE, INPUT=sub/nodes.inc\n*NODE\n2, 1., 0.\n").labels.tolist() == [1, 2]
+
+
+NLIST = """
+ LIST ALL SELECTED NODES.   DSYS=      0
+
+    NODE        X                   Y                   Z           THXY     THYZ     THZX
+       1   0.000000000000      0.500000000000      0.000000000000        0.00     0.00     0.00
+
+    NODE        X                   Y                   Z           THXY     THYZ     THZX
+       7   1.000000000000      0.000000000000     -2.000000000000        0.00     0.00     0.00
+"""
+ARCHIVE = """/PREP7
+/COM, one component of nodes
+NBLOCK,6,SOLID,     8,     4
+(3i9,6e21.13e3)
+        1        0        0 0.0000000000000E+000 5.0000000000000E-001
+        2        0        0 1.0000000000000E+000
+        3        0        0
+        7        0        0 1.0000000000000E+000 0.0000000000000E+000-2.0000000000000E+000
+N,R5.3,LOC,       -1,
+CMBLOCK,FOOT    ,NODE,       3  ! users node component definition
+(8i10)
+         1        -3         7
+CMBLOCK,BODY    ,ELEM,       1
+(8i10)
+         4
+FINISH
+"""
+
+
+@pytest.mark.parametrize("text", [NLIST, ARCHIVE], ids=["NLIST", "archive"])
+def test_nodes_are_read_as_ansys_writes_them(tmp_path, text):
+    (tmp_path / "nodes").write_text(text)
+    mesh = read_model(tmp_path / "nodes").mesh
+    assert mesh.at([1, 7]).tolist() == [[0.0, 0.5, 0.0], [1.0, 0.0, -2.0]]
+    if text is ARCHIVE:
+        assert {name: own.tolist() for name, own in mesh.node_sets.items()} == {"FOOT": [1, 2, 3, 7]}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("        -3 ", "        -9 ", "component 'FOOT': expected nodes, found 4"),
+        ("        -3 ", "-999999999 ", "component 'FOOT': expected the end of a range after 1"),
+        ("(3i9,6e21.13e3)", "here", "line 4: expected a layout like"),
+        ("        2        0", "        x        0", "line 6: expected a whole number, found 'x'"),
+        ("        2        0", "        1        0", "found node 1 twice"),
+    ],
+)
+def test_one_thing_wrong_in_an_archive_is_named(tmp_path, old, new, message):
+    assert old in ARCHIVE
+    (tmp_path / "nodes").write_text(ARCHIVE.replace(old, new, 1))
+    with pytest.raises(ProblemError, match=message):
+        read_model(tmp_path / "nodes")
 
 
 @pytest.mark.parametrize("first", [0, 1])
