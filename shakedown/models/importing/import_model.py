@@ -1,20 +1,21 @@
 """From the files of a finite-element code to a problem, steered by a TOML configuration."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
+from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
 from shakedown.joint.doubtful_data import doubtful_data
+from shakedown.joint.places import bearing_no_pressure
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.units import units_in
@@ -42,7 +43,6 @@ from shakedown.models.importing.contact_faces import faces_between
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.joined_contact import friction_of
 from shakedown.models.importing.load_evidence import (
-    ActingLoads,
     LoadEvidence,
     Resultants,
     acting_loads,
@@ -60,9 +60,7 @@ from shakedown.models.importing.load_section import (
 from shakedown.models.importing.model_evidence import (
     ModelEvidence,
     check_contact,
-    load_names,
     model_evidence,
-    positive_areas,
     source_text,
 )
 from shakedown.models.importing.static_runs import static_run
@@ -373,69 +371,65 @@ def import_model(
         closed, closing = without_closing([load.case for load in loads], asked.steps)
     loads = [replace(load, case=case) for load, case in zip(loads, closed, strict=True)]
     bolts = [bolt_section(table, context) for table in asked.bolts]
-    reduced = _reduced(asked, context, loads, bolts, doubts, announce) if kept is None else _Reduced.of(kept)
-    acting = acting_loads(loads, bolts, reduced.condensation, units_in(asked.units).force)
-    cases = acting.cases
-    bare = reduced.condensation.problem(
+    if kept is None:
+        condensed, difference, evidence = _reduced(asked, context, loads, bolts, doubts, announce)
+    else:
+        condensed, difference, evidence = kept.condensation, kept.static_run, kept.evidence
+    acting = acting_loads(loads, bolts, condensed, units_in(asked.units).force)
+    cases, stiffness, frame = acting.cases, context.stiffness, condensed.frame
+    bare = condensed.problem(
         cases, f, x=contact.x, gap=contact.gap, name=asked.name, units=asked.units, welded=acting.welded
     )
     sources = {**({} if kept is None else kept.sources), **files.sources}
     sources = {Path(config_path).name: sha256(config_path), **sources}
-    names = load_names(cases, root.where)
-    area, without = positive_areas(contact)
+    plain_names = (case.name.removeprefix(f"{root.where}: ") for case in cases)  # else called by their place
+    names = tuple(shortened(visible(name), LONGEST_NAME - 1) for name in plain_names)
+    without = () if contact.area is None else bearing_no_pressure(contact.area, contact.names)
+    normals = in_space(frame.normals, contact.axes)
     warnings = (
-        *reduced.evidence.warnings,
+        *evidence.warnings,
         *without,
         *closing,
-        *load_doubts(acting, names, reduced.condensation.stiffness, reduced.evidence.held),
-        *bolt_doubts(
-            bolts,
-            names[len(asked.loads) :],
-            reduced.evidence.bodies,
-            in_space(reduced.condensation.frame.normals, contact.axes),
-            context.stiffness.dofs,
-        ),
+        *load_doubts(acting, names, condensed.stiffness, evidence.held),
+        *bolt_doubts(bolts, names[len(asked.loads) :], evidence.bodies, normals, stiffness.dofs),
         *pulled_open(bare, np.asarray(contact.gap)),
     )
+    typed = [*([command] if command else []), *(f"{key}={value!r}" for key, value in (changes or {}).items())]
     problem = replace(
-        _placed(bare, reduced.condensation, contact),
-        node_area=area,
+        bare,
+        label=contact.names,
+        coordinates=contact.coordinates,
+        normal=normals,
+        tangent=None if contact.directions > 1 else in_space(frame.tangents, contact.axes),
+        node_area=None if without else contact.area,
         faces=faces_between(contact, mesh),
-        stiffness_accuracy=context.stiffness.accuracy,
+        stiffness_accuracy=stiffness.accuracy,
         load_names=names,
-        source=source_text(config_path, sources, _with_changes(command, changes), warnings),
+        source=source_text(config_path, sources, " ".join(typed), warnings),
     )
-    resultants = Resultants(
-        context.stiffness, contact, reduced.condensation.frame, reduced.evidence, mesh, bolts
-    )
+    resultants = Resultants(stiffness, contact, frame, evidence, mesh, bolts)
     return Import(
         problem=problem,
-        stiffness=context.stiffness,
+        condensation=condensed,
+        stiffness=stiffness,
         contact=contact,
         mesh=mesh,
-        **reduced._asdict(),
+        static_run=difference,
+        evidence=evidence,
         loads=tuple(map(resultants.of, cases, names, acting.reactions, acting.pulls.T)),
         sources=sources,
         warnings=warnings,
         notes=(
-            *_notes(reduced, context, acting, names),
+            *condensed.notes,
+            *evidence.notes,
+            *_contact_notes(context),
+            *circumference_notes(stiffness, mesh),
+            *absent_before(cases, names),
+            *uneven(cases),
             *bolt_notes(bolts, names, acting.welded, acting.pulls),
         ),
         path=os.fspath(config_path),
     )
-
-
-class _Reduced(NamedTuple):
-    """The condensed model, its difference from a static run, and what was found of the model."""
-
-    condensation: Condensation
-    static_run: float
-    evidence: ModelEvidence
-
-    @classmethod
-    def of(cls, kept: Import) -> "_Reduced":
-        """The condensed model of another import."""
-        return cls(kept.condensation, kept.static_run, kept.evidence)
 
 
 def _reduced(
@@ -445,107 +439,51 @@ def _reduced(
     bolts: list[BoltSection],
     doubts: tuple[str, ...],
     announce: Callable[[str], None] | None,
-) -> _Reduced:
+) -> tuple[Condensation, float, ModelEvidence]:
+    """The condensed model, its difference from a static run, and what was found of the model."""
     stiffness, contact, mesh = context.stiffness, context.contact, context.model.mesh
     held = np.concatenate([held_rows(asked.supports, context, loads), *(bolt.rows for bolt in bolts)])
-    alone = np.flatnonzero(connected_parts(stiffness) < 0)
-    shanks = [(bolt.stiffness, bolt.unit.force) for bolt in bolts if bolt.unit.force is not None]
+    marks = np.zeros(len(stiffness.dofs), dtype=bool)
+    marks[held] = True
     with found_in(asked.where):
         check_held(bolts, held, stiffness.dofs)
+        shanks = [(bolt.stiffness, bolt.unit.force) for bolt in bolts if bolt.unit.force is not None]
         pulled = replace(stiffness, K=with_shanks(stiffness.K, shanks))
-        condensed = _condensed(pulled, contact, np.concatenate([held, alone]), mesh, announce)
+        condensed = condensed_stiffness(
+            pulled.K,
+            stiffness.dofs,
+            contact.labels,
+            contact.normals,
+            fixed=marks | (connected_parts(stiffness) < 0),
+            axes=contact.plane,
+            tangent=contact.tangent,
+            free_out_of_plane=contact.free_out_of_plane,
+            allow_sparse=stiffness.superelement,  # checked as a whole when it was read
+            coupling=contact.coupling,
+            middle_nodes=contact.middle_nodes,
+            places=None if mesh is None else dict(zip(mesh.labels.tolist(), mesh.coordinates, strict=True)),
+            rigid=None if stiffness.accuracy is None else rigid_motions_of_bodies(pulled, marks, mesh),
+            announce=announce,
+        )
     difference = static_run(asked.check, condensed, context, asked.stiffness_file)
-    return _Reduced(condensed, difference, model_evidence(stiffness, contact, held, mesh, doubts))
+    return condensed, difference, model_evidence(stiffness, contact, held, mesh, doubts)
 
 
-def _placed(bare: Problem, reduced: Condensation, contact: ContactSection) -> Problem:
-    """The problem with what its nodes are called and where they are."""
-    return replace(
-        bare,
-        label=contact.names,
-        coordinates=contact.coordinates,
-        normal=in_space(reduced.frame.normals, contact.axes),
-        tangent=None if contact.directions > 1 else in_space(reduced.frame.tangents, contact.axes),
-    )
-
-
-def _notes(
-    reduced: _Reduced, context: ImportContext, acting: ActingLoads, names: Sequence[str]
-) -> tuple[str, ...]:
-    """What else a user should know."""
-    stiffness, contact, mesh = context.stiffness, context.contact, context.model.mesh
-    return (
-        *reduced.condensation.notes,
-        *reduced.evidence.notes,
-        *_unplaced(contact),
-        *_relative(contact, mesh),
-        *circumference_notes(stiffness, mesh),
-        *_solid(stiffness, contact, mesh),
-        *absent_before(acting.cases, names),
-        *uneven(acting.cases),
-    )
-
-
-def _with_changes(command: str, changes: Mapping[str, float] | None) -> str:
-    """What was typed, and what was changed."""
-    return " ".join([*([command] if command else []), *(f"{k}={v!r}" for k, v in (changes or {}).items())])
-
-
-def _condensed(
-    stiffness: Stiffness,
-    contact: ContactSection,
-    held: NDArray[np.intp],
-    mesh: Mesh | None,
-    announce: Callable[[str], None] | None,
-) -> Condensation:
-    rigid = None
-    if stiffness.accuracy is not None:
-        marks = np.zeros(len(stiffness.dofs), dtype=bool)
-        marks[held] = True
-        rigid = rigid_motions_of_bodies(stiffness, marks, mesh)
-    return condensed_stiffness(
-        stiffness.K,
-        stiffness.dofs,
-        contact.labels,
-        contact.normals,
-        fixed=held,
-        axes=contact.plane,
-        tangent=contact.tangent,
-        free_out_of_plane=contact.free_out_of_plane,
-        allow_sparse=stiffness.superelement,  # checked as a whole when it was read
-        coupling=contact.coupling,
-        middle_nodes=contact.middle_nodes,
-        places=None
-        if mesh is None
-        else dict(zip(mesh.labels.tolist(), mesh.coordinates.tolist(), strict=True)),
-        rigid=rigid,
-        announce=announce,
-    )
-
-
-def _unplaced(contact: ContactSection) -> tuple[str, ...]:
-    """A note on pairs of which nothing but their labels is known."""
-    if contact.labels.ndim == 1 or contact.coordinates is not None:
-        return ()
-    return ("pairs and normals are not checked, because [model] does not say where the nodes are",)
-
-
-def _relative(contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:
-    if not contact.relative:
-        return ()
-    if mesh is not None and mesh.elements:
-        return ("the contact displacements are relative, u1 - u2, as the equations of the deck say",)
-    return ("the contact displacements are relative, u1 - u2: stated, not checked (no deck in [model])",)
-
-
-def _solid(stiffness: Stiffness, contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:
-    """A note on solid models whose matrix has no rows across the plane of the contact."""
-    if contact.directions > 1:
-        return ()
+def _contact_notes(context: ImportContext) -> Iterator[str]:
+    """What is not known of the contact, and of a plane contact of solids whose matrix has no rows across."""
+    contact, mesh = context.contact, context.model.mesh
+    if contact.labels.ndim > 1 and contact.coordinates is None:
+        yield "pairs and normals are not checked, because [model] does not say where the nodes are"
+    if contact.relative:
+        known = mesh is not None and mesh.elements
+        found = (
+            ", as the equations of the deck say" if known else ": stated, not checked (no deck in [model])"
+        )
+        yield f"the contact displacements are relative, u1 - u2{found}"
+    if contact.directions > 1 or mesh is None:
+        return
     (across,) = {1, 2, 3} - set(contact.axes)
-    if mesh is None or [contact.first[0], across] in stiffness.dofs.tolist():
-        return ()  # said by the condensation
     solid = {node for shape, nodes in mesh.elements.values() if shape in SOLIDS for node in nodes}
-    if solid.isdisjoint(contact.first.tolist()):
-        return ()
-    return (friction_left_out(across, "has no rows in the matrix"),)
+    said = [contact.first[0], across] in context.stiffness.dofs.tolist()  # by the condensation
+    if not said and not solid.isdisjoint(contact.first.tolist()):
+        yield friction_left_out(across, "has no rows in the matrix")

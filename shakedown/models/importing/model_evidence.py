@@ -4,19 +4,15 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
+from shakedown import __version__
 from shakedown.ground.size_limits import BLOCK
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
-from shakedown.joint.places import bearing_no_pressure
 from shakedown.joint.result import Result
-from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.importing.bodies import (
     ModelBody,
     bodies_of,
@@ -126,17 +122,6 @@ def model_evidence(
     )
 
 
-def positive_areas(contact: ContactSection) -> tuple[FloatArray | None, tuple[str, ...]]:
-    """The areas of the nodes, or None and a warning where the elements give some node no positive one."""
-    warning = () if contact.area is None else bearing_no_pressure(contact.area, contact.names)
-    return (None if warning else contact.area), warning
-
-
-def load_names(cases: Sequence[LoadCase], where: str) -> tuple[str, ...]:
-    """Names of the load cases; one without a name is called by its place in the configuration."""
-    return tuple(shortened(visible(case.name.removeprefix(f"{where}: ")), LONGEST_NAME - 1) for case in cases)
-
-
 def source_text(
     config_path: str | os.PathLike[str],
     sources: Mapping[str, str],
@@ -147,17 +132,10 @@ def source_text(
     raw = Path(config_path).read_bytes()
     text = raw.decode() if len(raw) <= BLOCK else None  # of a longer one only its SHA-256 is kept
     about = {
-        "toolkit": f"shakedown-bounds {_version()}",
+        "toolkit": f"shakedown-bounds {__version__}",
         "command": command,
         "configuration": {"name": Path(config_path).name, "text": text},
         "files": [{"name": name, "sha256": digest} for name, digest in sources.items()],
         "warnings": list(warnings),
     }
     return json.dumps({key: value for key, value in about.items() if value})
-
-
-def _version() -> str:
-    try:
-        return version("shakedown-bounds")
-    except PackageNotFoundError:  # a copy that was never installed
-        return "unknown"
