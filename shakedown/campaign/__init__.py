@@ -1,7 +1,7 @@
 """Long studies in pieces: here, on processes or on any executor, each piece kept in a file, resumable.
 
 The work is a picklable function from the numbers 0 … count − 1 to arrays by name, the same ones whenever and
-wherever it is called, which also says what it depends on and what can be a piece of it (``pieces.Work``)::
+wherever it is called, which also says what it depends on and what can be a piece of it (``pieces.Task``)::
 
     with run_pieces(work, count, output="map.npz", resume=True, workers=4) as pieces:
         for number in range(count):

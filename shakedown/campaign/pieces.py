@@ -32,7 +32,7 @@ TEXT_BYTES = 4 * BLOCK  # the largest size of a piece that is a text
 NAME = re.compile(r"[0-9a-f]{16}-[0-9]+\.npz")  # of a piece: what its run is, and its number
 
 
-class Work(Protocol):
+class Task(Protocol):
     """A picklable function from the number of a piece to its arrays: the same ones whenever and wherever."""
 
     def __call__(self, number: int) -> Arrays:
@@ -52,7 +52,7 @@ class Work(Protocol):
 class Pieces:
     """The pieces that are done, by number: in memory, or in the files of a folder."""
 
-    def __init__(self, work: Work, folder: Path | None) -> None:
+    def __init__(self, work: Task, folder: Path | None) -> None:
         self._work, self.folder, self._here = work, folder, dict[int, Arrays]()
         settings = None if folder is None else (version("shakedown-bounds"), work.settings())
         self.run = sha256(repr(settings).encode()).hexdigest()[:16]
@@ -107,7 +107,7 @@ class Pieces:
 
 @contextmanager
 def run_pieces(
-    work: Work,
+    work: Task,
     count: int,
     *,
     output: str | os.PathLike[str] | None = None,
