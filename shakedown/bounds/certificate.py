@@ -26,10 +26,9 @@ from shakedown.programs.exact_program import (
 )
 from shakedown.programs.integer_algebra import enclosure
 from shakedown.programs.program import Solution
-from shakedown.programs.verified_vertex import verified_vertex
 from shakedown.programs.vertex import without_round_off
 
-UPPER_CERTIFIED_UP_TO = 250  # nodes: one program, half a second; several where it is degenerate
+UPPER_CERTIFIED_UP_TO = 250  # nodes: one program, seconds; several where it is degenerate
 LOWER_CERTIFIED_UP_TO = 40  # nodes: one program per node, about a second
 LOWER_WORK = 5e5  # budget of all pivots, as every node takes dozens where the coupling is round-off
 
@@ -98,7 +97,7 @@ def certified_upper(problem: Problem, outcome: Solution, tolerances: Tolerances)
     rows = exact_rows(problem)
     program = _upper_program(rows)
     start = _start(program, outcome)
-    end = verified_vertex(program, *start) or exact_vertex(program, *start)
+    end = exact_vertex(program, *start)
     if end is None:
         return Missing(NO_VERTEX)
     return _accepted(_certificate(program, end, rows), problem, outcome, None, tolerances)

@@ -57,7 +57,7 @@ def upper_bound(
     certify
         Whether to re-solve the active rows in exact arithmetic and, where they are
         not exactly the best, to go on from them; by default up to 250 nodes, where it
-        takes about a second. With two directions: whether to prove an enclosure, by default up to
+        takes seconds. With two directions: whether to prove an enclosure, by default up to
         1000 nodes. Only with all nodes in contact, and without a transient.
     tolerances
         The tolerances that decide.

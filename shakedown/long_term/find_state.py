@@ -178,8 +178,7 @@ def _reason(search: LimitSearch, at: SearchState, verdict: int) -> tuple[str, fl
         return stop.reason if stop else f"no periodic state within {count(at.cycles, 'cycle')}", np.nan
     text = f"limit of the cycles, whose contact states repeat every {cycles_in_words(at.period)}"
     if not at.from_limit:
-        cycle = at.cycles - at.done
-        before = cycle - at.period
+        cycle, before = at.cycles - at.done, at.cycles - at.done - at.period
         text = f"cycle {cycle} repeats cycle {before}" if before else f"the start is back after cycle {cycle}"
     if verdict == BLURRED:
         return f"{VARIES_LITTLE} ({text})", np.nan

@@ -7,7 +7,7 @@ solves), ``highs`` (what it stands on), ``vertex`` (polish), ``conic`` (Clarabel
 the plane), ``cone_rays`` (how far a cone reaches).
 
 Without round-off, through FLINT: ``integer_algebra`` (systems of integers), ``exact_program`` (optimality of
-a basis), ``verified_vertex`` (the same of large ones, by exact residuals).
+a basis).
 
 Interior points for dense programs, one product of matrices an iteration: ``symmetric_cone`` (the positive
 orthant, with one second-order cone or without), ``small_cones`` (very many cones of three numbers beside it),

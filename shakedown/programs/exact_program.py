@@ -37,13 +37,6 @@ class ExactProgram:
         matrix = [[row[j] for j in chosen] for row in self.matrix]
         return ExactProgram(matrix, self.right, [self.cost[j] for j in chosen])
 
-    def depends_only_on(self, columns: list[int]) -> bool:
-        """Whether all other columns are zero, as those of pinned slips are."""
-        others = sorted(set(range(len(self.cost))) - set(columns))
-        return not any(self.cost[j] for j in others) and not any(
-            row[j] for row in self.matrix for j in others
-        )
-
 
 @dataclass(frozen=True)
 class ExactVertex:
