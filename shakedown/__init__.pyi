@@ -29,7 +29,6 @@ from .files.examples import example as example
 from .files.examples import example_names as example_names
 from .files.npz import load_initial_slip as load_initial_slip
 from .files.npz import load_problem as load_problem
-from .files.npz import save_initial_slip as save_initial_slip
 from .files.npz import save_problem as save_problem
 from .ground.errors import BudgetExceeded as BudgetExceeded
 from .ground.errors import ProblemError as ProblemError

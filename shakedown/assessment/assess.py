@@ -3,8 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import isnan
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -125,28 +124,6 @@ class Assessment(Result):
     def _shown(self) -> Any:
         for word, value in self._numbers().items():
             yield word, short(value)
-
-
-class ProvedLimit(NamedTuple):
-    """Up to where shakedown is proved around the nominal load, and whether from every state."""
-
-    load_factor: float
-    of_every_state: bool
-
-
-def proved_limit(found: Assessment) -> ProvedLimit:
-    """The larger of the limits proved from this state and from every state; 0 where none, or for a zone.
-
-    A proof from this state that begins above λ = 0 counts where it begins below λ = 1.
-    """
-    limits, known = found.details, found.details.from_state
-    here = known.load_factor
-    if limits.energy.open_nodes or known.least_load_factor > AS_GIVEN or isnan(here):
-        here = 0.0
-    here, every = max(here, found.proved_from_this_state), found.proved_from_every_state
-    if isnan(here) or limits.open_nodes:
-        here = 0.0
-    return ProvedLimit(every, True) if every > here else ProvedLimit(here, False)
 
 
 @checked

@@ -5,7 +5,6 @@ from typing import Any, ClassVar
 
 from shakedown.bounds.bound_result import Bound
 from shakedown.ground.errors import Missing
-from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.result import Result
 
@@ -37,14 +36,3 @@ class ShakedownBounds(Result):
         if isinstance(lower, Missing):
             return safe
         return safe | {"witness": lower.slip, "collapses_at": lower.per_node}
-
-    @property
-    def have_gap(self) -> bool:
-        """Whether there are load factors between the bounds, with a safe slip to keep near to.
-
-        Never where nodes are open: the bounds are then of different zones.
-        """
-        if isinstance(self.lower, Missing) or self.upper.open_nodes:
-            return False
-        first, last = self.lower.load_factor, self.upper.load_factor
-        return self.upper.status == Status.OPTIMAL and bool(first < last * (1 - self.tolerances.feasibility))

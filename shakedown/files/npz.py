@@ -125,28 +125,6 @@ def load_initial_slip(path: str | os.PathLike[str]) -> FloatArray:
         return real_numbers("initial slip", load_array(_path(path), int(memory(ASSUMED) / 4)))
 
 
-@checked
-def save_initial_slip(path: str | os.PathLike[str], slip: FloatArray) -> None:
-    """Write an initial slip, (n,) [length], as an NPY file, whole or not at all.
-
-    Raises
-    ------
-    UsageError
-        If the path cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> path = Path(tempfile.mkdtemp()) / "slip.npy"
-    >>> save_initial_slip(path, np.array([0.5, 0.25]))
-    >>> load_initial_slip(path)
-    array([0.5 , 0.25])
-    """
-    with atomic_write(path) as file:
-        np.save(file, np.asarray(slip, dtype=np.float64), allow_pickle=False)
-
-
 def _path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
     if not isinstance(path, str | os.PathLike) or not os.fspath(path):
         raise ProblemError(f"expected the path of a file, found {path!r}")

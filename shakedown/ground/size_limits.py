@@ -9,7 +9,6 @@ BLOCK = 1 << 20  # bytes or numbers that are taken at one time: a few MB, a hund
 EACH_SHOWN = 4  # nodes, patches, instants, numbers of a list that are told or drawn each on its own
 ALL_SUBSETS_UP_TO = 6  # nodes: up to this many, every set of them is tried
 ALL_PAIRS_UP_TO = 16  # nodes: up to this many, each one and every pair is tried
-EXTRAS_UP_TO = 20  # nodes: up to this many, evidence that takes tenths of a second is gathered unasked
 LARGE = 1000  # nodes: from here on a cone program over all of them takes a minute, and so does its proof
 AT_ONCE = 1 << 16  # rows or small matrices that are taken at one time
 BATCH = 1 << 12  # states or subsets that one thread takes at one time, or that are kept beside it

@@ -1,6 +1,6 @@
 """Where the slip and the gap of a node stand in the vectors of a joint."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import TypeVar
@@ -81,16 +81,6 @@ class Layout:
         """The places of the slips of some nodes, node by node, (d k,)."""
         chosen = np.asarray(nodes, dtype=np.intp)
         return (self.d * chosen[:, None] + np.arange(self.d)).ravel()
-
-    def nodes_of(self, slips: Iterable[int]) -> tuple[int, ...]:
-        """The nodes whose slips stand at some places, in order, each once.
-
-        Examples
-        --------
-        >>> Layout(3).nodes_of([0, 2]), Layout(3, 2).nodes_of([0, 1, 4])
-        ((0, 2), (0, 2))
-        """
-        return tuple(sorted({int(k) // self.d for k in slips}))
 
     def gaps_of(self, nodes: Nodes) -> NDArray[np.intp]:
         """The places of the gaps of some nodes, (k,)."""

@@ -63,13 +63,6 @@ class Simplex:
                 self._made.setBasis(basis_of(self.program, self._meeting))
         return self._made
 
-    def set_cost(self, cost: FloatArray) -> None:
-        """Change what is minimised; the basis stays, and with it the feasible vertex."""
-        scaled, self.scales = self.scales.with_cost(cost)
-        self.program = replace(self.program, cost=scaled)
-        if self._made:
-            self._made.changeColsCost(len(cost), np.arange(len(cost), dtype=np.int32), scaled)
-
     def set_rows(self, rows: NDArray[np.intp], left: FloatArray, right: FloatArray) -> None:
         """Change the sides of some rows; the basis stays."""
         program, unit, size = self.program, self.scales.row[rows], self.scales.size
@@ -77,14 +70,6 @@ class Simplex:
         if self._made:
             for i in rows:
                 self._made.changeRowBounds(int(i), program.left[i], program.right[i])
-
-    def set_columns(self, columns: NDArray[np.intp], lower: FloatArray, upper: FloatArray) -> None:
-        """Change the bounds of some columns; the basis stays."""
-        program, unit = self.program, self.scales.column[columns] * self.scales.size
-        program.lower[columns], program.upper[columns] = lower / unit, upper / unit
-        if self._made:
-            for j in columns:
-                self._made.changeColBounds(int(j), program.lower[j], program.upper[j])
 
     def solve(self) -> Solution:
         """Solve from the current basis.

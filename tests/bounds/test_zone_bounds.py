@@ -198,7 +198,7 @@ def test_a_long_lap_is_answered_from_the_nodes_that_its_bolts_open():
     assert upper.residual <= 1e-9
     assert np.abs(upper.slip).max() < 0.05
     assert len(upper.pinned) == 3
-    assert not set(lap.layout.nodes_of(upper.pinned)) & set(opened)
+    assert not {slip // 2 for slip in upper.pinned} & set(opened)
     energy = shakedown.energy_bound(lap, open_nodes=opened, certify=False)
     assert energy.load_factor == pytest.approx(1.5482704, rel=1e-5)
 
