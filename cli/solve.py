@@ -93,8 +93,9 @@ def load_factor_of(text: str) -> float | None:
     "required",
     type=Requirement(),
     multiple=True,
-    help="Exit with 1 unless shakedown is proved up to load factor X: proved-from-state=X or "
-    "proved-from-every-state=X. May be given twice; with --quiet nothing else is said.",
+    help="\b\nproved-from-state=X or proved-from-every-state=X:\n"
+    "exit with 1 unless shakedown is proved up to load\nfactor X. May be given twice; with --quiet nothing\n"
+    "else is said.",
 )
 @open_option
 @average_option
@@ -122,12 +123,9 @@ def solve(
     """
     if initial in ("safe", "witness"):
         raise click.UsageError(f"--initial {initial}: expected {STATES} or PATH.npy")
-    if quick and average is not None:
-        raise click.UsageError("--average: not with --quick, which leaves out what is proved")
-    if quick and required:
-        raise click.UsageError("--require: not with --quick, which leaves out what is proved")
-    if quick and follow:
-        raise click.UsageError("--follow: not with --quick, which simulates nothing")
+    for option, given in (("average", average), ("require", required), ("follow", follow)):
+        if quick and given:
+            raise click.UsageError(f"--{option}: not with --quick, which proves and simulates less")
     state = initial_state(problem, 0.0, initial, expected=STATES)
     if quick:
         upper = shakedown.upper_bound(problem, open_nodes=open_nodes, certify=False)

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any
 
-from shakedown.ground.shown_values import DIGITS, count, sized
+from shakedown.ground.shown_values import count
 from shakedown.ground.visible_text import LONGEST_NAME, one_line
 from shakedown.joint.doubtful_data import doubtful_data
-from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips, zero_modes
-from shakedown.joint.units import loads_in_words, units_of
+from shakedown.joint.units import loads_in_words
 from shakedown.report.facts import Fact
 from shakedown.report.node_words import AXES, node_in_words
 from shakedown.report.notes import FLOATING, LOAD_DOMAIN
@@ -98,60 +95,27 @@ def joint_facts(problem: Problem) -> list[Fact]:
 
 
 def source_facts(problem: Problem) -> list[Fact]:
-    """Where the data come from: command, bodies, bolts, files with their SHA-256."""
+    """Where the data come from: command, bodies with their loads, bolts, files with their SHA-256."""
     source: dict[str, Any] = json.loads(problem.source) if problem.source else {}
-    unit = units_of(problem)
-    lengths = {"gap": {"": unit.length}}
-    facts = [
-        Fact(name, _told(source[key], lengths.get(key, {}))) for key, name in SOURCE.items() if key in source
-    ]
-    sizes = {"young": unit.stress, "thickness": unit.length} | dict.fromkeys("xyz", unit.length)
-    bodies = source.get("bodies", [])
-    for k, body in enumerate(bodies if isinstance(bodies, list) else [], 1):
-        for key, value in body.items() if isinstance(body, dict) else ():
-            if key == "loads" and isinstance(value, list):
-                of_kind = {"BodyForce": unit.density, "Force": unit.force}
-                told = [
-                    _told(load, {"value": of_kind.get(str(load.get("kind")), unit.stress)} | sizes)
-                    for load in value
-                    if isinstance(load, dict)
-                ]
-                facts += [Fact(f"body {k}: load {j}", text) for j, text in enumerate(told, 1)]
-            elif value not in ([], {}):
-                facts.append(Fact(f"body {k}: {key}", _told(value, sizes | {"": sizes.get(key, "")})))
-    facts += _bolts(source.get("bolts", []), problem)
-    for entry in source.get("files", []):
-        facts.append(Fact(str(entry.get("name", "file")), f"SHA-256 {entry.get('sha256', '–')}"))
+    facts = []
+    for key, value in source.items():
+        if key == "files":
+            for each in value:
+                facts.append(Fact(str(each.get("name", "file")), f"SHA-256 {each.get('sha256', '–')}"))
+        elif key not in ("configuration", "warnings"):
+            parts = value if key in ("bodies", "bolts") and isinstance(value, list) else [value]
+            for k, part in enumerate(parts, 1):
+                facts.append(Fact(f"{key}{f' {k}' * (len(parts) > 1)}".replace("_", " "), _told(part)))
     return [*facts, Fact("arrays of the problem", f"SHA-256 {problem.fingerprint}")]
 
 
-def _bolts(bolts: object, problem: Problem) -> list[Fact]:
-    """Patches, preload and stiffness of every bolt, and the resulting force in the contact."""
-    unit = units_of(problem)
-    own = {"preload": unit.force, "stiffness": unit.stiffness}
-    known = [bolt for bolt in bolts if isinstance(bolt, dict)] if isinstance(bolts, list) else []
-    facts = [Fact(f"bolt {k}", _told(bolt, own)) for k, bolt in enumerate(known, 1)]
-    if any(bolt.get("preload") and bolt.get("stiffness") for bolt in known):
-        pressed = float(loading(problem).p0.sum())
-        note = "on average: tightening compresses the bodies, and the bolt loses that part of its preload"
-        facts.append(Fact("the contact carries", pressed, unit.force, note=note))
-    return facts
-
-
-def _told(value: object, units: Mapping[str, str] = MappingProxyType({})) -> str:
-    """A JSON value in one line; numbers under a key that has a unit are followed by it."""
+def _told(value: object) -> str:
+    """A JSON value in one line."""
     if isinstance(value, dict):
-        parts = [(key, _told(part, {**units, "": units.get(key, "")})) for key, part in value.items()]
-        return ", ".join(text if key in BARE else f"{WORDS.get(key, key)} {text}" for key, text in parts)
+        return ", ".join(f"{key} {_told(part)}" for key, part in value.items() if part not in ([], {}, None))
     if isinstance(value, list):
-        inner = [_told(part) for part in value]
-        if all(isinstance(part, dict) for part in value):
-            return "; ".join(inner)
-        text = ", ".join(inner) if all(isinstance(part, str) for part in value) else f"({', '.join(inner)})"
-        return f"{text} {units.get('', '')}".rstrip()
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return sized(value + 0.0, units.get("", ""), DIGITS)
-    return str(value)
+        return f"({', '.join(map(_told, value))})"
+    return f"{value:.7g}" if isinstance(value, float) else str(value)
 
 
 def configuration(problem: Problem) -> tuple[str, str]:

@@ -160,7 +160,7 @@ def _sections(v: Verification, average: float | None, refinement: Refinement | N
     yield Section("", [*rest.facts, *subsets], (), said, pictures)
     if average is not None:
         yield averaged_section(v.assessment.averaged(average), average)
-    runs = runs_section(v, brief=False)
+    runs = runs_section(v)
     yield Section("Runs", pictures=run_pictures(v))
     yield replace(runs, title=f"Table of {count(len(v.runs), 'run')}", folded=True)
     worst = [worst_table(problem, v.nodes)] if v.nodes.period else []

@@ -125,22 +125,21 @@ def _remarks(found: InitialStateMap) -> list[str]:
 
 
 def _limit_cycles(found: InitialStateMap) -> Section:
-    """How many states end on each limit cycle."""
-    tables = []
-    for separation in (False, True):
-        cycles = [c for c in found.limit_cycles if (c.outcome == "separation") == separation]
-        if cycles:
-            rows = [_cycle(found, cycle) for cycle in cycles[:MOST_CYCLES]]
-            name = "motion with separation" if separation else "limit cycle"
-            tables.append(Table([name, "states", "period", "dissipation", "spread", "slip at"], rows, (0, 5)))
+    """How many states end on each limit cycle, or motion with separation."""
+    if not found.limit_cycles:
+        return Section()
+    rows = [_cycle(found, cycle) for cycle in found.limit_cycles[:MOST_CYCLES]]
     more = len(found.limit_cycles) - MOST_CYCLES
-    return Section("", (), tables, [f"{count(more, 'more cycle')}; --json has all."] if more > 0 else [])
+    head = ["limit cycle", "reached", "states", "period", "dissipation", "spread", "slip at"]
+    said = [f"{count(more, 'more cycle')}; --json has all."] if more > 0 else []
+    return Section("", (), [Table(head, rows, (0, 1, 6))], said)
 
 
 def _cycle(found: InitialStateMap, cycle: LimitCycle) -> list[str]:
     low, high = without_round_off(cycle.dissipation, work_that_is_none(found))
     least, most = number(low), number(high)
     return [
+        str(cycle.outcome),
         f"from {' and '.join(STATES[name] for name in cycle.named)}" if cycle.named else "",
         str(cycle.count),
         str(cycle.period),

@@ -1,7 +1,7 @@
 """Tables as text: numbers to the right, words to the left, wide ones wrapped or split."""
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import zip_longest
 
 LEAST = 10  # characters to which a column of words may be wrapped
@@ -37,7 +37,8 @@ def table(
     left_out = f"  … {len(rows) - 2 * half} more rows, all in --json and in files …" if cut else ""
     widths = [max(map(len, column)) for column in zip(headers, *shown, strict=True)]
     if width is not None:
-        widths = _wrapped(widths, words, width)
+        cells = {k: " ".join(row[k] for row in [headers, *shown]) for k in words}
+        widths = _wrapped(widths, {k: max(map(len, cells[k].split()), default=0) for k in words}, width)
     parts = []
     for columns in _split(widths, keys, width):
         lines = [_row([row[k] for k in columns], columns, widths, words) for row in [headers, *shown]]
@@ -47,14 +48,14 @@ def table(
     return "\n\n".join(parts)
 
 
-def _wrapped(widths: list[int], words: Sequence[int], width: int) -> list[int]:
-    """Widths with which a table fits a line as far as its columns of words can be wrapped."""
+def _wrapped(widths: list[int], least: Mapping[int, int], width: int) -> list[int]:
+    """Widths with which a table fits a line as far as its columns of words can be wrapped between words."""
     widths = list(widths)
     while sum(widths) + 2 * len(widths) > width:
-        widest = max(words, key=lambda k: (widths[k] > LEAST, k > 0, widths[k]), default=None)
-        if widest is None or widths[widest] <= LEAST:
+        wide = [k for k in least if widths[k] > max(LEAST, least[k])]
+        if not wide:
             break
-        widths[widest] -= 1
+        widths[max(wide, key=lambda k: (k > 0, widths[k]))] -= 1
     return widths
 
 

@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from shakedown.assessment.runs import Run
     from shakedown.long_term.simulation import Simulation
 
-BRIEF = ("λ", "initial state", "predicted", "simulated", "agree", "Σ|Δv|", "residual")
-
 
 def verify_sheet(v: Verification, *, details: bool = False, digits: int = FEW_DIGITS) -> Sheet:
     """The answer for the nominal load, the claims, what supports them; with details every limit and run.
@@ -123,12 +121,15 @@ def state_facts(v: Verification) -> list[Fact]:
         else [Fact("results per node", "none", note=v.nodes.reason)]
     )
     limit = v.transient
-    if limit is not None:
-        there = " and is proved there" * transient_is_proved(v)
-        note = f"up to here the joint shakes down in the simulation{there}"
-        at = number(certain(limit), rounding="down") if np.isfinite(limit.high) else "every λ simulated"
+    if limit is not None and not transient_is_proved(v):
+        at, note = (
+            number(certain(limit), rounding="down"),
+            "up to here the joint shakes down in the simulation",
+        )
         if np.isnan(limit.load_factor):
             at, note = "no λ", "the joint shakes down at no load factor simulated"
+        elif not np.isfinite(limit.high):
+            at = "every λ simulated"
         if not limit.monotone:
             note += "; below there are load factors at which it does not"
         facts.append(Fact("simulated limit λ_T", at, note=note))
@@ -158,61 +159,39 @@ def limits_on_page(v: Verification) -> dict[str, float]:
     }
 
 
-def runs_section(v: Verification, *, brief: bool = True) -> Section:
-    """Every simulation with its prediction; ``brief`` selects the columns that fit a terminal."""
+def runs_section(v: Verification) -> Section:
+    """Every simulation with its prediction."""
+    unit, found = units_of(v.problem).length, [run.simulation for run in v.runs]
+    none = [resolution(v.problem, each.load_factor)[0] for each in found]
+    slips = [max(without_round_off(each.slip_per_cycle, own)) for each, own in zip(found, none, strict=True)]
+    columns = {
+        "λ": [number(each.load_factor, DIGITS) for each in found],
+        "initial state": [run.initial + started(run) for run in v.runs],
+        "predicted": [run.predicted for run in v.runs],
+        "simulated": ["; ".join([str(each.outcome), *remarks(each)]) for each in found],
+        "agree": [{True: "yes", False: "NO", None: "–"}[run.agrees] for run in v.runs],
+        with_unit("Σ|Δv|", unit): [number(slip) for slip in slips],
+        "residual": ["–" if np.isnan(each.residual) else f"{each.residual:.0e}" for each in found],
+    }
     said = [notes.JUDGED, notes.SUMMED, notes.RESIDUAL]
     said += [notes.AFTER] * any(run.case.after_transient for run in v.runs)
     said += [notes.IN_ZONE] * any(bool(run.open_nodes) for run in v.runs)
-    said += [notes.SEPARATION] * any(run.simulation.outcome == Outcome.SEPARATION for run in v.runs)
+    said += [notes.SEPARATION] * any(each.outcome == Outcome.SEPARATION for each in found)
     said += [notes.ONE_PATH] * v.problem.is_domain
-    return Section("Runs", (), [runs_table(v, brief=brief)], said)
+    words = ("initial state", "predicted", "simulated")
+    return Section("Runs", (), [Table.of(columns, words, keys=2)], said)
 
 
-def runs_table(v: Verification, *, brief: bool = False) -> Table:
-    """Every simulation with its prediction."""
-    unit = units_of(v.problem)
-    slip, work = with_unit("Σ|Δv|", unit.length), with_unit("dissipation", unit.work)
-    rows = [_run(v, run) | {slip: _largest(v, run, 0), work: _largest(v, run, 1)} for run in v.runs]
-    head = [name if name != "Σ|Δv|" else slip for name in BRIEF]
-    if not brief:
-        head = ["λ", "region", *head[1:4], "remarks", "agree", "cycles", slip, work, "residual", "time"]
-    return Table(
-        head, [[row[name] for name in head] for row in rows], (1, 2, 3) if brief else (1, 2, 3, 4, 5)
-    )
+def started(run: Run) -> str:
+    """A remark on an initial state: whether nodes are open in it, or whether it follows the transient."""
+    return " (zone)" if run.open_nodes else " (after)" * run.case.after_transient
 
 
-def _run(v: Verification, run: Run) -> dict[str, str]:
-    """One run by the headings of its table."""
-    found = run.simulation
-    started = " (zone)" if run.open_nodes else " (after)" * run.case.after_transient
-    return {
-        "λ": number(found.load_factor, DIGITS),
-        "region": run.region,
-        "initial state": run.initial + started,
-        "predicted": run.predicted,
-        "simulated": str(found.outcome),
-        "remarks": remarks(found),
-        "agree": {True: "yes", False: "NO", None: "–"}[run.agrees],
-        "cycles": str(found.cycles_simulated),
-        "residual": "–" if np.isnan(found.residual) else f"{found.residual:.0e}",
-        "time": f"{1e3 * run.seconds:.1f} ms",
-    }
-
-
-def _largest(v: Verification, run: Run, which: int) -> str:
-    """The largest slip distance of a node (0), or the dissipation (1), per cycle, without round-off."""
-    found, none = run.simulation, resolution(v.problem, run.simulation.load_factor)
-    if which == 0:
-        return number(max(without_round_off(found.slip_per_cycle, none[0])))
-    return number(without_round_off([found.dissipation_per_cycle], none[1].max())[0])
-
-
-def remarks(run: Simulation) -> str:
-    """Remarks on a long-term state: period, jumps, open nodes, proof."""
+def remarks(run: Simulation) -> list[str]:
+    """Remarks on a long-term state: its period, its jumps, its open nodes."""
     found = [f"period {run.period}"] if run.period > 1 else []
     found += [f"{run.jumps_per_cycle:g} jumps per cycle"] if run.jumps_per_cycle > 0 else []
-    found += [f"{open_in_words(run.open_nodes)} open"] if run.open_nodes else []
-    return "; ".join([*found, *["proved"] * run.proved])
+    return found + ([f"{open_in_words(run.open_nodes)} open"] if run.open_nodes else [])
 
 
 def provenance(v: Verification) -> list[Fact]:
