@@ -11,7 +11,7 @@ from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.units import units_of
 from shakedown.report.data_facts import headline
 from shakedown.report.facts import Fact, Section, Sheet, Table, number
-from shakedown.report.node_words import node_column
+from shakedown.report.node_names import node_column
 from shakedown.report.subset_facts import critical_facts
 
 from .options import output_options, problem_argument

@@ -49,7 +49,7 @@ from .output import draw, echo_json, progress, show
     type=OpenNodes(),
     default="auto",
     show_default=True,
-    help="Nodes open at the start: none or numbers like 0,3,7; auto: none, and λ_E of the best zone.",
+    help="Nodes open at the start: none or numbers like 0,3,7; auto: none; proofs: the best zone.",
 )
 @click.option("--from-zero", is_flag=True, help="Every amplitude from that state too; say where it differs.")
 @cycles_option

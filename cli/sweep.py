@@ -83,7 +83,7 @@ class Bounds(click.ParamType):
     metavar="STATE",
     default="zero",
     show_default=True,
-    help="State of λ_E, λ_S, λ_T and simulations: zero, given, given:K or PATH.npy.",
+    help="State of proofs and simulations: zero, given, given:K or PATH.npy.",
 )
 @click.option(
     "--open",
@@ -91,7 +91,7 @@ class Bounds(click.ParamType):
     type=click.Choice(["auto", "none"]),
     default="auto",
     show_default=True,
-    help="Whether λ_max and λ_E may be those of a zone of open nodes.",
+    help="Whether limits may be those of a zone of open nodes.",
 )
 @click.option("--quick", is_flag=True, help="λ_T to 0.1 %.")
 @slip_below_option

@@ -12,7 +12,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips, zero_modes
 from shakedown.joint.units import loads_in_words
 from shakedown.report.facts import Fact
-from shakedown.report.node_words import AXES, node_in_words
+from shakedown.report.node_names import AXES, node_in_words
 from shakedown.report.notes import FLOATING, LOAD_DOMAIN
 
 SHOWN = 5  # digits of places and loads

@@ -183,8 +183,8 @@ def damping_sheet(problem: Problem, curve: DampingCurve) -> Sheet:
     facts = [
         Fact("load", f"{curve.load}{name}", note=f"at {count(len(curve.amplitude), 'amplitude')}"),
         Fact("displacement", curve.unit.moved(curve.problem), note=f"stiffness: {stiffness}"),
-        *_without_damping("proved", curve.proved_limit, "λ_E"),
-        *_without_damping("simulated", curve.simulated_limit, "λ_T, from the first state"),
+        *_without_damping("proved", curve.proved_limit),
+        *_without_damping("simulated", curve.simulated_limit),
     ]
     said = [notes.NO_DISPLACEMENT] if np.isnan(curve.displacement).all() else []
     if curve.from_zero is not None:
@@ -198,12 +198,12 @@ def damping_sheet(problem: Problem, curve: DampingCurve) -> Sheet:
     return Sheet(headline(problem), (), None, facts, [Section("", (), [_curve(problem, curve)], said)])
 
 
-def _without_damping(how: str, limit: float, symbol: str) -> list[Fact]:
+def _without_damping(how: str, limit: float) -> list[Fact]:
     """Up to which amplitude there is no friction damping."""
     if np.isnan(limit):
         return []
     at = "at any amplitude" if np.isinf(limit) else f"up to {number(limit, SHOWN, 'down')}"
-    return [Fact(f"no damping, {how}", at, note=symbol)]
+    return [Fact(f"no damping, {how}", at, note="from the first state")]
 
 
 def _curve(problem: Problem, curve: DampingCurve) -> Table:

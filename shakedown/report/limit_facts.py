@@ -30,7 +30,7 @@ from shakedown.report.facts import (
     number,
     signed,
 )
-from shakedown.report.node_words import by_direction, node_column, node_in_words, open_in_words, ranges
+from shakedown.report.node_names import by_direction, node_column, node_in_words, open_in_words, ranges
 
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment

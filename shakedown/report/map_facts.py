@@ -13,7 +13,7 @@ from shakedown.joint.units import units_of
 from shakedown.report import notes
 from shakedown.report.data_facts import headline
 from shakedown.report.facts import Fact, Section, Sheet, Table, number
-from shakedown.report.node_words import open_in_words, resolution, without_round_off
+from shakedown.report.node_names import open_in_words, resolution, without_round_off
 
 if TYPE_CHECKING:  # importing it would load the solvers
     from shakedown.joint.problem import Problem

@@ -16,7 +16,7 @@ from shakedown.joint.units import loads_in_words, units_of
 from shakedown.report import notes
 from shakedown.report.data_facts import headline
 from shakedown.report.facts import Fact, Section, Sheet, Table, number
-from shakedown.report.node_words import (
+from shakedown.report.node_names import (
     by_direction,
     node_column,
     node_columns,

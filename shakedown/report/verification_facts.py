@@ -29,7 +29,7 @@ from shakedown.report.limit_facts import (
     limit_sections,
     said_of_nominal_load,
 )
-from shakedown.report.node_words import open_in_words, resolution, without_round_off
+from shakedown.report.node_names import open_in_words, resolution, without_round_off
 from shakedown.report.run_facts import node_facts, said_of_run, slip_limit_fact
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from shakedown.ground.shown_values import at_lambda
 from shakedown.long_term.simulation import Simulation
 from shakedown.plot.inline_svg import Drawing, Picture, picture
 from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
-from shakedown.report.node_words import open_in_words, resolution
+from shakedown.report.node_names import open_in_words, resolution
 from shakedown.report.verification_facts import limits_on_page
 from shakedown.studies.refined import Refinement
 
