@@ -112,14 +112,10 @@ def _limits_agree(name: str, parts: list[Problem], whole: Problem) -> bool | Non
 
 def _limit(name: str, problem: Problem) -> float:
     """A limit; below zero where nothing is proved, or no slip is safe."""
-    if name == "λ_S":
-        found = shakedown.accumulated_bound(problem)
+    if name in ("λ_S", "λ_U"):
+        found = {"λ_S": shakedown.accumulated_bound, "λ_U": shakedown.universal_bound}[name](problem)
     else:
-        bounds = {
-            "λ_U": shakedown.universal_bound,
-            "λ_E": shakedown.energy_bound,
-            "λ_max": shakedown.upper_bound,
-        }
+        bounds = {"λ_E": shakedown.energy_bound, "λ_max": shakedown.upper_bound}
         found = bounds[name](problem, certify=False)
     nothing = np.isnan(found.load_factor) or getattr(found, "least_load_factor", 0.0) > found.load_factor
     return -1.0 if nothing else found.load_factor
