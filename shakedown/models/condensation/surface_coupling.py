@@ -104,6 +104,7 @@ def surface_coupling(
     *,
     reach: float | None = None,
     uncovered: float = UNCOVERED,
+    finer: bool = False,
     revolved: bool = False,
 ) -> SurfaceCoupling:
     """Couple two surfaces by the dual mortar method (docs/mortar.md).
@@ -116,6 +117,8 @@ def surface_coupling(
         Largest distance of facets that meet, by default a quarter of a facet of the slave [length].
     uncovered
         Share of the slave's area that may lie beside the master without a warning.
+    finer
+        Whether the slave may have the finer facets without a warning.
     revolved
         Whether the facets are edges of bodies of revolution about the axis x = 0.
 
@@ -158,11 +161,13 @@ def surface_coupling(
             f"surfaces: expected facets of the master side by side, found {found.found.max():.3g} times the "
             f"slave's facet {worst} below them: do they lie in two layers? (a smaller 'reach')"
         )
-    return _coupling(slave, master, found, longest, uncovered)
+    made = _coupling(slave, master, found, longest)
+    weak = made.labels[found.area < PER_CENT * found.whole]  # nodes that only a corner of the master covers
+    return replace(made, warnings=tuple(_warnings(made, uncovered, weak, finer)))
 
 
 def _coupling(
-    slave: ContactSurface, master: ContactSurface, found: DualBasis, reach: float, accepted: float
+    slave: ContactSurface, master: ContactSurface, found: DualBasis, reach: float
 ) -> SurfaceCoupling:
     places, P, d = hat_places(slave)[found.nodes], found.P, slave.dimension
     normals = _nodal_normals(slave)[found.nodes]
@@ -174,7 +179,8 @@ def _coupling(
     flat = _is_flat(slave, found.share > 0, along)
     size = float(np.median(master.areas ** (1 / (d - 1))))
     overlap = float(found.share @ slave.areas)
-    made = SurfaceCoupling(
+    middle_nodes = slave.middle_nodes[np.isin(slave.middle_nodes[:, 0], slave.labels[found.nodes])]
+    return SurfaceCoupling(
         labels=slave.labels[found.nodes],
         master=master.labels[touched],
         P=sparse.csr_array(every[:, (d * touched[:, None] + np.arange(d)).ravel()]),
@@ -182,7 +188,7 @@ def _coupling(
         normals=normals,
         places=places,
         gap=gap,
-        middle_nodes=slave.middle_nodes[np.isin(slave.middle_nodes[:, 0], slave.labels[found.nodes])],
+        middle_nodes=middle_nodes,
         partner=master.labels[np.asarray(abs(P).argmax(axis=1)).ravel()],
         flat=flat,
         overlap=overlap,
@@ -194,12 +200,9 @@ def _coupling(
         finer=slave.size / size,
         size=slave.size,
         reach=reach,
-        notes=(),
+        notes=weighted_nodes(len(middle_nodes)),
         warnings=(),
     )
-    weak = made.labels[found.area < PER_CENT * found.whole]  # nodes that only a corner of the master covers
-    doubts = tuple(_warnings(made, accepted, weak))
-    return replace(made, warnings=doubts, notes=weighted_nodes(len(made.middle_nodes)))
 
 
 def _by_direction(P: sparse.csr_array, blocks: FloatArray) -> sparse.csr_array:
@@ -269,7 +272,7 @@ def _nothing(slave: ContactSurface, master: ContactSurface, reach: float) -> str
     )
 
 
-def _warnings(made: SurfaceCoupling, accepted: float, weak: IntArray) -> Iterator[str]:
+def _warnings(made: SurfaceCoupling, accepted: float, weak: IntArray, finer: bool) -> Iterator[str]:
     """Warnings about the coupling."""
     without, extent = 1 - made.share[0], "area" if made.normals.shape[1] == 3 else "length"
     if without > accepted + NEGLIGIBLE:
@@ -283,11 +286,11 @@ def _warnings(made: SurfaceCoupling, accepted: float, weak: IntArray) -> Iterato
             f"the surfaces are drawn up to {np.abs(made.distance).max():.3g} apart, more than half the "
             f"reach of {made.reach:.3g}: say 'reach' where that is meant"
         )
-    if made.finer < FINER:
+    if made.finer < FINER and not finer:
         yield (
             f"the first surface has the finer facets ({made.finer:.2g} of the size): what is proved "
             "from given or every initial slip is less than with the surfaces the other way round; name the "
-            "coarser first"
+            "coarser first, or say finer = true"
         )
     if weak.size:
         yield (

@@ -15,7 +15,7 @@ from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, shown
 
-_BESIDE = ("reach", "uncovered")  # keys that stand beside 'surfaces' only
+_BESIDE = ("reach", "uncovered", "finer")  # keys that stand beside 'surfaces' only
 _ALONE = ("nodes", "pairs", "surface", "relative", "tied")  # keys that do not stand beside it
 
 
@@ -106,6 +106,7 @@ def coupled_surfaces(
         raise table.wrong("surfaces", "two names, of the first body and of the second", shown(names))
     table.take("surfaces", "two names", required=True)
     reach, uncovered = table.number("reach"), table.number("uncovered", UNCOVERED)
+    finer = table.flag("finer")
     where = f"{table.where}: key 'surfaces'"
     if model.mesh is None or not model.mesh.elements:
         raise ProblemError(f"{where}: expected [model] with a deck that has elements, found none")
@@ -118,6 +119,7 @@ def coupled_surfaces(
             master,
             reach=reach,
             uncovered=UNCOVERED if uncovered is None else uncovered,
+            finer=finer,
             revolved=model.axisymmetric,
         )
     key = names[0].strip().upper()

@@ -272,6 +272,7 @@ def import_model(
                                    quarter of a face of the first
         [uncovered]                of surfaces: the share of the first's area that may lie beside the
                                    second without a warning, default 0.02
+        [finer]                    of surfaces: true accepts that the first has the finer facets
         [directions]               2: friction in two tangential directions, 1: in a plane. By default
                                    2 where normals leave the plane of x and y or contact nodes move
                                    across it, unless 'axes' or 'free_out_of_plane' say otherwise

@@ -113,3 +113,11 @@ def test_a_surface_beside_the_other_is_said(tmp_path):
     assert made.contact.coupling.share == pytest.approx([0.75, 1.0])
     assert made.problem.p_w[0].sum() == pytest.approx(90.0)
     assert import_model(configuration(tmp_path, f"{SURFACES}\nuncovered = 0.3")).warnings == ()
+
+
+def test_a_finer_first_surface_is_said_and_may_be_meant(tmp_path):
+    write(tmp_path, *bricks(lower=(1, 1, 1)))
+    (said,) = import_model(configuration(tmp_path)).warnings
+    assert "has the finer facets" in said
+    assert said.endswith("name the coarser first, or say finer = true")
+    assert import_model(configuration(tmp_path, f"{SURFACES}\nfiner = true")).warnings == ()
