@@ -58,6 +58,7 @@ INSIDE = {  # what commands and studies reach for beside public names: checks of
     ("cli.solve", "shakedown.assessment.three_numbers"),
     ("benchmarks.block_cycle", "shakedown.motion.plane.gauss_seidel"),
     ("benchmarks.rigid_motions", "shakedown.joint.rigid_slips"),
+    ("benchmarks.decks", "shakedown.models.readers.deck"),
     ("benchmarks.space_ball_adversary", "shakedown.programs.cone_rays"),
     ("benchmarks.stability", "shakedown.motion.course"),
     ("benchmarks.stability", "shakedown.motion.plane"),

@@ -15,8 +15,8 @@ Reading order:
   models);
 - ``nodal_vectors`` (reactions and displacements), by ``calculix_reactions``, ``calculix_frd`` or
   ``reactions_table``;
-- ``mesh``, by ``deck`` (its local systems: ``coordinate_system``), ``nastran_bulk``
-  or ``coordinates``;
+- ``mesh``, by ``deck`` (its local systems: ``coordinate_system``), ``nastran_bulk``, ``ansys_archive`` or
+  ``coordinates``; ``cells``: a mesh as other programs have it;
 - ``sniff``, which chooses: a new format of stiffness files is a module that ends in its registration
   (``formats``);
 - ``toml_table`` and ``input_files``: a configuration, and the files that it names.

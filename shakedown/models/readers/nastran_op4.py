@@ -113,7 +113,9 @@ def _matrices(path: str | os.PathLike[str], name: str) -> list[_Matrix]:
 def _largest(raw: bytes, name: str) -> int:
     """The most numbers that a header claims; ``ProblemError`` if a binary record is not whole."""
     if b"\0" not in raw[:4]:
-        return max(abs(int(found[1]) * int(found[2])) for found in _HEADER.finditer(raw))
+        sizes = (b"%b %b" % (found[1].strip(), found[2].strip()) for found in _HEADER.finditer(raw))
+        whole = (size.split() for size in sizes if re.fullmatch(rb"-?\d+ -?\d+", size))
+        return max((abs(int(columns) * int(rows)) for columns, rows in whole), default=0)
     order: Literal["little", "big"] = "little" if int.from_bytes(raw[:4], "little") in _HEADS else "big"
     width, at, claimed = _HEADS[int.from_bytes(raw[:4], order)], 0, 0
     while at < len(raw):  # a length, the content, the length again

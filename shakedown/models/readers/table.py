@@ -8,7 +8,7 @@ import numpy as np
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.models.readers.text import listed, number, quoted, read_lines
+from shakedown.models.readers.text import listed, number, quoted, read_lines, whole_numbers
 
 DELIMITERS = {"tab": "\t", ";": ";", ",": ",", "space": None}
 _COMMENT = ("#", "%", "!", "$", "**", "//")
@@ -58,14 +58,11 @@ class NumberTable:
 
     def whole(self, key: str | int) -> list[int]:
         """A column of whole numbers."""
-        values = self.column(key)
-        wrong = np.flatnonzero((values != np.round(values)) | (np.abs(values) >= 2**53))
-        if wrong.size:
-            raise ProblemError(
-                f"{self.name}: line {self.lines[wrong[0]]}: expected a whole number in column "
-                f"{quoted(str(key))}, found {values[wrong[0]]:g}"
-            )
-        return [int(value) for value in values]
+        return (
+            whole_numbers(self.column(key)[:, None], self.lines, self.name, f" in column {quoted(str(key))}")
+            .ravel()
+            .tolist()
+        )
 
 
 def read_table(

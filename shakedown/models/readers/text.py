@@ -4,7 +4,7 @@ import math
 import os
 import re
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from io import BufferedReader
 
 import numpy as np
@@ -150,13 +150,13 @@ def rows_of_numbers(
     return places, np.array(rows).reshape(-1, width)
 
 
-def whole_numbers(table: FloatArray, places: list[int], name: str) -> NDArray[np.intp]:
+def whole_numbers(table: FloatArray, places: Sequence[int], name: str, which: str = "") -> NDArray[np.intp]:
     """Columns of whole numbers; ``ProblemError`` names the line (``places``) of the first that is none."""
     wrong = (table != np.round(table)) | (np.abs(table) >= LARGEST_WHOLE)
     if wrong.any():
         k = int(np.argmax(wrong.any(axis=1)))
         raise ProblemError(
-            f"{name}: line {places[k]}: expected a whole number, found {table[k][wrong[k]][0]:g}"
+            f"{name}: line {places[k]}: expected a whole number{which}, found {table[k][wrong[k]][0]:g}"
         )
     return table.astype(np.intp)
 
