@@ -234,9 +234,6 @@ def tenth_cycle_figure() -> Figure:
     problem = shakedown.example("cantilevered-block")
     figure = Figure(figsize=(7, 4.6), layout="constrained")
     axes = figure.subplots()
-    styles = {"safe slip": {"lw": 4, "alpha": 0.5}}  # it lies below slip 0
-    plot.slip_along(
-        tenth_cycle(problem), problem, what="slip in the tenth cycle Σ|Δv|", styles=styles, ax=axes
-    )
+    plot.slip_along(tenth_cycle(problem), problem, what="slip in the tenth cycle Σ|Δv|", ax=axes)
     axes.set_title(f"Cantilevered block, f = {problem.f[0]}, at λ_max (like thesis fig. 5.8)")
     return figure

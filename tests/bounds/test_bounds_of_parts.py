@@ -116,17 +116,9 @@ def test_a_part_that_nothing_limits_leaves_the_limit_of_the_other_alone():
     assert over.max() <= 1e-9 * np.abs(p).max()
 
 
-def test_twin_parts_both_limit_the_joint():
-    """More friction at one node alone gains nothing then, less costs as much as in one part; in finite differences."""
+def test_where_twin_parts_both_limit_the_joint_there_is_no_derivative():
     twin = plain(shakedown.example("two-node"))
     whole = joined([twin, in_units(twin, 1e-3, 1e-3)])
-    found = sensitivities(whole, shakedown.energy_bound(whole, certify=False)).friction
-    for node, step in ((1, -1e-6), (1, 1e-6), (3, -1e-6), (3, 1e-6)):
-        f = whole.f.copy()
-        f[node] += step
-        changed = shakedown.Problem(
-            A=whole.A, B=whole.B, f=f, q_w=whole.q_w, p_w=whole.p_w, q_mean=whole.q_mean, p_mean=whole.p_mean
-        )
-        moved = shakedown.energy_bound(changed, certify=False).load_factor
-        slope = (moved - shakedown.energy_bound(whole, certify=False).load_factor) / step
-        assert found.derivative[node, int(step > 0)] == pytest.approx(slope, rel=1e-3, abs=1e-4)
+    found = sensitivities(whole, shakedown.energy_bound(whole, certify=False))
+    assert "not unique" in found.reason
+    assert np.isnan(found.friction.derivative).all()
