@@ -42,12 +42,12 @@ def import_sheet(made: Import, *, check: bool) -> Sheet:
         *_bodies(made),
         Fact("rigid motions", str(reduced.zero_modes), note="of the contact nodes, without resistance"),
         Fact("asymmetry", f"{reduced.asymmetry:.1e}", note=f"forces left inside {reduced.residual:.1e}"),
-        *(
-            [Fact("rigid residual", f"{made.rigid_residual:.1e}")]
-            if made.rigid_residual == made.rigid_residual
-            else []
-        ),
     ]
+    if made.rigid_residual == made.rigid_residual:
+        share = f"{made.rigid_residual:.1e}"
+        facts.append(
+            Fact("rigid residual", share, note="share of its stiffness that rigid motions of the model meet")
+        )
     files = [Fact(f"read {name}", f"sha256 {digest[:16]}…") for name, digest in made.sources.items()]
     sections = [_loads(made), _nodes(made), Section("", files)]
     return Sheet(headline(made.problem), [go_on if made.ready else stop], None, facts, sections)
