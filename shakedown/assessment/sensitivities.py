@@ -22,9 +22,12 @@ from shakedown.joint.contact_zone import Zone, contact_zone
 from shakedown.joint.coupled_parts import coupled_parts
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.programs.program import INF, Program
 from shakedown.programs.scaling import equilibration
+from shakedown.programs.solver import solve
 
 NOT_UNIQUE = "what limits it is not unique: several nodes, or load steps, do so alike"
+ENDS_SOUGHT_UP_TO = 40  # nodes: two small programs for each of them
 SAME = 10 * NEGLIGIBLE  # relative to the terms of a derivative: differences between optima that do not matter
 KINDS = ("friction", "constant", "amplitude")
 SMOOTH = 10.0**-DIGITS  # of the largest elasticity: one-sided values that differ by less are equal
@@ -116,9 +119,10 @@ def sensitivities(problem: Problem, bound: Bound, *, tolerances: Tolerances = DE
 
     over the rows of node i, p_i less ∂(f γ)/∂f R for λ_E. Nothing is solved again. Where the multipliers are
     not unique, as where several nodes limit the joint alike, there is no such derivative: all are NaN, with
-    the reason; so is one by friction where the best slip is not unique and its pressure matters. What varies
-    is one quantity of one node; stiffness, the other nodes, the initial slip, the distance
-    and the zone stay. Where nodes are open the loads of all nodes act on the closed ones.
+    the reason. Where the best slip is not unique, and its pressure matters, a small program tells how far the
+    derivative by friction may go on either side, up to 40 nodes; beyond it is NaN. What varies is one
+    quantity of one node; stiffness, the other nodes, the initial slip, the distance and the zone stay. Where
+    nodes are open the loads of all nodes act on the closed ones.
 
     The factor on all constant loads together has the elasticity 1 (for λ_E from slip zero without a
     distance), that on all amplitudes −1.
@@ -215,6 +219,9 @@ class _Optimum:
         Their coefficients of λ [force].
     multipliers : (k,)
         y ≥ 0 with Wᵀ y = 0 and dᵀ y = 1.
+    rows, slack
+        All rows (K, N) and their slacks (K,), which say how far other optimal x are; None where x is bent by
+        a cone, or there are so many nodes that seeking them takes long.
     at_tip
         Whether the optimum is the tip of a cone, where multipliers are not unique.
     ray : (N,)
@@ -226,6 +233,8 @@ class _Optimum:
     W: FloatArray
     d: FloatArray
     multipliers: FloatArray
+    rows: FloatArray | None
+    slack: FloatArray | None
     at_tip: bool
     ray: FloatArray | None
     tolerances: Tolerances
@@ -240,9 +249,18 @@ class _Optimum:
         turn : (k, N)
             How the change as it grows varies with x.
         """
+        found = np.asarray(self.multipliers @ gain * SIDES)
         if turn.any() and not self._stays(turn):
-            return np.full(2, np.nan)
-        return np.asarray(self.multipliers @ gain * SIDES)
+            way = self.multipliers @ turn
+            found += [-self._farthest(-way), self._farthest(way)]
+        return found
+
+    def _farthest(self, way: FloatArray) -> float:
+        """The most that another optimal x may gain along a direction (Gol'shtein); NaN where not sought."""
+        if self.rows is None or self.slack is None:
+            return np.nan
+        end = solve(Program(self.rows, self.slack, -way, lower=np.array(-INF), tolerances=self.tolerances))
+        return float(way @ end.x) if end.status == Status.OPTIMAL else np.nan
 
     @cached_property
     def unique(self) -> bool:
@@ -314,11 +332,15 @@ def _of_upper(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Reached:
     excess = rows.relative_excess(slip, bound.load_factor)
     chosen = np.flatnonzero((excess >= -tolerances.feasibility) | (bound.multipliers > 0))
     rates = rates_of(zone, bound.load_factor, before=before).among(chosen)
-    y = bound.multipliers[chosen]
+    y, slack = bound.multipliers[chosen], np.maximum(-rows.excess(slip, bound.load_factor), 0.0)
+    slack[chosen] = 0.0  # otherwise round-off there would set the scale of the others
+    few = zone.problem.n <= ENDS_SOUGHT_UP_TO
     optimum = _Optimum(
         W=rows.coefficients[chosen],
         d=rows.d[chosen],
         multipliers=y / (y @ rows.d[chosen]),
+        rows=rows.coefficients if few else None,
+        slack=slack,
         at_tip=False,
         ray=None,
         tolerances=tolerances,
@@ -347,6 +369,8 @@ def _of_energy(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Reached:
         W=rows.G[chosen] @ metric.inverse + s[:, None] * ray,
         d=rows.d[chosen],
         multipliers=y / (y @ rows.d[chosen]),
+        rows=None,
+        slack=None,
         at_tip=at_tip and bool(s.any()),
         ray=ray if s @ y > 0 else None,
         tolerances=tolerances,

@@ -303,7 +303,8 @@ def sensitivity(limits: JointLimits, name: str, claim: str) -> Fact | None:
         return None
     node = int(found.ranked()[0])
     changes = {cause: float(getattr(found, kind).elasticity[node, 1]) for kind, cause in CAUSES.items()}
-    effects = [f"{cause} {signed(by, 2) if abs(by) >= SLIGHT else '0 %'}" for cause, by in changes.items()]
+    known = {cause: by for cause, by in changes.items() if not isnan(by)}
+    effects = [f"{cause} {signed(by, 2) if abs(by) >= SLIGHT else '0 %'}" for cause, by in known.items()]
     note = f"1 % more changes {claim} by: {', '.join(effects)}"
     return Fact("decided by", node_in_words(limits.problem, node), note=note)
 
