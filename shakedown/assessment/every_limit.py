@@ -89,16 +89,12 @@ class JointLimits(Result):
             value = known.get(name, Missing("not read yet"))
             yield name, value.reason if isinstance(value, Missing) else short(value)
 
-    def keep(self, name: str, found: object) -> None:
-        """Store a limit that was computed beside others."""
-        vars(self)[name] = found
-
     def __getattr__(self, name: str) -> Any:
         """A limit that was not computed yet, by its name in ``BOUNDS``."""
         if name not in BOUNDS:
             raise AttributeError(f"the limits of a joint have no {name!r}")
-        self.keep(name, self._bound(BOUNDS[name]))
-        return vars(self)[name]
+        vars(self)[name] = found = self._bound(BOUNDS[name])
+        return found
 
     def _bound(self, kind: BoundKind) -> "Bound | Missing | None":
         """A limit; undecided where another one refutes it."""

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.independent_bounds import SecondBounds, second_bounds
+from shakedown.assessment.independent_bounds import SecondBounds
 from shakedown.assessment.runs import MOST_WORK
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.bounds.bound_result import Bound
@@ -71,11 +71,6 @@ def limited(step: Callable[[], T]) -> Callable[[], T]:
             return step()
 
     return within
-
-
-def second_step(limits: JointLimits) -> Callable[[], SecondBounds]:
-    """The piece of work that finds the bounds by another solver, once they are known."""
-    return lambda: second_bounds(limits.problem, limits.bounds, limits.tolerances)
 
 
 def evidence_steps(limits: JointLimits, budget: int, below: float | None) -> list[Callable[[], Any]]:

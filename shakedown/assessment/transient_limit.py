@@ -96,14 +96,6 @@ class ScannedHistory(Evidence):
         cycles = None if state is None else state.proof_found.cycles
         return {"load_factor": self.proved, "cycles": cycles, "proved": state is not None}
 
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Next to λ_T: shakedown is proved *at* the first, a cycle was found at the second.
-
-        Nothing is proved of load factors below the first: outcomes need not be monotone in λ.
-        """
-        return self.proved, self.cycling
-
 
 def of_joint(limits: Any) -> Bound | Missing | None:
     """λ_T of a joint whose limits are computed (``registry.BOUNDS``); None without a finite λ_max."""

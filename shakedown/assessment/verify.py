@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple, TypeVar
 
 from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.independent_bounds import SecondBounds, independent_findings
+from shakedown.assessment.independent_bounds import SecondBounds, independent_findings, second_bounds
 from shakedown.assessment.plan import Case, case_as_given, plan_steps, planned_cases
 from shakedown.assessment.runs import (
     AFTER_SPENT,
@@ -26,7 +26,6 @@ from shakedown.assessment.side_by_side import (
     evidence_steps,
     limited,
     other_evidence,
-    second_step,
     side_by_side,
 )
 from shakedown.assessment.slip_limit import SlipLimit
@@ -315,16 +314,14 @@ def _find_bounds(limits: JointLimits, method: str, begin: Begin) -> Callable[[],
     Also what waits for the bounds by another solver.
     """
     first, every = begin(lambda: limits.upper), begin(lambda: limits.universal)
-    limits.keep("upper", first())
+    first()
     for name in ("lower", "through_transient"):
-        limits.keep(name, getattr(limits, name))
-    from_here_on = [kind.name for kind in kinds_of(Claim.THIS_STATE)]
-    from_here = [begin(functools.partial(getattr, limits, name)) for name in from_here_on]
-    compiled, second = begin(lambda: compile_loops(limits, method)), begin(second_step(limits))
-    for name, end in zip(from_here_on, from_here, strict=True):
-        limits.keep(name, end())
-    limits.keep("universal", every())
-    compiled()
+        getattr(limits, name)
+    others = [begin(functools.partial(getattr, limits, kind.name)) for kind in kinds_of(Claim.THIS_STATE)]
+    others += [every, begin(lambda: compile_loops(limits, method))]
+    second = begin(lambda: second_bounds(limits.problem, limits.bounds, limits.tolerances))
+    for end in others:
+        end()
     limits.note_what_is_known()
     return second
 
@@ -364,7 +361,7 @@ def _simulated(
 
     first = sum(case.load_factor == AS_GIVEN for case in cases)  # λ = 1 comes first, then λ_T
     runs += [awaited(end) for end in ends[:first]]
-    limits.keep("transient", awaited(transient))
+    awaited(transient)
     runs += [awaited(end) for end in ends[first:]]
     return runs, other_evidence(limits, awaited(second), [awaited(end) for end in others])
 

@@ -238,7 +238,9 @@ def _limit(name: str, found: Mapping[str, Any]) -> DesignLimit:
         remarks, status = [f"proved only from λ = {up(result.least_load_factor)} on"], Status.UNDECIDED
     followed = BOUNDS[name].claim == Claim.FOLLOWED
     load_factor = nan if followed and status != Status.OPTIMAL else result.load_factor
-    return DesignLimit(load_factor, status, "; ".join(remarks), *(result.interval if followed else ()))
+    return DesignLimit(
+        load_factor, status, "; ".join(remarks), *((result.proved, result.cycling) if followed else ())
+    )
 
 
 def from_here() -> list[str]:

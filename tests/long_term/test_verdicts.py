@@ -128,7 +128,7 @@ def test_nothing_is_proved_of_what_cycles_or_is_open():
 def test_the_transient_limit_is_enclosed_by_proof_and_cycle(name):
     problem = shakedown.example(name)
     limit = shakedown.transient_limit(problem, steps=10, accuracy=1e-6)
-    proved, cycling = limit.interval
+    proved, cycling = limit.proved, limit.cycling
     assert proved <= limit.load_factor < cycling
     assert cycling - proved <= 1e-3 * cycling
     assert limit.at_proved.proved
