@@ -1,6 +1,6 @@
 """The pieces of work of a verification, done by threads beside each other, and what they find."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any, NamedTuple, Protocol, TypeVar
@@ -11,8 +11,7 @@ from shakedown.assessment.runs import MOST_WORK
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_load_factors
-from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds
-from shakedown.ground.errors import Missing, present
+from shakedown.ground.errors import Missing
 from shakedown.ground.work_limit import limited_work
 
 T = TypeVar("T")
@@ -52,7 +51,6 @@ class OtherEvidence(NamedTuple):
 
     second: SecondBounds
     critical: CriticalLoadFactors | None
-    friction: FrictionThresholds | None
     transient: Bound | Missing | None
     slip: SlipLimit | Missing | None
 
@@ -83,11 +81,3 @@ def evidence_steps(limits: JointLimits, budget: int, below: float | None) -> lis
         lambda: None if below is None else limits.slip(below),
         lambda: limits.mesh,
     ]
-
-
-def other_evidence(limits: JointLimits, second: SecondBounds, found: Sequence[Any]) -> OtherEvidence:
-    """What the second bounds and these pieces of work have found."""
-    critical, friction, slip, mesh = found
-    limits.keep("friction", friction)
-    limits.keep("mesh", mesh)
-    return OtherEvidence(second, critical, present(limits.friction), limits.transient, slip)

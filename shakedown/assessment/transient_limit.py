@@ -103,15 +103,14 @@ def of_joint(limits: Any) -> Bound | Missing | None:
     if end is None:
         return None
     limits.note_what_is_known()
-    accuracy = limits.accuracy
-    if accuracy is None:  # where following a joint takes seconds, and longer near λ_T
-        accuracy = FOUR_DIGITS if takes_long(limits.problem) else SIX_DIGITS
+    # few digits where following a joint takes seconds, and longer near λ_T
+    usual = FOUR_DIGITS if takes_long(limits.problem) else SIX_DIGITS
     return sought(
         transient_limit,
         limits.problem,
         limits.initial_slip,
         largest=end,
-        accuracy=accuracy,
+        accuracy=limits.accuracy or usual,
         tolerances=limits.tolerances,
     )
 

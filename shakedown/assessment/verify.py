@@ -25,7 +25,6 @@ from shakedown.assessment.side_by_side import (
     OtherEvidence,
     evidence_steps,
     limited,
-    other_evidence,
     side_by_side,
 )
 from shakedown.assessment.slip_limit import SlipLimit
@@ -363,7 +362,9 @@ def _simulated(
     runs += [awaited(end) for end in ends[:first]]
     awaited(transient)
     runs += [awaited(end) for end in ends[first:]]
-    return runs, other_evidence(limits, awaited(second), [awaited(end) for end in others])
+    again = awaited(second)
+    critical, _, slip, _ = (awaited(end) for end in others)
+    return runs, OtherEvidence(again, critical, limits.transient, slip)
 
 
 def _nominal_run(limits: JointLimits, cycles: int, method: str) -> Run:
