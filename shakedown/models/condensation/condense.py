@@ -488,17 +488,11 @@ def _notes(
 ) -> tuple[str, ...]:
     notes = []
     on_planes = np.flatnonzero(frame.layout.by_node(guided).any(axis=1))
-    if on_planes.size and frame.directions > 1:
+    if on_planes.size:
         notes.append(
             f"{on_planes.size} contact node(s) are held along a tangent (a plane of symmetry), the first "
             f"{frame.names[on_planes[0]]}: these slips are coupled to nothing and stay zero"
         )
-    else:
-        notes += [
-            f"contact node {frame.labels[j]} is held along its tangent (a plane of symmetry): its slip is "
-            "coupled to nothing and stays zero"
-            for j in on_planes
-        ]
     if constrained.any():
         notes.append(f"{constrained.sum()} rows carry 1e36 on the diagonal and were taken as held")
     if empty.any():

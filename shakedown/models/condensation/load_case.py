@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.ground.argument_kinds import check_fields, real_values
-from shakedown.ground.errors import ProblemError
+from shakedown.ground.argument_kinds import check_fields
+from shakedown.ground.errors import ProblemError, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
+from shakedown.joint.arguments import real_array
 from shakedown.joint.result import Result
 
 LARGEST_DOMAIN = 12  # ranges; 4096 corners
@@ -296,15 +297,9 @@ def _columns(key: str, factors: Sequence[FloatArray]) -> FloatArray:
 
 def _real(label: str, value: Any, dimensions: tuple[int, ...]) -> FloatArray:
     try:
-        array = real_values(value)
-    except ValueError:  # ragged
-        array = np.array(None)
-    if array.dtype.kind not in "fiu":
-        raise ProblemError(f"{label}: expected real numbers, found {type(value).__name__}")
-    with np.errstate(over="ignore"):  # what overflows is not finite
-        array = array.astype(np.float64)
+        array = real_array(label, value)
+    except UsageError as error:
+        raise ProblemError(str(error)) from None
     if array.ndim not in dimensions:
         raise ProblemError(f"{label}: expected {dimensions[-1]} axis/axes, found shape {array.shape}")
-    if not np.isfinite(array).all():
-        raise ProblemError(f"{label}: expected finite numbers, found {array[~np.isfinite(array)][0]}")
     return array

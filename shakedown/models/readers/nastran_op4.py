@@ -3,8 +3,7 @@
 import os
 import re
 import warnings
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -26,8 +25,7 @@ _HEADS = {24: 4, 48: 8}  # bytes of a binary header record: width of its integer
 _REAL = (1, 2)  # types: single and double precision
 
 
-@dataclass(frozen=True)
-class _Matrix:
+class _Matrix(NamedTuple):
     """One matrix of a file as pyYeti reads it, dense or sparse."""
 
     name: str

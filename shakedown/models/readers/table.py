@@ -58,11 +58,8 @@ class NumberTable:
 
     def whole(self, key: str | int) -> list[int]:
         """A column of whole numbers."""
-        return (
-            whole_numbers(self.column(key)[:, None], self.lines, self.name, f" in column {quoted(str(key))}")
-            .ravel()
-            .tolist()
-        )
+        which = f" in column {quoted(str(key))}"
+        return whole_numbers(self.column(key)[:, None], self.lines, self.name, which).ravel().tolist()
 
 
 def read_table(
