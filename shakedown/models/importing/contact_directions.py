@@ -120,7 +120,7 @@ def _axes(table: TomlTable, model: Model) -> Axes | None:
     if axes is not None and sorted({1, 2, 3} & set(axes)) != sorted(axes):
         raise table.wrong("axes", "two of 1, 2, 3", axes)
     if model.axisymmetric:
-        _check_axisymmetric(axes or list(PLANE), number, model, table.where)
+        _check_axisymmetric(table, axes or list(PLANE), number, model)
         return PLANE
     flat = [key for key in ("axes", "free_out_of_plane") if (key == "axes" and axes) or table.has(key)]
     tangents = [key for key in ("tangent", "tangents") if table.has(key)]
@@ -134,17 +134,13 @@ def _axes(table: TomlTable, model: Model) -> Axes | None:
     return tuple(axes or PLANE) if flat or number == 1 else None
 
 
-def _check_axisymmetric(axes: list[int], number: int | None, model: Model, where: str) -> None:
+def _check_axisymmetric(table: TomlTable, axes: list[int], number: int | None, model: Model) -> None:
     """Refuse an axisymmetric model that does not lie where its elements expect it: radius x >= 0, axis y."""
     if number == 2:
-        raise ProblemError(
-            f"{where}: key 'directions': expected 1 of an axisymmetric model, found 2; friction around the "
-            "circumference needs a solid model"
-        )
+        found = "2; friction around the circumference needs a solid model"
+        raise table.wrong("directions", "1 of an axisymmetric model", found)
     if axes != [1, 2]:
-        raise ProblemError(
-            f"{where}: key 'axes': expected [1, 2] (radius, axis) of an axisymmetric model, found {axes}"
-        )
+        raise table.wrong("axes", "[1, 2] (radius, axis) of an axisymmetric model", axes)
     if model.mesh is None:
         return
     k = int(np.argmin(model.mesh.coordinates[:, 0]))
@@ -170,11 +166,10 @@ def _given(table: TomlTable, n: int) -> FloatArray | None:
     with np.errstate(over="ignore"):  # of a length that is refused
         length = np.linalg.norm(np.atleast_2d(found), axis=1)
     if not (long := (length > 0) & (length < np.inf)).all():
+        at = f" at node {int(np.argmin(long))}" if normal is None else ""
+        wrong = f"{np.atleast_2d(found)[~long][0].tolist()}{at}"
         raise ProblemError(
-            f"{table.where}: {keys[0]}: expected vectors of length > 0 and < inf, found "
-            f"{np.atleast_2d(found)[~long][0].tolist()}"
-            + f" at node {int(np.argmin(long))}"
-            * (normal is None)
+            f"{table.where}: {keys[0]}: expected vectors of length > 0 and < inf, found {wrong}"
         )
     return found
 

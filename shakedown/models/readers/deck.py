@@ -15,17 +15,11 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.models.readers.mesh import ABAQUS, CALCULIX, FACES, Element, Mesh, Orientation
 from shakedown.models.readers.text import integers, number, quoted, read_lines
 
-_SHAPES = {
-    ("solid", 4): "tetrahedron",
-    ("solid", 10): "tetrahedron",
-    ("solid", 6): "wedge",
-    ("solid", 15): "wedge",
-    ("solid", 8): "hexahedron",
-    ("solid", 20): "hexahedron",
-    ("plane", 3): "triangle",
-    ("plane", 6): "triangle",
-    ("plane", 4): "quadrilateral",
-    ("plane", 8): "quadrilateral",
+_SHAPES = {  # of elements with so many nodes
+    "solid": dict.fromkeys((4, 10), "tetrahedron")
+    | dict.fromkeys((6, 15), "wedge")
+    | dict.fromkeys((8, 20), "hexahedron"),
+    "plane": dict.fromkeys((3, 6), "triangle") | dict.fromkeys((4, 8), "quadrilateral"),
 }
 _TYPE = re.compile(r"(C3D|CPEG|CPE|CPS|CGAX|CAX)(\d{1,3})")
 _REVOLVED = re.compile(r"(CG?|S|MG?|R|SFMG?)AX\d")  # element types of bodies of revolution
@@ -271,7 +265,7 @@ class _Deck:
         kind, labels = card.name("TYPE"), []
         match = _TYPE.match(kind)
         count = int(match[2]) if match else 0
-        shape = _SHAPES.get(("solid" if match and match[1] == "C3D" else "plane", count), "")
+        shape = _SHAPES["solid" if match and match[1] == "C3D" else "plane"].get(count, "")
         if _REVOLVED.match(kind):
             self.revolved = kind
         elif match:
