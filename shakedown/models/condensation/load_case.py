@@ -120,18 +120,10 @@ class LoadCase(Result):
                 f"{self.name}: expected a force, a displacement, clamped reactions or displacements with the "
                 "contact open, found none"
             )
-        dimensions = {
-            "history": (0, 1),
-            "force": (1,),
-            "displacement": (1,),
-            "reactions": (2,),
-            "opened": (2,),
-            "transient": (1,),
-            "range": (1,),
-        }
-        for key, allowed in dimensions.items():
-            if getattr(self, key) is not None:
-                object.__setattr__(self, key, _real(f"{self.name}: {key}", getattr(self, key), allowed))
+        dimensions = {"history": (0, 1), "reactions": (2,), "opened": (2,)}
+        for key in ("history", "force", "displacement", "reactions", "opened", "transient", "range"):
+            if (given := getattr(self, key)) is not None:
+                object.__setattr__(self, key, _real(f"{self.name}: {key}", given, dimensions.get(key, (1,))))
         if (self.history is None) == (self.range is None):
             found = "both" if self.range is not None else "neither"
             raise ProblemError(f"{self.name}: expected a history or a range, found {found}")

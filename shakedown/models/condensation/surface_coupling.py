@@ -83,17 +83,13 @@ class SurfaceCoupling(NodeCoupling):
 
     def to_dict(self) -> dict[str, object]:
         """What ``shakedown-bounds import --check --json`` writes of it."""
+        keys = ("overlap", "chord", "largest_weight", "finer", "reach", "flat")
         return {
             "nodes": [len(self.labels), len(self.master)],
-            "overlap": self.overlap,
+            **{key: getattr(self, key) for key in keys},
             "share": self.share.tolist(),
             "distance": dict(zip(("least", "mean", "largest"), self.distance.tolist(), strict=True)),
             "uncovered": self.uncovered.tolist(),
-            "chord": self.chord,
-            "largest_weight": self.largest_weight,
-            "finer": self.finer,
-            "reach": self.reach,
-            "flat": self.flat,
         }
 
 
@@ -194,7 +190,7 @@ def _coupling(
         overlap=overlap,
         share=np.array([overlap / slave.areas.sum(), overlap / master.areas.sum()]),
         distance=np.array(found.distance),
-        uncovered=np.setdiff1d(_corners_and_more(slave), slave.labels[found.nodes]),
+        uncovered=np.setdiff1d(np.concatenate(slave.facets), slave.labels[found.nodes]),
         chord=float(np.linalg.norm(along if flat else apart, axis=1).max()),
         largest_weight=float(np.abs(P.data).max()),
         finer=slave.size / size,
@@ -234,11 +230,6 @@ def _nodal_normals(surface: ContactSurface) -> FloatArray:
         weighted = (surface.areas[:, None] * surface.normals)[numbers]
         np.add.at(total, nodes, weighted[:, None, :])
     return total / np.maximum(np.linalg.norm(total, axis=1), np.finfo(float).tiny)[:, None]
-
-
-def _corners_and_more(surface: ContactSurface) -> IntArray:
-    """Labels of all nodes of facets."""
-    return np.unique([node for facet in surface.facets for node in facet])
 
 
 def _is_flat(slave: ContactSurface, used: NDArray[np.bool_], along: FloatArray) -> bool:

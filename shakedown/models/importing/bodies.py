@@ -223,12 +223,10 @@ def free_motions(
     if places is not None:
         xyz = np.array([places[node] for node in dofs[own, 0].tolist()])
         xyz = (xyz - xyz.mean(axis=0)) / max(float(np.ptp(xyz, axis=0).max()), np.finfo(float).tiny)
-    motions = np.zeros((len(rows), 0))
-    if axes:
-        motions = np.zeros((len(rows), 6))
-        moved = rigid_motions(dofs[own], xyz, axes)
-        motions[own, : moved.shape[1]] = moved
-        motions = motions[:, np.abs(motions).max(axis=0) > DEFAULT.symmetry]
+    moved = rigid_motions(dofs[own], xyz, axes) if axes else np.zeros((len(xyz), 0))
+    moved = moved[:, np.abs(moved).max(axis=0, initial=0.0) > DEFAULT.symmetry]
+    motions = np.zeros((len(rows), moved.shape[1]))
+    motions[own] = moved
     loose = ~held[rows]
     K = stiffness.K[rows[loose]][:, rows[loose]]
     met = np.vstack([K @ motions[loose] / (abs(K).max() if K.nnz else 1.0), motions[~loose]])

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -198,9 +199,9 @@ def contact_section(
         found.tangent,
         found.assumed,
         table.flag("free_out_of_plane"),
-        _integers(table, "tied"),
+        _array(table, "tied", int, (None,)),
         table.flag("relative"),
-        _positions(table, found.axes),
+        _array(table, "x", float, (None,) if len(found.axes) == 2 else (None, 2)),
         None if model.mesh is None else model.mesh.at(first),
         np.zeros(()),
         gap_is_stated,
@@ -236,14 +237,9 @@ def _drawn(coupling: SurfaceCoupling, contact: ContactSection, table: TomlTable)
     return np.array([drawn[label] for label in contact.labels.tolist()])
 
 
-def _integers(table: TomlTable, key: str) -> NDArray[np.intp] | None:
-    values = table.array(key, int, (None,), required=False)
-    return None if values is None else np.array(values, dtype=np.intp)
-
-
-def _positions(table: TomlTable, axes: Axes) -> FloatArray | None:
-    values = table.array("x", float, (None,) if len(axes) == 2 else (None, 2), required=False)
-    return None if values is None else np.array(values, dtype=float)
+def _array(table: TomlTable, key: str, kind: type, shape: tuple[int | None, ...]) -> NDArray[Any] | None:
+    values = table.array(key, kind, shape, required=False)
+    return None if values is None else np.array(values, dtype=np.intp if kind is int else float)
 
 
 def _areas(

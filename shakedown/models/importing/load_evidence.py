@@ -118,12 +118,9 @@ class Resultants:
         self.bodies, self.patches = evidence.bodies, evidence.patches
         self.axisymmetric = mesh is not None and mesh.axisymmetric
         self.places = None if self.axisymmetric else places_of_rows(stiffness, mesh)
-        at = (
-            np.zeros(3)
-            if self.places is None
-            else np.mean([self.places[k] for k in contact.first.tolist()], axis=0)
-        )
-        self.middle = np.asarray(at)
+        self.middle = np.zeros(3)
+        if self.places is not None:
+            self.middle = np.mean([self.places[k] for k in contact.first.tolist()], axis=0)
 
     def of(self, case: LoadCase, name: str, reactions: FloatArray, pulls: FloatArray) -> LoadEvidence:
         """The resultants of one load case, with its name, its welded reactions and its pull on every bolt."""

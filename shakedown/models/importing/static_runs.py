@@ -145,9 +145,8 @@ def opened_run(table: TomlTable, context: ImportContext) -> FloatArray | None:
     source.done()
     with found_in(source.where):
         if coupling is None:
-            first, *second = (
-                run.vectors[run.places(nodes)] for nodes in contact.labels.reshape(len(contact.labels), -1).T
-            )
+            bodies = contact.labels.reshape(len(contact.labels), -1).T
+            first, *second = (run.vectors[run.places(nodes)] for nodes in bodies)
             apart = first - sum(second)
         else:
             d = coupling.normals.shape[1]
@@ -184,9 +183,9 @@ def static_run(table: TomlTable, reduced: Condensation, context: ImportContext, 
     reactions, clamped = clamped_run(table, context)
     table.done()
     if moved is None or reactions is None or clamped is not None:
-        given = {"'displacements' alone": moved, "'reactions' alone": reactions}
-        found = "reactions of both bodies, clamped" if clamped is not None else "neither"
-        found = next((key for key, value in given.items() if value is not None and clamped is None), found)
+        both = (("'displacements' alone", moved), ("'reactions' alone", reactions))
+        alone = [what for what, value in both if value is not None]
+        found = "reactions of both bodies, clamped" if clamped is not None else [*alone, "neither"][0]
         raise table.unfit("the keys 'displacements' and 'reactions' (of the first body)", found)
     labels = contact.first.tolist()
     displacement = np.zeros((reduced.n, len(contact.axes)))

@@ -85,9 +85,8 @@ def _function(table: TomlTable, steps: int | None, files: InputFiles) -> TimeFun
 def _steps(table: TomlTable, steps: int | None) -> FloatArray:
     """t = k/m at the load steps."""
     if steps is None or not 1 <= steps <= MANY:
-        raise table.unfit(
-            f"'steps' from 1 to {MANY} at the top of the file", "none" if steps is None else steps
-        )
+        found = "none" if steps is None else steps
+        raise table.unfit(f"'steps' from 1 to {MANY} at the top of the file", found)
     return np.arange(steps) / steps
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from shakedown.models.readers.formats import Format, register
-from shakedown.models.readers.nastran_bulk import is_bulk_data
 from shakedown.models.readers.row_map import Rows, read_row_map, row_map
 from shakedown.models.readers.stiffness import Stiffness, checked, completed, numbered_entries
 from shakedown.models.readers.text import REAL, read_lines
@@ -53,13 +52,5 @@ def read_calculix_storage(path: str | os.PathLike[str], rows: Rows = None) -> St
     return checked(completed(entries), dofs, NUMBERED)
 
 
-register(
-    Format(
-        "numbered",
-        "Abaqus COORDINATE, CalculiX .sti",
-        read_calculix_storage,
-        ("rows",),
-        line=_LINE,
-        unless=is_bulk_data,
-    )
-)
+_TITLE = "Abaqus COORDINATE, CalculiX .sti"
+register(Format("numbered", _TITLE, read_calculix_storage, ("rows",), line=_LINE))

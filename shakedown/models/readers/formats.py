@@ -5,7 +5,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import LOOKED_AT
 
 
 @dataclass(frozen=True)
@@ -25,8 +24,6 @@ class Format:
         Whether the first thousand characters of a file are those of one of it.
     line
         What a line of such a file, any of them, looks like; where it does not begin in its own way.
-    unless
-        Whether a file with such a line is of another kind, from its first lines.
     """
 
     name: str
@@ -35,12 +32,6 @@ class Format:
     takes: tuple[str, ...] = ()
     begins: Callable[[str], bool] | None = None
     line: re.Pattern[str] | None = None
-    unless: Callable[[list[str]], bool] | None = None
-
-    def has(self, line: str, lines: list[str]) -> bool:
-        """Whether a line of a file is one of this format."""
-        known = self.line is not None and self.line.match(line)
-        return bool(known) and not (self.unless is not None and self.unless(lines[:LOOKED_AT]))
 
 
 FORMATS: list[Format] = []

@@ -157,15 +157,15 @@ def _of_columns(table: NDArray[np.float64], size: int | None, name: str) -> NDAr
 
 def _node_vector(lines: list[str], name: str) -> NDArray[np.intp]:
     """The whole numbers of a Matrix Market array with one column."""
-    fields = [text for line in lines[1:] if not line.startswith("%") for text in line.split()]
-    values = [whole_number(text, name) for text in fields]
-    if lines[0].lower().split()[2:4] != ["array", "integer"] or len(values) < 2 or 1 not in values[:2]:
+    size, *body = [line for line in lines if line.strip() and line[0] != "%"] or [""]
+    found = np.array([whole_number(text, name) for line in body for text in line.split()], dtype=np.intp)
+    expected = sorted(whole_number(text, name) for text in size.split())
+    if lines[0].lower().split()[2:4] != ["array", "integer"] or expected != sorted((1, len(found))):
         raise ProblemError(
-            f"{name}: expected a node vector ('array integer', one column), found {quoted(lines[0])}"
+            f"{name}: expected a node vector ('array integer', one column): expected "
+            f"{max(expected, default=0)} nodes, found {len(found)} below {quoted(lines[0])}"
         )
-    if len(values) - 2 != values[0] * values[1]:
-        raise ProblemError(f"{name}: expected {values[0] * values[1]} nodes, found {len(values) - 2}")
-    return np.array(values[2:], dtype=np.intp)
+    return found
 
 
 def _implied(nodes: NDArray[np.intp], size: int | None, name: str) -> NDArray[np.intp]:

@@ -19,7 +19,7 @@ from shakedown.models.readers.formats import FORMATS
 from shakedown.models.readers.nastran_bulk import is_bulk_data
 from shakedown.models.readers.row_map import Rows
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import quoted, read_bytes, read_lines
+from shakedown.models.readers.text import LOOKED_AT, quoted, read_bytes, read_lines
 
 _BEGINNING = 1000  # bytes
 
@@ -57,9 +57,11 @@ def stiffness_format(path: str | os.PathLike[str]) -> str:
             "they are of a load: its key 'open', 'reactions' or 'thermal'"
         )
     lines = [line for line in read_lines(path) if line.strip()]
+    bulk = is_bulk_data(lines[:LOOKED_AT])  # whose continuations look like numbered entries
+    known = [each for each in FORMATS if each.line and not (bulk and each.name == "numbered")]
     for line in [] if is_deck(lines) else lines:
-        for each in FORMATS:
-            if each.has(line, lines):
+        for each in known:
+            if each.line and each.line.match(line):
                 return each.name
     what = quoted(lines[0])
     if is_bulk_data(lines):
