@@ -113,20 +113,20 @@ def _coarser(limits: Any) -> dict[str, float]:
 
 def _warning(share: float, nodes: Sequence[int], coarser: dict[str, float]) -> str | None:
     """Two sentences, where a limit changes by more than a tenth."""
-    changed = [f"{name.replace('_', ' ')} {_change(by)}" for name, by in coarser.items() if abs(by) > MUCH]
+    changed = {name.replace("_", " "): _change(by) for name, by in coarser.items() if abs(by) > MUCH}
     if not changed:
         return None
-    determined = ""
-    if share >= MOST:
-        one, named = len(nodes) == 1, ", ".join(map(str, nodes))
-        where = f"{'Node' if one else 'Nodes'} {named}".rstrip()
-        determined = f"{where} at the edge determine{'s' * one} λ_max. "
-    finer = " A finer mesh may give lower limits." * any(MUCH < by < inf for by in coarser.values())
-    return f"{determined}On the coarser mesh (every second node): {', '.join(changed)}.{finer}"
+    edge = f"The edge determines λ_max (node {', '.join(map(str, nodes))}). " if share >= MOST else ""
+    said = ", ".join(f"{name} is {change}" for name, change in changed.items())
+    if len(changed) == len(WORDS) and len(set(changed.values())) == 1:
+        said = f"all three limits are {next(iter(changed.values()))}"
+    finer = "; a finer mesh may lower them" * any(MUCH < by < inf for by in coarser.values())
+    return f"{edge}On the coarser mesh (every second node) {said}{finer}."
 
 
 def _change(by: float) -> str:
     """The change of a limit on the coarser mesh."""
     if isinf(by):
         return "positive, here 0"
-    return f"{1 + by:.3g} times as high" if by > TIMES else f"{100 * by:+.0f} %".replace("-", "−")
+    way = "higher" if by > 0 else "lower"
+    return f"{1 + by:.3g} times as high" if by > TIMES else f"{100 * abs(by):.0f} % {way}"

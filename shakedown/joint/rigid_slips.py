@@ -120,8 +120,8 @@ def free_stiffness(problem: Problem) -> FloatArray:
         return kappa
     scaled = _deflated(kappa * lengths * lengths[:, None], basis) / lengths / lengths[:, None]
     # what was no coupling at all remains none
-    noise = MOTION_ROUND_OFF * np.sqrt(np.outer(np.diag(kappa), np.diag(kappa)))
-    return np.where((kappa == 0.0) & (np.abs(scaled) <= noise), 0.0, scaled)
+    own = np.sqrt(np.abs(np.diag(kappa)))  # a stiffness of round-off may be negative
+    return np.where((kappa == 0.0) & (np.abs(scaled) <= MOTION_ROUND_OFF * np.outer(own, own)), 0.0, scaled)
 
 
 @once_per_problem

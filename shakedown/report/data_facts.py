@@ -70,9 +70,8 @@ def load_path(problem: Problem) -> Fact:
     """For which path of the loads the limits hold."""
     if problem.is_domain:
         return Fact("load path", "any in the domain", note=LOAD_DOMAIN)
-    return Fact(
-        "load path", f"these {count(problem.m, 'load step')}", note="joined by straight lines, repeated"
-    )
+    steps = f"these {count(problem.m, 'load step')}"
+    return Fact("load path", steps, note="joined by straight lines, repeated")
 
 
 def joint_facts(problem: Problem) -> list[Fact]:

@@ -179,7 +179,7 @@ def margin(load_factor: float, rounding: Rounding = "down") -> str:
     per_cent = (Decimal(repr(float(load_factor))) - 1) * 100
     way = {"down": ROUND_FLOOR, "up": ROUND_CEILING}.get(rounding)
     value = float(Context(prec=FEW_DIGITS, rounding=way).plus(per_cent))
-    return signed(value, FEW_DIGITS)
+    return f"{value:+.2f} %".replace("-", NEGATIVE) if abs(value) < 100 else signed(value, FEW_DIGITS)
 
 
 def signed(per_cent: float, digits: int) -> str:

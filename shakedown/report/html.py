@@ -27,7 +27,6 @@ from shakedown.report.load_figures import problem_pictures
 from shakedown.report.mesh_facts import refinement_section
 from shakedown.report.period_figures import contact_to_turn, no_pictures, state_pictures
 from shakedown.report.run_facts import worst_table
-from shakedown.report.subset_facts import critical_facts
 from shakedown.report.verification_facts import (
     banner_class,
     findings,
@@ -154,10 +153,9 @@ def _sections(v: Verification, average: float | None, refinement: Refinement | N
     problem = v.problem
     limits, rest, slips = limit_sections(v.assessment, simulated=True)
     pictures = [each for each in (sensitivity_picture(v), slip_picture(v)) if each is not None]
-    subsets, why = critical_facts(v.critical, v.limits.subsets, v.limits.bounds)
     yield limits
-    said = [*rest.notes, *why, *(f"Note: {note.rstrip('.')}." for note in v.notes)]
-    yield Section("", [*rest.facts, *subsets], (), said, pictures)
+    said = [*rest.notes, *(f"Note: {note.rstrip('.')}." for note in v.notes)]
+    yield Section("", rest.facts, (), said, pictures)
     if average is not None:
         yield averaged_section(v.assessment.averaged(average), average)
     runs = runs_section(v)

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 EVERY, HERE, NEVER = Claim.EVERY_STATE.value, Claim.THIS_STATE.value, Claim.IMPOSSIBLE.value
 CLOSED = "all nodes in contact"
 CLAIMS = {"energy": HERE, "upper": NEVER}  # the claims whose sensitivities are known
-CAUSES = {"friction": "friction there", "constant": "constant load", "amplitude": "load amplitude"}
+CAUSES = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
 SLIGHT = 5e-4  # per cent: a smaller change is called none
 SAME = 1e-3  # relative difference of two thresholds that is not shown
 LONGEST_ENTRY = 24  # characters in a column
@@ -90,7 +90,7 @@ def solve_sheet(
     >>> import shakedown
     >>> sheet = solve_sheet(shakedown.assess(shakedown.example("two-node")))
     >>> print(*sheet.answer)
-    At the nominal load (λ = 1) the joint cannot shake down while all nodes stay in contact.
+    At the nominal load (λ = 1) the joint cannot shake down in full contact.
     >>> for row in sheet.claims.rows:
     ...     print(*row, sep=" | ")
     proved from every state | 0.6573 | −34.27 % | all nodes in contact
@@ -106,7 +106,7 @@ def solve_sheet(
         headline(problem),
         [said_of_nominal_load(found)],
         claims_table(problem, known, digits),
-        [*decided_by(found), *next_step(found, file)],
+        [*decided_by(found), *next_step(found, file), Fact("λ", notes.MEANING)],
         sections,
     )
 
@@ -182,7 +182,9 @@ def followed(limits: JointLimits) -> Claimed:
         why = limit.reason if isinstance(limit, Missing) else "no cycle followed is proved"
         return Claimed("proved by following", nan, "down", why)
     cycles = limit.followed["cycles"]
-    return Claimed("proved by following", limit.proved, "down", f"this λ, after {count(cycles, 'cycle')}")
+    return Claimed(
+        "proved by following", limit.proved, "down", f"this λ only, after {count(cycles, 'cycle')}"
+    )
 
 
 def claims_table(problem: Problem, known: list[Claimed], digits: int = FEW_DIGITS) -> Table:
@@ -234,16 +236,16 @@ def said_of_nominal_load(found: Assessment) -> str:
     --------
     >>> import shakedown
     >>> said_of_nominal_load(shakedown.assess(shakedown.example("block-9")))
-    'At the nominal load (λ = 1) the joint shakes down, starting with zero slip: proved.'
+    'At the nominal load (λ = 1) the joint shakes down from zero slip: proved.'
     """
     here = "At the nominal load (λ = 1)"
     if found.said_as_given == Said.SHAKEDOWN and found.proved_from_every_state > 1:
-        return f"{here} the joint shakes down, whatever slip is locked in: proved."
+        return f"{here} the joint shakes down from every state: proved."
     if found.said_as_given == Said.SHAKEDOWN:
-        start = start_of(found.details.energy, found.problem).removeprefix("start ")
-        return f"{here} the joint shakes down, starting {start}: proved."
+        start = start_of(found.details.energy, found.problem).removeprefix("start with ")
+        return f"{here} the joint shakes down from {start}: proved."
     if found.said_as_given == Said.IMPOSSIBLE:
-        return f"{here} the joint cannot shake down while all nodes stay in contact."
+        return f"{here} the joint cannot shake down in full contact."
     if found.details.open_nodes:
         return f"{here} it is not decided which nodes open."
     return f"{here} it is not decided whether the joint shakes down."
@@ -263,6 +265,10 @@ def decided_by(found: Assessment) -> Iterator[Fact]:
         yield from _deciding_nodes(found)
     if found.said_as_given == Said.OPEN:
         yield from _not_proved(energy)
+    slip = limits.first_slip
+    if 0.0 < slip.load_factor < inf and not upper.open_nodes:
+        where = f"{node_in_words(problem, slip.node)}; below it no node slips"
+        yield Fact("first slip", slip.load_factor, rounding="down", note=where)
     if found.proved_from_this_state < found.proved_from_every_state:
         yield from _why_less(found)
     if limits.mesh.warning:
@@ -272,7 +278,7 @@ def decided_by(found: Assessment) -> Iterator[Fact]:
 def _not_proved(energy: Bound) -> list[Fact]:
     """Why nothing is proved of this state."""
     none = energy.status in (Status.INFEASIBLE, Status.UNDECIDED)
-    return [Fact("not proved", energy.reason)] if none else []
+    return [Fact("no proof as", energy.reason)] if none else []
 
 
 def _deciding_nodes(found: Assessment) -> Iterator[Fact]:
@@ -305,7 +311,7 @@ def sensitivity(limits: JointLimits, name: str, claim: str) -> Fact | None:
     changes = {cause: float(getattr(found, kind).elasticity[node, 1]) for kind, cause in CAUSES.items()}
     known = {cause: by for cause, by in changes.items() if not isnan(by)}
     effects = [f"{cause} {signed(by, 2) if abs(by) >= SLIGHT else '0 %'}" for cause, by in known.items()]
-    note = f"1 % more changes {claim} by: {', '.join(effects)}"
+    note = f"1 % more there changes {claim} by: {', '.join(effects)}"
     return Fact("decided by", node_in_words(limits.problem, node), note=note)
 
 
@@ -326,7 +332,7 @@ def _zone(upper: Bound, problem: Problem) -> Iterator[Fact]:
         if upper.status == Status.UNBOUNDED
         else number(upper.load_factor, rounding="down")
     )
-    yield Fact("safe slip up to", at, note="a state at rest with these nodes open")
+    yield Fact("at rest up to", at, note="with exactly these nodes open throughout")
 
 
 def _why_less(found: Assessment) -> Iterator[Fact]:
@@ -372,8 +378,6 @@ def limit_sections(found: Assessment, digits: int = FEW_DIGITS, *, simulated: bo
         *relative_to(problem, limits.pinned),
         *friction_facts(limits),
     ]
-    others = [name for name in limits.sensitivities if limits.mesh.warning or name != _deciding(found)]
-    facts += filter(None, [sensitivity(limits, name, BOUNDS[name].symbol) for name in others])
     said = [notes.NO_SIDES] if limits.absent else []
     if problem.initial_slip is not None and not np.nan_to_num(limits.energy.initial_slip).any():
         said.append(notes.GIVEN_STATES)
@@ -412,7 +416,7 @@ def _through_transient(limits: JointLimits) -> list[Fact]:
 
 
 def limits_table(limits: JointLimits, digits: int = FEW_DIGITS, *, simulated: bool) -> Table:
-    """Every kind of limit: symbol, what it is, load factor, what it ends at, how it is certified."""
+    """Every kind of limit: symbol, what it is, load factor, what limits it, how it is certified."""
     known = _known(limits, simulated=simulated)
     texts = limits_as_text([(certain(bound), rounding_of(bound)) for bound in known], digits)
     rows = [
@@ -426,7 +430,7 @@ def limits_table(limits: JointLimits, digits: int = FEW_DIGITS, *, simulated: bo
     least = limits.upper.least_load_factor
     if least > 0:
         rows.append(["λ_lo", "safe slips from", number(least, digits, "up"), "", "–"])
-    return Table(["", "limit", "load factor", "ends at", "certified"], rows, (0, 1, 3))
+    return Table(["", "limit", "load factor", "limited by", "certified"], rows, (0, 1, 3))
 
 
 def _excludes(bound: Bound) -> bool:
@@ -459,7 +463,8 @@ def ends_at(bound: Bound, problem: Problem) -> str:
     node, said = getattr(bound, "node", -1), bound.remark
     where = node_in_words(problem, node) if node >= 0 and f"node {node}" not in said else ""
     opened = f"{open_in_words(bound.open_nodes)} open" if bound.open_nodes else ""
-    return "; ".join(filter(None, [str(getattr(bound, "guarantee", "")), said, where, opened]))
+    theorem = str(getattr(bound, "guarantee", "")).replace("evidence", "no proof")
+    return "; ".join(filter(None, [theorem, said, where, opened]))
 
 
 def _certified(bound: Bound) -> str:

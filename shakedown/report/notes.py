@@ -6,7 +6,7 @@ ASSUMED = (
     "bodies, small displacements."
 )
 NOT_SAID = "Nothing is said about the strength of the material, wear, or fretting fatigue."
-SCALED = "λ multiplies the varying part of the load; the constant part stays as it is."
+MEANING = "scales the cyclic load; “shakes down”: slip ceases in time"
 IN_CONTACT = "Every limit with all nodes in contact is proved not to open a node, unless it says otherwise."
 BETWEEN = (
     "Between the limits that are proved and the one that is impossible above, the slip locked in at the "
@@ -24,9 +24,7 @@ DIRECTIONS = "x, y: the two tangential directions of a node, in the order of the
 REACHED = "reached: the load steps, counted from 0, in which the node is at its friction limit."
 F_THRESHOLD = "f threshold: above it the node alone, all others stuck, has no unique motion (A_jj/|B_jj|)."
 ZONE_SLIP = "open: throughout; its safe slip is the displacement of the node under the mean load."
-NO_SIDES = (
-    "λ_1, sensitivities and friction thresholds need one tangential direction; in space there are none."
-)
+NO_SIDES = "λ_1, sensitivities and friction thresholds exist for plane joints, with one tangential direction."
 NOT_UNIQUE = (
     "Above the threshold of uniqueness a motion may have several continuations or none, and then it jumps."
 )

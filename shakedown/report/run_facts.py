@@ -79,7 +79,7 @@ def said_of_run(problem: Problem, run: Simulation, proved: str = "") -> str:
     >>> said_of_run(joint, shakedown.simulate(joint, 0.7))
     'At λ = 0.7 the joint shakes down: proved.'
     >>> said_of_run(joint, shakedown.simulate(joint, 1.0))
-    'At the nominal load (λ = 1) the joint slips in every cycle.'
+    'At the nominal load (λ = 1) the joint slips in every cycle: simulated.'
     """
     at = "the nominal load (λ = 1)" if run.load_factor == 1 else f"λ = {run.load_factor:.10g}"
     here = f"At {at}"
@@ -93,7 +93,7 @@ def said_of_run(problem: Problem, run: Simulation, proved: str = "") -> str:
         how = "proved" if run.proved else "simulated, not proved"
         opened = f" with {open_in_words(run.open_nodes, problem)} open" if run.open_nodes else ""
         return f"{here} the joint shakes down{opened}: {proved or how}."
-    return f"{here} the joint {DOES[run.outcome]}."
+    return f"{here} the joint {DOES[run.outcome]}: simulated."
 
 
 def separated(problem: Problem) -> str:

@@ -13,13 +13,13 @@ import numpy as np
 from shakedown.assessment.verify import Verification
 from shakedown.bounds.registry import BOUNDS
 from shakedown.ground.errors import present
-from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, count, down, up
+from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, count
 from shakedown.ground.status import Outcome, Said, Status
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.units import units_of
 from shakedown.report import notes
 from shakedown.report.data_facts import headline
-from shakedown.report.facts import Fact, Section, Sheet, Table, number
+from shakedown.report.facts import Fact, Section, Sheet, Table, limits_as_text, number
 from shakedown.report.limit_facts import (
     certain,
     claims,
@@ -45,8 +45,8 @@ def verify_sheet(v: Verification, *, details: bool = False, digits: int = FEW_DI
     >>> import shakedown
     >>> v = shakedown.verify(shakedown.example("two-node"), load_factors=[1.0], random_states=0)
     >>> print(*verify_sheet(v).answer, sep="\\n")
-    At the nominal load (λ = 1) the joint slips in every cycle.
-    Prediction and simulation agree in all 3 runs.
+    At the nominal load (λ = 1) the joint slips in every cycle: simulated.
+    Simulation confirms the limits in all 3 runs.
     """
     known = claims(v.assessment)
     if v.transient is not None and v.transient.at_proved is not None:
@@ -90,8 +90,8 @@ def verdict(v: Verification) -> str:
             f"The limits predict no outcome of {count(len(v.runs), 'run')}: there is nothing to agree with."
         )
     others = len(v.runs) - judged
-    rest = f" with a prediction; {others} had none" if others else ""
-    return f"Prediction and simulation agree in all {count(judged, 'run')}{rest}."
+    rest = f" that they predict; of {others} they say nothing" if others else ""
+    return f"Simulation confirms the limits in all {count(judged, 'run')}{rest}."
 
 
 def banner_class(v: Verification) -> str:
@@ -154,9 +154,10 @@ def limits_on_page(v: Verification) -> dict[str, float]:
         value = np.nan if result is None else certain(result)
         known |= {BOUNDS[word].symbol: value} if result is not None or word == "transient" else {}
     largest = v.assessment.impossible_above if nothing_safe else v.limits.upper.load_factor
-    return {name: float(down(value)) for name, value in known.items()} | {
-        BOUNDS["upper"].symbol: float(up(largest))
-    }
+    known["zone" if v.limits.open_nodes else BOUNDS["upper"].symbol] = float(largest)
+    texts = limits_as_text([(value, "down") for value in [*known.values()][:-1]] + [(float(largest), "up")])
+    pairs = zip(known.items(), texts, strict=True)
+    return {name: float(text) if np.isfinite(value) else value for (name, value), text in pairs}
 
 
 def runs_section(v: Verification) -> Section:
@@ -199,18 +200,11 @@ def provenance(v: Verification) -> list[Fact]:
     asked, problem = v.settings, v.problem
     start = "zero slip" if problem.initial_slip is None else "the first given slip"
     machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} processors"
-    random = count(asked.random_states, "state")
+    random = f"{count(asked.random_states, 'state')} left by random loads (seed {asked.seed})"
+    python = f"Python {platform.python_version()}, NumPy {np.__version__}"
     return [
-        Fact(
-            "versions",
-            f"shakedown {version('shakedown-bounds')}",
-            note=f"Python {platform.python_version()}, NumPy {np.__version__}",
-        ),
+        Fact("versions", f"shakedown {version('shakedown-bounds')}", note=python),
         Fact("made", f"{datetime.datetime.now(datetime.UTC):%Y-%m-%d %H:%M} UTC", note=machine),
         Fact("method", asked.method, note=f"at most {count(asked.cycles, 'cycle')}"),
-        Fact(
-            "initial states",
-            start,
-            note=f"the safe slip, the critical slip, {random} left by random loads (seed {asked.seed})",
-        ),
+        Fact("initial states", start, note=f"the safe slip, the critical slip, {random}"),
     ]

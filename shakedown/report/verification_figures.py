@@ -39,7 +39,10 @@ def scale_picture(v: Verification) -> Picture:
         bands["impossible"] = (marks["λ_max"], np.inf)
     state = f"with {open_in_words(opened, v.problem)} open" if opened else "from this state"
     caption = f"Green: proved to shake down {state}." * bool(bands["proved"][1] > 0)
-    caption += " Red: shakedown is impossible while all nodes stay in contact." * ("impossible" in bands)
+    caption += (
+        " Orange: shakedown is impossible while all nodes stay in contact. White: the initial state decides."
+        * ("impossible" in bands)
+    )
     alt = "Scale of the load factor with its limits and λ = 1, the nominal load"
     draw = partial(plot.load_factor_scale, marks, bands=bands)
     narrow = Drawing(f"{alt}, for a narrow screen", draw, size=NARROW)

@@ -220,8 +220,6 @@ def design_point(problem: Problem, values: tuple[float, ...], question: Question
 
 def _limit(name: str, found: Mapping[str, Any]) -> DesignLimit:
     """A limit with how it was found; what it rests on was found before."""
-    if name == "universal" and not (found["lower"] or found[name]):
-        return DesignLimit(nan, Status.UNDECIDED, "the first collapse, which is not exceeded, is not known")
     if name == "transient" and (found[name] is None or isinstance(found["upper"], Missing)):
         return DesignLimit(nan, Status.UNDECIDED, "no finite λ_max to scan up to")
     result = found[name]
@@ -238,9 +236,8 @@ def _limit(name: str, found: Mapping[str, Any]) -> DesignLimit:
         remarks, status = [f"proved only from λ = {up(result.least_load_factor)} on"], Status.UNDECIDED
     followed = BOUNDS[name].claim == Claim.FOLLOWED
     load_factor = nan if followed and status != Status.OPTIMAL else result.load_factor
-    return DesignLimit(
-        load_factor, status, "; ".join(remarks), *((result.proved, result.cycling) if followed else ())
-    )
+    ends = (result.proved, result.cycling) if followed else ()
+    return DesignLimit(load_factor, status, "; ".join(remarks), *ends)
 
 
 def from_here() -> list[str]:

@@ -118,3 +118,9 @@ def test_digits_are_those_of_most_entries() -> None:
         <= printed_error(decimals) * np.abs(decimals).max() * 6**0.5
     )
     assert printed_error(matrix) == printed_error(np.array([[1.5, -1.0], [-1.0, 2.0]])) == 0.0
+
+
+def test_a_diagonal_that_round_off_makes_negative_is_followed():
+    loop = {"f": 0.5, "q_w": [[1.0, 0.0], [-1.0, 0.0]], "p_w": [[3.0, 3.0], [3.0, 3.0]]}
+    problem = Problem(A=[[-1e-17, 0.0], [0.0, 1.0]], B=np.zeros((2, 2)), **loop)
+    assert np.isfinite(free_stiffness(problem)).all()

@@ -34,5 +34,5 @@ def test_wedging_that_was_not_looked_for_is_open_where_it_matters() -> None:
     thresholds = replace(shakedown.friction_thresholds(problem), factor=False)
     for friction, state in ((0.1 * problem.f, "holds"), (float(np.ceil(thresholds.wedging.low + 1)), "open")):
         own = replace(limits, problem=replace(problem, f=friction))
-        own.keep("friction", thresholds)
+        vars(own)["friction"] = thresholds
         assert f": {state}" in friction_facts(own)[-1].note
