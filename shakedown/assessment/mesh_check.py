@@ -62,8 +62,7 @@ def mesh_check(limits: Any) -> MeshCheck:
         or limits.upper.open_nodes
     ):
         return MeshCheck(nan, (), {}, None)
-    shares = _shares(limits)
-    edge = shares * surface.edge
+    edge = _shares(limits) * surface.edge
     ranked = np.argsort(-edge, kind="stable")
     deciding = tuple(int(node) for node in ranked[:EACH_SHOWN] if edge[node] > MUCH)
     coarser = _coarser(limits)
@@ -92,9 +91,8 @@ def _shares(limits: Any) -> FloatArray:
 
 def _coarser(limits: Any) -> dict[str, float]:
     """Ratios, less 1, of the known limits on every second node to those on all nodes."""
-    problem = limits.problem
     start = limits.energy.initial_slip
-    between = coarsened(replace(problem, initial_slip=start if np.isfinite(start).all() else None))
+    between = coarsened(replace(limits.problem, initial_slip=start if np.isfinite(start).all() else None))
     assert between is not None  # its surface is known
     coarse = replace(on_mesh(limits, between), certify=False)
     found = {}
@@ -116,10 +114,11 @@ def _warning(share: float, nodes: Sequence[int], coarser: dict[str, float]) -> s
     changed = {name.replace("_", " "): _change(by) for name, by in coarser.items() if abs(by) > MUCH}
     if not changed:
         return None
-    edge = f"The edge determines λ_max (node {', '.join(map(str, nodes))}). " if share >= MOST else ""
+    named = f" (node {', '.join(map(str, nodes))})" if nodes else ""
+    edge = f"The edge determines λ_max{named}. " if share >= MOST else ""
     said = ", ".join(f"{name} is {change}" for name, change in changed.items())
-    if len(changed) == len(WORDS) and len(set(changed.values())) == 1:
-        said = f"all three limits are {next(iter(changed.values()))}"
+    if len(changed) > len(set(changed.values())) == 1 and len(changed) == len(WORDS):
+        said = f"all three limits are {changed.popitem()[1]}"
     finer = "; a finer mesh may lower them" * any(MUCH < by < inf for by in coarser.values())
     return f"{edge}On the coarser mesh (every second node) {said}{finer}."
 
@@ -128,5 +127,6 @@ def _change(by: float) -> str:
     """The change of a limit on the coarser mesh."""
     if isinf(by):
         return "positive, here 0"
-    way = "higher" if by > 0 else "lower"
-    return f"{1 + by:.3g} times as high" if by > TIMES else f"{100 * abs(by):.0f} % {way}"
+    if by > TIMES:
+        return f"{1 + by:.3g} times as high"
+    return f"{100 * abs(by):.0f} % {'higher' if by > 0 else 'lower'}"

@@ -179,7 +179,8 @@ def margin(load_factor: float, rounding: Rounding = "down") -> str:
     per_cent = (Decimal(repr(float(load_factor))) - 1) * 100
     way = {"down": ROUND_FLOOR, "up": ROUND_CEILING}.get(rounding)
     value = float(Context(prec=FEW_DIGITS, rounding=way).plus(per_cent))
-    return f"{value:+.2f} %".replace("-", NEGATIVE) if abs(value) < 100 else signed(value, FEW_DIGITS)
+    padded = abs(value) < 100 and round(value, 2) == value
+    return f"{value:+.2f} %".replace("-", NEGATIVE) if padded else signed(value, FEW_DIGITS)
 
 
 def signed(per_cent: float, digits: int) -> str:

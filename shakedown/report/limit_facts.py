@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from shakedown.joint.problem import Problem
 
 EVERY, HERE, NEVER = Claim.EVERY_STATE.value, Claim.THIS_STATE.value, Claim.IMPOSSIBLE.value
-CLOSED = "all nodes in contact"
+CLOSED = "full contact"
 CLAIMS = {"energy": HERE, "upper": NEVER}  # the claims whose sensitivities are known
 CAUSES = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
 SLIGHT = 5e-4  # per cent: a smaller change is called none
@@ -52,7 +52,8 @@ NEXT = {
     Said.OPEN: ("simulate {}", "follows it"),
     Said.IMPOSSIBLE: ("nodes {}", "where it slips"),
 }
-GIVEN = ("solve {} --initial given", "from its own slip")
+GIVEN = ("solve {} --initial given", "")
+MEANING = "scales the cyclic load; “shakes down”: slip ceases in time"
 
 
 class Claimed(NamedTuple):
@@ -93,9 +94,9 @@ def solve_sheet(
     At the nominal load (λ = 1) the joint cannot shake down in full contact.
     >>> for row in sheet.claims.rows:
     ...     print(*row, sep=" | ")
-    proved from every state | 0.6573 | −34.27 % | all nodes in contact
-    proved from this state | 0.7315 | −26.85 % | start with zero slip
-    impossible above | 0.7392 | −26.08 % | all nodes in contact
+    proved from every state | 0.6573 | −34.27 % | full contact
+    proved from this state | 0.7315 | −26.85 % | from zero slip
+    impossible above | 0.7392 | −26.08 % | full contact
     """
     limits, problem = found.details, found.problem
     known = claims(found)
@@ -106,7 +107,7 @@ def solve_sheet(
         headline(problem),
         [said_of_nominal_load(found)],
         claims_table(problem, known, digits),
-        [*decided_by(found), *next_step(found, file), Fact("λ", notes.MEANING)],
+        [*decided_by(found), *next_step(found, file), Fact("λ", MEANING)],
         sections,
     )
 
@@ -171,8 +172,8 @@ def start_of(energy: Bound, problem: Problem) -> str:
     closed = np.delete(energy.initial_slip, problem.layout.slips_of(energy.open_nodes))
     slip = "the given slip" if np.any(closed) else "zero slip"
     if energy.distance > 0:
-        return f"start within {few(energy.distance)} of {slip} (energy norm)"
-    return ", ".join(filter(None, [f"start with {slip}", _opened(energy.open_nodes)]))
+        return f"from within {few(energy.distance)} of {slip} (energy norm)"
+    return ", ".join(filter(None, [f"from {slip}", _opened(energy.open_nodes)]))
 
 
 def followed(limits: JointLimits) -> Claimed:
@@ -242,8 +243,8 @@ def said_of_nominal_load(found: Assessment) -> str:
     if found.said_as_given == Said.SHAKEDOWN and found.proved_from_every_state > 1:
         return f"{here} the joint shakes down from every state: proved."
     if found.said_as_given == Said.SHAKEDOWN:
-        start = start_of(found.details.energy, found.problem).removeprefix("start with ")
-        return f"{here} the joint shakes down from {start}: proved."
+        start = start_of(found.details.energy, found.problem)
+        return f"{here} the joint shakes down {start}: proved."
     if found.said_as_given == Said.IMPOSSIBLE:
         return f"{here} the joint cannot shake down in full contact."
     if found.details.open_nodes:
@@ -367,7 +368,7 @@ def next_step(found: Assessment, file: str) -> list[Fact]:
     from_zero = not np.nan_to_num(found.details.energy.initial_slip).any()
     given = found.said_as_given == Said.OPEN and found.problem.initial_slip is not None and from_zero
     command, why = GIVEN if given else NEXT[found.said_as_given]
-    return [Fact("next", f"shakedown-bounds {command.format(file)}", note=f"({why})")]
+    return [Fact("next", f"shakedown-bounds {command.format(file)}", note=f"({why})" * bool(why))]
 
 
 def limit_sections(found: Assessment, digits: int = FEW_DIGITS, *, simulated: bool = False) -> list[Section]:

@@ -6,7 +6,6 @@ ASSUMED = (
     "bodies, small displacements."
 )
 NOT_SAID = "Nothing is said about the strength of the material, wear, or fretting fatigue."
-MEANING = "scales the cyclic load; “shakes down”: slip ceases in time"
 IN_CONTACT = "Every limit with all nodes in contact is proved not to open a node, unless it says otherwise."
 BETWEEN = (
     "Between the limits that are proved and the one that is impossible above, the slip locked in at the "

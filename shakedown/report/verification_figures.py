@@ -32,17 +32,15 @@ WIDE, NARROW = (8.0, 1.8), (3.4, 2.6)  # of the scale of load factors [inch]
 
 def scale_picture(v: Verification) -> Picture:
     """Every limit of the load factor on one scale, with λ = 1."""
-    marks, known, opened = limits_on_page(v), v.limits.from_state, v.limits.upper.open_nodes
+    marks, known, opened = limits_on_page(v), v.limits.from_state, v.limits.open_nodes
     here, everywhere = np.nan_to_num([known.load_factor, v.limits.universal.load_factor], posinf=np.inf)
     bands = {"proved": (0.0 if everywhere >= here else known.least_load_factor, max(here, everywhere))}
-    if np.isfinite(marks["λ_max"]) and not opened:
+    if not opened and np.isfinite(marks["λ_max"]):
         bands["impossible"] = (marks["λ_max"], np.inf)
     state = f"with {open_in_words(opened, v.problem)} open" if opened else "from this state"
     caption = f"Green: proved to shake down {state}." * bool(bands["proved"][1] > 0)
-    caption += (
-        " Orange: shakedown is impossible while all nodes stay in contact. White: the initial state decides."
-        * ("impossible" in bands)
-    )
+    if "impossible" in bands:
+        caption += " Orange: shakedown is impossible while all nodes stay in contact. White: not decided."
     alt = "Scale of the load factor with its limits and λ = 1, the nominal load"
     draw = partial(plot.load_factor_scale, marks, bands=bands)
     narrow = Drawing(f"{alt}, for a narrow screen", draw, size=NARROW)

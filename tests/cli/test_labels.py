@@ -38,8 +38,8 @@ def test_nodes_have_their_labels_and_numbers_their_units(file, words, shown):
 @pytest.mark.parametrize(
     ("words", "shown"),
     [
-        (["solve"], "proved from this state 0.7315 20 ± 14.63 kN −26.85 % start with zero slip"),
-        (["solve"], "impossible above 0.7392 20 ± 14.79 kN −26.08 % all nodes in contact"),
+        (["solve"], "proved from this state 0.7315 20 ± 14.63 kN −26.85 % from zero slip"),
+        (["solve"], "impossible above 0.7392 20 ± 14.79 kN −26.08 % full contact"),
         (
             ["verify", "--random", "0", "--load-factor", "1"],
             "proved from this state 0.7315 20 ± 14.63 kN",

@@ -20,7 +20,7 @@ def test_solve_finds_a_zone_where_the_joint_opens():
 
 def test_the_text_names_the_open_nodes_and_claims_no_upper_bound_of_the_joint():
     text = " ".join(run("solve", "receding-block", "--details")[1].split())
-    assert "open nodes nodes 0–4, 28–32 all others closed safe slip up to 0.2281" in text
+    assert "open nodes nodes 0–4, 28–32 all others closed at rest up to 0.2281" in text
     assert "impossible above unknown (10 nodes open)" in text
     for wrong in ("upper bound", "cannot shake down", "λ_max impossible above"):
         assert wrong not in text
@@ -88,7 +88,7 @@ def test_the_energy_bound_is_that_of_the_zone(tmp_path):
     energy = document(*words, cwd=tmp_path)["energy"]
     assert 0 < energy["load_factor"] <= upper.load_factor
     text = " ".join(run(*words, "--details", cwd=tmp_path)[1].split())
-    assert "start with the given slip, 10 nodes open" in text
+    assert "from the given slip, 10 nodes open" in text
 
 
 def test_simulate_starts_with_open_nodes(tmp_path):

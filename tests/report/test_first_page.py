@@ -122,7 +122,7 @@ def test_claims_are_those_of_the_assessment_in_the_loads_of_the_user(which, requ
 
 
 def test_a_joint_that_slips_says_where_and_how_far(slips):
-    assert answer(slips) == "At the nominal load (λ = 1) the joint slips in every cycle."
+    assert answer(slips) == "At the nominal load (λ = 1) the joint slips in every cycle: simulated."
     nodes = shakedown.node_results(slips.as_given)
     most = int(nodes.slip_range.argmax())
     shown = {each.label: (each.shown, each.note) for each in state_facts(slips)}
@@ -189,12 +189,12 @@ def test_symbols_have_subscripts_and_what_the_user_wrote_has_none(slips):
 
 
 SAID = {
-    "one-node-separation": "the joint opens and closes in every cycle.",
+    "one-node-separation": "the joint opens and closes in every cycle: simulated.",
     "jump": "the joint shakes down with node 1 open: proved by following its cycles.",
     "receding-block": "the joint ",
-    "uncoupled": "the joint slips in every cycle.",
-    "block-9": "the joint shakes down, starting with zero slip: proved.",
-    "bolted-flange": "the joint shakes down, whatever slip is locked in: proved.",
+    "uncoupled": "the joint slips in every cycle: simulated.",
+    "block-9": "the joint shakes down from zero slip: proved.",
+    "bolted-flange": "the joint shakes down from every state: proved.",
 }
 
 
@@ -248,6 +248,6 @@ def test_a_floating_joint_says_what_slips_are_relative_to():
 def test_the_mesh_warning_has_its_numbers():
     found = shakedown.assess(shakedown.example("bolted-flange"))
     (warning,) = [each.shown for each in decided_by(found) if each.label == "mesh"]
-    for word, by in found.details.mesh.coarser.items():
-        assert f"{word.replace('_', ' ')} {100 * by:+.0f} %" in warning
+    (by,) = {f"{100 * by:.0f} % higher" for by in found.details.mesh.coarser.values()}
+    assert f"all three limits are {by}" in warning
     assert "17, 23" in warning

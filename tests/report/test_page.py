@@ -376,7 +376,7 @@ def test_every_limit_is_that_of_the_json_rounded_to_the_safe_side(name, request)
     for symbol, value in limits_on_page(found).items():
         exact = told[words[symbol]]["load_factor"]
         assert (value >= exact) if symbol == "λ_max" else (value <= exact)
-        assert value == pytest.approx(exact, rel=1e-6)
+        assert value == pytest.approx(exact, rel=1e-3)  # four digits
 
 
 def test_nothing_is_said_twice(two_page, block_page):
