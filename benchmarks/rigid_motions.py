@@ -98,12 +98,13 @@ def judged_digits(problem: Problem, copy: Problem) -> Counter[str]:
     most, found = shakedown.upper_bound(problem, certify=False).load_factor, Counter[str]()
     for digits in range(5, 16):
         rough = rounded(copy, digits)
-        off = abs(shakedown.upper_bound(rough, certify=False).load_factor - most)
+        known = shakedown.upper_bound(rough, certify=False).load_factor
+        near = abs(known - most) <= (WRONG * 10.0**-digits + 1e-9) * most
         doubt, places = bool(rigid_slips(rough).doubt), copy.coordinates is not None
         found["digits"] += 1
         found["digits_doubtful"] += doubt
         found["doubtful_with_places"] += doubt and places
-        found["digits_wrong"] += not (off <= (WRONG * 10.0**-digits + 1e-9) * most or most == np.inf)
+        found["digits_wrong"] += not (near or most == np.inf or np.isnan([known, most]).all())
     return found
 
 
