@@ -35,10 +35,14 @@ class Squares:
 
 @dataclass(frozen=True)
 class Deadly(Squares):
-    """One piece ends the process that takes it."""
+    """One piece ends the process that takes it, where asked once a piece of an output is kept."""
+
+    output: str = ""
 
     def __call__(self, number):
         if number == 2:
+            while self.output and not done(self.output):
+                time.sleep(0.01)
             os.kill(os.getpid(), signal.SIGKILL)
         return super().__call__(number)
 
