@@ -54,7 +54,7 @@ def measure(case: dict) -> dict:
     joint = replace(joint_of(case["joint"]))  # nothing of it has been computed yet
     began, spent = time.perf_counter(), time.process_time()
     found = {
-        "verify": lambda: _verified(joint, began),
+        "verify": lambda: _verified(joint),
         "λ_max": lambda: {"value": shakedown.upper_bound(joint, certify=False).load_factor},
         "λ_E": lambda: {"value": shakedown.energy_bound(joint, certify=False).load_factor},
         "λ_U": lambda: {"value": shakedown.universal_bound(joint).load_factor},
@@ -78,16 +78,14 @@ def _of_file(name: str) -> Problem:
     return shakedown.load_problem(name) if Path(name).exists() else shakedown.example(name)
 
 
-def _verified(joint: Problem, began: float) -> dict:
-    readable = []
-    found = shakedown.verify(joint, so_far=lambda _: readable.append(time.perf_counter() - began))
+def _verified(joint: Problem) -> dict:
+    found = shakedown.verify(joint)
     with TemporaryDirectory() as folder:
         write_report(Path(folder) / "report.html", found)
     return {
         "runs": len(found.runs),
         "open": len(found.open_questions),
         "disagreements": len(found.disagreements),
-        "readable": readable[0] if readable else None,
     }
 
 
@@ -103,7 +101,6 @@ def tables(rows: list[dict]) -> str:
         "what",
         "processor, s",
         "clock, s",
-        "readable after, s",
         "runs",
         "open",
         "disagree",
@@ -114,9 +111,8 @@ def tables(rows: list[dict]) -> str:
 def _line(row: dict) -> list[str]:
     what = f"{row['what']}, {row['states']:,} states" if "states" in row else row["what"]
     seconds = [f"{row[key]:.3g}" for key in ("processor", "clock")]
-    readable = "-" if row.get("readable") is None else f"{row['readable']:.3g}"
     rest = [str(row.get(key, "-")) for key in ("runs", "open", "disagreements")]
-    return [row["joint"], str(row["pairs"]), what, *seconds, readable, *rest]
+    return [row["joint"], str(row["pairs"]), what, *seconds, *rest]
 
 
 def figures(_: list[dict]) -> dict[str, Figure]:
