@@ -11,6 +11,7 @@ import matplotlib
 import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from shakedown.ground.visible_text import SUBSCRIPT, visible
@@ -95,19 +96,18 @@ def picture(caption: str, *drawings: Drawing, alike: int = 0, one_legend: bool =
     """
     with matplotlib.rc_context(STYLE):
         scale = 1.0 if len(drawings) % SIDE_BY_SIDE else SMALLER
-        axes = [_drawn(drawing, scale) for drawing in drawings]
+        axes: list[Any] = [_drawn(drawing, scale) for drawing in drawings]
         _share_limits(axes[:alike])
-        figures: list[Any] = [each.figure for each in axes]
         legends, common = [_taken_legend(each) for each in axes], None
         if one_legend:
             every = {name: line for entries, _ in reversed(legends) for name, line in entries.items()}
-            legends, alone = [({}, "")] * len(axes), Figure(figsize=PANEL, dpi=DOTS_PER_INCH)
+            legends, alone = [({}, "")] * len(axes), Figure(figsize=(PANEL[0], LINE), dpi=DOTS_PER_INCH)
             _legend_below(alone, every, "", "upper left")
             common = inline(alone, f"Legend of the pictures below: {', '.join(every)}") if every else None
-        for figure, legend in zip(figures, legends, strict=True):
-            _legend_below(figure, *legend)
-        svgs = [inline(figure, drawing.alt) for figure, drawing in zip(figures, drawings, strict=True)]
-    panels = [Panel(drawing.name, svg) for drawing, svg in zip(drawings, svgs, strict=True)]
+        panels = []
+        for each, drawing, legend in zip(axes, drawings, legends, strict=True):
+            _legend_below(each.figure, *legend)
+            panels.append(Panel(drawing.name, inline(each.figure, drawing.alt)))
     return Picture(caption, tuple(panels), common)
 
 
@@ -166,9 +166,9 @@ def inline(figure: Figure, alt: str) -> Markup:
     """
     for paper in (figure.patch, *(axes.patch for axes in figure.axes)):  # the page provides the background
         paper.set_alpha(0.0)
-    buffer, cut = io.BytesIO(), None if figure.axes else "tight"
+    buffer = io.BytesIO()
     with matplotlib.rc_context(STYLE | {"svg.hashsalt": alt}):
-        figure.savefig(buffer, format="svg", metadata={"Date": None}, bbox_inches=cut)
+        FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None})  # savefig would draw it twice
     root = ElementTree.fromstring(buffer.getvalue())
     for element in root.iter():
         if element.tag == f"{SVG}g":  # nothing refers to these, and other pictures would repeat them
