@@ -115,9 +115,10 @@ def free_stiffness(problem: Problem) -> FloatArray:
     >>> int(np.linalg.matrix_rank(free_stiffness(Problem(A=A, B=B, **loop))[:2]))
     1
     """
-    kappa, basis, lengths = _stiffness(problem), _rigid_motions(problem)[0], _lengths(problem)
+    kappa, basis = _stiffness(problem), _rigid_motions(problem)[0]
     if not basis.shape[1]:
         return kappa
+    lengths = _scaled(problem, kappa)[1]
     scaled = _deflated(kappa * lengths * lengths[:, None], basis) / lengths / lengths[:, None]
     # what was no coupling at all remains none
     own = np.sqrt(np.abs(np.diag(kappa)))  # a stiffness of round-off may be negative
@@ -130,13 +131,13 @@ def _rigid_motions(problem: Problem) -> tuple[FloatArray, str]:
 
     An orthonormal basis; those that keep all nodes closed are the ones of :func:`rigid_slips`.
     """
-    layout, slips, lengths = problem.layout, rigid_slips(problem), _lengths(problem)
+    layout, slips = problem.layout, rigid_slips(problem)
+    scaled, lengths, _ = _scaled(problem, _stiffness(problem))
     basis = np.zeros((layout.size, len(slips.pinned)))
     basis[layout.slips] = slips.motions
     basis = np.linalg.qr(basis / lengths[:, None])[0]
     if problem.C is None:
         return basis, slips.doubt
-    scaled = _scaled(problem, problem.kappa)[0]
     if not slips.pinned and problem.stiffness_accuracy is None and _clearly_held(scaled):
         return basis, slips.doubt
     most = float(np.abs(scaled).sum(axis=0).max())
@@ -284,11 +285,6 @@ def _stiffness(problem: Problem) -> FloatArray:
     """κ as stored, with zeros for C where no node may open."""
     C = np.zeros((problem.n, problem.n)) if problem.C is None else problem.C
     return problem.layout.of_blocks(problem.A, problem.B, C)
-
-
-def _lengths(problem: Problem) -> FloatArray:
-    """The units in which the stiffness of every slip and gap is 1, ((d + 1) n,)."""
-    return _scaled(problem, _stiffness(problem))[1]
 
 
 def _scaled(problem: Problem, stiffness: FloatArray) -> tuple[FloatArray, FloatArray, int]:
