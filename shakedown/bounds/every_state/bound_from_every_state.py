@@ -14,7 +14,6 @@ from shakedown.bounds.every_state.least_pressures import (
 from shakedown.bounds.every_state.reaction_centres import Loops, reaction_centres
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint, scaled_joint
 from shakedown.bounds.every_state.slip_curves import slip_curves
-from shakedown.bounds.every_state.unique_rates import held
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.status import Status
@@ -106,7 +105,7 @@ def least_pressure_bound(problem: Problem, *, unique: bool = False) -> LeastPres
         reactions=nowhere,
         mean_reactions=nowhere,
     )
-    if not held(joint) or (joint.floats and (joint.f == 0).any()):
+    if not joint.held or (joint.floats and (joint.f == 0).any()):
         return found
     least = pressures_of_floating(joint) if joint.floats else least_pressures(joint)
     pressures = least.at(joint, joint.q0[None], joint.p0[None])[0]

@@ -102,6 +102,12 @@ class ScaledJoint:
         return self.A[np.ix_(self.kept, self.kept)]
 
     @cached_property
+    def held(self) -> bool:
+        """Whether A is positive definite in the slips that are kept, if any, clear of round-off."""
+        values = np.linalg.eigvalsh(self.kept_stiffness)
+        return bool(len(values)) and bool(values[0] > 4 * len(values) * EPS * values[-1])
+
+    @cached_property
     def inverse(self) -> NDArray[np.floating]:
         """That of A in the slips that are kept, (k, k)."""
         return np.linalg.inv(self.kept_stiffness)

@@ -15,7 +15,7 @@ def unique_rates(joint: ScaledJoint) -> Uniqueness:
 
     M_ij = u_i · A_ij u_j + f_i B_ij · u_j, for all unit vectors u of the nodes.
     """
-    if joint.floats or not held(joint):
+    if joint.floats or not joint.held:
         return Uniqueness(
             None, "only friction holds the body: if all its nodes slip, nothing determines how fast"
         )
@@ -92,9 +92,3 @@ def coupling_ratio(joint: ScaledJoint) -> float:
         d = N @ d + 1e-9 * d.max()
         d = d / d.max()
     return float(((N @ d) / d).max()) * (1.0 + 4 * n * EPS)
-
-
-def held(joint: ScaledJoint) -> bool:
-    """Whether A is positive definite in the slips that are not pinned, if any, clear of round-off."""
-    values = np.linalg.eigvalsh(joint.kept_stiffness)
-    return bool(len(values)) and bool(values[0] > 4 * len(values) * EPS * values[-1])
