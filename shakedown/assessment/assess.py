@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.every_limit import JointLimits
@@ -86,8 +85,7 @@ class Assessment(Result):
     def averaged(self, radius: float) -> "Assessment":
         """The assessment with slips and reactions averaged over a length: no proof for this joint itself."""
         limits, problem = self.details, self.problem
-        start = np.zeros(problem.layout.slip_size)
-        start = start if limits.initial_slip is None else np.asarray(limits.initial_slip, dtype=float)
+        start = checked_initial_slip(problem, limits.initial_slip)
         between = averaged(replace(problem, initial_slip=start), radius)
         return Assessment(on_mesh(limits, between))
 

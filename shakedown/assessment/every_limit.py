@@ -273,7 +273,7 @@ class JointLimits(Result):
         proved = [number for number in known if not isnan(number)]
         if proved:
             return max(proved)
-        return nan if any(getattr(self, k.name).undecided for k in kinds_of(Claim.THIS_STATE)[:1]) else 0.0
+        return nan if here.undecided else 0.0
 
     @property
     def _as_one_of_all(self) -> float:

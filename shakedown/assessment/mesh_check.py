@@ -55,12 +55,7 @@ def mesh_check(limits: Any) -> MeshCheck:
     """Check limits on one mesh: whether its edge determines λ_max, and their values on a coarser mesh."""
     problem = limits.problem
     surface = surface_of(problem)
-    if (
-        surface is None
-        or problem.n < FEWEST[surface.in_plane]
-        or limits.open_nodes
-        or limits.upper.open_nodes
-    ):
+    if surface is None or problem.n < FEWEST[surface.in_plane] or limits.open_nodes:
         return MeshCheck(nan, (), {}, None)
     edge = _shares(limits) * surface.edge
     ranked = np.argsort(-edge, kind="stable")

@@ -263,7 +263,6 @@ def verify(
     if slip_below is not None:
         check_slip_below(slip_below)
     asked = _Scope(open_nodes, load_factors, budget, slip_below)
-    asked = asked._replace(open_nodes=open_nodes if isinstance(open_nodes, str) else tuple(open_nodes))
     settings = Settings(random_states, seed, cycles, method)
     return _verified(problem, asked, settings, progress, tolerances)
 
