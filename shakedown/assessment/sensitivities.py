@@ -139,7 +139,7 @@ def sensitivities(problem: Problem, bound: Bound, *, tolerances: Tolerances = DE
     Raises
     ------
     UsageError
-        If the bound is not one of this joint.
+        If the bound is of another kind, or not one of this joint.
 
     Examples
     --------
@@ -153,6 +153,9 @@ def sensitivities(problem: Problem, bound: Bound, *, tolerances: Tolerances = DE
     (array([1., 1.]), True)
     """
     require_plane("sensitivities", problem)
+    reached = {"upper": _of_upper, "energy": _of_energy}.get(bound.kind)
+    if reached is None:
+        raise UsageError(f"bound: expected λ_max or λ_E, found {bound.symbol}")
     if bound.slip.shape != (problem.layout.slip_size,):
         raise UsageError(f"bound: expected one of a joint with {problem.n} nodes, found {bound.slip.size}")
     reason = bound.reason if bound.status != Status.OPTIMAL else ""
@@ -163,10 +166,7 @@ def sensitivities(problem: Problem, bound: Bound, *, tolerances: Tolerances = DE
     if bound.kind == "energy" and bound.parts:
         return _of_parts(problem, bound, tolerances)
     zone = contact_zone(problem, bound.open_nodes, tolerances=tolerances)
-    if bound.kind == "upper":
-        parts = _of_upper(zone, bound, tolerances)
-    else:
-        parts = _of_energy(zone, bound, tolerances)
+    parts = reached(zone, bound, tolerances)
     if not parts.optimum.unique:
         return _none(problem, bound, NOT_UNIQUE)
     return Sensitivities(

@@ -165,6 +165,12 @@ def test_a_bound_of_another_joint_is_refused():
         sensitivities(shakedown.example("two-node"), upper(shakedown.example("three-node")))
 
 
+def test_a_bound_of_another_kind_is_refused():
+    joint = shakedown.example("two-node")
+    with pytest.raises(shakedown.UsageError, match="expected λ_max or λ_E, found λ_1"):
+        sensitivities(joint, shakedown.lower_bound(joint))
+
+
 @pytest.mark.parametrize("bound", [upper, energy])
 def test_units_do_not_matter(bound):
     problem = shakedown.example("two-node")

@@ -123,10 +123,9 @@ def universal_bound(
     >>> round(bound.load_factor, 6), bound.node, bound.argument
     (0.3096, 0, 'least pressures')
     """
-    if first_collapse is not None and getattr(first_collapse, "kind", None) != "lower":
-        raise UsageError(
-            f"first_collapse: expected a bound of the kind 'lower', found {type(first_collapse).__name__}"
-        )
+    kind = getattr(first_collapse, "kind", type(first_collapse).__name__)
+    if first_collapse is not None and kind != "lower":
+        raise UsageError(f"first_collapse: expected a bound of the kind 'lower', found {kind!r}")
     parts = coupled_parts(problem)
     if len(parts) > 1:
         of_parts = [universal_bound(part.joint, tolerances=tolerances) for part in parts]
