@@ -155,6 +155,11 @@ class Histories:
     mean: FloatArray | None
     transient: FloatArray | None
 
+    @property
+    def means(self) -> FloatArray:
+        """Factors in the constant part, (c,): the mean over the period where no case states one [–]."""
+        return np.asarray(self.period.mean(axis=0)) if self.mean is None else self.mean
+
 
 def histories(cases: Sequence[LoadCase]) -> Histories:
     """Bring the time functions of all load cases to one length.
@@ -239,7 +244,7 @@ def stated_loads(cases: Sequence[LoadCase], factors: Histories) -> dict[str, Any
         return {}
     values = np.array([1.0 if case.value is None else case.value for case in cases])
     sizes = np.abs(factors.period).max(axis=0)
-    mean = factors.period.mean(axis=0) if factors.mean is None else factors.mean
+    mean = factors.means
     amplitude = np.abs(factors.period - mean).max(axis=0)
     return {
         "load_names": tuple(shortened(visible(case.name), LONGEST_NAME - 1) for case in cases),

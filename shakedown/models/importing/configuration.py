@@ -61,7 +61,7 @@ def read_model(
 ) -> ImportContext:
     """The model, its contact and its stiffness; mesh and stiffness are not read where they were kept."""
     if kept is None:
-        model = model_section(asked.model, files, _superelement(asked.stiffness))
+        model = model_section(asked.model, files, asked.stiffness.copy().integer("superelement"))
     else:
         model = Model(kept[0])
     contact, where = contact_of(asked.contacts, model, files), asked.contacts[0].where
@@ -111,8 +111,3 @@ def _moves_across(contact: ContactSection, stiffness: Stiffness, held: set[tuple
     rows = np.isin(stiffness.dofs[:, 0], contact.labels) & (stiffness.dofs[:, 1] == 3)
     rows &= stiffness.K.diagonal() < DEFAULT.constrained_diagonal
     return not set(map(tuple, stiffness.dofs[rows].tolist())) <= held
-
-
-def _superelement(stiffness: TomlTable) -> int | None:
-    """The key of ``[stiffness]`` that picks one superelement in every Nastran file of the configuration."""
-    return TomlTable(dict(stiffness.content), stiffness.where).integer("superelement")

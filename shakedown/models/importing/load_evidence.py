@@ -206,7 +206,7 @@ def load_doubts(
 ) -> tuple[str, ...]:
     """Warnings about single loads, and about all of them together, on a model with κ and held rows (N,)."""
     factors = histories(acting.cases)
-    means = factors.period.mean(axis=0) if factors.mean is None else factors.mean
+    means = factors.means
     steps, stiff = len(factors.period), float(np.abs(stiffness).max())
     warnings, still = [], []
     for k, (load, name) in enumerate(zip(acting.loads, names, strict=True)):

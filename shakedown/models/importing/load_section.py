@@ -18,7 +18,7 @@ from shakedown.models.importing.static_runs import clamped_run, opened_run, ther
 from shakedown.models.importing.stiffness_section import ImportContext
 from shakedown.models.importing.time_function import time_function
 from shakedown.models.readers.abaqus_matrix import read_nodal_loads
-from shakedown.models.readers.abaqus_substructure import read_substructure_load
+from shakedown.models.readers.abaqus_substructure import ELEMENT, read_substructure_load
 from shakedown.models.readers.circumference import HOOP
 from shakedown.models.readers.nastran_op4 import is_op4, read_op4_columns
 from shakedown.models.readers.text import quoted, read_bytes, read_lines
@@ -44,7 +44,8 @@ def load_section(table: TomlTable, context: ImportContext) -> LoadSection:
     _check_circumference(table, context)
     reactions, clamped = clamped_run(table, context)
     if clamped is not None:  # both bodies held: each node carries minus its reaction
-        force = (np.zeros(size) if force is None else force) - _spread(table.where, clamped, context)
+        held = _spread(f"{table.where}: key 'reactions'", clamped, context)
+        force = (np.zeros(size) if force is None else force) - held
     thermal = thermal_forces(table, context)
     opened = opened_run(table, context)
     if thermal is not None:
@@ -131,8 +132,7 @@ def absent_before(cases: Sequence[LoadCase], names: Sequence[str]) -> tuple[str,
 def uneven(cases: Sequence[LoadCase]) -> tuple[str, ...]:
     """Notes on stated loads that go further one way than the other: mean ± amplitude then covers more."""
     factors, found = histories(cases), []
-    means = factors.period.mean(axis=0) if factors.mean is None else factors.mean
-    for case, mean, column in zip(cases, means, factors.period.T, strict=True):
+    for case, mean, column in zip(cases, factors.means, factors.period.T, strict=True):
         ends = (1.0 if case.value is None else case.value) * (np.array([column.min(), column.max()]) - mean)
         if case.is_stated and abs(ends.sum()) > PER_CENT * np.abs(ends).max():
             departs = f"departs from its mean by {ends.min():+.4g} and {ends.max():+.4g} {case.unit}".rstrip()
@@ -144,29 +144,24 @@ def uneven(cases: Sequence[LoadCase]) -> tuple[str, ...]:
 
 def _forces(table: TomlTable, context: ImportContext) -> FloatArray | None:
     """Forces on all rows, from a list or from a file."""
-    force = np.zeros(len(context.stiffness.dofs))
     if not isinstance(table.content.get("forces"), dict):
         listed = context.model.values(table, "forces")
-        if listed is None:
-            return None
-        force[context.rows(f"{table.where}: key 'forces'", listed)] = list(listed.values())
-        return force
+        return None if listed is None else _spread(f"{table.where}: key 'forces'", listed, context)
     source = table.table("forces")
     name, scale = str(source.text("file")), source.number("scale", 1.0) or 0.0
     case, matrix = source.text("case", required=False), source.text("matrix", required=False)
     column = source.integer("column")
     source.done()
     if matrix is not None:
-        force[:] = context.files.read(name, lambda path: _op4_column(path, matrix, column, len(force)))
-        return scale * force
+        size = len(context.stiffness.dofs)
+        return scale * context.files.read(name, lambda path: _op4_column(path, matrix, column, size))
     found = context.files.read(name, lambda path: _nodal_loads(path, case))
-    force[context.rows(source.where, found)] = list(found.values())
-    return scale * force
+    return scale * _spread(source.where, found, context)
 
 
 def _nodal_loads(path: Path, case: str | None) -> Values:
     """A load case of a substructure, or ``node, dof, value`` lines."""
-    if any(line.strip().upper().startswith("*USER ELEMENT") for line in read_lines(path)):
+    if any(map(ELEMENT.match, read_lines(path))):
         return read_substructure_load(path, case)
     if case is not None:
         raise ProblemError(
@@ -203,8 +198,9 @@ def _check_circumference(table: TomlTable, context: ImportContext) -> None:
 
 
 def _spread(where: str, values: Values, context: ImportContext) -> FloatArray:
+    """Values of (node, direction) pairs on all rows; 0 elsewhere."""
     spread = np.zeros(len(context.stiffness.dofs))
-    spread[context.rows(f"{where}: key 'reactions'", values)] = list(values.values())
+    spread[context.rows(where, values)] = list(values.values())
     return spread
 
 

@@ -1,8 +1,10 @@
 """``[stiffness]``: the matrix with its map, or from unit displacements, in the directions of the model."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,13 +30,6 @@ from shakedown.models.readers.toml_table import TomlTable
 
 _BESIDE = {"numbered": (".dof",), "op4": (".pch", ".asm")}  # maps that codes write beside the matrix
 MODES = 3  # nodes that CalculiX makes for the incompatible modes of an element C3D8I
-
-
-class Pick(NamedTuple):
-    """Which matrix and which superelement to take from a Nastran file that holds several."""
-
-    matrix: str | None
-    superelement: int | None
 
 
 @dataclass(frozen=True)
@@ -65,7 +60,7 @@ def stiffness_section(
         If it is malformed or a file cannot be read.
     """
     name, map_name = str(table.text("file")), table.text("map", required=False)
-    pick = Pick(table.text("matrix", required=False), table.integer("superelement"))
+    matrix, superelement = table.text("matrix", required=False), table.integer("superelement")
     scale = table.number("scale", 1.0) or 0.0
     allow_sparse = table.flag("allow_sparse")
     angle, accuracy = table.number("angle"), table.number("accuracy")
@@ -83,7 +78,8 @@ def stiffness_section(
         )
     else:
         map_name = map_name or _beside(name, found, files)
-        stiffness = _matrix(name, map_name, pick, model, files)
+        read = partial(read_stiffness, format=found, matrix=matrix, superelement=superelement)
+        stiffness = _matrix(name, map_name, read, superelement, model, files)
         _check_whole(stiffness, map_name, str(files.path(name)))
     factor = circumference_factor(model.mesh, stiffness.format, angle, scale, table.where)
     if stiffness.superelement and not allow_sparse:
@@ -151,28 +147,25 @@ def _beside(name: str, found: str, files: InputFiles) -> str | None:
     return None
 
 
-def _matrix(name: str, map_name: str | None, pick: Pick, model: Model, files: InputFiles) -> Stiffness:
+def _matrix(
+    name: str,
+    map_name: str | None,
+    read: Callable[..., Stiffness],
+    superelement: int | None,
+    model: Model,
+    files: InputFiles,
+) -> Stiffness:
     """The matrix of a file, its rows in the directions of the model."""
     frames = model.frames
     if map_name is None:
-        stiffness = files.read(
-            name, lambda path: read_stiffness(path, matrix=pick.matrix, superelement=pick.superelement)
-        )
+        stiffness = files.read(name, read)
     else:
         stiffness = files.read(
             map_name,
-            lambda rows: files.read(
-                name,
-                lambda path: read_stiffness(
-                    path,
-                    dof_map=_rows(rows, pick.superelement),
-                    matrix=pick.matrix,
-                    superelement=pick.superelement,
-                ),
-            ),
+            lambda rows: files.read(name, lambda path: read(path, dof_map=_rows(rows, superelement))),
         )
         if model.mesh is None and stiffness.format == "Nastran OUTPUT4":
-            frames = files.read(map_name, lambda path: _frames(path, pick.superelement))
+            frames = files.read(map_name, lambda path: _frames(path, superelement))
     with found_in(files.path(name)):
         return stiffness.in_basic_directions(frames)
 

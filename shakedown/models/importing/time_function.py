@@ -61,9 +61,9 @@ def time_function(table: TomlTable, steps: int | None, files: InputFiles) -> Tim
     """
     if isinstance(table.content.get("history"), dict):
         return _function(table.table("history"), steps, files)
-    value = table.take("history", "a number, a list or a table", required=True)
-    table.content["history"] = value
-    if isinstance(value, list):
+    if not table.has("history"):
+        raise table.missing("history", "a number, a list or a table")
+    if isinstance(table.content["history"], list):
         return TimeFunction(np.array(table.array("history", float, (None,)), dtype=float))
     return TimeFunction(np.array(table.number("history")))
 

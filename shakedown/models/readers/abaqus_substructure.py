@@ -16,7 +16,7 @@ from shakedown.models.readers.formats import Format, register
 from shakedown.models.readers.stiffness import Stiffness, printed_accuracy
 from shakedown.models.readers.text import integers, listed, number, quoted, read_lines
 
-_ELEMENT = re.compile(r"\s*\*USER ELEMENT\b", re.IGNORECASE)
+ELEMENT = re.compile(r"\s*\*USER ELEMENT\b", re.IGNORECASE)
 _LOAD = re.compile(r"\*\*\s*SUBSTRUCTURE LOAD\b(?:.*?(?:CASE|VECTOR)\W+(?=\w+\s*$))?(.*)$", re.IGNORECASE)
 
 
@@ -160,4 +160,4 @@ def _dofs(lines: list[str], start: int, stop: int, labels: list[int], name: str)
     return np.array(rows, dtype=np.intp)
 
 
-register(Format("substructure", "Abaqus substructure", read_abaqus_substructure, line=_ELEMENT))
+register(Format("substructure", "Abaqus substructure", read_abaqus_substructure, line=ELEMENT))

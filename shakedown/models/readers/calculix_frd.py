@@ -16,19 +16,13 @@ _BLOCKS: dict[What, str] = {"displacements": "DISP", "reactions": "FORC"}
 _NODE = {"0": slice(3, 8), "1": slice(3, 13)}  # columns of the node, by the format of a block
 _BINARY = "2"  # the format of single precision
 _WIDTH = 12  # characters per number; numbers are not separated
-_BEGIN, _RESULTS = b"    1C", b"  100C"  # how a file begins, and results
+_BEGIN, _RESULTS = "    1C", b"  100C"  # how a file begins, and results
 _TIME, _COUNT, _FORMAT, _DERIVED = slice(12, 24), slice(24, 36), slice(73, 75), slice(33, 38)
 
 
-def is_frd(lines: list[str]) -> bool:
-    """Whether a file begins as a ``.frd`` file does."""
-    return bool(lines) and lines[0].startswith(_BEGIN.decode())
-
-
-def is_binary_frd(path: str | os.PathLike[str]) -> bool:
-    """Whether a file is a ``.frd`` file with binary blocks."""
-    raw = read_bytes(path)
-    return raw.startswith(_BEGIN) and b"\0" in raw
+def is_frd(text: str) -> bool:
+    """Whether a text begins as a ``.frd`` file does."""
+    return text.startswith(_BEGIN)
 
 
 def read_frd(path: str | os.PathLike[str], what: What = "displacements") -> list[NodalVectors]:

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 
 from shakedown.ground.errors import ProblemError
-from shakedown.models.readers.calculix_frd import is_binary_frd, is_frd, read_frd
+from shakedown.models.readers.calculix_frd import is_frd, read_frd
 from shakedown.models.readers.calculix_reactions import HEADINGS, is_calculix_output, read_calculix_output
 from shakedown.models.readers.formats import Format, register
 from shakedown.models.readers.nodal_vectors import NodalVectors, What
 from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.table import NumberTable, read_table
-from shakedown.models.readers.text import read_lines
+from shakedown.models.readers.text import read_bytes, read_lines
 
 _PLACE = [
     {"step", "load step", "loadstep", "frame", "run"},
@@ -33,6 +33,8 @@ _EXPECTED: dict[What, str] = {
     "displacements": "step, node, ux, uy and maybe uz",
 }
 
+_HEAD = 80  # bytes that show a .frd file
+
 
 def is_reactions_table(text: str) -> bool:
     """Whether the first line of a text names the columns step, node, fx, fy."""
@@ -47,9 +49,9 @@ def is_reactions_table(text: str) -> bool:
 
 def read_nodal_vectors(path: str | os.PathLike[str], what: What = "reactions") -> list[NodalVectors]:
     """Read reactions or displacements: a ``.dat`` or ``.frd`` file of CalculiX, or a table: by content."""
-    if is_binary_frd(path) or is_frd(lines := read_lines(path)):
+    if is_frd(read_bytes(path, _HEAD).decode("latin-1")):
         return read_frd(path, what)
-    if is_calculix_output(lines):
+    if is_calculix_output(read_lines(path)):
         return read_calculix_output(path, what)
     return read_vectors_table(path, what)
 

@@ -9,7 +9,14 @@ from shakedown.files.npy import read_array, read_header
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.models.readers.deck import is_deck, read_deck
 from shakedown.models.readers.nastran_bulk import is_bulk_data, read_analysis_set
-from shakedown.models.readers.text import open_input, quoted, read_bytes, read_lines, whole_number
+from shakedown.models.readers.text import (
+    LARGEST_WHOLE,
+    open_input,
+    quoted,
+    read_bytes,
+    read_lines,
+    whole_number,
+)
 
 Rows = str | os.PathLike[str] | NDArray[np.intp] | None  # a map file, its content, or none
 DIRECTIONS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
@@ -17,7 +24,7 @@ HEADINGS = {  # of the columns of such lists
     "matrix", "eqn", "eq", "equation", "row", "no", "number", "node", "label", "dof", "direction", "dir",
 }  # fmt: skip
 _COMMENT = "#%$!*"
-_NPY, _WHOLE = b"\x93NUMPY", 2.0**53
+_NPY = b"\x93NUMPY"
 
 
 def row_map(rows: Rows, size: int, where: str, format: str) -> NDArray[np.intp]:
@@ -135,7 +142,7 @@ def _listed(lines: list[str], name: str) -> NDArray[np.float64]:
 
 def _of_columns(table: NDArray[np.float64], size: int | None, name: str) -> NDArray[np.intp]:
     """The map of columns equation (where there are three), node, direction; or of the nodes alone."""
-    if table.shape[1] > 3 or not (np.abs(table) < _WHOLE).all() or (table != np.round(table)).any():
+    if table.shape[1] > 3 or not (np.abs(table) < LARGEST_WHOLE).all() or (table != np.round(table)).any():
         raise ProblemError(f"{name}: expected whole numbers in one to three columns, found others")
     found = table.astype(np.intp)
     if found.shape[1] == 1:

@@ -51,7 +51,7 @@ def stiffness_format(path: str | os.PathLike[str]) -> str:
     for each in FORMATS:
         if each.begins is not None and each.begins(beginning):
             return each.name
-    if is_frd([beginning]):
+    if is_frd(beginning):
         raise ProblemError(
             f"{os.fspath(path)}: expected a stiffness matrix, found the results of a CalculiX run (.frd); "
             "they are of a load: its key 'open', 'reactions' or 'thermal'"
@@ -59,14 +59,15 @@ def stiffness_format(path: str | os.PathLike[str]) -> str:
     lines = [line for line in read_lines(path) if line.strip()]
     bulk = is_bulk_data(lines[:LOOKED_AT])  # whose continuations look like numbered entries
     known = [each for each in FORMATS if each.line and not (bulk and each.name == "numbered")]
-    for line in [] if is_deck(lines) else lines:
+    deck = is_deck(lines)
+    for line in [] if deck else lines:
         for each in known:
             if each.line and each.line.match(line):
                 return each.name
     what = quoted(lines[0])
     if is_bulk_data(lines):
         what = "Nastran bulk data without a DMIG matrix (it may be the 'map' of an OUTPUT4 file)"
-    elif is_deck(lines):
+    elif deck:
         what = "an input deck (it may be the 'map' of a matrix, or the file of [model])"
     raise ProblemError(
         f"{os.fspath(path)}: expected a stiffness matrix ({', '.join(each.title for each in FORMATS)}), "
@@ -80,6 +81,7 @@ def read_stiffness(
     dof_map: Rows = None,
     matrix: str | None = None,
     superelement: int | None = None,
+    format: str | None = None,
 ) -> Stiffness:
     """Read a stiffness matrix from a file of any format that carries one.
 
@@ -94,6 +96,8 @@ def read_stiffness(
         Which matrix of a Nastran file.
     superelement
         Which superelement of a Nastran punch file that holds several.
+    format
+        What :func:`stiffness_format` has found, where that is known already.
 
     Raises
     ------
@@ -109,7 +113,7 @@ def read_stiffness(
     array([[2., 1.],
            [1., 3.]])
     """
-    name = stiffness_format(path)
+    name = stiffness_format(path) if format is None else format
     found = next(each for each in FORMATS if each.name == name)
     asked = {"rows": dof_map, "matrix": matrix, "superelement": superelement}
     nastran = "matrix" in found.takes
