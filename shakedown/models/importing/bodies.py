@@ -59,7 +59,7 @@ def bodies_of(
     contact
         The contact, of which nodes on either side may have no rows (held).
     """
-    part = connected_parts(stiffness)
+    part = stiffness.parts
     labels, index = np.unique(stiffness.dofs[:, 0], return_index=True)
     of_node = dict(zip(labels.tolist(), part[index].tolist(), strict=True))
     met = [of_node[label] for label in contact.moved.tolist() if label in of_node]
@@ -74,9 +74,8 @@ def bodies_of(
         own = stiffness.are_displacements[rows]
         words = motions_in_words(motions[own], stiffness.dofs[rows[own]], places) if motions.size else ()
         nodes = np.unique(stiffness.dofs[rows, 0])
-        bodies.append(
-            ModelBody(name, nodes[nodes > 0], tuple(words), met.count(which))
-        )  # without internal ones
+        nodes = nodes[nodes > 0]  # without internal ones
+        bodies.append(ModelBody(name, nodes, tuple(words), met.count(which)))
     return tuple(bodies)
 
 
@@ -103,7 +102,7 @@ def contact_patches(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | 
     normals = contact.unit_normals
     alike = (normals[pairs[:, 0]] * normals[pairs[:, 1]]).sum(axis=1) > 0
     if contact.two_bodies:
-        body = dict(zip(stiffness.dofs[:, 0].tolist(), connected_parts(stiffness).tolist(), strict=True))
+        body = dict(zip(stiffness.dofs[:, 0].tolist(), stiffness.parts.tolist(), strict=True))
         opposite = np.array([body.get(node, -1) for node in contact.facing[:, 1].tolist()])
         alike &= opposite[pairs[:, 0]] == opposite[pairs[:, 1]]
     a, b = pairs[alike].T
@@ -138,38 +137,12 @@ def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: Sequence[int])
 def places_of_rows(stiffness: Stiffness, mesh: Mesh | None) -> Mapping[int, Sequence[float]] | None:
     """Node → (x, y, z), or None where the coordinates of a node that moves are not known."""
     labels = stiffness.dofs[stiffness.are_displacements, 0]
-    if mesh is None or not set(labels.tolist()) <= set(mesh.labels.tolist()):
-        return None
-    return dict(zip(mesh.labels.tolist(), mesh.coordinates.tolist(), strict=True))
-
-
-def coupled_nodes(stiffness: Stiffness) -> tuple[NDArray[np.intp], NDArray[np.intp], sparse.csr_array]:
-    """Labels of the nodes, (k,), the node of every row, (N,), and which nodes the matrix couples, (k, k)."""
-    labels, node = np.unique(stiffness.dofs[:, 0], return_inverse=True)
-    K, diagonal = stiffness.K.tocoo(), np.abs(stiffness.K.diagonal())
-    marked = diagonal >= DEFAULT.constrained_diagonal
-    size = np.sqrt(np.where(marked, diagonal[~marked].max(initial=0.0), diagonal))
-    row, column = K.coords
-    large = np.abs(K.data) > DEFAULT.condensed_pattern * size[row] * size[column]
-    entries = (np.ones(large.sum()), (node[row[large]], node[column[large]]))
-    graph = sparse.coo_array(entries, shape=(len(labels), len(labels)))
-    return labels, node, (graph.tocsr() > 0).tocsr()
-
-
-def connected_parts(stiffness: Stiffness) -> NDArray[np.intp]:
-    """The number of the connected part that every row belongs to, (N,); the rows of a node belong together.
-
-    It is −1 for rows that couple with no displacement, as component modes do not in a superelement with a
-    fixed boundary.
-    """
-    _, node, coupled = coupled_nodes(stiffness)
-    part = np.asarray(connected_components(coupled, directed=False)[1])[node]
-    return np.where(np.isin(part, part[stiffness.are_displacements]), part, -1)
+    return mesh.places if mesh is not None and mesh.places.keys() >= set(labels.tolist()) else None
 
 
 def rigid_motions_of_bodies(stiffness: Stiffness, held: NDArray[np.bool_], mesh: Mesh | None) -> FloatArray:
     """The rigid motions of every body that nothing but the contact resists, (N, k), up to printed digits."""
-    part, places = connected_parts(stiffness), places_of_rows(stiffness, mesh)
+    part, places = stiffness.parts, places_of_rows(stiffness, mesh)
     found = [np.zeros((len(part), 0))]
     for own in np.unique(part[part >= 0]):
         rows = np.flatnonzero(part == own)

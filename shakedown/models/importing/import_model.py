@@ -23,7 +23,7 @@ from shakedown.models.condensation.condense import Condensation, condensed_stiff
 from shakedown.models.condensation.contact_frame import friction_left_out
 from shakedown.models.condensation.load_case import without_closing
 from shakedown.models.condensation.shanks import with_shanks
-from shakedown.models.importing.bodies import connected_parts, rigid_motions_of_bodies
+from shakedown.models.importing.bodies import rigid_motions_of_bodies
 from shakedown.models.importing.bolt_section import (
     BoltSection,
     bolt_doubts,
@@ -455,14 +455,14 @@ def _reduced(
             stiffness.dofs,
             contact.labels,
             contact.normals,
-            fixed=marks | (connected_parts(stiffness) < 0),
+            fixed=marks | (stiffness.parts < 0),
             axes=contact.plane,
             tangent=contact.tangent,
             free_out_of_plane=contact.free_out_of_plane,
             allow_sparse=stiffness.superelement,  # checked as a whole when it was read
             coupling=contact.coupling,
             middle_nodes=contact.middle_nodes,
-            places=None if mesh is None else dict(zip(mesh.labels.tolist(), mesh.coordinates, strict=True)),
+            places=None if mesh is None else mesh.places,
             rigid=None if stiffness.accuracy is None else rigid_motions_of_bodies(pulled, marks, mesh),
             announce=announce,
         )

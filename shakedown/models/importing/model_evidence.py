@@ -16,7 +16,6 @@ from shakedown.joint.result import Result
 from shakedown.models.importing.bodies import (
     ModelBody,
     bodies_of,
-    connected_parts,
     contact_patches,
     rigid_residual,
 )
@@ -117,7 +116,7 @@ def model_evidence(
         patches=contact_patches(contact, stiffness, mesh),
         pairs=tuple(distances_of(part, mesh) for part in contact.parts),
         rigid_residual=rigid_residual(stiffness, mesh, contact.axes),
-        alone=stiffness.dofs[connected_parts(stiffness) < 0],
+        alone=stiffness.dofs[stiffness.parts < 0],
         warnings=(*warnings, *model_doubts(stiffness, contact, mesh)),
     )
 

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from shakedown.ground.round_off import FOUR_DIGITS, MUCH, RESOLVED, SIX_DIGITS
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.models.importing.bodies import connected_parts, rigid_motions
+from shakedown.models.importing.bodies import rigid_motions
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.readers.mesh import SOLIDS, Mesh
 from shakedown.models.readers.stiffness import Stiffness
@@ -20,7 +20,7 @@ _UNALIKE = 200.0  # ratio beyond which units differ: mm for m gives 1,000, eleme
 
 def model_doubts(stiffness: Stiffness, contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:
     """Warnings where matrix, row map and deck hardly belong together, or nodes that touch are no pairs."""
-    body = dict(zip(stiffness.dofs[:, 0].tolist(), connected_parts(stiffness).tolist(), strict=True))
+    body = dict(zip(stiffness.dofs[:, 0].tolist(), stiffness.parts.tolist(), strict=True))
     found = tuple(doubt for patch in contact.parts for doubt in _both_ways(patch, body))
     if mesh is None:
         return found
@@ -68,8 +68,7 @@ def _out_of_size(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) ->
 
 def _resisting(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) -> tuple[str, ...]:
     """A warning where rigid motions meet resistance in rows (N,) inside the model."""
-    place = dict(zip(mesh.labels.tolist(), mesh.coordinates, strict=True))
-    xyz = np.array([place.get(label, np.zeros(3)) for label in stiffness.dofs[:, 0].tolist()])
+    xyz = np.array([mesh.places.get(label, [0.0] * 3) for label in stiffness.dofs[:, 0].tolist()])
     axes = [2] if mesh.axisymmetric else sorted({1, 2, 3} & set(stiffness.dofs[:, 1].tolist()))
     motions = rigid_motions(stiffness.dofs, xyz - xyz.mean(axis=0), axes)
     terms = abs(stiffness.K) @ np.abs(motions)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.models.readers.coordinate_system import Line
 from shakedown.models.readers.mesh import ABAQUS, CALCULIX, FACES, Element, Mesh, Orientation
 from shakedown.models.readers.text import integers, number, quoted, read_lines
 
@@ -29,7 +30,6 @@ _DEEPEST, _MOST_FILES, _MOST_LINES = 8, 1000, 1 << 24  # of the files that a dec
 _TAKEN = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "EQUATION")
 _MAKERS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY")  # make nodes and elements of others
 
-Line = tuple[str, list[str]]  # where it stands, its fields
 Labels = NDArray[np.intp]
 Sets = dict[str, Labels]
 

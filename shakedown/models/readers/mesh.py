@@ -15,11 +15,11 @@ from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.joint.places import without_cancelled
 from shakedown.models.condensation.facet_shapes import CORNERS as FACET_CORNERS
 from shakedown.models.condensation.facet_shapes import shapes
-from shakedown.models.readers.coordinate_system import CoordinateSystem, coordinate_system, nodal_system
+from shakedown.models.readers.coordinate_system import CoordinateSystem, Line, coordinate_system, nodal_system
 from shakedown.models.readers.text import listed, quoted
 
 Element = tuple[str, tuple[int, ...]]  # shape, node labels
-Orientation = tuple[dict[str, str], list[tuple[str, list[str]]]]  # parameters, (where, fields) of the data
+Orientation = tuple[dict[str, str], list[Line]]  # parameters, data lines
 
 # Corners of the faces, and edges that carry the midside nodes, as Abaqus, CalculiX and Nastran number them.
 FACES: dict[str, tuple[tuple[int, ...], ...]] = {
@@ -151,7 +151,7 @@ class Mesh:
         """A local coordinate system; ``ProblemError`` if there is none of that name, or of another kind."""
         key = name.strip().upper()
         if key not in self.systems:
-            known = listed(sorted(self.systems)) or "none"
+            known = listed(sorted(self.systems))
             raise ProblemError(f"{self.name}: expected the *ORIENTATION {quoted(name)}, found {known}")
         return coordinate_system(name, *self.systems[key])
 
@@ -179,6 +179,11 @@ class Mesh:
         if absent:
             raise ProblemError(f"{self.name}: expected node {absent[0]}, found no coordinates of it")
         return self.coordinates[[index[label] for label in wanted]]
+
+    @cached_property
+    def places(self) -> dict[int, list[float]]:
+        """Where every node is, (x, y, z) [length], by its label."""
+        return dict(zip(self.labels.tolist(), self.coordinates.tolist(), strict=True))
 
     @cached_property
     def _index(self) -> dict[int, int]:

@@ -7,10 +7,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.condensation.contact_frame import checked_dofs
 from shakedown.models.readers.text import rows_of_numbers, whole_numbers
 
@@ -65,6 +67,24 @@ class Stiffness:
     def _row_of(self) -> dict[tuple[int, int], int]:
         """The row of every (node, direction)."""
         return {(node, direction): k for k, (node, direction) in enumerate(self.dofs.tolist())}
+
+    @cached_property
+    def parts(self) -> NDArray[np.intp]:
+        """The number of the connected part that every row belongs to, (N,); the rows of a node stay together.
+
+        It is −1 for rows that couple with no displacement, as component modes do not in a superelement with a
+        fixed boundary.
+        """
+        labels, node = np.unique(self.dofs[:, 0], return_inverse=True)
+        K, diagonal = self.K.tocoo(), np.abs(self.K.diagonal())
+        marked = diagonal >= DEFAULT.constrained_diagonal
+        size = np.sqrt(np.where(marked, diagonal[~marked].max(initial=0.0), diagonal))
+        row, column = K.coords
+        large = np.abs(K.data) > DEFAULT.condensed_pattern * size[row] * size[column]
+        entries = (np.ones(large.sum()), (node[row[large]], node[column[large]]))
+        coupled = sparse.coo_array(entries, shape=(len(labels), len(labels)))
+        part = np.asarray(connected_components(coupled, directed=False)[1])[node]
+        return np.where(np.isin(part, part[self.are_displacements]), part, -1)
 
     def in_basic_directions(self, frames: Mapping[int, FloatArray]) -> "Stiffness":
         """The stiffness with all displacements in the directions x, y, z of the model.
