@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -186,35 +186,23 @@ def simulate(
         check_slip_below(slip_below)
     if method not in METHODS:
         raise UsageError(f"method: expected one of {', '.join(METHODS)}, found '{method}'")
+    open_nodes, load_factor = tuple(open_nodes), float(load_factor)
     if isinstance(initial_slip, str):
-        initial_slip = named_start(problem, load_factor, initial_slip, tuple(open_nodes))
-    asked = _Request(float(load_factor), initial_slip, tuple(open_nodes), cycles, method, record)
-    run = _run(problem, asked, tolerances)
+        initial_slip = named_start(problem, load_factor, initial_slip, open_nodes)
+    start = problem, load_factor, initial_slip
+    if method == "event":
+        patience = Patience(cycles, LONGEST_PERIOD)
+        run = _from_event_to_event(settled_state(*start, open_nodes, patience, tolerances), record)
+    else:
+        motion = FixedSteps(*start, tolerances, open_nodes, sweeps_only=True)
+        run = _at_fixed_steps(motion, cycles, method, record)
     if slip_below is None:
         return run
     return replace(run, slip_criterion=slip_criterion(run.settled, slip_below, tolerances))
 
 
-class _Request(NamedTuple):
-    """The settings of a simulation."""
-
-    load_factor: float
-    initial_slip: ArrayLike | None
-    open_nodes: tuple[int, ...]
-    cycles: int
-    method: str
-    record: bool
-
-
-def _run(problem: Problem, asked: _Request, tolerances: Tolerances) -> Simulation:
-    """The simulation itself."""
-    start = problem, asked.load_factor, asked.initial_slip
-    if asked.method != "event":
-        motion = FixedSteps(*start, tolerances, asked.open_nodes, sweeps_only=True)
-        return _at_fixed_steps(motion, asked)
-    patience = Patience(asked.cycles, LONGEST_PERIOD)
-    settled = settled_state(*start, asked.open_nodes, patience, tolerances)
-    if not asked.record:
+def _from_event_to_event(settled: LongTermState, record: bool) -> Simulation:
+    if not record:
         return _simulation(settled, "event")
     path = walk(settled.begun.motion(), _cycles_there(settled), record=True)
     return _simulation(_judged(settled, path), "event", path)
@@ -250,7 +238,7 @@ def _judged(state: LongTermState, path: Walk) -> LongTermState:
     )
 
 
-def _at_fixed_steps(motion: FixedSteps, asked: _Request) -> Simulation:
+def _at_fixed_steps(motion: FixedSteps, cycles: int, method: str, record: bool) -> Simulation:
     """Cycle until the last cycles show the settled state, or the allowed cycles are spent."""
     problem, scale, t, records = motion.problem, motion.scale, motion.tolerances, list[CycleRecord]()
     moving = swing(problem, loop_path(problem, motion.load_factor))
@@ -260,17 +248,17 @@ def _at_fixed_steps(motion: FixedSteps, asked: _Request) -> Simulation:
     slips = problem.layout.slips
     start = motion.state.u[slips].copy()
     verdict = None
-    for cycle in cycles_of(motion, asked.cycles, record=asked.record):
+    for cycle in cycles_of(motion, cycles, record=record):
         records.append(cycle)
         verdict = recorded_verdict(records, threshold)
         if verdict is not None:
             break
     if verdict is None:
-        none = f"no steady state within {count(asked.cycles, 'cycle')}"
+        none = f"no steady state within {count(cycles, 'cycle')}"
         reason = motion.stop.reason if motion.stop else none
         verdict = Verdict(Outcome.UNDECIDED, 0, np.full(len(start), np.nan), reason)
-    path = Walk(start, tuple(records), motion.history if asked.record else None)
-    return _simulation(_stepped_state(motion, verdict, path), asked.method, path)
+    path = Walk(start, tuple(records), motion.history if record else None)
+    return _simulation(_stepped_state(motion, verdict, path), method, path)
 
 
 def _stepped_state(motion: FixedSteps, verdict: Verdict, log: Walk) -> SteppedState:

@@ -76,7 +76,7 @@ class DesignPoint(Result):
         By name (``lower``, ``universal``, ``energy``, ``accumulated``, ``transient``, ``upper``);
         empty where there is no such joint.
     guarantee
-        Whether λ_1 is a guarantee (``LowerBound.guarantee``); empty where it was not asked for.
+        Whether λ_1 is a guarantee (as that bound says it); empty where it was not asked for.
     open_nodes
         Nodes that stay open in the state that λ_max and λ_E belong to.
     reason
@@ -86,7 +86,7 @@ class DesignPoint(Result):
     outcomes
         What becomes of the joint at each load factor that was asked for (:class:`Outcome`).
     contradictions
-        JointLimits that cannot all be right, in words: an error of this toolkit or of its theory.
+        Limits that cannot all be right, in words: an error of this toolkit or of its theory.
     slip_criterion
         Up to which load factor slips stay below a length; None where that was not asked for.
     """
@@ -210,9 +210,7 @@ def design_point(problem: Problem, values: tuple[float, ...], question: Question
         guarantee=guarantee if "lower" in asked else "",
         open_nodes=open_nodes,
         proved_from_this_state=nan if isinstance(here, Missing) else here,
-        outcomes=tuple(
-            end.outcome if end else Outcome.UNDECIDED for end in ends
-        ),  # loads too large to follow
+        outcomes=tuple(end.outcome if end else Outcome.UNDECIDED for end in ends),
         contradictions=tuple(contradictions),
         slip_criterion=slips,
     )
