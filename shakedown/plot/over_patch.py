@@ -299,24 +299,7 @@ def zones_at(
 ) -> Axes:
     """Stick, slip and open nodes of a patch at one instant, told apart by colour and shape.
 
-    Parameters
-    ----------
-    result
-        A long-term state, or a recorded simulation or evolution, of a joint with two directions.
-    problem
-        The joint: places of its nodes.
-    cycle
-        The time in cycles; by default when the tangential reactions are largest in all.
-    patch
-        Which part of the contact is drawn, of the ``plot.patch_count(problem)`` that there are.
-    ax
-        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
-
-    Raises
-    ------
-    UsageError
-        If no events were recorded, there is no such patch, the time lies outside them, or the joint has
-        one direction.
+    Parameters as for :func:`tractions_at`.
 
     Examples
     --------

@@ -49,7 +49,7 @@ def is_reactions_table(text: str) -> bool:
 
 def read_nodal_vectors(path: str | os.PathLike[str], what: What = "reactions") -> list[NodalVectors]:
     """Read reactions or displacements: a ``.dat`` or ``.frd`` file of CalculiX, or a table: by content."""
-    if is_frd(read_bytes(path, _HEAD).decode("latin-1")):
+    if is_frd(read_bytes(path, _HEAD).decode("utf-8-sig", errors="replace")):
         return read_frd(path, what)
     if is_calculix_output(read_lines(path)):
         return read_calculix_output(path, what)
