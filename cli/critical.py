@@ -49,7 +49,7 @@ def critical(problem: Problem, budget: int, list_all: bool, as_json: bool) -> No
 
 def _sheet(problem: Problem, result: shakedown.CriticalLoadFactors) -> Sheet:
     """The smallest critical load factor, where its limits meet, and where asked for all of them."""
-    facts, said = critical_facts(result, result.total, shakedown.shakedown_bounds(problem))
+    facts, said = critical_facts(result, shakedown.shakedown_bounds(problem))
     smallest, sections = result.smallest_positive, []
     if smallest.rows:
         limits = ", ".join(f"{problem.node_name(node)} {SIDE_NAMES[side]}" for node, side in smallest.rows)

@@ -16,15 +16,6 @@ from shakedown.report.node_names import AXES, node_in_words
 from shakedown.report.notes import FLOATING, LOAD_DOMAIN
 
 SHOWN = 5  # digits of places and loads
-SOURCE = {
-    "toolkit": "toolkit",
-    "command": "command",
-    "made_by": "made by",
-    "friction": "friction",
-    "gap": "gap",
-}
-WORDS = {"young": "Young's modulus", "poisson": "Poisson's ratio", "boundary": "on", "history": "times"}
-BARE = ("kind", "value", "type", "whole body")  # written without their key
 
 
 def headline(problem: Problem) -> list[str]:

@@ -181,7 +181,7 @@ def environment() -> Environment:
         trim_blocks=True,
         finalize=_shown,
     )
-    found.filters |= {"as_written": _as_written, "attribute": _attribute}
+    found.filters["as_written"] = _as_written
     return found
 
 
@@ -196,8 +196,3 @@ def _shown(value: Any) -> Any:
 def _as_written(value: str) -> Markup:
     """A text of the user's own, unchanged but escaped."""
     return escape(visible(value, keep="\n"))
-
-
-def _attribute(value: str) -> Markup:
-    """A text where there can be no subscripts, as in an attribute."""
-    return _as_written(SUBSCRIPT.sub(r"\1\2", value))

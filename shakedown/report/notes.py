@@ -6,11 +6,6 @@ ASSUMED = (
     "bodies, small displacements."
 )
 NOT_SAID = "Nothing is said about the strength of the material, wear, or fretting fatigue."
-IN_CONTACT = "Every limit with all nodes in contact is proved not to open a node, unless it says otherwise."
-BETWEEN = (
-    "Between the limits that are proved and the one that is impossible above, the slip locked in at the "
-    "start decides."
-)
 CONSTANT = "The loading does not change over the period, so the load factor makes no difference."
 GIVEN_STATES = "The file has initial slips: --initial given proves from the first of them."
 NO_PROOF = "Limits of averaged slips prove nothing of the joint itself."

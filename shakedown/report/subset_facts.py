@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from decimal import Decimal
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from shakedown.ground.errors import Missing
-from shakedown.ground.shown_values import LONGEST_WHOLE
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.report import notes
 from shakedown.report.facts import Fact
@@ -18,9 +16,7 @@ if TYPE_CHECKING:
     from shakedown.bounds.enumeration.critical import CriticalLoadFactors
 
 
-def critical_facts(
-    critical: CriticalLoadFactors | None, total: int | None, bounds: ShakedownBounds
-) -> tuple[list[Fact], list[str]]:
+def critical_facts(critical: CriticalLoadFactors, bounds: ShakedownBounds) -> tuple[list[Fact], list[str]]:
     """How many subsets there are, the smallest values, and notes on why these differ from the limits.
 
     Examples
@@ -28,19 +24,15 @@ def critical_facts(
     >>> import shakedown
     >>> joint = shakedown.example("two-node")
     >>> found = shakedown.critical_load_factors(joint)
-    >>> for fact in critical_facts(found, found.total, shakedown.shakedown_bounds(joint))[0]:
+    >>> for fact in critical_facts(found, shakedown.shakedown_bounds(joint))[0]:
     ...     print(fact.label, fact.shown, fact.note, sep=" | ")
     subsets | 4 | 4 with a critical load factor, 0 degenerate
     smallest positive | 0.6573 |
     """
     lower = bounds.lower
-    if total is None or isinstance(lower, Missing):
-        return [], []
-    subsets = f"{Decimal(total):.2e}" if total >= 10**LONGEST_WHOLE else f"{total:,}"
-    if critical is None:
-        return [Fact("subsets", subsets, note="more than the budget: not enumerated")], []
+    assert not isinstance(lower, Missing)  # critical load factors, too, exist only in the plane
     counted = f"{critical.regular:,} with a critical load factor, {critical.degenerate:,} degenerate"
-    facts, smallest = [Fact("subsets", subsets, note=counted)], critical.smallest_positive
+    facts, smallest = [Fact("subsets", f"{critical.total:,}", note=counted)], critical.smallest_positive
     if not critical.regular:
         return facts, [notes.DEGENERATE] if rigid_slips(lower.problem).pinned else []
     if not smallest.rows:

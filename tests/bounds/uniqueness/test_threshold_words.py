@@ -13,7 +13,7 @@ from shakedown.report.subset_facts import critical_facts
 def test_one_subset_is_singular() -> None:
     problem = shakedown.example("one-node")
     critical, bounds = shakedown.critical_load_factors(problem), shakedown.shakedown_bounds(problem)
-    facts, said = critical_facts(critical, critical.total, bounds)
+    facts, said = critical_facts(critical, bounds)
     assert (facts[0].value, facts[0].note) == ("1", "1 with a critical load factor, 0 degenerate")
     assert said == []
 
@@ -24,7 +24,7 @@ def test_a_free_body_is_told_why_no_subset_is_regular() -> None:
         q_w=[[-2.0, -2.0], [2.0, 2.0]], p_w=np.ones((2, 2)),
     )  # fmt: skip
     found, bounds = shakedown.critical_load_factors(free), shakedown.shakedown_bounds(free)
-    (why,) = critical_facts(found, found.total, bounds)[1]
+    (why,) = critical_facts(found, bounds)[1]
     assert "no subset meets in a point" in why
 
 
