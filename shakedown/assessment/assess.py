@@ -82,12 +82,19 @@ class Assessment(Result):
             return Said.IMPOSSIBLE
         return Said.OPEN
 
+    @cached_property
+    def _averages(self) -> dict[float, "Assessment"]:
+        """The averaged assessments that were asked for, by their length: limits are computed once."""
+        return {}
+
     def averaged(self, radius: float) -> "Assessment":
         """The assessment with slips and reactions averaged over a length: no proof for this joint itself."""
-        limits, problem = self.details, self.problem
-        start = checked_initial_slip(problem, limits.initial_slip)
-        between = averaged(replace(problem, initial_slip=start), radius)
-        return Assessment(on_mesh(limits, between))
+        if radius not in self._averages:
+            limits, problem = self.details, self.problem
+            start = checked_initial_slip(problem, limits.initial_slip)
+            between = averaged(replace(problem, initial_slip=start), radius)
+            self._averages[radius] = Assessment(on_mesh(limits, between))
+        return self._averages[radius]
 
     @cached_property
     def as_given(self) -> Outcome:
