@@ -128,15 +128,16 @@ def _limit_cycles(found: InitialStateMap) -> Section:
     """How many states end on each limit cycle, or motion with separation."""
     if not found.limit_cycles:
         return Section()
-    rows = [_cycle(found, cycle) for cycle in found.limit_cycles[:MOST_CYCLES]]
+    none = work_that_is_none(found)
+    rows = [_cycle(cycle, none) for cycle in found.limit_cycles[:MOST_CYCLES]]
     more = len(found.limit_cycles) - MOST_CYCLES
     head = ["limit cycle", "reached", "states", "period", "dissipation", "spread", "slip at"]
     said = [f"{count(more, 'more cycle')}; --json has all."] if more > 0 else []
     return Section("", (), [Table(head, rows, (0, 1, 6))], said)
 
 
-def _cycle(found: InitialStateMap, cycle: LimitCycle) -> list[str]:
-    low, high = without_round_off(cycle.dissipation, work_that_is_none(found))
+def _cycle(cycle: LimitCycle, none: float) -> list[str]:
+    low, high = without_round_off(cycle.dissipation, none)
     least, most = number(low), number(high)
     return [
         str(cycle.outcome),

@@ -53,14 +53,16 @@ def run_pictures(v: Verification) -> list[Picture]:
     several = [group for group in groups if len(group.runs) > 1]
     alone = _together([group for group in groups if len(group.runs) == 1])
     for chosen, caption in (several, SLIP_PER_CYCLE), (alone, "The same, one state at each load factor."):
-        moving = [group for group in chosen if _moves(v, group)]
-        resting = ", ".join(group.title for group in chosen if group not in moving)
-        cycles = []
-        for group in moving:
+        cycles, resting = [], []
+        for group in chosen:
+            none = _none(v, group)
+            if not any(run.cycles.slip.max(initial=0.0) > none for run in group.runs.values()):
+                resting.append(group.title)
+                continue
             draw = partial(plot.slip_per_cycle, group.runs, v.problem, styles=group.styles)
             alt = f"Slip per cycle against the cycle number, {group.title}"
-            cycles.append(Drawing(alt, partial(draw, resolution=_none(v, group)), group.title))
-        still = f"Not drawn, as nothing slips or no cycle ends: {resting}." * bool(resting)
+            cycles.append(Drawing(alt, partial(draw, resolution=none), group.title))
+        still = f"Not drawn, as nothing slips or no cycle ends: {', '.join(resting)}." * bool(resting)
         said = f"{caption * bool(cycles)} {still}".strip()
         if said:
             pictures.append(picture(said, *cycles, alike=len(cycles), one_legend=True))
@@ -143,11 +145,6 @@ def _together(alone: Sequence[Group]) -> Sequence[Group]:
     named = zip(runs, looks, cycle(DASHES), strict=False)
     styles = {name: look | {"ls": dashes, "label": name} for name, look, dashes in named}
     return [Group("one line per load factor", np.nan, runs, styles)]
-
-
-def _moves(v: Verification, group: Group) -> bool:
-    """Whether a node slips in any run of a panel."""
-    return any(run.cycles.slip.max(initial=0.0) > _none(v, group) for run in group.runs.values())
 
 
 def _none(v: Verification, group: Group) -> float:
