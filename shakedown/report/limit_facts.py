@@ -42,7 +42,6 @@ if TYPE_CHECKING:
 
 EVERY, HERE, NEVER = Claim.EVERY_STATE.value, Claim.THIS_STATE.value, Claim.IMPOSSIBLE.value
 CLOSED = "full contact"
-CLAIMS = {"energy": HERE, "upper": NEVER}  # the claims whose sensitivities are known
 CAUSES = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
 SLIGHT = 5e-4  # per cent: a smaller change is called none
 SAME = 1e-3  # relative difference of two thresholds that is not shown
@@ -283,11 +282,15 @@ def _not_proved(energy: Bound) -> list[Fact]:
 
 
 def _deciding_nodes(found: Assessment) -> Iterator[Fact]:
-    """The node with the largest influence on a limit; else the nodes that reach their friction limits."""
+    """The node with the largest influence on the proved limit, or on λ_max where that excludes λ = 1.
+
+    Where neither has derivatives, the nodes that reach their friction limits.
+    """
     limits, problem = found.details, found.problem
-    name = _deciding(found)
-    if name:
-        yield from filter(None, [sensitivity(limits, name, f"“{CLAIMS[name]}”")])
+    upper_first = found.said_as_given == Said.IMPOSSIBLE or limits.from_state.kind != "energy"
+    names = ["upper", "energy"] if upper_first else ["energy", "upper"]
+    if known := next(filter(None, (sensitivity(limits, name) for name in names)), None):
+        yield known
         return
     nodes = tuple(sorted({node for node, _ in limits.upper.active}))
     if nodes:
@@ -295,15 +298,7 @@ def _deciding_nodes(found: Assessment) -> Iterator[Fact]:
         yield Fact("decided by", named, note="at the friction limit at λ_max")
 
 
-def _deciding(found: Assessment) -> str:
-    """Which limit is said to be decided by a node: the proved one, or λ_max where that excludes λ = 1."""
-    limits = found.details
-    upper_first = found.said_as_given == Said.IMPOSSIBLE or limits.from_state.kind != "energy"
-    names = ["upper", "energy"] if upper_first else ["energy", "upper"]
-    return next((name for name in names if sensitivity(limits, name, "")), "")
-
-
-def sensitivity(limits: JointLimits, name: str, claim: str) -> Fact | None:
+def sensitivity(limits: JointLimits, name: str) -> Fact | None:
     """The node on which one limit depends most, and how; None where there is no derivative."""
     found = present(limits.sensitivities.get(name))
     if found is None or not found.ranked().size:
@@ -312,7 +307,7 @@ def sensitivity(limits: JointLimits, name: str, claim: str) -> Fact | None:
     changes = {cause: float(getattr(found, kind).elasticity[node, 1]) for kind, cause in CAUSES.items()}
     known = {cause: by for cause, by in changes.items() if not isnan(by)}
     effects = [f"{cause} {signed(by, 2) if abs(by) >= SLIGHT else '0 %'}" for cause, by in known.items()]
-    note = f"1 % more there changes {claim} by: {', '.join(effects)}"
+    note = f"1 % more there changes “{BOUNDS[name].claim}” by: {', '.join(effects)}"
     return Fact("decided by", node_in_words(limits.problem, node), note=note)
 
 

@@ -186,7 +186,7 @@ def test_units_do_not_matter(bound):
 
 def test_words_name_the_node():
     joint = replace(shakedown.example("uncoupled"), label=["a", "b"])
-    said = sensitivity(shakedown.assess(joint).details, "upper", "λ_max")
+    said = sensitivity(shakedown.assess(joint).details, "upper")
     worst = sensitivities(joint, upper(joint)).ranked()[0]
     assert said.shown == f"node {worst} (FE {'ab'[worst]})"
     assert "load amplitude −1 %" in said.note
