@@ -11,7 +11,6 @@ import shakedown
 from shakedown import Problem
 from shakedown.files.vtk_points import series_paths
 from shakedown.ground.blas_threads import on_one_thread
-from shakedown.report.notes import ONE_PATH
 from shakedown.report.run_facts import nodes_sheet
 
 from .claims import NODE_FILES, SERIES_FILES, OutputFile, writes_whole
@@ -86,7 +85,7 @@ def nodes(
     if as_json:
         echo_json({"problem": problem.to_dict()} | found.to_dict())
     else:
-        show(nodes_sheet(problem, found, word, [ONE_PATH] * problem.is_domain))
+        show(nodes_sheet(problem, found, word))
     if found.outcome == shakedown.Outcome.UNDECIDED:
         context.exit(1)
 

@@ -10,7 +10,6 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.ground.blas_threads import on_one_thread
-from shakedown.report.notes import ONE_PATH, TRANSIENT_MOVES
 from shakedown.report.run_facts import run_sheet
 
 from .claims import OutputFile, TableFile
@@ -71,7 +70,7 @@ def simulate(
     if as_json:
         echo_json({"problem": problem.to_dict()} | run.to_dict())
     else:
-        show(run_sheet(problem, run, word, _remarks(problem, run, word)))
+        show(run_sheet(problem, run, word, transient_moves=_transient_moves(problem, run, word)))
     if run.outcome == shakedown.Outcome.UNDECIDED:
         context.exit(1)
 
@@ -87,9 +86,8 @@ def _write_loops(problem: Problem, run: shakedown.Simulation, path: Path) -> Non
     load_loops(problem, run.long_term).save(path, problem)
 
 
-def _remarks(problem: Problem, run: shakedown.Simulation, initial: str) -> list[str]:
-    """Which of many paths was followed, and whether the transient leaves a safe slip as it is."""
+def _transient_moves(problem: Problem, run: shakedown.Simulation, initial: str) -> bool:
+    """Whether the transient load steps move every safe slip, and so the one that the run begins with."""
     from shakedown.bounds.named_start import moved_by_transient
 
-    moved = initial == "safe" and not run.open_nodes and moved_by_transient(problem, run.load_factor)
-    return [ONE_PATH] * problem.is_domain + [TRANSIENT_MOVES] * moved
+    return initial == "safe" and not run.open_nodes and moved_by_transient(problem, run.load_factor)

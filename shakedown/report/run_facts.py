@@ -46,8 +46,11 @@ DOES = {
 }
 
 
-def run_sheet(problem: Problem, run: Simulation, initial: str, remarks: list[str]) -> Sheet:
-    """The long-term state of one run, with the initial and final slip of every node."""
+def run_sheet(problem: Problem, run: Simulation, initial: str, *, transient_moves: bool) -> Sheet:
+    """The long-term state of one run, with the initial and final slip of every node.
+
+    ``transient_moves``: whether the transient load steps move every slip that is safe in the loop.
+    """
     unit = units_of(problem)
     none_of_slip, none_of_work = resolution(problem, run.load_factor)
     (lost,) = without_round_off([run.dissipation_per_cycle], none_of_work.max())
@@ -63,9 +66,10 @@ def run_sheet(problem: Problem, run: Simulation, initial: str, remarks: list[str
     ]
     slips = without_round_off(run.slip_per_cycle, none_of_slip)
     table = _slips(problem, {"initial": run.initial_slip, "final": run.final_slip}, slips)
-    remarks = [*remarks, *([notes.DIRECTIONS] if problem.directions > 1 else []), notes.SUMMED]
+    said = [notes.ONE_PATH] * problem.is_domain + [notes.TRANSIENT_MOVES] * transient_moves
+    said += [notes.DIRECTIONS] * (problem.directions > 1) + [notes.SUMMED]
     return Sheet(
-        headline(problem), [said_of_run(problem, run)], None, facts, [Section("", (), [table], remarks)]
+        headline(problem), [said_of_run(problem, run)], None, facts, [Section("", (), [table], said)]
     )
 
 
@@ -230,7 +234,7 @@ def _slips(problem: Problem, slips: dict[str, FloatArray], per_cycle: list[float
     return Table.of(columns)
 
 
-def nodes_sheet(problem: Problem, found: NodeResults, initial: str, remarks: list[str]) -> Sheet:
+def nodes_sheet(problem: Problem, found: NodeResults, initial: str) -> Sheet:
     """What the nodes that move farthest go through in a period of the long-term state."""
     separate = set(found.status) == {"open"}
     does = notes.APART if separate else f"The joint {DOES[found.outcome]} at λ = {found.load_factor:.10g}."
@@ -245,7 +249,8 @@ def nodes_sheet(problem: Problem, found: NodeResults, initial: str, remarks: lis
     known, which = worst_table(problem, found), "All nodes"
     if problem.n > WORST:
         which = f"The {WORST} nodes with the largest {'slip range' if found.slip_range.any() else 'pressure'}"
-    said = [notes.SUMMED, notes.FORCES, *([notes.MIXED] if "mixed" in found.status else []), *remarks]
+    said = [notes.SUMMED, notes.FORCES] + [notes.MIXED] * ("mixed" in found.status)
+    said += [notes.ONE_PATH] * problem.is_domain
     return Sheet(headline(problem), [does], None, facts, [Section(which, (), [known], said)])
 
 
