@@ -13,7 +13,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.report.design_facts import damping_sheet
 
 from .claims import TableFile
-from .initial import start_of
+from .initial import refuse_at_load_factor, start_of
 from .number_lists import NumberList
 from .options import (
     OpenNodes,
@@ -74,11 +74,12 @@ def damping(
     FILE has to know its loads (load_reactions, load_history; for displacements
     load_compliance), as import writes them. Each amplitude begins where the one before it ended.
     """
+    refuse_at_load_factor(initial)
     with progress("amplitudes") as update:
         curve = shakedown.damping(
             problem,
             amplitudes,
-            initial_slip=_start(problem, initial),
+            initial_slip=start_of(problem, 0.0, initial, ())[2],
             max_cycles=cycles,
             progress=update,
             **settings,
@@ -92,10 +93,3 @@ def damping(
         show(damping_sheet(problem, curve))
     if Outcome.UNDECIDED in curve.outcome:
         context.exit(1)
-
-
-def _start(problem: Problem, initial: str | None) -> FloatArray:
-    """The initial slip of the first amplitude; words for states at some load factor are refused."""
-    if initial in ("safe", "witness"):
-        raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")
-    return start_of(problem, 0.0, initial, ())[2]

@@ -15,6 +15,8 @@ from shakedown.ground.visible_text import shortened
 from .claims import reads
 
 LONGEST_INDEX = 18  # digits of a state number
+AT_LOAD_FACTOR = ("safe", "witness")  # words for states that exist at one load factor
+AT_NONE = "zero, given, given:K"  # and those that exist without one
 
 
 def zone_nodes(problem: Problem) -> tuple[int, ...]:
@@ -32,16 +34,22 @@ def start_of(
     return word, opened, initial_state(problem, load_factor, word, opened)
 
 
+def refuse_at_load_factor(initial: str | None) -> None:
+    """Raise ``UsageError`` for a state that exists at one load factor, where none is asked about."""
+    if initial in AT_LOAD_FACTOR:
+        raise click.UsageError(f"--initial {initial}: expected {AT_NONE} or PATH.npy")
+
+
 def initial_state(
     problem: Problem,
     load_factor: float,
     initial: str,
     open_nodes: tuple[int, ...] = (),
-    expected: str = "zero, given, given:K, safe, witness",
+    expected: str = f"{AT_NONE}, {', '.join(AT_LOAD_FACTOR)}",
 ) -> FloatArray:
     """The initial slip, (dn,), that a word or a file on the command line stands for."""
     word, colon, index = initial.partition(":")
-    if colon and word in ("zero", "safe", "witness"):
+    if colon and word in ("zero", *AT_LOAD_FACTOR):
         raise click.UsageError(f"--initial {shortened(initial)}: only given takes a state number")
     if word == "given":
         return _given(problem, index)

@@ -16,7 +16,7 @@ from shakedown.ground.visible_text import shortened
 from shakedown.report.json_documents import assessment_document, averaged_document, quick_document
 from shakedown.report.limit_facts import averaged_section, quick_sheet, solve_sheet
 
-from .initial import initial_state
+from .initial import AT_NONE, initial_state, refuse_at_load_factor
 from .options import NAMED, average_option, digits_option, open_option, output_options, problem_argument
 from .output import echo_json, is_quiet, show
 
@@ -24,7 +24,6 @@ CLAIMS = {
     "proved-from-state": "proved_from_this_state",
     "proved-from-every-state": "proved_from_every_state",
 }  # what may be required, and the number it is about
-STATES = "zero, given, given:K"
 ANNOUNCED_FROM = 250  # nodes; from here on the lower bound may take a minute
 
 
@@ -121,12 +120,11 @@ def solve(
 
     Then what becomes of the nominal load (λ = 1) where these decide, its margin, and what decides.
     """
-    if initial in ("safe", "witness"):
-        raise click.UsageError(f"--initial {initial}: expected {STATES} or PATH.npy")
+    refuse_at_load_factor(initial)
     for option, given in (("average", average), ("require", required), ("follow", follow)):
         if quick and given:
             raise click.UsageError(f"--{option}: not with --quick, which proves and simulates less")
-    state = initial_state(problem, 0.0, initial, expected=STATES)
+    state = initial_state(problem, 0.0, initial, expected=AT_NONE)
     if quick:
         upper = shakedown.upper_bound(problem, open_nodes=open_nodes, certify=False)
         energy = shakedown.energy_bound(problem, state, distance, open_nodes=upper.open_nodes)

@@ -15,7 +15,7 @@ from shakedown.ground.visible_text import shortened
 from shakedown.report.design_facts import sweep_sheet
 
 from .claims import TableFile, name_of, pieces_of, reads
-from .initial import initial_state
+from .initial import initial_state, refuse_at_load_factor
 from .number_lists import Vary
 from .options import (
     ProblemFile,
@@ -130,8 +130,7 @@ def sweep(
     if len({name for name, _ in vary}) < len(vary):
         raise click.UsageError(f"--vary: expected each parameter once, found {vary[0][0]} twice")
     pieces_of(context, output, resume)
-    if initial in ("safe", "witness"):
-        raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")
+    refuse_at_load_factor(initial)
     problem = joint if isinstance(joint, Problem) else joint.problem
     with progress("points") as update, cluster_executor(scheduler) as executor:
         found = shakedown.sweep(
