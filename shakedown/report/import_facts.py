@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shakedown.ground.round_off import NEGLIGIBLE
-from shakedown.ground.shown_values import count, few
+from shakedown.ground.shown_values import count, few, sized
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.units import units_of
 from shakedown.report.data_facts import headline
@@ -79,7 +79,7 @@ def _largest(distance: FloatArray, share: FloatArray, unit: str) -> str:
     """The largest distance, the mean, and the largest in terms of the spacing."""
     known = distance.any() and np.isfinite(share).any()
     spacing = f", {few(np.nanmax(share), 2)} of the spacing" if known else ""
-    return f"at most {few(distance.max(), 3)} {unit}".rstrip() + f"{spacing} (mean {few(distance.mean(), 3)})"
+    return f"at most {sized(distance.max(), unit, 3)}{spacing} (mean {few(distance.mean(), 3)})"
 
 
 def _surfaces(found: SurfaceCoupling, of: str, unit: str) -> Iterator[Fact]:
