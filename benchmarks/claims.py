@@ -8,13 +8,11 @@ from math import isfinite
 from pathlib import Path
 
 from benchmarks import (
-    blade_root,
     bolted_flange,
     damping,
     headline,
     lap_joint,
     refinement,
-    rolled_sphere,
     space_classical,
 )
 from benchmarks.calculix_contact import is_compared, verdict
@@ -34,25 +32,16 @@ def lines() -> list[str]:
         *_lower_bound(),
         *_upper_bound(),
         *_large_joints(),
-        *_solids(),
-        *_solid_joints(),
         *_enumeration(),
         *_hard_cases(),
         *_floating_joints(),
-        *_adversary(),
-        *_proofs(),
-        *_many_states(),
-        *_exact_cycle(),
         *_peers(),
         *_peers_in_space(),
         *_calculix(),
-        *_calculix_solids(),
         *_lap_joint(),
         *_bolted_flange(),
-        *_blade_root(),
         *_refinement(),
         *_space_classical(),
-        *_rolled_sphere(),
         *_damping(),
         *_long_term(),
         *_stability(),
@@ -118,34 +107,6 @@ def _large_joints() -> list[str]:
     ]
 
 
-def _solids() -> list[str]:
-    measured = rows("solid_condensation")
-    largest, beside = measured[-1], [row for row in measured if "superlu" in row][-1]
-    return [
-        f"Two solid blocks of {largest['nodes']:,} nodes in all are condensed to {largest['pairs']} contact pairs in "
-        f"{largest['condensation']:.0f} s of one core after {largest['assembly']:.0f} s of assembly, with "
-        f"{largest['memory'] / 1024:.2g} GiB; of {beside['nodes']:,} nodes SuperLU takes "
-        f"{beside['superlu'] / beside['condensation']:.1f} times as long and finds κ to {beside['apart']:.0e} the same "
-        "(`solid_condensation`)."
-    ]
-
-
-def _solid_joints() -> list[str]:
-    found = [row for row in rows("solid_joints") if row["pairs"] >= 400]
-
-    def told(row: dict) -> str:
-        model, upper, energy, cycle = row["seconds"]
-        return (
-            f"{row['pairs']} ({row['joint']}): model {model:.0f} s, λ_max {upper:.0f} s, λ_E {energy:.0f} s, one cycle at 0.9 "
-            f"λ_max {cycle:.1g} s, {row['memory'] / 1024:.2g} GiB"
-        )
-
-    return [
-        f"From a mesh to limits and a cycle, contact pairs and seconds of one core: {'; '.join(map(told, found))}. All but the "
-        "blade stick in that cycle: their λ_E is next to λ_max (`solid_joints`)."
-    ]
-
-
 def _enumeration() -> list[str]:
     largest = max(row["n"] for row in rows("enumeration"))
     found = {row["method"]: row for row in rows("enumeration") if row["n"] == largest}
@@ -186,71 +147,6 @@ def _floating_joints() -> list[str]:
         "numbers with the optimum in fractions before the stiffness was rounded to "
         f"{most('upper_off_truth', 'lower_off_truth'):.0e}, those of copies in other units, orders and scales to "
         f"{most('units', 'forms'):.0e} (`floating_joints`)."
-    ]
-
-
-def _adversary() -> list[str]:
-    found = rows("adversary")
-    runs, proved = sum(row["runs"] for row in found), sum(row["cycling_proved"] for row in found)
-    joints = sum(row["joints"] for row in found)
-    cycling = sum(row["cycling"] for row in found)
-    return [
-        f"An adversarial search over {joints:,} joints ({runs:,} simulations below their λ_1) found "
-        f"{cycling:,} limit cycles below a λ_1 that is only evidence, and {proved} below one that is called "
-        "proved (`adversary`)."
-    ]
-
-
-def _proofs() -> list[str]:
-    """What was tried against the two theorems."""
-    ball, every = rows("energy_adversary"), rows("universal_adversary")
-
-    def counted(word: str) -> int:
-        return sum(row["counts"].get(word, 0) for row in ball)
-
-    failed = counted("runs 1") - counted("still 1")
-    outside = 1.0 - counted("still 1.5") / counted("runs 1.5")
-    cycling = sum(row["cycling"] for row in every)
-    told = (
-        f"Tried against the energy ball: {counted('runs 1'):,} exact simulations from its surface, of which "
-        f"{failed} failed to shake down; at 1.5 times the radius {outside:.0%} did (`energy_adversary`). Tried "
-        f"against λ_U: {sum(row['runs'] for row in every):,} simulations from large random slips just below it, "
-        f"of which {cycling} cycle (`universal_adversary`)."
-    )
-    space = {word: _in_space(word) for word in ("ball", "universal")}
-    slips = rows("accumulated_adversary")
-    beyond = sum(row["farther"] + row["relieved"] for row in slips)
-    return [
-        f"{told} In space: {space['ball']} against the ball, {space['universal']} against λ_U "
-        f"(`space_ball_adversary`). Against λ_S, in the plane and in space: {beyond} of "
-        f"{sum(row['runs'] for row in slips):,} slip farther in all than is proved (`accumulated_adversary`)."
-    ]
-
-
-def _in_space(against: str) -> str:
-    found = [row for row in rows("space_ball_adversary") if row["against"] == against]
-    runs, failed = sum(row["runs"] for row in found), sum(len(row["failures"]) for row in found)
-    return f"{failed} of {runs:,} failed"
-
-
-def _many_states() -> list[str]:
-    found = [row for row in rows("initial_states") if row["kind"] == "time"]
-    told = ", ".join(f"{1e6 * row['cpu_s'] / row['states']:,.0f} µs on `{row['joint']}`" for row in found)
-    killed = next(row for row in rows("initial_states") if row["kind"] == "killed")
-    same = "the same file to the byte" if killed["same_bytes"] else "another file"
-    return [
-        f"A long-term state of a map of initial states takes {told} (one core). A map of {killed['states']:,} "
-        f"states, killed {killed['killed']} times and resumed, ends in {same} (`initial_states`)."
-    ]
-
-
-def _exact_cycle() -> list[str]:
-    ratios = [row["gauss_seidel_s"] / row["event_s"] for row in rows("block_cycle")]
-    nodes = [row["n"] for row in rows("block_cycle")]
-    return [
-        f"One exact cycle of 48 load steps on elastic blocks with {min(nodes)} to {max(nodes)} nodes costs "
-        f"{min(ratios):.0f} to {max(ratios):.0f} times less than one Gauss–Seidel pass over the same steps at "
-        "tolerance 1e-10, both compiled (`block_cycle`)."
     ]
 
 
@@ -316,29 +212,6 @@ def _calculix() -> list[str]:
     ]
 
 
-def _calculix_solids() -> list[str]:
-    measured = rows("calculix_solids")
-    heavy, light = (
-        [row for row in measured if row["press"] == press]
-        for press in dict.fromkeys(row["press"] for row in measured)
-    )
-    stiffest = [row for row in heavy if row["slope"] == max(row["slope"] for row in heavy)]
-    below, above = stiffest
-
-    def apart(found: list[dict]) -> str:
-        return ", ".join(f"{row['slip_apart']:.1e}" for row in found if row["relative"] == above["relative"])
-
-    return [
-        f"CalculiX, with contact and friction of its own on two blocks of C3D8 whose {below['n']} pairs are pushed around "
-        f"in a circle, has the same pressures to {max(row['pressure_apart'] for row in stiffest):.0e} and the same slips to "
-        f"{max(row['slip_apart'] for row in stiffest):.0e} of the largest; at {below['relative']:g} of λ_max the toolkit is at "
-        f"rest after two cycles and CalculiX but for {below['last'][0]:.0e}, which falls with its penalty, at "
-        f"{above['relative']:g} both slip on by {above['last'][1]:.2g} of the largest. Slips are apart by {apart(heavy)} as the "
-        f"penalty rises tenfold each time, with a tenth of the load by {apart(light)}: the load has a share in what is left "
-        "(`calculix_solids`)."
-    ]
-
-
 def _over_meshes(found: list[dict], loads: Sequence[float], load: float) -> str:
     """The friction work at one load, and the pairs, mesh by mesh."""
     k = loads.index(load)
@@ -375,21 +248,6 @@ def _bolted_flange() -> list[str]:
         f"λ_E {1 - fine['energy'] / fine['upper']:.0e} below it. At {loads[-1]:g} kN the friction work of a cycle is "
         f"{_over_meshes(found, loads, loads[-1])}, of which {fine['slipping'][-1]} slip; from {loads[-2]:g} kN on it grows with the "
         f"amplitude to the power {exponent(fine, loads):.2g} (`bolted_flange`)."
-    ]
-
-
-def _blade_root() -> list[str]:
-    found, loads, scale = rows("blade_root"), blade_root.LOADS, blade_root.BENDING
-    *_, before, fine = found
-    still = max(load for load, count in zip(loads, fine["slipping"], strict=True) if count == 0)
-    below = max(load for load in loads if load < scale * fine["upper"])
-    return [
-        f"The dovetail root of a blade, {fine['n']} pairs on two flanks, slips out along them as the rotor gets to speed: from "
-        f"the state after that λ_E is {scale * fine['energy']:.0f} N at the tip and λ_max {scale * fine['upper']:.0f} N "
-        f"({scale * before['energy']:.0f} N and {scale * before['upper']:.0f} N with {before['n']} pairs). No pair slips in the end at "
-        f"{still:g} N, and {fine['slipping'][loads.index(below)]} do at {below:g} N, of which only another state would be safe. The "
-        f"friction work of a cycle at {loads[-2]:g} N is {_over_meshes(found, loads, loads[-2])}, its exponent there "
-        f"{exponent(fine, loads):.2g} (`blade_root`)."
     ]
 
 
@@ -453,39 +311,6 @@ def _damping() -> list[str]:
         f"slip and pressure are coupled Masing's rule is {100 * min(wrong):.0f} to {100 * max(wrong):,.0f} % too high (a block, from near gross slip down to "
         f"its limit), {steps[0]['parts']} load steps are off by up to {100 * max(fewest):.1f} % in {steps[0]['seconds'] / rule['exact_seconds']:.1f} times the time of "
         f"the exact amplitude. {cost['nodes']} nodes and 20 amplitudes take {cost['curve']:.0f} s (`damping`)."
-    ]
-
-
-def _rolled_sphere() -> list[str]:
-    found = rolled_sphere.followed(rows("rolled_sphere"))
-    sizes = sorted({row["size"] for row in found})
-    moved = min(row["size"] for row in found if "motion" in row)
-    finest, coarsest, followed = (
-        [row for row in found if row["size"] == size] for size in (sizes[0], sizes[-1], moved)
-    )
-    along, _, across = (
-        next(
-            row
-            for row in followed
-            if (row["amplitude"], row["direction"]) == (rolled_sphere.TURNED[0], angle)
-        )
-        for angle in rolled_sphere.DIRECTIONS
-    )
-    more, faster = (
-        100 * (across_ / along_ - 1)
-        for across_, along_ in (
-            (across["below"]["shift"][0], along["below"]["shift"][0]),
-            (across["creep"][0][0], along["creep"][0][0]),
-        )
-    )
-    return [
-        f"A sphere rolled to and fro by {found[0]['amplitude']:g} to {max(row['amplitude'] for row in found):g} of the contact's radius "
-        f"holds tangential forces of 1 − 3w/2a + w³/2a³ (Wetter, Popov) times f N: λ_max meets that to "
-        f"{max(rolled_sphere.off(row, 'bound') for row in coarsest):.0e} on {coarsest[0]['n']} to {coarsest[-1]['n']} squares and "
-        f"{max(rolled_sphere.off(row, 'bound') for row in finest):.0e} on {finest[0]['n']} to {finest[-1]['n']} (order {rolled_sphere.order(found):.1f} in the mean), and the creep of the motion, "
-        f"squares opening and closing, leads back to it within {max(rolled_sphere.off(row, 'motion') for row in followed):.0e} (up to "
-        f"{max(row['n'] for row in followed)} squares). Across the way of rolling it moves {more:.0f} % further until it is held, and "
-        f"creeps {faster:.0f} % faster, than along it (`rolled_sphere`)."
     ]
 
 

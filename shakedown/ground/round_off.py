@@ -1,7 +1,6 @@
 """Common constants: what is negligible beside 1 where no tolerance decides, and when an iteration has failed.
 
-Sizes are relative to the terms of what they are compared with. ``python -m benchmarks constants`` sets each
-to half and to twice its value and says what changes.
+Sizes are relative to the terms of what they are compared with.
 """
 
 from typing import Final

@@ -6,10 +6,9 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from numba.core.dispatcher import Dispatcher
 
 import shakedown
-from benchmarks import STUDIES, calculix_peer, open_zones, siconos_peer, timing
+from benchmarks import STUDIES, calculix_peer, siconos_peer, timing
 from benchmarks.problems import random_problem
 from benchmarks.rational_path import NoPath, one_step_holds, rational_path
 from benchmarks.stability import verdict
@@ -18,25 +17,16 @@ from shakedown.motion.evolve import evolve
 
 PEERS = {
     "calculix_contact": calculix_peer,
-    "calculix_solids": calculix_peer,
-    "siconos_agreement": siconos_peer,
 }  # without which no case is left
 
 # The fewest cases from which a study can print and draw; the first case alone where nothing is said here.
 FEWEST = {
     "bounds": [{"n": 10}],
-    "complete_contact": [{"elements": 16}],
     "damping": [{"part": "row"}, {"part": "betti", "kind": "plane"}],
     "enumeration": [{"n": 6}],
     "evolution": [{"scene": "two-node", "method": "gauss-seidel", "parts": 1}],
-    "initial_states": [{"joint": "block-9"}],
-    "floating_adversary": [{"n": 2, "kind": "translations", "loads": "smooth"}],
     "hard_cases": [{"problem": "load factor 0"}],
     "long_term": [{"scene": "random 2", "exponent": 1, "start": 0}],
-    "siconos_agreement": [{"seed": 1}],
-    "space_adversary": [{"n": 1, "strength": 0.6, "loads": "smooth"}],
-    "space_hard_cases": [{"problem": "circle of 4 steps"}],
-    "space_ball_adversary": [{"against": "universal", "n": 2, "seed": 0, "runs": 12}],
     "space_peers": [{"part": "steps", "scene": "25, closed, few slip", "method": "implicit"}],
     "stability": [{"scene": "from the limit"}],
     "verify_times": [{"what": "λ_max"}],
@@ -45,18 +35,8 @@ FEWEST = {
 # Of these the smallest case still has many joints or cycles: so many are enough to see that it measures.
 SMALLER = {
     "accumulated_adversary": {"MOVES": 40},
-    "adversary": {"CYCLES": 20},
-    "constants": {"JOINTS": ("two-node",)},
     "floating_joints": {"EACH": 3},
     "rigid_motions": {"EACH": 1},
-}
-
-# Studies whose loops, here, take seconds to compile and, for these cases, tenths of a second as Python.
-INTERPRETED = {
-    "adversary": ["benchmarks.adversary"],
-    "floating_adversary": ["benchmarks.floating_adversary", "benchmarks.space_adversary"],
-    "space_adversary": ["benchmarks.space_adversary"],
-    "universal_adversary": ["benchmarks.universal_adversary"],
 }
 
 
@@ -120,10 +100,6 @@ def test_without_its_peer_a_study_has_other_cases_or_says_that_it_is_left_out(
 def test_a_study_measures_prints_and_draws(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(timing, "LEAST", 0.0)  # times mean nothing here
     study = importlib.import_module(f"benchmarks.{name}")
-    for module in map(importlib.import_module, INTERPRETED.get(name, ())):
-        for own, loop in vars(module).copy().items():
-            if isinstance(loop, Dispatcher):
-                monkeypatch.setattr(module, own, loop.py_func)
     for own, fewer in SMALLER.get(name, {}).items():
         monkeypatch.setattr(study, own, fewer)
     cases = list(study.cases(True))
@@ -135,12 +111,3 @@ def test_a_study_measures_prints_and_draws(name: str, monkeypatch: pytest.Monkey
     assert study.tables(rows).strip()
     for figure in study.figures(rows).values():
         figure.canvas.draw()
-
-
-def test_zones_that_are_not_searched_are_counted_as_wrong(monkeypatch) -> None:
-    """With all nodes closed, whatever the mean load opens, a better zone is found and the state does not rest."""
-    honest = shakedown.upper_bound
-    monkeypatch.setattr("shakedown.upper_bound", lambda problem, open_nodes: honest(problem))
-    found = open_zones.measure({"kind": "plane", "seed": 0, "joints": 5})
-    assert found["better zone"] > 0
-    assert not found["other nodes open"]

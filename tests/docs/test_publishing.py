@@ -67,5 +67,6 @@ def test_the_paper_cites_what_is_listed_and_claims_what_was_measured():
     figures = re.findall(r"!\[[^\]]+\]\(([^)]+)\)", paper)
     assert figures
     assert all((folder / figure).is_file() for figure in figures)
-    results = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
+    pages = (ROOT / "docs" / "results.md", ROOT / "docs" / "explanation" / "archive.md")
+    results = "".join(page.read_text(encoding="utf-8") for page in pages)
     assert all(number in results for number in re.findall(r"\b\d+(?:,\d{3})+\b", paper))

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from difficult_joints import floating_block
 from joints_in_space import in_units as in_units_of_space
 from joints_in_space import random_joint, turned
 from scipy.optimize import linprog
 
 import shakedown
 from benchmarks import accumulated_adversary as adversary
-from benchmarks.accumulated import floating_block
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from benchmarks.problems import in_units, random_problem
 from shakedown import Problem

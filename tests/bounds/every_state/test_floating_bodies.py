@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from difficult_joints import floating_joint
 
 import shakedown
-from benchmarks.floating_adversary import floating_joint
 from shakedown import Problem, universal_bound
 from shakedown.bounds.every_state.bound_from_every_state import least_pressure_bound
 from shakedown.bounds.every_state.bound_of_floating import FloatingLimits, bounds_at

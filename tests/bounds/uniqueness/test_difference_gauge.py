@@ -5,13 +5,11 @@ from itertools import combinations, permutations, product
 
 import numpy as np
 import pytest
+from difficult_joints import loaded, scaled_to, stiffness
 from scipy.optimize import linprog
 
 import shakedown
-from benchmarks.adversary import scaled_to
-from benchmarks.collapse_adversary import stiffness
 from benchmarks.problems import in_units
-from benchmarks.universal_adversary import loaded
 from shakedown.bounds.collapse.proof_status import GuaranteeEvidence
 from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.bounds.uniqueness.difference_gauge import DifferenceGauge, difference_gauge
