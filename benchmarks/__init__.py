@@ -33,6 +33,7 @@ STUDIES: tuple[str, ...] = (
     "lap_joint",
     "large_joints",
     "long_term",
+    "mutation",
     "reaction_planes",
     "receding",
     "receding_zones",
