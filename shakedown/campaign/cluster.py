@@ -64,14 +64,11 @@ class _Checked(Executor):
 
     def __init__(self, client: Any) -> None:
         self._client, self._executor = client, client.get_executor(pure=False)
-        expected = versions()
-        for place, found in client.run(versions, on_error="return").items():
-            if not isinstance(found, dict):
-                raise UsageError(f"{SAME}, found at {place} {found!r}")
-            differing = [name for name, here in expected.items() if found.get(name) != here]
-            if differing:
-                told = ", ".join(f"{name} {found.get(name)} for {expected[name]}" for name in differing)
-                raise UsageError(f"{SAME}, found at {place} {told}")
+        for place, found in client.run(_differing, versions(), on_error="return").items():
+            if found:  # what differs, or an error
+                raise UsageError(
+                    f"{SAME}, found at {place} {found if isinstance(found, str) else repr(found)}"
+                )
 
     def submit(self, *call: Any, **named: Any) -> Future[Any]:
         if self._client.status != "running":  # it tries to connect again, for half a minute
@@ -81,9 +78,17 @@ class _Checked(Executor):
 
 
 def _checked_call(expected: dict[str, str], /, *call: Any, **named: Any) -> Any:
-    if versions() != expected:
-        raise UsageError(f"{SAME}, found another one that has joined")
+    if found := _differing(expected):
+        raise UsageError(f"{SAME}, found where another one has joined {found}")
     return call[0](*call[1:], **named)
+
+
+def _differing(expected: dict[str, str]) -> str:
+    """The versions here that are not those expected; empty where all are."""
+    pairs = {name: (versions().get(name), wanted) for name, wanted in expected.items()}
+    return ", ".join(
+        f"{name} {found} for {wanted}" for name, (found, wanted) in pairs.items() if found != wanted
+    )
 
 
 @cache

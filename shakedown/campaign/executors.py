@@ -6,8 +6,8 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
-from contextlib import ExitStack, contextmanager
-from functools import cache
+from contextlib import contextmanager, nullcontext
+from functools import lru_cache, partial
 from itertools import islice
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait as wait_for
@@ -21,16 +21,16 @@ from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.blas_threads import all_cores
 from shakedown.ground.errors import SolverError, UsageError
 
-IN_HAND = 2  # pieces that an executor holds for each of its workers, so that memory stays flat
-WORKERS = 32  # of an executor that does not tell
-ASK_AGAIN = 1.0  # seconds after which an executor is asked whether it still works
+SUBMITTED = (
+    256  # pieces that an executor holds at most: more than workers, few enough for memory to stay flat
+)
+ASK_AGAIN = 1.0  # seconds after which a cluster is asked whether it still works
 WANTED = "workers: expected functions that other processes can import (of a module, no lambda)"
 GUARD = (
     "workers: expected processes that begin to work, found that they end before; a script has to keep "
     'what it does under if __name__ == "__main__":'
 )
 DIED = "workers: one died (killed, or out of memory?); what is done is kept where there is an output"
-_pickled: bytes  # the work, where this process is a worker
 
 
 def processes_asked(workers: int | None) -> int:
@@ -76,19 +76,21 @@ def finished(
     if executor is None and (workers == 1 or len(numbers) < 2):
         yield from ((number, work(number)) for number in numbers)
         return
-    with ExitStack() as stack:
-        pool = executor or stack.enter_context(_processes(work, min(workers, len(numbers))))
-        call = work if executor is not None else _one_piece
+    if executor is None:
+        work = _sent(work)
+    with nullcontext(executor) if executor is not None else _processes(min(workers, len(numbers))) as pool:
         running, waiting = dict[Future[Any], int](), iter(numbers)
         try:
             while True:
-                for number in islice(waiting, max(IN_HAND * _workers_of(pool) - len(running), 0)):
+                for number in islice(waiting, SUBMITTED - len(running)):
                     with _signals_held_back():
-                        running[pool.submit(call, number)] = number
+                        running[pool.submit(work, number)] = number
                 if not running:
                     return
                 for future in wait(running, ASK_AGAIN, FIRST_COMPLETED).done:
                     yield running.pop(future), future.result()
+                if getattr(getattr(pool, "_client", None), "status", "running") != "running":
+                    raise BrokenExecutor  # a scheduler of dask is lost, some of whose futures never end then
         except BrokenExecutor:
             raise SolverError(DIED) from None
         finally:
@@ -96,34 +98,19 @@ def finished(
                 future.cancel()
 
 
-def _workers_of(executor: Executor) -> int:
-    """How many pieces are done at a time; asked again and again, as clusters grow, and are lost."""
-    if client := getattr(executor, "_client", None):  # dask
-        if client.status != "running":  # some of its futures never end then
-            raise BrokenExecutor
-        return max(sum(client.nthreads().values()), 1)
-    return int(getattr(executor, "_max_workers", 0) or getattr(executor, "num_workers", WORKERS))  # of MPI
-
-
 @contextmanager
-def _processes(work: Callable[[int], Any], workers: int) -> Iterator[Executor]:
-    """Processes that start afresh with this work, and one thread each."""
-    try:
-        pickled = pickle.dumps(work)
-    except (pickle.PicklingError, AttributeError, TypeError) as error:
-        raise UsageError(f"{WANTED}, found one that cannot be sent there ({error})") from None
-    context = multiprocessing.get_context("spawn")  # a fork would copy locks of compiled threads
+def _processes(workers: int) -> Iterator[Executor]:
+    """Processes that start afresh, with one thread each."""
     sys.warnoptions.append("ignore::UserWarning:multiprocessing.resource_tracker")  # at an interruption
     resource_tracker.ensure_running()
     sys.warnoptions.pop()
-    first = context.Process(target=int)  # sending work to processes that end before they read it would hang
-    with _signals_held_back():
-        first.start()
-    first.join()
-    if first.exitcode:
-        raise UsageError(GUARD)
-    pool = ProcessPoolExecutor(workers, context, _begin, (pickled,))
+    context = multiprocessing.get_context("spawn")  # a fork would copy locks of compiled threads
+    pool = ProcessPoolExecutor(workers, context, _begin)
     try:
+        with _signals_held_back():
+            first = pool.submit(int)
+        if isinstance(first.exception(), BrokenExecutor):
+            raise UsageError(GUARD)
         yield pool
     except BaseException:
         pool.shutdown(wait=False, cancel_futures=True)
@@ -149,10 +136,8 @@ def _signals_held_back() -> Iterator[None]:
         signal.raise_signal(number)
 
 
-def _begin(pickled: bytes) -> None:
+def _begin() -> None:
     """Make this process a worker: one thread, deaf to Ctrl-C, gone when its parent is."""
-    global _pickled
-    _pickled = pickled
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent receives it, and ends the worker
     threadpool_limits(1)
     parent = multiprocessing.parent_process()
@@ -160,13 +145,21 @@ def _begin(pickled: bytes) -> None:
     Thread(target=lambda: (wait_for([parent.sentinel]), _exit(1)), daemon=True).start()
 
 
-@cache
-def _work() -> Callable[[int], Any]:
+def _sent(work: Callable[[int], Any]) -> Callable[[int], Any]:
+    """Work for other processes, each of which unpickles it once and keeps what it derives from it."""
     try:
-        return pickle.loads(_pickled)
+        return partial(_done, pickle.dumps(work))
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        raise UsageError(f"{WANTED}, found one that cannot be sent there ({error})") from None
+
+
+def _done(pickled: bytes, number: int) -> Any:
+    return _received(pickled)(number)
+
+
+@lru_cache(maxsize=1)
+def _received(pickled: bytes) -> Callable[[int], Any]:
+    try:
+        return pickle.loads(pickled)
     except Exception as error:  # whatever its modules raise
         raise UsageError(f"{WANTED}, found one that cannot be read there ({error})") from None
-
-
-def _one_piece(number: int) -> Any:
-    return _work()(number)

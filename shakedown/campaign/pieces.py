@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 from zipfile import ZIP_STORED, ZipFile, ZipInfo
 
 import numpy as np
@@ -21,109 +21,37 @@ from shakedown.files.atomic_write import PART, locked, pieces_beside
 from shakedown.files.npy import read_array, read_header
 from shakedown.ground.errors import ProblemError, ShakedownError, UsageError
 from shakedown.ground.regular_file import open_regular
-from shakedown.ground.size_limits import BLOCK
 from shakedown.ground.visible_text import visible
 from shakedown.joint.problem import Problem
 
 Arrays = dict[str, NDArray[Any]]
 Progress = Callable[[int, int], None]
 
-TEXT_BYTES = 4 * BLOCK  # the largest size of a piece that is a text
-NAME = re.compile(r"[0-9a-f]{16}-[0-9]+\.npz")  # of a piece: what its run is, and its number
-
-
-class Task(Protocol):
-    """A picklable function from the number of a piece to its arrays: the same ones whenever and wherever."""
-
-    def __call__(self, number: int) -> Arrays:
-        """The arrays of a piece."""
-
-    @property
-    def most_bytes(self) -> int:
-        """The largest size of the file of a piece [bytes]."""
-
-    def told(self, number: int, arrays: Arrays) -> Any:
-        """What the arrays of a piece tell; nothing, or an error, where they cannot be those of this piece."""
-
-    def settings(self) -> object:
-        """Everything that the arrays depend on, but for the version: what it looks like tells runs apart."""
-
-
-class Pieces:
-    """The pieces that are done, by number: in memory, or in the files of a folder."""
-
-    def __init__(self, work: Task, folder: Path | None) -> None:
-        self._work, self.folder, self._here = work, folder, dict[int, Arrays]()
-        settings = None if folder is None else (version("shakedown-bounds"), work.settings())
-        self.run = sha256(repr(settings).encode()).hexdigest()[:16]
-
-    def keep(self, number: int, arrays: Arrays) -> None:
-        """Keep a piece; its file is there whole or not at all, but after a crash of the system."""
-        if self.folder is None or "text" in arrays:  # a short one
-            self._here[number] = arrays
-        if self.folder is None:
-            return
-        unfinished = self.folder / f".{number}{PART}"
-        try:
-            unfinished.unlink(missing_ok=True)
-            with open(unfinished, "xb") as file:
-                np.savez(file, allow_pickle=False, **arrays)
-            os.replace(unfinished, self._path(number))
-        except OSError as error:
-            raise _unwritable(self.folder, error) from None
-
-    def read(self, number: int, *keys: str) -> Arrays:
-        """The arrays of a piece, all of them or some."""
-        if number in self._here:
-            return self._here[number]
-        return read_arrays(self._path(number), self._work.most_bytes, *keys)
-
-    def told(self, number: int) -> Any:
-        """What a piece tells."""
-        return self._work.told(number, self.read(number))
-
-    def kept(self, count: int) -> set[int]:
-        """The numbers below ``count`` whose files are whole and fit; says how many, and where."""
-        there = [] if self.folder is None else _names(self.folder)
-        if not there:
-            return set()
-        found = {number for number in range(count) if self._fits(number)}
-        others = f"; {n} others there do not fit" if (n := len(there) - len(found)) else ""
-        where = visible(str(self.folder))
-        logging.getLogger("shakedown").warning(
-            f"goes on from {len(found)} of {count} pieces in {where}{others}"
-        )
-        return found
-
-    def _fits(self, number: int) -> bool:
-        try:
-            return bool(self.told(number))
-        except Exception:  # whatever damaged bytes, and texts that tell something else, raise
-            return False
-
-    def _path(self, number: int) -> Path:
-        return Path(f"{self.folder}/{self.run}-{number}.npz")
+NAME = re.compile(r"[0-9a-f]{16}-[0-9]+\.npz")  # of a piece: the checksum of its run's settings, its number
 
 
 @contextmanager
 def run_pieces(
-    work: Task,
+    work: Callable[[int], Arrays],
     count: int,
     *,
+    settings: object = None,
     output: str | os.PathLike[str] | None = None,
     resume: bool = False,
     executor: Executor | None = None,
     workers: int | None = 1,
     progress: Progress | None = None,
-) -> Iterator[Pieces]:
-    """Do the pieces 0 … count − 1, and hand them over.
+) -> Iterator[list[Arrays]]:
+    """Do the pieces 0 … count − 1, and hand their arrays over.
 
     Parameters
     ----------
     work
-        What to do.
+        A picklable function from the number of a piece to its arrays: the same ones whenever and wherever.
     count
         How many pieces there are.
+    settings
+        Everything that the arrays depend on, but for the version: what it looks like tells runs apart.
     output
         The file that will be made of them: until the block ends well, they are files in ``OUTPUT.parts``.
     resume
@@ -145,15 +73,40 @@ def run_pieces(
     """
     workers = processes_asked(workers if executor is None else 1)
     report = progress or (lambda done, count: None)
+    run = sha256(repr((version("shakedown-bounds"), settings)).encode()).hexdigest()[:16]
     with _folder(output, resume) as folder:
-        pieces = Pieces(work, folder)
-        done = pieces.kept(count)
-        todo = [number for number in range(count) if number not in done]
-        report(len(done), count)
-        for place, (number, arrays) in enumerate(finished(work, todo, executor, workers), len(done) + 1):
-            pieces.keep(number, arrays)
-            report(place, count)
-        yield pieces
+        pieces = {} if folder is None else _kept(folder, run, count)
+        report(len(pieces), count)
+        todo = [number for number in range(count) if number not in pieces]
+        for number, arrays in finished(work, todo, executor, workers):
+            if folder is not None:
+                _keep(folder, f"{run}-{number}.npz", arrays)
+            pieces[number] = arrays
+            report(len(pieces), count)
+        yield [pieces[number] for number in range(count)]
+
+
+def _keep(folder: Path, name: str, arrays: Arrays) -> None:
+    """Write a piece; its file is there whole or not at all, but after a crash of the system."""
+    try:
+        with open(unfinished := folder / f".{name}{PART}", "wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
+        os.replace(unfinished, folder / name)
+    except OSError as error:
+        raise _unwritable(folder, error) from None
+
+
+def _kept(folder: Path, run: str, count: int) -> dict[int, Arrays]:
+    """The pieces of a run whose files are whole, by number; says how many, and where."""
+    found, names = dict[int, Arrays](), _names(folder)
+    for number in range(count):
+        with suppress(ProblemError):
+            found[number] = read_arrays(folder / f"{run}-{number}.npz")
+    if names:
+        others = f"; {n} others there do not fit" if (n := len(names) - len(found)) else ""
+        said = f"goes on from {len(found)} of {count} pieces in {visible(str(folder))}{others}"
+        logging.getLogger("shakedown").warning(said)
+    return found
 
 
 @contextmanager
@@ -200,24 +153,21 @@ def remove_pieces(folder: Path) -> None:
         folder.rmdir()
 
 
-def read_arrays(path: Path, most_bytes: int, *keys: str) -> Arrays:
-    """The arrays of an NPZ file of ``numpy.savez``, all or some; their size is known before memory is taken.
+def read_arrays(path: Path) -> Arrays:
+    """The arrays of an NPZ file of ``numpy.savez``, in no more memory than the file has bytes.
 
     Raises
     ------
     ProblemError
-        If it is none, or too large.
+        If it is none, or damaged.
     """
     try:
-        with open_regular(path) as file:
-            if (size := os.fstat(file.fileno()).st_size) > most_bytes:
-                raise ProblemError(f"expected at most {most_bytes} bytes, found {size}")
-            with ZipFile(file) as archive:
-                members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
-                stored = all(info.compress_type == ZIP_STORED for info in members.values())
-                if not stored or sum(info.file_size for info in members.values()) > size:
-                    raise ProblemError("expected arrays as they are, found compressed ones")
-                return {key: _array(archive, members[key]) for key in keys or members}
+        with open_regular(path) as file, ZipFile(file) as archive:
+            members, size = archive.infolist(), os.fstat(file.fileno()).st_size
+            stored = all(info.compress_type == ZIP_STORED for info in members)
+            if not stored or sum(info.file_size for info in members) > size:
+                raise ProblemError("expected arrays as they are, found compressed ones")
+            return {info.filename.removesuffix(".npy"): _array(archive, info) for info in members}
     except Exception as error:  # whatever damaged bytes raise
         raise ProblemError(f"{path}: expected a piece of this run, found a damaged one ({error})") from None
 
@@ -228,9 +178,7 @@ def _array(archive: ZipFile, info: ZipInfo) -> NDArray[Any]:
 
 
 def text_of(arrays: Arrays) -> Any:
-    """What :func:`as_text` made a piece of; of other arrays raises ``ValueError``."""
-    if set(arrays) != {"text"} or arrays["text"].dtype.kind != "U" or arrays["text"].shape:
-        raise ValueError("expected one text")
+    """What :func:`as_text` made a piece of."""
     return json.loads(str(arrays["text"]))
 
 

@@ -3,7 +3,7 @@
 Maps: ``samplers`` (which initial states: those with a name, the others each from its number alone),
 ``limit_cycles`` (the distinct limit cycles, how far apart final slips lie, whether all states end in the
 same one, why some have no long-term state), ``basin_map`` (the results, at one load factor or several),
-``map_file`` (all states on disk), ``mapping`` (the public function, its pieces).
+``mapping`` (the public function, its pieces, the file).
 
 Designs: ``parameters`` (named changes of a joint, a joint as a function of its parameters),
 ``design_point`` (all limits of one joint), ``sweep`` (limits over one or two parameters, the regions between

@@ -113,21 +113,15 @@ class DesignPoint(Result):
 
 def point_of(said: dict[str, Any]) -> DesignPoint:
     """The point whose fields JSON has said."""
-    numbers, slips = (tuple(map(float, said[name] or ())) for name in ("values", "slip_criterion"))
-    return DesignPoint(
-        values=numbers,
-        limits={
-            str(name): DesignLimit(float(limit), Status(status), str(remark), float(low), float(high))
-            for name, (limit, status, remark, low, high) in said["limits"].items()
-        },
-        guarantee=str(said["guarantee"]),
-        open_nodes=tuple(map(int, said["open_nodes"])),
-        reason=str(said["reason"]),
-        proved_from_this_state=float(said["proved_from_this_state"]),
-        outcomes=tuple(map(Outcome, said["outcomes"])),
-        contradictions=tuple(map(str, said["contradictions"])),
-        slip_criterion=SlipAllowed(*slips) if slips else None,
-    )
+    fields: dict[str, Any] = {
+        name: tuple(each) if isinstance(each, list) else each for name, each in said.items()
+    }
+    limits = {
+        name: DesignLimit(at, Status(status), *rest) for name, (at, status, *rest) in said["limits"].items()
+    }
+    fields |= {"limits": limits, "outcomes": tuple(map(Outcome, said["outcomes"]))}
+    slips = said["slip_criterion"]
+    return DesignPoint(**fields | {"slip_criterion": slips and SlipAllowed(*slips)})
 
 
 class Question(NamedTuple):
@@ -158,12 +152,6 @@ class Question(NamedTuple):
     quick: bool = False
     slip_below: float | None = None
     tolerances: Tolerances = DEFAULT
-
-    def answered_by(self, point: DesignPoint) -> bool:
-        """Whether a point has what is asked for; one without a joint has nothing."""
-        below = None if point.slip_criterion is None else point.slip_criterion.below
-        asked = (self.bounds, len(self.load_factors), self.slip_below) if point.exists else ((), 0, None)
-        return (tuple(point.limits), len(point.outcomes), below) == asked
 
 
 def design_point(problem: Problem, values: tuple[float, ...], question: Question) -> DesignPoint:

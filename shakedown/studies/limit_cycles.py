@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import SHORT_DIGITS, few, sized
-from shakedown.ground.size_limits import AT_ONCE
 from shakedown.ground.status import Outcome
 from shakedown.joint.result import Result
 from shakedown.joint.units import units_of
@@ -56,7 +55,7 @@ def slip_scatter(
     Parameters
     ----------
     final_slip : (s, dn)
-        Slips that all states end on [length]; they may lie on the disk.
+        Slips that all states end on [length].
     rows
         Numbers of the states to compare.
     places : (p, dn)
@@ -73,27 +72,15 @@ def slip_scatter(
         return Scatter(np.nan, np.nan)
     size = float(np.linalg.norm(drift))
     along = np.zeros(places.shape[1]) + drift / (size or 1.0)
-    places = places - np.outer(places @ along, along)
-    low, high, largest = np.full(len(along), np.inf), np.full(len(along), -np.inf), 0.0
-    for ends in _at_once(final_slip, rows, places):
-        ends = ends - np.outer(ends @ along, along)
-        away = _from_nearest(ends, places)
-        low, high = np.minimum(low, away.min(axis=0)), np.maximum(high, away.max(axis=0))
-        largest = max(largest, float(np.abs(ends).max()))
-    return Scatter(float((high - low).max()), largest)
-
-
-def _at_once(final_slip: FloatArray, rows: Rows, places: FloatArray) -> Iterator[FloatArray]:
-    """The final slips of some states, a few at a time, that are to be compared with these places."""
-    step = max(AT_ONCE // len(places), 1)
-    return (np.asarray(final_slip[rows[start : start + step]]) for start in range(0, len(rows), step))
+    ends, places = (at - np.outer(at @ along, along) for at in (final_slip[rows], places))
+    away = _from_nearest(ends, places)
+    return Scatter(float(np.ptp(away, axis=0).max()), float(np.abs(ends).max()))
 
 
 def _from_nearest(ends: FloatArray, places: FloatArray) -> FloatArray:
     """Differences from that place which each of the slips is nearest to."""
-    away = ends[:, None] - places
-    nearest = np.abs(away).max(axis=2).argmin(axis=1)
-    return np.asarray(away[np.arange(len(ends)), nearest])
+    nearest = np.argmin([np.abs(ends - place).max(axis=1) for place in places], axis=0)
+    return ends - places[nearest]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -179,8 +166,7 @@ def limit_cycles(sampling: Sampling, columns: Columns) -> tuple[LimitCycle, ...]
             if not len(rows) or len(rest) == MOST_LONELY:
                 break
             one = _example(sampling, columns, rows[0])
-            parts = _at_once(columns["final_slip"], rows, one.places)
-            here = np.concatenate([np.abs(_from_nearest(e, one.places)).max(axis=1) <= same for e in parts])
+            here = np.abs(_from_nearest(columns["final_slip"][rows], one.places)).max(axis=1) <= same
             here[0] = True
             if np.count_nonzero(here) > 1:
                 found.append(_counted(sampling, columns, kind, one, rows[here], alone=True))
@@ -197,22 +183,19 @@ def limit_cycles(sampling: Sampling, columns: Columns) -> tuple[LimitCycle, ...]
 
 def _by_kind(sampling: Sampling, columns: Columns) -> dict[_Kind, Rows]:
     """Numbers of the states that end in limit cycles of each kind."""
-    problem, found = sampling.problem, dict[_Kind, list[Rows]]()
+    problem, found = sampling.problem, dict[_Kind, Rows]()
     still = 4.0 * path_resolution(problem, sampling.tolerances) * length_scales(problem, sampling.load_factor)
-    for start in range(0, len(columns["outcome"]), AT_ONCE):
-        outcome, period, slip = (
-            columns[key][start : start + AT_ONCE] for key in ("outcome", "period", "slip_per_cycle")
-        )
-        slips, cyclic = slip > still, np.flatnonzero((period > 0) & (outcome != Outcome.SHAKEDOWN))
-        if not len(cyclic):
-            continue
-        _, names = np.unique(outcome[cyclic], return_inverse=True)
-        keys = np.column_stack([names.ravel(), period[cyclic], np.packbits(slips[cyclic], axis=1)])
-        _, first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-        for number, row in enumerate(cyclic[first]):
-            kind = _Kind(str(outcome[row]), int(period[row]), tuple(np.flatnonzero(slips[row]).tolist()))
-            found.setdefault(kind, []).append(start + cyclic[group.ravel() == number])
-    return {kind: np.concatenate(rows) for kind, rows in found.items()}
+    outcome, period, slips = columns["outcome"], columns["period"], columns["slip_per_cycle"] > still
+    cyclic = np.flatnonzero((period > 0) & (outcome != Outcome.SHAKEDOWN))
+    if not len(cyclic):
+        return found
+    _, names = np.unique(outcome[cyclic], return_inverse=True)
+    keys = np.column_stack([names.ravel(), period[cyclic], np.packbits(slips[cyclic], axis=1)])
+    _, first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    for number, row in enumerate(cyclic[first]):
+        kind = _Kind(str(outcome[row]), int(period[row]), tuple(np.flatnonzero(slips[row]).tolist()))
+        found[kind] = cyclic[group.ravel() == number]
+    return found
 
 
 def _example(sampling: Sampling, columns: Columns, row: int) -> _Example:

@@ -3,24 +3,22 @@
 import json
 import logging
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import asdict, dataclass, fields, replace
-from functools import cached_property
+from dataclasses import asdict, dataclass, fields
 from importlib.metadata import version
-from math import inf, nan, prod
+from math import inf, nan
 from pathlib import Path
-from typing import Any, TypedDict, Unpack, overload
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.campaign.pieces import Arrays, Pieces, remove_pieces, run_pieces
-from shakedown.files.atomic_write import check_target, pieces_beside
+from shakedown.campaign.pieces import Arrays, read_arrays, remove_pieces, run_pieces
+from shakedown.files.atomic_write import atomic_write, check_target, pieces_beside
 from shakedown.ground.blas_threads import all_cores
-from shakedown.ground.errors import UsageError
+from shakedown.ground.errors import ProblemError, UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import CYCLES, MANY
+from shakedown.ground.size_limits import CYCLES
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.visible_text import visible
@@ -30,13 +28,11 @@ from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.many_states import long_term_states
 from shakedown.long_term.slip_criterion import check_slip_below, slip_criterion
 from shakedown.studies.basin_map import InitialStateMap, InitialStateMaps, MissingMap
-from shakedown.studies.limit_cycles import Columns, limit_cycles
-from shakedown.studies.map_file import Kinds, finished_map, kinds_of, mapped_columns, write_columns
+from shakedown.studies.limit_cycles import limit_cycles
 from shakedown.studies.samplers import BLOCK, FIRST_TWO, Sampler, Sampling
 
 LOGGER = logging.getLogger("shakedown")
 LITTLE = 1 << 13  # states times nodes squared in space: a few seconds, as long as processes take to start
-LARGEST_HEADERS = 1 << 13  # bytes of an archive beside its columns
 IN_SPACE = 16  # times the work of a state in the plane, with correspondingly fewer states in a piece
 RANGES: dict[str, float] = {  # slip ranges of states that need not be followed once more for them
     Outcome.SHAKEDOWN: 0.0,
@@ -44,37 +40,6 @@ RANGES: dict[str, float] = {  # slip ranges of states that need not be followed 
     Outcome.UNDECIDED: nan,
 }
 NOT_KEPT = ("load_factor", "cycles_simulated")  # of the long-term states
-
-
-class Options(TypedDict, total=False):
-    """What :func:`initial_state_map` takes by name."""
-
-    states: int
-    sampler: str
-    seed: int
-    coordinates: tuple[int, int] | None
-    reach: float
-    path: str | os.PathLike[str] | None
-    resume: bool
-    executor: Executor | None
-    workers: int | None
-    max_cycles: int
-    longest_period: int
-    slip_below: float | None
-    progress: Callable[[int, int], None] | None
-    tolerances: Tolerances
-
-
-@overload
-def initial_state_map(
-    problem: Problem, load_factor: float, **options: Unpack[Options]
-) -> InitialStateMap: ...
-
-
-@overload
-def initial_state_map(
-    problem: Problem, load_factor: Sequence[float], **options: Unpack[Options]
-) -> InitialStateMaps: ...
 
 
 @checked
@@ -125,9 +90,7 @@ def initial_state_map(
         Where to write all states (NPZ: ``initial_slip``, ``final_slip``, ``outcome``,
         ``period``, ``dissipation``, ``load_factor``, ``named``, the names of the first states, and what
         the limit cycles follow from). Until the map is whole its pieces are files in ``PATH.parts``,
-        each whole after a kill at any instant. The result's arrays
-        then stay on the disk; while statistics are taken, memory holds some 25
-        bytes of each state, and no slips.
+        each whole after a kill at any instant.
     resume
         Whether to go on with the pieces that are there; a map that is whole already is read.
     executor
@@ -189,14 +152,17 @@ def initial_state_map(
         elif len(chosen) * chosen[0].states * problem.n**2 < LITTLE:
             workers = 1
     work = MapPieces(chosen, slip_below is not None, threads)
-    few = chosen[0].states * problem.layout.slip_size <= MANY  # numbers to be sent to other processes
-    if few and (executor is not None or workers != 1):
-        work = replace(work, drawn=tuple(one.slips(0, one.states) for one in chosen))
-    run = {"executor": executor, "workers": workers, "progress": progress}
-    columns, each = _columns(work, target, resume, run), chosen[0].rows
-    maps = []
+    columns = _finished(target, work) if resume and target is not None and target.exists() else None
+    if columns is None:
+        run: dict[str, Any] = {"executor": executor, "workers": workers, "progress": progress}
+        run |= {"settings": (work.settings(), work.size), "output": target, "resume": resume}
+        with run_pieces(work, work.count, **run) as pieces:
+            columns = {key: np.concatenate([piece[key] for piece in pieces]) for key in pieces[0]}
+            if target is not None:
+                _write(target, work, columns)
+    maps, each = [], chosen[0].rows
     for k, one in enumerate(chosen):
-        own = {key: columns[key][k * each : (k + 1) * each] for key in work.kinds(0)}
+        own = {key: column[k * each : (k + 1) * each] for key, column in columns.items()}
         cycles = limit_cycles(one, own)
         maps.append(InitialStateMap(sampling=one, limit_cycles=cycles, slip_below=slip_below, **own))
     missing = (MissingMap(k, one.load_factor, one.missing_ball) for k, one in enumerate(wanted))
@@ -210,7 +176,6 @@ class MapPieces:
     samplings: tuple[Sampling, ...]
     slip_ranges: bool = False  # whether to follow every state that does not come to rest once more for them
     threads: int = 1  # that share a piece
-    drawn: tuple[FloatArray, ...] = ()  # all states, for processes that then load no sampler
 
     @property
     def size(self) -> int:
@@ -219,40 +184,21 @@ class MapPieces:
         return BLOCK * max(1, 256 // (problem.n if problem.directions == 1 else IN_SPACE * problem.n))
 
     @property
-    def count(self) -> int:
-        """Number of pieces: of each load factor one for the states with a name, then the others."""
-        return len(self.samplings) * self._of_each
-
-    @property
-    def _of_each(self) -> int:
+    def of_each(self) -> int:
+        """Pieces of each load factor: one for the states with a name, then the others."""
         return 1 + -(-self.samplings[0].states // self.size)
 
     @property
-    def most_bytes(self) -> int:
-        """The largest size of the file of a piece [bytes]."""
-        kinds = self.kinds(max(self.size, len(self.samplings[0].named))).values()
-        return LARGEST_HEADERS + sum(dtype.itemsize * prod(shape) for dtype, shape in kinds)
-
-    def kinds(self, rows: int) -> Kinds:
-        """Type and shape of the columns of some states."""
-        return {key: (dtype, (rows, *shape[1:])) for key, (dtype, shape) in self._of_none.items()}
-
-    @cached_property
-    def _of_none(self) -> Kinds:
-        first = self.samplings[0]
-        return kinds_of(self._long_term(first, np.empty((0, first.problem.layout.slip_size))))
+    def count(self) -> int:
+        """Number of pieces."""
+        return len(self.samplings) * self.of_each
 
     def __call__(self, number: int) -> Arrays:
-        which, part = divmod(number, self._of_each)
+        which, part = divmod(number, self.of_each)
         chosen = self.samplings[which]
-        if not part:
-            return self._long_term(chosen, np.array(list(chosen.named.values())))
-        rows = slice((part - 1) * self.size, part * self.size)
-        return self._long_term(
-            chosen, self.drawn[which][rows] if self.drawn else chosen.slips(rows.start, rows.stop)
-        )
-
-    def _long_term(self, chosen: Sampling, slips: FloatArray) -> Arrays:
+        slips = np.array(list(chosen.named.values()))
+        if part:
+            slips = chosen.slips((part - 1) * self.size, part * self.size)
         found = long_term_states(
             chosen.problem, chosen.load_factor, slips, **chosen.patience, threads=self.threads
         )
@@ -262,18 +208,7 @@ class MapPieces:
             columns["slip_range"] = np.array([_slip_range(chosen, *end) for end in ends], dtype=float)
         return columns
 
-    def told(self, number: int, arrays: Arrays) -> Arrays | None:
-        """The columns of a piece, if they are those of as many states."""
-        which, part = divmod(number, self._of_each)
-        chosen = self.samplings[which]
-        rows = min(self.size, chosen.states - (part - 1) * self.size) if part else len(chosen.named)
-        return arrays if kinds_of(arrays) == self.kinds(rows) else None
-
-    def settings(self) -> tuple[object, ...]:
-        """Everything that the pieces depend on."""
-        return self.of_the_map(), self.size
-
-    def of_the_map(self) -> dict[str, Any]:
+    def settings(self) -> dict[str, Any]:
         """Everything that the states depend on, to repeat them and to distinguish maps."""
         first, rest = self.samplings[0], ("problem", "load_factor", "tolerances")
         return {
@@ -294,35 +229,31 @@ def _slip_range(chosen: Sampling, outcome: str, slip: FloatArray) -> float:
     return slip_criterion(chosen.state(slip), inf, chosen.tolerances).largest
 
 
-def _columns(work: MapPieces, target: Path | None, resume: bool, run: dict[str, Any]) -> Columns:
-    """All states of all load factors, done now or before; on the disk where they have a file."""
-    kinds = work.kinds(len(work.samplings) * work.samplings[0].rows)
-    if resume and target is not None and target.exists():
-        found = finished_map(target, work.of_the_map(), kinds)
-        if found is not None:
-            remove_pieces(Path(pieces_beside(target)))
-            return found
-        LOGGER.warning("%s: not this map, or altered since; made again", visible(str(target)))
-    with run_pieces(work, work.count, output=target, resume=resume, **run) as pieces:
-        if target is None:
-            whole = [pieces.read(number) for number in range(work.count)]
-            return {key: np.concatenate([piece[key] for piece in whole]) for key in kinds}
-        write_map(target, work, pieces)
-    return mapped_columns(target)
-
-
-def write_map(path: Path, work: MapPieces, pieces: Pieces) -> None:
-    """Write all pieces of a map as one NPZ file; memory holds one of them at a time."""
-
-    def parts(key: str) -> Iterator[NDArray[Any]]:
-        return (pieces.read(number, key)[key] for number in range(work.count))
-
-    settings, rows = work.of_the_map(), work.samplings[0].rows
-    kinds, factors = work.kinds(len(work.samplings) * rows), settings["load_factors"]
+def _write(path: Path, work: MapPieces, columns: Arrays) -> None:
+    """Write a map; equal ones are equal files."""
+    settings = work.settings()
+    factors, rows = settings["load_factors"], work.samplings[0].rows
     about = {
-        "load_factor": np.array(factors[0] if len(factors) == 1 else np.repeat(factors, rows)),
-        "named": np.array(settings["named"]),
-        "settings": np.array(json.dumps(settings, ensure_ascii=False)),
+        "load_factor": factors[0] if len(factors) == 1 else np.repeat(factors, rows),
+        "named": settings["named"],
+        "settings": json.dumps(settings, ensure_ascii=False),
     }
-    columns = {key: parts(key) for key in kinds} | {key: iter([value]) for key, value in about.items()}
-    write_columns(path, kinds | kinds_of(about), columns)
+    with atomic_write(path) as file:
+        np.savez(file, allow_pickle=False, **columns, **about)
+
+
+def _finished(path: Path, work: MapPieces) -> Arrays | None:
+    """The columns of a file that holds this map, whole; None of any other, which is said."""
+    try:
+        found = read_arrays(path)
+        about, rows = json.loads(str(found["settings"])), len(work.samplings) * work.samplings[0].rows
+        columns = {
+            key: column for key, column in found.items() if key not in ("load_factor", "named", "settings")
+        }
+        if about == json.loads(json.dumps(work.settings())) and {*map(len, columns.values())} == {rows}:
+            remove_pieces(Path(pieces_beside(path)))
+            return columns
+    except (ProblemError, KeyError, ValueError, TypeError, RecursionError):
+        pass
+    LOGGER.warning("%s: not this map, or altered since; made again", visible(str(path)))
+    return None

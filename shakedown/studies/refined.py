@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import partial
 from math import inf, isnan, nan
 from os import PathLike
 from typing import Any, ClassVar, NamedTuple
@@ -15,15 +16,7 @@ from scipy.optimize import brentq
 
 from shakedown.assessment.assess import Assessment, assess
 from shakedown.assessment.slip_limit import slip_limit
-from shakedown.campaign.pieces import (
-    TEXT_BYTES,
-    Arrays,
-    Progress,
-    as_text,
-    function_stamp,
-    run_pieces,
-    text_of,
-)
+from shakedown.campaign.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
 from shakedown.files.table_file import check_table, read_csv, write_table
 from shakedown.ground.errors import Missing, ProblemError, UsageError, found_in, sought
 from shakedown.ground.float_array import FloatArray
@@ -56,12 +49,6 @@ LIMITS = (
 )
 COLUMNS = (*LIMITS, "work", "largest_slip", "slip_limit")
 SAME = ("load_factor", "radius", "slip_below")  # settings common to all meshes
-ROW = {  # what is kept of a mesh
-    **dict.fromkeys(("nodes", "directions", "load steps"), np.int64),
-    **dict.fromkeys(("fingerprint", "units"), str),
-    **dict.fromkeys(("friction", "loads"), list),
-    **dict.fromkeys(("elements", *COLUMNS), float),
-}
 HEADINGS = ("size", "nodes", *COLUMNS, "directions", "elements", *SAME, "fingerprint")
 
 
@@ -348,26 +335,28 @@ def refine(
     wanted = tuple(np.ravel(np.asarray(sizes)).tolist())  # whole numbers stay such
     if not wanted or (isinstance(make, Mapping) and not set(wanted) <= set(make)):
         raise UsageError(f"sizes: expected sizes of joints, found {wanted}")
-    work = _Meshes(make, wanted, float(load_factor), radius, slip_below)
     if output is not None:
         check_table(output)
-    if isinstance(make, Mapping):  # for a function the joints are known only afterwards
+    how = float(load_factor), radius, slip_below
+    if isinstance(make, Mapping):
+        joints = [make[size].fingerprint for size in wanted]
         _check_one_joint([_about(make[size]) for size in wanted])
+    else:  # the joints are known only afterwards
+        joints = [function_stamp(make, wanted[0])]
     run: dict[str, Any] = {"executor": executor, "workers": workers, "progress": progress}
-    with run_pieces(work, len(wanted), output=output, resume=resume, **run) as pieces:
-        rows = [pieces.told(number) for number in range(len(wanted))]
+    run |= {"settings": (joints, wanted, how), "output": output, "resume": resume}
+    with run_pieces(partial(_mesh, make, wanted, how), len(wanted), **run) as pieces:
+        rows = [text_of(piece) for piece in pieces]
         if not isinstance(make, Mapping):
             _check_one_joint(rows)
         found = Refinement(
-            work.load_factor,
-            radius,
-            slip_below,
+            *how,
             np.array(wanted, dtype=float),
             np.array([row["nodes"] for row in rows]),
-            int(rows[0]["directions"]),
-            {name: np.array([row[name] for row in rows]) for name in COLUMNS},
+            rows[0]["directions"],
+            {name: np.array([float(row[name]) for row in rows]) for name in COLUMNS},
             tuple(row["fingerprint"] for row in rows),
-            np.array([row["elements"] for row in rows]),
+            np.array([float(row["elements"]) for row in rows]),
         )
         if output is not None:
             found.save(output)
@@ -404,35 +393,13 @@ def _check_one_joint(meshes: Sequence[Mapping[str, Any]]) -> None:
         LOGGER.warning("the meshes differ in %s: are they one joint?", " and ".join(differ))
 
 
-@dataclass(frozen=True)
-class _Meshes:
-    """The work of a refinement: from the number of a mesh to its row, as text."""
-
-    make: Make
-    sizes: tuple[float, ...]
-    load_factor: float
-    radius: float | None
-    slip_below: float | None
-
-    most_bytes = TEXT_BYTES
-
-    def __call__(self, number: int) -> Arrays:
-        size = self.sizes[number]
-        problem = self.make[size] if isinstance(self.make, Mapping) else self.make(size)
-        return as_text(_about(problem) | mesh_row(problem, self.load_factor, self.radius, self.slip_below))
-
-    def told(self, number: int, arrays: Arrays) -> dict[str, Any]:
-        """The row of a mesh."""
-        said = text_of(arrays)
-        return {name: kind(said[name]) for name, kind in ROW.items()}
-
-    def settings(self) -> tuple[object, ...]:
-        """All that the rows depend on."""
-        if isinstance(self.make, Mapping):
-            joints = [self.make[size].fingerprint for size in self.sizes]
-        else:
-            joints = [function_stamp(self.make, self.sizes[0])]
-        return joints, self.sizes, self.load_factor, self.radius, self.slip_below
+def _mesh(
+    make: Make, sizes: Sequence[float], how: tuple[float, float | None, float | None], number: int
+) -> Arrays:
+    """The row of a mesh, as text."""
+    size = sizes[number]
+    problem = make[size] if isinstance(make, Mapping) else make(size)
+    return as_text(_about(problem) | mesh_row(problem, *how))
 
 
 def mesh_row(

@@ -27,7 +27,7 @@ from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.passage import slip_after_transient
 from shakedown.long_term.state import LongTermState
 
-MOST_STATES = 100_000_000  # in one map: a day for a small joint, 2.5 GB kept for the statistics
+MOST_STATES = 10_000_000  # in one map: hours for a small joint, some gigabytes
 LEFT_BEHIND = 16  # random transients of which a box contains what they leave
 NAMED = {"zero": "zero", "given": "given", "critical": "witness"}  # name in a map, and of ``named_start``
 FIRST_TWO = (0, 1)  # slips of a picture

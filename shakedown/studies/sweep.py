@@ -4,7 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from enum import StrEnum
-from functools import cached_property
+from functools import cached_property, partial
+from itertools import product
 from math import inf, nan
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -13,15 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.bounds.registry import BOUNDS
-from shakedown.campaign.pieces import (
-    TEXT_BYTES,
-    Arrays,
-    Progress,
-    as_text,
-    function_stamp,
-    run_pieces,
-    text_of,
-)
+from shakedown.campaign.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
 from shakedown.files.table_file import check_table, write_table
 from shakedown.ground.errors import ShakedownError, UsageError
 from shakedown.ground.float_array import FloatArray
@@ -92,6 +85,9 @@ class Boundaries(NamedTuple):
 class Sweep(Result):
     """Result of :func:`sweep`: the limits of the load factor over a grid of one or two parameters.
 
+    The load factors of a limit are the attribute of its name in ``BOUNDS``: ``lower`` (λ_1), ``universal``
+    (λ_U), ``energy`` (λ_E), ``accumulated`` (λ_S), ``transient`` (λ_T), ``upper`` (λ_max).
+
     Arrays have one axis per parameter, in the order of ``parameters``. NaN stands for a limit
     that does not exist, is not known or was not asked for, inf for one at infinity;
     ``status`` tells which.
@@ -142,35 +138,16 @@ class Sweep(Result):
         """Whether a parameter is a factor on a quantity of the joint."""
         return self.meanings[axis] in FACTORS
 
-    @property
-    def lower(self) -> FloatArray:
-        """First collapse λ_1."""
-        return self.load_factors("lower")
-
-    @property
-    def universal(self) -> FloatArray:
-        """λ_U, below which shakedown from every state is proved."""
-        return self.load_factors("universal")
-
-    @property
-    def energy(self) -> FloatArray:
-        """λ_E, below which shakedown from this state is proved."""
-        return self.load_factors("energy")
-
-    @property
-    def accumulated(self) -> FloatArray:
-        """λ_S, below which bounds of all slips prove shakedown from this state."""
-        return self.load_factors("accumulated")
+    def __getattr__(self, name: str) -> FloatArray:
+        """The load factors of a limit by its name in ``BOUNDS``."""
+        if name not in BOUNDS:
+            raise AttributeError(f"a sweep has no {name!r}")
+        return self.load_factors(name)
 
     @cached_property
     def from_this_state(self) -> FloatArray:
         """The largest limit proved from this state, as ``assess`` has it; NaN where none was asked for."""
         return self._grid([point.proved_from_this_state for point in self.points])
-
-    @property
-    def transient(self) -> FloatArray:
-        """λ_T, up to which the history from this state shakes down."""
-        return self.load_factors("transient")
 
     @cached_property
     def transient_interval(self) -> tuple[FloatArray, FloatArray]:
@@ -178,11 +155,6 @@ class Sweep(Result):
         limits = [point.limits.get("transient") for point in self.points]
         low, high = ([np.nan if x is None else getattr(x, end) for x in limits] for end in ("low", "high"))
         return self._grid(low), self._grid(high)
-
-    @property
-    def upper(self) -> FloatArray:
-        """λ_max, above which no slip is safe with all nodes in contact."""
-        return self.load_factors("upper")
 
     @property
     def guarantee(self) -> NDArray[np.str_]:
@@ -464,17 +436,43 @@ def sweep(
         slip_below=None if slip_below is None else check_slip_below(slip_below),
         tolerances=tolerances,
     )
-    work, count = _Points(variation, values, question), int(np.prod([len(array) for array in values]))
     if output is not None:
         check_table(output)
+    places = list(product(*(array.tolist() for array in values)))  # the last parameter runs fastest
+    settings = (
+        _stamp(variation, places[0]),
+        variation.parameters,
+        places,
+        question._replace(initial_slip=None),
+    )
     run: dict[str, Any] = {"executor": executor, "workers": workers, "progress": progress}
-    with run_pieces(work, count, output=output, resume=resume, **run) as pieces:
+    run |= {"settings": (*settings, plain(question.initial_slip)), "output": output, "resume": resume}
+    with run_pieces(partial(_point, variation, places, question), len(places), **run) as pieces:
         about = variation.name, variation.parameters, variation.meanings, variation.units
-        points = tuple(map(pieces.told, range(count)))
+        points = tuple(point_of(text_of(piece)) for piece in pieces)
         found = Sweep(*about, values, question.bounds, question.load_factors, points)
         if output is not None:
             found.save(output)
     return found
+
+
+def _point(
+    variation: Variation, places: Sequence[tuple[float, ...]], question: Question, number: int
+) -> Arrays:
+    """A point of a sweep, as text."""
+    try:
+        problem = variation.at(places[number])
+    except ShakedownError as error:
+        return as_text(vars(DesignPoint(places[number], reason=str(error))))
+    return as_text(vars(design_point(problem, places[number], question)))
+
+
+def _stamp(variation: Variation, first: tuple[float, ...]) -> object:
+    """What tells joints apart, and functions that make them."""
+    joint, base = variation.joint, variation.base
+    if base is None:
+        return function_stamp(joint, *first)  # type: ignore[arg-type]
+    return base.fingerprint, joint.sources if isinstance(joint, Import) else None
 
 
 def _checked_bounds(bounds: Sequence[str] | None, base: Problem | None) -> tuple[str, ...]:
@@ -487,44 +485,3 @@ def _checked_bounds(bounds: Sequence[str] | None, base: Problem | None) -> tuple
         found, where = ", ".join(map(str, names)) or "none", " with two directions" * bool(absent)
         raise UsageError(f"bounds{where}: expected some of {', '.join(there)}, each once, found {found}")
     return names
-
-
-@dataclass(frozen=True)
-class _Points:
-    """The work of a sweep: from the number of a point to the point, as text."""
-
-    variation: Variation
-    values: tuple[FloatArray, ...]
-    question: Question
-
-    most_bytes = TEXT_BYTES
-
-    def __call__(self, number: int) -> Arrays:
-        values = self._at(number)
-        try:
-            problem = self.variation.at(values)
-        except ShakedownError as error:
-            return as_text(vars(DesignPoint(values, reason=str(error))))
-        return as_text(vars(design_point(problem, values, self.question)))
-
-    def told(self, number: int, arrays: Arrays) -> DesignPoint | None:
-        """The point of these values, where it answers this question."""
-        point = point_of(text_of(arrays))
-        return point if point.values == self._at(number) and self.question.answered_by(point) else None
-
-    def _at(self, number: int) -> tuple[float, ...]:
-        """The values of the parameters at a point; the last parameter runs fastest."""
-        places = np.unravel_index(number, [len(array) for array in self.values])
-        return tuple(float(array[k]) for array, k in zip(self.values, places, strict=True))
-
-    def settings(self) -> tuple[object, ...]:
-        """All that the points depend on."""
-        joint, base, start = self.variation.joint, self.variation.base, self.question.initial_slip
-        return (
-            function_stamp(joint, *self._at(0)) if base is None else base.fingerprint,  # type: ignore[arg-type]
-            joint.sources if isinstance(joint, Import) else None,
-            self.variation.parameters,
-            [array.tolist() for array in self.values],
-            self.question._replace(initial_slip=None),
-            None if start is None else start.tolist(),
-        )

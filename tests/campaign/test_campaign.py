@@ -44,21 +44,13 @@ def stopped(tmp_path):
     return tmp_path / "map.npz"
 
 
-class NoDefaults(ThreadPoolExecutor):
-    """An executor that does not tell how many workers it has, and may not be shut down by others."""
+class Counting(ThreadPoolExecutor):
+    """An executor of two threads that counts the pieces it was sent and has not begun."""
 
-    _max_workers = None
-
-    def __init__(self):
-        super().__init__(2)
-        self.threads, self.most = 2, 0
+    most = 0
 
     def submit(self, *words):
-        self._max_workers = self.threads
-        try:
-            future = super().submit(*words)
-        finally:
-            self._max_workers = None
+        future = super().submit(*words)
         self.most = max(self.most, self._work_queue.qsize())
         return future
 
@@ -69,20 +61,20 @@ def test_every_piece_is_done_once_and_read_in_order(tmp_path, workers, kept):
     calls, output = [], tmp_path / "map.npz" if kept else None
     progress = lambda *at: calls.append(at)  # noqa: E731
     with run_pieces(Squares(), 7, output=output, workers=workers, progress=progress) as pieces:
-        assert squares(pieces, 7).tolist() == [k**2 for k in range(70)]
+        assert squares(pieces).tolist() == [k**2 for k in range(70)]
         assert kept == bool(list(tmp_path.iterdir()))
     assert calls == [(number, 7) for number in range(8)]
     assert not list(tmp_path.iterdir())
 
 
 def test_any_executor_does_the_work_a_few_pieces_at_a_time_and_goes_on_living():
-    executor = NoDefaults()
-    with run_pieces(Squares(), 300, executor=executor) as pieces:
-        assert squares(pieces, 300).tolist() == [k**2 for k in range(3000)]
-    assert executor.most < 70
+    executor = Counting(2)
+    with run_pieces(Squares(), 600, executor=executor) as pieces:
+        assert squares(pieces).tolist() == [k**2 for k in range(6000)]
+    assert executor.most <= 256
     assert executor.submit(int).result() == 0
     with ThreadPoolExecutor(3) as threads, run_pieces(Squares(0.001), 30, executor=threads) as pieces:
-        assert squares(pieces, 30).tolist() == [k**2 for k in range(300)]
+        assert squares(pieces).tolist() == [k**2 for k in range(300)]
 
 
 def test_what_is_kept_is_not_done_again(stopped, caplog):
@@ -90,7 +82,7 @@ def test_what_is_kept_is_not_done_again(stopped, caplog):
     with run_pieces(
         Squares(), 6, output=stopped, resume=True, progress=lambda *at: calls.append(at)
     ) as pieces:
-        assert squares(pieces, 6).tolist() == [k**2 for k in range(60)]
+        assert squares(pieces).tolist() == [k**2 for k in range(60)]
     assert calls == [(number, 6) for number in range(3, 7)]
     assert caplog.messages == [f"goes on from 3 of 6 pieces in {stopped}.parts"]
     assert not list(stopped.parent.iterdir())
@@ -184,8 +176,8 @@ def test_an_error_in_the_work_comes_through_and_leaves_nothing(tmp_path, workers
 def test_another_run_is_not_mixed_in(stopped, caplog):
     with pytest.raises(UsageError, match="unfinished run is kept there; resume it, or remove that folder"):
         ended(output=stopped)
-    with run_pieces(Squares(seed=1), 3, output=stopped, resume=True) as pieces:
-        assert len(list(pieces.folder.iterdir())) == 6
+    with run_pieces(Squares(), 3, settings="others", output=stopped, resume=True):
+        assert done(stopped) == [0, 0, 1, 1, 2, 2]
         with pytest.raises(UsageError, match="another run is writing there"):
             ended(output=stopped, resume=True)
     assert caplog.messages == [f"goes on from 0 of 3 pieces in {stopped}.parts; 3 others there do not fit"]

@@ -279,7 +279,7 @@ def test_a_sample_in_which_all_agree_claims_nothing_of_other_states():
     [
         (["--load-factor", "0.1:1e400:5"], "--load-factor: expected LOW:HIGH:COUNT"),
         (["--load-factor", "0.1:1:100000000000"], "--load-factor: expected LOW:HIGH:COUNT"),
-        (["--load-factor", "0.7", "--states", "10000000000"], "states: expected at most 100,000,000, found"),
+        (["--load-factor", "0.7", "--states", "10000000000"], "states: expected at most 10,000,000, found"),
         (["--load-factor", "0.7", "--reach", "1e308"], "reach: expected slips in the range of numbers"),
     ],
 )

@@ -9,7 +9,7 @@ import pytest
 
 import shakedown
 from shakedown import Status
-from shakedown.campaign.pieces import Pieces, as_text, text_of
+from shakedown.campaign.pieces import as_text, text_of
 from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.importing.templates import write_import_example
@@ -181,30 +181,6 @@ def test_a_function_that_was_changed_does_not_go_on(tmp_path, caplog):
     plain = shakedown.sweep(of_any, {"mean": [1.0, 2.0]}, bounds=["upper"])
     assert shakedown.sweep(of_any, {"mean": [1.0, 2.0]}, **options, resume=True) == plain
     assert "goes on from 0 of 2 pieces" in caplog.text
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"values": [9.0]}, {"limits": {}}, {"outcomes": ["shakedown"]}, {"reason": "no joint"}, {"values": None},
-        {"limits": {"upper": ["x", "optimal", "", 1.0, 1.0]}}, {"limits": {"upper": [1.0, "best", "", 1.0, 1.0]}},
-        {"limits": []}, {"open_nodes": [1e400]}, {"open_nodes": 3}, {"slip_criterion": [1.0]}, {"outcomes": "x"},
-    ],
-    ids=str,
-)  # fmt: skip
-def test_a_kept_point_that_answers_another_question_is_asked_again(tmp_path, monkeypatch, change):
-    keep, options = Pieces.keep, {"bounds": ["upper"], "output": tmp_path / "sweep.csv"}
-    plain = shakedown.sweep(TWO, {"f": [0.3, 0.4]}, bounds=["upper"])
-
-    def wrong(pieces, number, arrays):
-        keep(pieces, number, as_text(text_of(arrays) | change))
-        raise KeyboardInterrupt
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Pieces, "keep", wrong)
-        with pytest.raises(KeyboardInterrupt):
-            shakedown.sweep(TWO, {"f": [0.3, 0.4]}, **options)
-    assert shakedown.sweep(TWO, {"f": [0.3, 0.4]}, **options, resume=True) == plain
 
 
 def test_a_point_comes_back_from_its_text(found):
