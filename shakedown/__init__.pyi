@@ -4,8 +4,8 @@ from . import plot as plot
 from .assessment.assess import Assessment as Assessment
 from .assessment.assess import assess as assess
 from .assessment.damping import damping as damping
+from .assessment.every_limit import ShakedownBounds as ShakedownBounds
 from .assessment.every_limit import shakedown_bounds as shakedown_bounds
-from .assessment.shakedown_bounds import ShakedownBounds as ShakedownBounds
 from .assessment.transient_limit import transient_limit as transient_limit
 from .assessment.verify import Verification as Verification
 from .assessment.verify import verify as verify

@@ -1,25 +1,26 @@
 """Friction damping and stiffness over the amplitude of a load, from exact long-term states."""
 
+import os
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
-from math import inf, nan
-from typing import Any, Literal
+from dataclasses import dataclass, field, replace
+from math import inf, isnan, nan
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from shakedown.assessment.amplitude_curve import AmplitudePoint, DampingCurve, columns_of
-from shakedown.assessment.loaded_joint import LoadedJoint
 from shakedown.assessment.transient_limit import transient_limit
 from shakedown.bounds.energy.energy_bound import energy_bound
+from shakedown.files.table_file import write_table
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.errors import UsageError, allowed, present
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import THREE_DIGITS
-from shakedown.ground.shown_values import short
+from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS
+from shakedown.ground.shown_values import plain, short
 from shakedown.ground.size_limits import CYCLES
 from shakedown.ground.status import OPEN, Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.arguments import (
     check_load_factor,
     checked,
@@ -27,13 +28,197 @@ from shakedown.joint.arguments import (
     node_numbers,
     real_array,
 )
-from shakedown.joint.conjugate_loads import load_units, require_loads
+from shakedown.joint.conjugate_loads import LoadUnit, load_units, require_loads
 from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+from shakedown.joint.units import units_of
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.state import LongTermState
 
+# of another amplitude
+UNSTATED: dict[str, Any] = dict.fromkeys(("load_mean", "load_amplitude", "load_units"))
 SCANNED = 2  # load factors between 0 and the first amplitude that damps
+
+
+class _Point(NamedTuple):
+    """One amplitude: the long-term state there, as it is recorded.
+
+    Attributes
+    ----------
+    displacement
+        Half the range of the displacement conjugate to the load, in its unit; NaN where no loop closes.
+    dissipation
+        Dissipation of friction and jumps per cycle [force × length]; 0 where it shakes down, NaN where no
+        loop closes.
+    outcome
+        The long-term state.
+    proved
+        Whether it is proved that friction dissipates nothing.
+    slides_away
+        Whether it is undecided because the body slides away: gross slip, which nothing holds.
+    slipping_share
+        Share of the nodes that slip in every period.
+    slip, open_nodes
+        The state at the first load step of a period, where the next amplitude may begin.
+    """
+
+    displacement: float
+    dissipation: float
+    outcome: Outcome
+    proved: bool
+    slides_away: bool
+    slipping_share: float
+    slip: FloatArray
+    open_nodes: NDArray[np.int64]
+
+    @property
+    def closes(self) -> bool:
+        """Whether the loop of the load closes, so that the joint may go on from it."""
+        return not isnan(self.dissipation)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class DampingCurve(Result):
+    """Result of :func:`damping`: one entry per amplitude; NaN where no loop of the load closes.
+
+    Attributes
+    ----------
+    load
+        Which load, by its number.
+    load_name
+        Its name; empty where the problem names none.
+    unit
+        The units of force, displacement and stiffness (:class:`~shakedown.joint.conjugate_loads.LoadUnit`).
+    amplitude : (k,)
+        Factors on the history of the load [–].
+    force : (k,)
+        Half the range of the load [force, where ``load_units`` says one; else units of ``load_history``].
+    displacement : (k,)
+        Half the range of the displacement conjugate to it [length; else work per unit of the load]; NaN
+        without a ``load_compliance``.
+    dissipation : (k,)
+        What friction and jumps take per cycle [force × length]; exactly 0 where the joint shakes down.
+    outcome : k times
+        Long-term state (:class:`Outcome`).
+    proved : (k,)
+        Whether the absence of friction damping is proved, not only found by simulation.
+    slides_away : (k,)
+        Whether it is undecided because the body slides away: gross slip, which nothing holds.
+    slipping_share : (k,)
+        Share of the nodes that slip in every period.
+    load_frequency
+        Circular frequency of the mode that the load has the shape of; NaN where it is none.
+    proved_limit
+        λ_E: the amplitude below which there is no friction damping from the state given, proved; NaN where
+        another load varies as well, and no amplitude is a load factor.
+    simulated_limit
+        λ_T: the largest amplitude found to shake down from the state given, to a thousandth, below the
+        smallest one here that does not; infinite where all do, NaN as before.
+    from_zero
+        The same with every amplitude from the state given, where that was asked for.
+    """
+
+    DOCUMENT: ClassVar[str] = (
+        "load load_name amplitude force displacement dissipation secant_stiffness loss_factor frequency "
+        "damping_ratio outcome proved slides_away slipping_share load_frequency proved_limit simulated_limit"
+    )
+    TABLE: ClassVar[str] = (
+        "amplitude force displacement dissipation secant_stiffness loss_factor frequency damping_ratio "
+        "outcome proved slipping_share"
+    )
+
+    problem: Problem = field(repr=False, compare=False)
+    load: int
+    load_name: str
+    unit: LoadUnit
+    amplitude: FloatArray
+    force: FloatArray
+    displacement: FloatArray
+    dissipation: FloatArray
+    outcome: tuple[Outcome, ...]
+    proved: NDArray[np.bool_]
+    slides_away: NDArray[np.bool_]
+    slipping_share: FloatArray
+    load_frequency: float
+    proved_limit: float
+    simulated_limit: float
+    from_zero: "DampingCurve | None" = None
+
+    @property
+    def secant_stiffness(self) -> FloatArray:
+        """Load over displacement amplitude, (k,) [force/length]; NaN of a load that does not vary."""
+        return _ratio(np.where(self.force > 0, self.force, np.nan), self.displacement)
+
+    @property
+    def loss_factor(self) -> FloatArray:
+        """η = D / (2π · ½ · load amplitude · displacement amplitude), (k,)."""
+        return _ratio(self.dissipation, np.pi * self.force * self.displacement)
+
+    @property
+    def frequency(self) -> FloatArray:
+        """Circular frequency √(secant stiffness) of a load that is M φ of a mode of unit modal mass, (k,)."""
+        return np.sqrt(self.secant_stiffness) * self._of_a_mode
+
+    @property
+    def damping_ratio(self) -> FloatArray:
+        """ζ = D / (2π · load amplitude · displacement amplitude) of such a load, (k,)."""
+        return 0.5 * self.loss_factor * self._of_a_mode
+
+    @property
+    def _of_a_mode(self) -> float:
+        """1 for a load that has the shape of a mode, else NaN."""
+        return np.nan if isnan(self.load_frequency) else 1.0
+
+    @property
+    def differs(self) -> NDArray[np.bool_]:
+        """Where the start matters: the joint ends differently from the previous and the given one."""
+        other = self.from_zero
+        if other is None:
+            return np.zeros(len(self.amplitude), dtype=bool)
+        size = np.fmax(self.dissipation, other.dissipation)
+        # of a dissipation: a smaller difference between two starts does not count
+        apart = np.abs(self.dissipation - other.dissipation) > SIX_DIGITS * size
+        return np.array([a != b for a, b in zip(self.outcome, other.outcome, strict=True)]) | apart
+
+    def to_dict(self) -> dict[str, Any]:
+        """The words of ``DOCUMENT``, units; where asked for, both from the state given, and what differs."""
+        found = super().to_dict() | {"units": self.units}
+        if self.from_zero is None:
+            return found
+        return found | {"from_zero": self.from_zero.to_dict(), "differs": plain(self.differs)}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The units of columns, by their words; empty where the problem does not say them."""
+        return {
+            "force": self.unit.load,
+            "displacement": self.unit.moved(self.problem),
+            "dissipation": units_of(self.problem).work,
+            "secant_stiffness": self.unit.stiffness,
+        }
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write one row per amplitude: CSV in full precision, or Parquet where the name ends in .parquet.
+
+        Headings have the units in brackets where the problem says that of the load.
+
+        Raises
+        ------
+        UsageError
+            If the file cannot be written, or its name ends in neither.
+        """
+        columns = {word: plain(getattr(self, word)) for word in self.TABLE.split()}
+        if self.from_zero is not None:
+            columns |= {
+                "dissipation_from_start": plain(self.from_zero.dissipation),
+                "displacement_from_start": plain(self.from_zero.displacement),
+                "differs": plain(self.differs),
+            }
+        units = self.units if self.unit.load else {}
+        of = {word: units.get(word.removesuffix("_from_start"), "") for word in columns}
+        filled = {word: [np.nan if x is None else x for x in column] for word, column in columns.items()}
+        write_table(path, {with_unit(word, of[word]): column for word, column in filled.items()})
 
 
 @checked
@@ -97,57 +282,89 @@ def damping(
     >>> curve.dissipation.tolist(), curve.displacement.round(9).tolist(), curve.proved.tolist()
     ([0.0, 1.0, 2.0], [0.05, 0.4, 0.7], [True, False, False])
     """
-    loaded = LoadedJoint.of(problem, load)
     values, opened = _checked_amplitudes(amplitudes), _checked_nodes(problem, open_nodes)
     check_count("max_cycles", max_cycles)
-    start = checked_initial_slip(problem, initial_slip)
-    work = _Amplitudes(loaded, values, start, opened, max_cycles, tolerances)
-    count = 0
+    number = load_number(problem, load)
+    start, count = checked_initial_slip(problem, initial_slip), 0
+    alone = _alone_varying(problem, number)
+    loaded = _LoadedJoint(problem, number, alone, start, opened, max_cycles, tolerances)
 
-    def done(point: AmplitudePoint) -> AmplitudePoint:
+    def done(point: _Point) -> _Point:
         nonlocal count
         count += 1
         if progress is not None:
             progress(count, len(values) * (1 + from_zero))
         return point
 
-    rising = [done(point) for point in work.rising()]
-    fixed, other = _about(loaded, values), None
+    rising, other = [done(point) for point in loaded.rising(values)], None
     if from_zero:
-        other = DampingCurve(**fixed, **columns_of([done(work.from_start(one)) for one in values]))
-    limits = _limits(work, rising, "auto" if isinstance(open_nodes, str) else opened)
-    return DampingCurve(**(fixed | limits), **columns_of(rising), from_zero=other)
+        other = _curve(
+            loaded, values, [done(loaded.point(amplitude, start, opened)) for amplitude in values.tolist()]
+        )
+    limits = _limits(loaded, values, rising, "auto" if isinstance(open_nodes, str) else opened)
+    return _curve(loaded, values, rising, *limits, from_zero=other)
 
 
 @dataclass(frozen=True)
-class _Amplitudes:
-    """What a curve follows: every amplitude from the state before it, or from the state given."""
+class _LoadedJoint:
+    """A joint under one load of any amplitude, and how its long-term states are found.
 
-    loaded: LoadedJoint
-    values: FloatArray
+    Attributes
+    ----------
+    problem
+        The joint as it was given.
+    load
+        The number of the load.
+    alone
+        The same joint with all but this load in its constant part, so that a load factor is an amplitude, and
+        loads in units of their histories; None where another load varies, too.
+    start, open_nodes
+        Where the first amplitude begins.
+    max_cycles, tolerances
+        As for :func:`damping`.
+    """
+
+    problem: Problem
+    load: int
+    alone: Problem | None
     start: FloatArray
     open_nodes: tuple[int, ...]
     max_cycles: int
     tolerances: Tolerances
 
-    def rising(self) -> Iterator[AmplitudePoint]:
+    def past_transient(self) -> "_LoadedJoint":
+        """The joint after its transient load steps."""
+        if self.problem.q_transient is None:
+            return self
+        over: dict[str, Any] = {"q_transient": None, "p_transient": None}
+        alone = None if self.alone is None else replace(self.alone, **over)
+        return replace(self, problem=replace(self.problem, **over), alone=alone)
+
+    def at(self, amplitude: float) -> tuple[Problem, float]:
+        """The joint and the load factor at an amplitude."""
+        if self.alone is not None:
+            return self.alone, amplitude
+        unit, history = require_loads(self.problem)
+        more = (amplitude - 1.0) * np.outer(history[:, self.load], unit[self.load])
+        q, p = self.problem.layout.split(more)
+        scaled = history.copy()
+        scaled[:, self.load] *= amplitude
+        q_w, p_w = self.problem.q_w + q, self.problem.p_w + p
+        changed = UNSTATED | {"q_w": q_w, "p_w": p_w, "load_history": scaled, "q_mean": None, "p_mean": None}
+        return replace(self.problem, **changed), 1.0  # the mean does not matter then
+
+    def rising(self, values: FloatArray) -> Iterator[_Point]:
         """The amplitudes one after the other, each from the state before it."""
-        begun, after = (self.loaded, self.start, self.open_nodes), self.loaded.past_transient()
-        for amplitude in self.values:
-            point = self.point(begun[0], amplitude, *begun[1:])
+        begun, after = (self, self.start, self.open_nodes), self.past_transient()
+        for amplitude in values.tolist():
+            point = begun[0].point(amplitude, *begun[1:])
             yield point
             if point.closes:
                 begun = after, point.slip, tuple(point.open_nodes.tolist())
 
-    def from_start(self, amplitude: float) -> AmplitudePoint:
-        """One amplitude from the state given."""
-        return self.point(self.loaded, amplitude, self.start, self.open_nodes)
-
-    def point(
-        self, loaded: LoadedJoint, amplitude: float, slip: FloatArray, open_nodes: tuple[int, ...]
-    ) -> AmplitudePoint:
+    def point(self, amplitude: float, slip: FloatArray, open_nodes: tuple[int, ...]) -> _Point:
         """What becomes of the joint at one amplitude from one state."""
-        problem, load_factor = loaded.at(float(amplitude))
+        problem, load_factor = self.at(amplitude)
         settings: dict[str, Any] = {"max_cycles": self.max_cycles, "tolerances": self.tolerances}
         try:
             state = long_term_state(problem, load_factor, slip, open_nodes=open_nodes, **settings)
@@ -159,13 +376,13 @@ class _Amplitudes:
         rests = state.outcome == Outcome.SHAKEDOWN
         start = state.history.at(np.ceil(state.history.cycle[:1])) if closes else state.history
         slips = state.slip_per_cycle > self.tolerances.periodicity * np.abs(state.final_slip).max()
-        return AmplitudePoint(
+        return _Point(
             displacement=self._displacement(problem, state) if closes else nan,
             dissipation=0.0 if rests else float(state.dissipation_per_cycle) if closes else nan,
-            outcome=str(state.outcome),
+            outcome=state.outcome,
             proved=state.proved,
             slides_away=state.slides_away,
-            share=0.0 if rests else float(slips.mean()) if state.period else nan,
+            slipping_share=0.0 if rests else float(slips.mean()) if state.period else nan,
             slip=start.v[0] if closes else state.final_slip,
             open_nodes=np.flatnonzero(start.state[0] == OPEN) if closes else np.zeros(0, dtype=np.int64),
         )
@@ -173,8 +390,8 @@ class _Amplitudes:
     def _displacement(self, problem: Problem, state: LongTermState) -> float:
         if problem.load_compliance is None:
             return nan
-        moved = float(np.ptp(load_loops(problem, state).displacement[:, self.loaded.load]))
-        return 0.5 * moved / abs(load_units(self.loaded.problem)[self.loaded.load].size)
+        moved = float(np.ptp(load_loops(problem, state).displacement[:, self.load]))
+        return 0.5 * moved / abs(load_units(self.problem)[self.load].size)
 
 
 def _checked_amplitudes(amplitudes: ArrayLike) -> FloatArray:
@@ -193,44 +410,93 @@ def _checked_nodes(problem: Problem, nodes: Iterable[int] | Literal["auto"]) -> 
     return ()
 
 
-def _about(loaded: LoadedJoint, values: FloatArray) -> dict[str, Any]:
-    """The fields of a curve that are known before anything is computed."""
+def _curve(
+    loaded: _LoadedJoint,
+    values: FloatArray,
+    points: list[_Point],
+    proved_limit: float = nan,
+    simulated_limit: float = nan,
+    from_zero: DampingCurve | None = None,
+) -> DampingCurve:
     problem, load = loaded.problem, loaded.load
-    history = require_loads(problem)[1]
-    names, frequency, unit = problem.load_names or (), problem.load_frequency, load_units(problem)[load]
-    return {
-        "problem": problem,
-        "load": load,
-        "load_name": names[load] if len(names) == history.shape[1] else "",
-        "amplitude": values,
-        "unit": unit,
-        "force": 0.5 * np.ptp(history[:, load]) * abs(unit.size) * values,
-        "load_frequency": nan if frequency is None else float(frequency[load]),
-        "proved_limit": nan,
-        "simulated_limit": nan,
-    }
+    history, unit = require_loads(problem)[1], load_units(problem)[load]
+    names, frequency = problem.load_names or (), problem.load_frequency
+    words = "displacement dissipation proved slides_away slipping_share"
+    return DampingCurve(
+        problem=problem,
+        load=load,
+        load_name=names[load] if len(names) == history.shape[1] else "",
+        unit=unit,
+        amplitude=values,
+        force=0.5 * np.ptp(history[:, load]) * abs(unit.size) * values,
+        outcome=tuple(point.outcome for point in points),
+        load_frequency=nan if frequency is None else float(frequency[load]),
+        proved_limit=proved_limit,
+        simulated_limit=simulated_limit,
+        from_zero=from_zero,
+        **{word: np.array([getattr(point, word) for point in points]) for word in words.split()},
+    )
 
 
 def _limits(
-    work: _Amplitudes, rising: list[AmplitudePoint], zone: Iterable[int] | Literal["auto"]
-) -> dict[str, float]:
+    loaded: _LoadedJoint,
+    values: FloatArray,
+    rising: list[_Point],
+    zone: Iterable[int] | Literal["auto"],
+) -> tuple[float, float]:
     """λ_E and λ_T as amplitudes; NaN where they do not exist or are not found."""
-    joint = work.loaded.alone
+    joint, tolerances = loaded.alone, loaded.tolerances
     if joint is None:
-        return {}
-    proved = present(allowed(energy_bound, joint, work.start, open_nodes=zone, tolerances=work.tolerances))
+        return nan, nan
+    proved = present(allowed(energy_bound, joint, loaded.start, open_nodes=zone, tolerances=tolerances))
     known = float(proved.load_factor) if proved is not None and proved.load_factor > 0 else nan
-    damped = [a for a, point in zip(work.values, rising, strict=True) if point.outcome != Outcome.SHAKEDOWN]
+    damped = [a for a, point in zip(values, rising, strict=True) if point.outcome != Outcome.SHAKEDOWN]
     if not damped or damped[0] == 0:
-        return {"proved_limit": known, "simulated_limit": nan if damped else inf}
+        return known, nan if damped else inf
     found = allowed(
         transient_limit,
         joint,
-        work.start,
-        open_nodes=work.open_nodes,
+        loaded.start,
+        open_nodes=loaded.open_nodes,
         largest=float(damped[0]),
         steps=SCANNED,
         accuracy=THREE_DIGITS,
-        tolerances=work.tolerances,
+        tolerances=tolerances,
     )
-    return {"proved_limit": known, "simulated_limit": found.load_factor if found else nan}
+    return known, found.load_factor if found else nan
+
+
+def _alone_varying(problem: Problem, load: int) -> Problem | None:
+    """The joint with all but one load in its constant part; None where another load varies, too."""
+    unit, history = require_loads(problem)
+    others = np.delete(history, load, axis=1)
+    if (np.ptp(others, axis=0) > NEGLIGIBLE * np.abs(others).max(axis=0, initial=0.0)).any():
+        return None
+    rest = problem.layout.joined(problem.q_w, problem.p_w) - np.outer(history[:, load], unit[load])
+    q_mean, p_mean = problem.layout.split(rest[0])
+    return replace(problem, q_mean=q_mean, p_mean=p_mean, **UNSTATED)
+
+
+def load_number(problem: Problem, load: int | str) -> int:
+    """The number of a load that is called by number or name.
+
+    Raises ``ProblemError`` where the joint does not know its loads, ``UsageError`` where there is no such
+    load or the load steps are a load domain's.
+    """
+    count = len(require_loads(problem)[0])
+    if problem.is_domain:
+        raise UsageError("problem: expected load steps in their order, found corners of a load domain")
+    names = problem.load_names or ()
+    named = names if len(names) == count else count * ("",)
+    found = [k for k, own in enumerate(named) if own == load != ""]
+    found = found or [k for k in range(count) if load in (k, str(k))]
+    if len(found) == 1:
+        return found[0]
+    known = f"0 to {count - 1}" + "".join(f", '{name}'" for name in dict.fromkeys(named) if name)
+    many = f", which names {len(found)} loads" if found else ""
+    raise UsageError(f"load: expected one of {shortened(known, 200)}, found {shortened(repr(load))}{many}")
+
+
+def _ratio(one: FloatArray, other: FloatArray) -> FloatArray:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(other > 0, one / other, np.nan)

@@ -1,16 +1,15 @@
 """Every limit of the load factor of one joint, each computed when it is first read, and once."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property, partial
 from math import inf, isnan, nan
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.mesh_check import MeshCheck, mesh_check
 from shakedown.assessment.sensitivities import Sensitivities, sensitivities
-from shakedown.assessment.shakedown_bounds import ShakedownBounds
 from shakedown.assessment.three_numbers import REFUTED, admitted_up_to, not_refuted
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
@@ -38,6 +37,35 @@ IN_THE_PLANE = {  # what else is there of joints in the plane only
     "friction": in_the_plane_only("friction thresholds", NO_SIGNS),
     "sensitivities": in_the_plane_only("sensitivities"),
 }
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ShakedownBounds(Result):
+    """Both bounds of one problem: between them the outcome depends on the initial state.
+
+    The lower bound is that of the joint with all nodes closed; the upper one names the nodes
+    that are open (``upper.open_nodes``), and is then no bound but of that zone. Both are about
+    the loop, and so about slips that are locked in when transient load steps are over.
+    ``through_transient`` is the largest load factor at which one slip is safe under these too;
+    None where there are none, or where nodes are open.
+
+    With two tangential directions ``lower`` is ``Missing``, with the reason: a disc has no sides that a node
+    could lose its range of safe slips between. What is proved there is λ_U and λ_E (:func:`assess`).
+    """
+
+    DOCUMENT: ClassVar[str] = "lower upper through_transient"
+
+    lower: Bound | Missing
+    upper: Bound
+    tolerances: Tolerances = field(default=DEFAULT, repr=False)
+    through_transient: Bound | None = None
+
+    def columns(self) -> dict[str, Any]:
+        """The safe slip, the critical slip state, and the load factor at which each node collapses."""
+        lower, safe = self.lower, {"safe_slip": self.upper.slip}
+        if isinstance(lower, Missing):
+            return safe
+        return safe | {"witness": lower.slip, "collapses_at": lower.per_node}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -102,8 +130,19 @@ class JointLimits(Result):
             return Missing(kind.absent)
         found = kind.of(self)
         if kind.claim == Claim.THIS_STATE:
-            return self._not_refuted(found)
-        return self._at_least_proved(found) if kind.claim == Claim.IMPOSSIBLE else found
+            proved, upper, why = found, present(sought(lambda: self.upper)), REFUTED
+        elif kind.claim == Claim.IMPOSSIBLE and found.uncertified and not found.open_nodes:
+            proved, upper, why = present(sought(lambda: self.universal)), found, REFUTED_BY_ALL
+        else:
+            return found
+        if proved is None or upper is None or not proved.load_factor > 0.0:
+            return found
+        at = not_refuted(proved.load_factor, upper, self.tolerances)
+        if isnan(at):
+            other = upper if found is proved else proved
+            reason = why.format(found.load_factor, other.load_factor)
+            return found.but(status=Status.UNDECIDED, load_factor=nan, reason=reason)
+        return found.but(load_factor=at) if found is proved and at != found.load_factor else found
 
     @cached_property
     def absent(self) -> dict[str, Missing]:
@@ -112,33 +151,11 @@ class JointLimits(Result):
         reasons |= IN_THE_PLANE if self.problem.directions > 1 else {}
         return {name: Missing(reason) for name, reason in reasons.items()}
 
-    def _at_least_proved(self, found: Bound) -> Bound:
-        """λ_max; undecided where it is not certified and a proof from every state refutes it."""
-        if not found.uncertified or found.open_nodes:
-            return found
-        every = sought(lambda: self.universal)
-        proved = 0.0 if isinstance(every, Missing) else every.load_factor
-        if not isnan(not_refuted(proved, found, self.tolerances)) or isnan(proved):
-            return found
-        why = REFUTED_BY_ALL.format(found.load_factor, proved)
-        return found.but(status=Status.UNDECIDED, load_factor=nan, reason=why)
-
-    def _not_refuted(self, found: Bound) -> Bound:
-        """A proof from this state with all nodes closed; undecided where λ_max refutes it."""
-        upper = present(sought(lambda: self.upper))
-        if upper is None or not found.load_factor > 0.0:
-            return found
-        at = not_refuted(found.load_factor, upper, self.tolerances)
-        if not isnan(at):
-            return found if at == found.load_factor else found.but(load_factor=at)
-        why = REFUTED.format(found.load_factor, upper.load_factor)
-        return found.but(status=Status.UNDECIDED, load_factor=nan, reason=why)
-
     @cached_property
     def open_nodes(self) -> tuple[int, ...]:
         """The nodes that are open in the zone of λ_max; none where that is not found."""
-        upper = sought(lambda: self.upper)
-        return () if isinstance(upper, Missing) else upper.open_nodes
+        upper = present(sought(lambda: self.upper))
+        return () if upper is None else upper.open_nodes
 
     @cached_property
     def through_transient(self) -> Bound | None:
@@ -219,10 +236,10 @@ class JointLimits(Result):
         from shakedown.assessment.slip_limit import slip_limit  # loads compiled code
         from shakedown.assessment.transient_limit import scan_end
 
-        upper = sought(lambda: self.upper)
-        end = None if isinstance(upper, Missing) else scan_end(upper)
+        upper = present(sought(lambda: self.upper))
+        end = (upper and scan_end(upper)) or 1.0
         return sought(
-            slip_limit, self.problem, below, self.initial_slip, largest=end or 1.0, tolerances=self.tolerances
+            slip_limit, self.problem, below, self.initial_slip, largest=end, tolerances=self.tolerances
         )
 
     @property

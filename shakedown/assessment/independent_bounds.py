@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.assessment.shakedown_bounds import ShakedownBounds
+from shakedown.assessment.every_limit import ShakedownBounds
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
 from shakedown.ground.errors import Missing
@@ -43,32 +43,26 @@ def nodes_asked(lower: Bound) -> list[int]:
     return order if len(order) <= ALL_NODES else order[:FIRST_NODES]
 
 
-def _closest(bound: Bound, tolerances: Tolerances) -> float:
-    """How far both answers may differ; one of reduced accuracy proves no disagreement."""
-    return tolerances.cross_check if bound.reduced_accuracy else tolerances.agreement
-
-
 def independent_findings(
     bounds: ShakedownBounds, second: SecondBounds, tolerances: Tolerances
 ) -> Iterator[tuple[bool | None, str]]:
     """(False, what differs) or (None, what the independent solver leaves open) for each bound."""
     # As a bound may be zero, differences are relative to λ_max, or to the nominal load.
     size = bounds.upper.load_factor if 0 < bounds.upper.load_factor < np.inf else 1.0
-    lower = bounds.lower
-    pairs: list[tuple[str, Bound, ConicBound]] = [("λ_max", bounds.upper, second.upper)]
-    if second.lower is not None and not isinstance(lower, Missing):
-        pairs.insert(0, ("λ_1", lower, second.lower))
-    method = "linear programming" if second.lower is not None else "the cone program"
-    for name, first, other in pairs:
-        one, two = first.load_factor, other.load_factor
+    lower, method = bounds.lower, "the cone program" if second.lower is None else "linear programming"
+    for first, other in ((lower, second.lower), (bounds.upper, second.upper)):
+        if isinstance(first, Missing) or other is None:
+            continue
+        name, one, two = first.symbol, first.load_factor, other.load_factor
+        closest = tolerances.cross_check if first.reduced_accuracy else tolerances.agreement
         if other.status == Status.UNDECIDED:
             left = f"the value rests on {method} alone"
             yield None, f"{name}: the independent solver ({other.solver}) stopped without an answer; {left}"
-        elif first.status == Status.UNDECIDED:  # no zone found; the other bound is for all closed
+        elif first.undecided:  # no zone found; the other bound is for all closed
             continue
         elif first.status != other.status:
             yield False, f"{name}: {first.status} by {method}, {other.status} by the independent solver"
-        elif np.isfinite(one) and abs(one - two) > _closest(first, tolerances) * max(abs(one), size):
+        elif np.isfinite(one) and abs(one - two) > closest * max(abs(one), size):
             seen = abs(one - two) > tolerances.agreement * other.unit
             end = "" if seen else ", which tells no smaller ones apart"
             text = f"{name}: {one:.10g} by {method}, {two:.10g} by the independent solver{end}"
@@ -79,8 +73,5 @@ def independent_findings(
         return
     n = lower.problem.n
     if second.nodes < n and lower.load_factor > tolerances.feasibility:
-        yield (
-            None,
-            f"λ_1: the independent solver has sought it at {second.nodes} of {n} nodes, those that collapse "
-            "first",
-        )
+        asked = f"{second.nodes} of {n} nodes, those that collapse first"
+        yield None, f"λ_1: the independent solver has sought it at {asked}"

@@ -1,47 +1,43 @@
 """What a verification simulates: load factors in every region, several initial states, predictions."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from shakedown.assessment.assess import AS_GIVEN
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.load_regions import (
-    ABOVE,
-    BELOW,
-    BETWEEN,
-    IN_ZONE,
-    NO_ZONE,
-    PROVED,
-    UNSAFE,
-    default_load_factors,
-    region_of,
-)
 from shakedown.bounds.energy.energy_ball import energy_ball
 from shakedown.bounds.plane_or_space import takes_long
-from shakedown.bounds.registry import Claim, kinds_of
+from shakedown.bounds.registry import BOUNDS, Claim, kinds_of
 from shakedown.bounds.safe_slip import safe_slip
-from shakedown.ground.errors import Missing, sought
+from shakedown.ground.errors import Missing, present, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
+from shakedown.ground.shown_values import FEW_DIGITS
 from shakedown.ground.status import Status
 from shakedown.joint.loading import transient_path
 from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.long_term.passage import arrives_closed, slip_after_transient
 
+UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above λ_max"
+PROVED = "below λ_U"  # for a load domain, where λ_1 predicts nothing, and in space, where it does not exist
+NARROW = 10.0**-FEW_DIGITS  # relative width below which nothing is simulated in a region
+IN_ZONE, OUTSIDE = "zone is safe", "zone is not safe"  # between λ_lo and λ_max of a zone, and elsewhere
+NO_ZONE = "no zone is safe"  # all were tried
 OVERLOAD = (
     2.0  # of the random loads that leave initial states behind: within those of the loop few joints slip
 )
 IN_BALL = 2  # initial states drawn in the energy ball per load factor
 JUST_INSIDE = 1 - 10 * NEGLIGIBLE  # times its radius, as the proof is for its interior
-JUST_BELOW = 1 - SIX_DIGITS  # times λ_S, where that proves most from the given state
+JUST_BELOW = 1 - SIX_DIGITS  # times the largest proof from the given state
 
 
-@dataclass(frozen=True)
-class Case:
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Case(Result):
     """One simulation to be made.
 
     Attributes
@@ -54,15 +50,15 @@ class Case:
         λ.
     initial, start
         Name of the initial state, and its slip (n,) [length].
-    in_ball
-        Whether it lies inside the energy ball of this load factor: shakedown is proved.
-    bounded
-        Whether λ_S of this state is larger than this load factor: so it is, too.
     open_nodes
         The nodes that are open in it.
     after_transient
         Whether it is a state after the transient load steps, which are left out: so is one with
         open nodes, and a safe slip where the transient moves every one.
+    in_ball
+        Whether it lies inside the energy ball of this load factor: shakedown is proved.
+    bounded
+        Whether another proof from this very state, as λ_S, reaches beyond this load factor: so it is, too.
     arrives_closed
         Whether the transient leaves all nodes closed, so that what is said of every closed
         state is said of what has become of this one.
@@ -72,10 +68,10 @@ class Case:
     load_factor: float
     initial: str
     start: FloatArray
-    in_ball: bool = False
-    bounded: bool = False
     open_nodes: tuple[int, ...] = ()
     after_transient: bool = False
+    in_ball: bool = False
+    bounded: bool = False
     arrives_closed: bool = True
 
     @property
@@ -96,57 +92,128 @@ class Case:
 class _SafeStart(NamedTuple):
     """A safe slip, the nodes open in it, and whether it is safe only after the transient."""
 
-    slip: FloatArray
-    open_nodes: tuple[int, ...]
-    after_transient: bool
+    start: FloatArray
+    open_nodes: tuple[int, ...] = ()
+    after_transient: bool = False
 
 
-def case_as_given(limits: JointLimits) -> Case:
-    """The simulation of the nominal load, λ = 1, from the first given state, or from slip zero."""
-    return _bounded(limits, _case_at(limits, AS_GIVEN, *_first_state(limits)))
+def predicted_below(limits: JointLimits) -> tuple[float, str]:
+    """Up to where every closed state is predicted to shake down: λ_1; for a load domain and in space λ_U."""
+    lower = limits.lower
+    if isinstance(lower, Missing) or limits.problem.is_domain:
+        return limits.universal.load_factor, PROVED
+    return lower.load_factor, BELOW
+
+
+def default_load_factors(limits: JointLimits) -> list[float]:
+    """One load factor slightly inside every region that is wider than four digits resolve.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> limits = shakedown.assess(shakedown.example("two-node")).details
+    >>> [round(x, 3) for x in default_load_factors(limits)]
+    [0.625, 0.682, 0.776]
+    """
+    upper = limits.upper
+    least, last = upper.least_load_factor, upper.load_factor
+    first, _ = predicted_below(limits)
+    factors = [0.95 * first] if 0 < first < np.inf else []
+    if upper.status in (Status.INFEASIBLE, Status.UNDECIDED):
+        return [1.0]
+    if upper.open_nodes:
+        inside = [least + 0.5 * (last - least), least + 0.999 * (last - least)]
+        return [*factors, *inside, 1.05 * last or 1.0] if last < np.inf else [*factors, 1.5 * least or 1.0]
+    if least > 0:  # the mean load alone has no safe slip, and so there is no λ_1
+        factors, first = [0.95 * least], least
+    elif np.isinf(first):  # nothing ever collapses
+        return [1.0, 10.0]
+    if np.isinf(last):
+        return [*factors, 1.5 * first or 1.0]
+    if not first and not limits.lower:  # from every state nothing is proved
+        energy = present(sought(lambda: limits.energy))
+        if energy is not None and 0.0 < energy.load_factor < last:
+            first = energy.load_factor
+            factors = [0.95 * first]
+    if last > first * (1 + NARROW):
+        factors.append(first + 0.3 * (last - first))
+    return [*factors, 1.05 * last or 1.0]
+
+
+def region_of(load_factor: float, limits: JointLimits) -> str:
+    """The region that a load factor lies in."""
+    upper = limits.upper
+    first, below = predicted_below(limits)
+    if upper.open_nodes and not load_factor < first:
+        return IN_ZONE if upper.least_load_factor <= load_factor <= upper.load_factor else OUTSIDE
+    if upper.status == Status.UNDECIDED:
+        return OUTSIDE
+    if upper.status == Status.INFEASIBLE:
+        return NO_ZONE if limits.zone == "auto" else ABOVE
+    if load_factor < upper.least_load_factor:
+        return UNSAFE
+    if load_factor < first:  # even where round-off affects λ_max
+        return below
+    return ABOVE if load_factor > upper.load_factor else BETWEEN
 
 
 def plan_steps(
     limits: JointLimits, load_factors: Sequence[float] | None, random_states: int, seed: int
 ) -> list[Callable[[], list[Case]]]:
-    """Steps that plan all simulations of a verification, λ = 1 first; one step per load factor."""
+    """Steps that plan all simulations but the nominal one; one per load factor, λ = 1 first.
+
+    Where a proof from this state that is not about a ball reaches farthest, it is followed just below that.
+    """
     chosen = default_load_factors(limits) if load_factors is None else load_factors
-    name, state = _first_state(limits)
     steps: list[Callable[[], list[Case]]] = [
         partial(_cases_at, limits, each, random_states, seed)
         for each in sorted(chosen, key=lambda load_factor: load_factor != AS_GIVEN)
     ]
     here = limits.from_state
-    if load_factors is None and here.kind != "energy" and here.load_factor < np.inf:
+    if load_factors is None and not BOUNDS[here.kind].of_ball and here.load_factor < np.inf:
         near = JUST_BELOW * here.load_factor
-        steps.append(lambda: [_case_at(limits, near, name, state)])
+        steps.append(lambda: [_case(limits, near, *_first_state(limits.problem))])
     return steps
 
 
-def planned_cases(limits: JointLimits, found: Iterable[Case]) -> list[Case]:
-    """The simulations that such a step has found, except the nominal one."""
-    name, _ = _first_state(limits)
-    return [_bounded(limits, case) for case in found if (case.load_factor, case.initial) != (AS_GIVEN, name)]
+def case_as_given(limits: JointLimits) -> Case:
+    """The simulation of the nominal load, λ = 1, from the first given state, or from slip zero."""
+    return _case(limits, AS_GIVEN, *_first_state(limits.problem))
 
 
-def _first_state(limits: JointLimits) -> tuple[str, FloatArray]:
+def _given_states(problem: Problem) -> dict[str, FloatArray]:
+    """The initial states that come with a problem, by name."""
+    states = () if problem.initial_slip is None else problem.initial_slip
+    return {f"given {k}": state for k, state in enumerate(states)}
+
+
+def _first_state(problem: Problem) -> tuple[str, FloatArray]:
     """The first initial state of the problem, or slip zero, and its name."""
-    return next(iter((given_states(limits.problem) | {"zero": _at_zero(limits)}).items()))
+    states = _given_states(problem) | {"zero": np.zeros(problem.layout.slip_size)}
+    return next(iter(states.items()))
 
 
 def _cases_at(limits: JointLimits, load_factor: float, random_states: int, seed: int) -> list[Case]:
-    """The simulations at one load factor, from states that loads of this joint can leave, each once."""
-    problem, at = limits.problem, _At(limits, load_factor)
-    states = {"zero": _at_zero(limits), "safe": at.safe.slip}
+    """The simulations at one load factor but the nominal one, from states that loads can leave, each once."""
+    problem, safe = limits.problem, _safe_start(limits, load_factor)
+    states = {"zero": np.zeros(problem.layout.slip_size), "safe": safe.start}
     states |= {} if isinstance(limits.lower, Missing) else {"witness": limits.lower.slip}
-    states |= given_states(problem)
+    states |= _given_states(problem)
     for k in range(random_states):
         generator = np.random.default_rng([seed, k])
         states[f"random {k}"] = slip_after_transient(
             problem, load_factor, generator, overload=OVERLOAD, tolerances=limits.tolerances
         )
-    states |= at.in_ball(states.values(), seed)
-    return [at.case(name, state) for name, state in _different(states).items()]
+    states |= _states_in_ball(limits, load_factor, states.values(), seed)
+    nominal = _first_state(problem)[0] if load_factor == AS_GIVEN else ""
+    at: dict[str, Any] = {"region": region_of(load_factor, limits), "load_factor": load_factor}
+    return [
+        Case(**at, initial=name, **safe._asdict())
+        if name == "safe" and (safe.open_nodes or safe.after_transient)
+        else _case(limits, load_factor, name, state)
+        for name, state in _different(states).items()
+        if name != nominal
+    ]
 
 
 def _different(states: dict[str, FloatArray]) -> dict[str, FloatArray]:
@@ -159,95 +226,62 @@ def _different(states: dict[str, FloatArray]) -> dict[str, FloatArray]:
     return kept
 
 
-def _case_at(limits: JointLimits, load_factor: float, name: str, state: FloatArray) -> Case:
-    return _At(limits, load_factor).case(name, state)
+def _states_in_ball(
+    limits: JointLimits, load_factor: float, others: Iterable[FloatArray], seed: int
+) -> dict[str, FloatArray]:
+    """States in the ball, by name: just inside its surface, but no farther away than any other state."""
+    ball = limits.ball_at(load_factor)
+    if isinstance(ball, Missing) or not 0 < ball.radius < np.inf:
+        return {}
+    count = 1 if takes_long(limits.problem) else IN_BALL
+    away = np.random.default_rng(seed).normal(size=(count, ball.metric.inverse.shape[1]))
+    offsets = ball.at(away, JUST_INSIDE) - ball.slip
+    reach = max(np.nan_to_num(abs(other - ball.slip)).max() for other in others)
+    farthest = abs(offsets).max(axis=1)
+    return {
+        f"ball {k}": ball.slip + min(1.0, reach / far) * offset
+        for k, (offset, far) in enumerate(zip(offsets, farthest, strict=True))
+        if reach > 0
+    }
 
 
-def _at_zero(limits: JointLimits) -> FloatArray:
-    """Slip zero."""
-    return np.zeros(limits.problem.layout.slip_size)
+def _case(limits: JointLimits, load_factor: float, name: str, state: FloatArray) -> Case:
+    """A case that begins before the transient with all nodes closed."""
+    region = region_of(load_factor, limits)
+    judged = region in (BELOW, PROVED)
+    own = [getattr(limits, kind.name) for kind in kinds_of(Claim.THIS_STATE) if not kind.of_ball]
+    return Case(
+        region=region,
+        load_factor=load_factor,
+        initial=name,
+        start=state,
+        in_ball=_is_in_ball(limits, load_factor, name, state),
+        bounded=any(load_factor < b.load_factor and np.array_equal(state, b.initial_slip) for b in own),
+        arrives_closed=not judged or arrives_closed(limits.problem, load_factor, state, limits.tolerances),
+    )
 
 
-class _At:
-    """The known facts at one load factor: its region, a safe slip, the largest energy ball."""
-
-    def __init__(self, limits: JointLimits, load_factor: float) -> None:
-        self.limits, self.load_factor = limits, load_factor
-        self.region = region_of(load_factor, limits)
-        self.ball = limits.ball_at(load_factor)
-
-    def in_ball(self, others: Iterable[FloatArray], seed: int) -> dict[str, FloatArray]:
-        """States in the ball, by name: just inside its surface, but no farther away than any other state."""
-        ball = self.ball
-        if isinstance(ball, Missing) or not 0 < ball.radius < np.inf:
-            return {}
-        count = 1 if takes_long(self.limits.problem) else IN_BALL
-        away = np.random.default_rng(seed).normal(size=(count, ball.metric.inverse.shape[1]))
-        offsets = ball.at(away, JUST_INSIDE) - ball.slip
-        reach = max(np.nan_to_num(abs(other - ball.slip)).max() for other in others)
-        farthest = abs(offsets).max(axis=1)
-        return {
-            f"ball {k}": ball.slip + min(1.0, reach / far) * offset
-            for k, (offset, far) in enumerate(zip(offsets, farthest, strict=True))
-            if reach > 0
-        }
-
-    def case(self, name: str, state: FloatArray) -> Case:
-        """A case that begins before the transient with all nodes closed, but for some safe slips."""
-        if name == "safe" and (self.safe.open_nodes or self.safe.after_transient):
-            opened, later = self.safe.open_nodes, self.safe.after_transient
-            return Case(self.region, self.load_factor, name, state, open_nodes=opened, after_transient=later)
-        limits, judged = self.limits, self.region in (BELOW, PROVED)
-        return Case(
-            region=self.region,
-            load_factor=self.load_factor,
-            initial=name,
-            start=state,
-            in_ball=self._in_ball(name, state),
-            arrives_closed=not judged
-            or arrives_closed(limits.problem, self.load_factor, state, limits.tolerances),
-        )
-
-    def _in_ball(self, name: str, state: FloatArray) -> bool:
-        """Whether a state is proved to shake down: by the largest ball, or (zero, given) by its own."""
-        ball, limits = self.ball, self.limits
-        if isinstance(ball, Missing):
-            return False
-        if ball.contains(state) or ball.radius == 0:
-            return bool(ball.contains(state))
-        if not name.startswith(("zero", "given")):
-            return False
-        own = sought(
-            energy_ball, limits.problem, ball.load_factor, around=state, tolerances=limits.tolerances
-        )
-        return not isinstance(own, Missing) and bool(own.contains(state))
-
-    @cached_property
-    def safe(self) -> _SafeStart:
-        """A slip that is safe under the transient too; where there is none, one locked in after it."""
-        problem, upper, tolerances = self.limits.problem, self.limits.upper, self.limits.tolerances
-        opened = upper.open_nodes
-        if self.region not in (BELOW, PROVED, BETWEEN, IN_ZONE):
-            return _SafeStart(np.full(problem.layout.slip_size, np.nan) if opened else upper.slip, (), False)
-        before = len(transient_path(problem)) > 0
-        if before and not opened:
-            lasting = safe_slip(problem, self.load_factor, transient=True, tolerances=tolerances)
-            if lasting.status != Status.INFEASIBLE:
-                return _SafeStart(lasting.slip, (), False)
-        safe = safe_slip(problem, self.load_factor, open_nodes=opened, tolerances=tolerances)
-        return _SafeStart(safe.slip, opened, before)
+def _is_in_ball(limits: JointLimits, load_factor: float, name: str, state: FloatArray) -> bool:
+    """Whether a state is proved to shake down: by the largest ball, or (zero, given) by its own."""
+    ball = limits.ball_at(load_factor)
+    if isinstance(ball, Missing):
+        return False
+    if ball.contains(state) or ball.radius == 0 or not name.startswith(("zero", "given")):
+        return bool(ball.contains(state))
+    own = sought(energy_ball, limits.problem, load_factor, around=state, tolerances=limits.tolerances)
+    return not isinstance(own, Missing) and bool(own.contains(state))
 
 
-def _bounded(limits: JointLimits, case: Case) -> Case:
-    """The case, marked where it begins at the state of λ_S and below that limit."""
-    if case.after_transient or case.open_nodes:
-        return case
-    bounds = [getattr(limits, kind.name) for kind in kinds_of(Claim.THIS_STATE)[1:]]
-    below = [case.load_factor < b.load_factor and np.array_equal(case.start, b.initial_slip) for b in bounds]
-    return replace(case, bounded=any(below))
-
-
-def given_states(problem: Problem) -> dict[str, FloatArray]:
-    """The initial states that come with a problem, by name."""
-    states = () if problem.initial_slip is None else problem.initial_slip
-    return {f"given {k}": state for k, state in enumerate(states)}
+def _safe_start(limits: JointLimits, load_factor: float) -> _SafeStart:
+    """A slip that is safe under the transient too; where there is none, one locked in after it."""
+    problem, upper, tolerances = limits.problem, limits.upper, limits.tolerances
+    opened = upper.open_nodes
+    if region_of(load_factor, limits) not in (BELOW, PROVED, BETWEEN, IN_ZONE):
+        return _SafeStart(np.full(problem.layout.slip_size, np.nan) if opened else upper.slip)
+    before = len(transient_path(problem)) > 0
+    if before and not opened:
+        lasting = safe_slip(problem, load_factor, transient=True, tolerances=tolerances)
+        if lasting.status != Status.INFEASIBLE:
+            return _SafeStart(lasting.slip)
+    safe = safe_slip(problem, load_factor, open_nodes=opened, tolerances=tolerances)
+    return _SafeStart(safe.slip, open_nodes=opened, after_transient=before)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.assessment.row_rates import SIDES, RowRates, rates_of, spread_slopes
 from shakedown.bounds.bound_result import Bound
+from shakedown.bounds.energy.energy_metric import EnergyMetric
 from shakedown.bounds.energy.energy_rows import EnergyRows, zone_rows
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
@@ -18,8 +18,10 @@ from shakedown.ground.shown_values import DIGITS, plain
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, require_plane
+from shakedown.joint.constraints import Side
 from shakedown.joint.contact_zone import Zone, contact_zone
 from shakedown.joint.coupled_parts import coupled_parts
+from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.programs.program import INF, Program
@@ -27,10 +29,11 @@ from shakedown.programs.scaling import equilibration
 from shakedown.programs.solver import solve
 
 NOT_UNIQUE = "what limits it is not unique: several nodes, or load steps, do so alike"
-ENDS_SOUGHT_UP_TO = 40  # nodes: two small programs for each of them
 SAME = 10 * NEGLIGIBLE  # relative to the terms of a derivative: differences between optima that do not matter
 KINDS = ("friction", "constant", "amplitude")
 SMOOTH = 10.0**-DIGITS  # of the largest elasticity: one-sided values that differ by less are equal
+ENDS_SOUGHT_UP_TO = 40  # nodes: two small programs for each of them
+SIDES = np.array([-1.0, 1.0])  # a parameter falls, or grows
 SLOPE_ROUND_OFF = 64 * np.finfo(float).eps  # of a difference of slopes, relative to its terms
 
 
@@ -166,17 +169,17 @@ def sensitivities(problem: Problem, bound: Bound, *, tolerances: Tolerances = DE
     if bound.kind == "energy" and bound.parts:
         return _of_parts(problem, bound, tolerances)
     zone = contact_zone(problem, bound.open_nodes, tolerances=tolerances)
-    parts = reached(zone, bound, tolerances)
-    if not parts.optimum.unique:
+    found = reached(zone, bound, tolerances)
+    if not found.unique:
         return _none(problem, bound, NOT_UNIQUE)
     return Sensitivities(
         symbol=bound.symbol,
         status=bound.status,
         reason="",
         load_factor=bound.load_factor,
-        friction=parts.friction(problem, bound.load_factor),
-        constant=parts.loads(parts.rates.constant, bound.load_factor),
-        amplitude=parts.loads(parts.rates.amplitude, bound.load_factor),
+        friction=found.friction(),
+        constant=found.loads(found.rates.constant),
+        amplitude=found.loads(found.rates.amplitude),
     )
 
 
@@ -206,6 +209,121 @@ def _of_parts(problem: Problem, bound: Bound, tolerances: Tolerances) -> Sensiti
 
 
 @dataclass(frozen=True)
+class RowRates:
+    """Changes of the slack g − G v − λ d of some rows of a zone, per change of a parameter, at fixed v and λ.
+
+    Every row is the least of its load steps: at a tie the change for the better and that for the
+    worse are not opposite, so that each comes for a parameter that falls (column 0) and for one that grows.
+
+    Attributes
+    ----------
+    zone
+        The joint, and its open nodes.
+    row : (k,)
+        Rows by number, in the order of ``zone.constraints``.
+    before : (k,)
+        Whether it is the row of the transient load steps.
+    scale : (k,)
+        What a row is multiplied by.
+    load_factor
+        λ.
+    """
+
+    zone: Zone
+    row: NDArray[np.intp]
+    before: NDArray[np.bool_]
+    scale: FloatArray
+    load_factor: float
+
+    def among(self, chosen: NDArray[np.intp]) -> "RowRates":
+        """Some of the rows."""
+        return replace(self, row=self.row[chosen], before=self.before[chosen], scale=self.scale[chosen])
+
+    @property
+    def node(self) -> NDArray[np.intp]:
+        """The node of every row, numbered in the whole joint."""
+        return self.zone.constraints.node[self.row]
+
+    def pressures(self, slip: FloatArray) -> FloatArray:
+        """Rate of the slack with the node's own friction at the slips of the closed nodes, (k, 2) [force].
+
+        It is the pressure of the node where it grows; of a row without friction zero.
+        """
+        p = self._condensed(self._loads)[1] + self.zone.joint.B @ slip
+        rates = np.zeros((len(p), len(self.row)))
+        rates[:, self.rubs] = p[:, self.row[self.rubs] // 2]
+        return self._worst(rates)
+
+    def pressure_slopes(self) -> FloatArray:
+        """∂p/∂v of the node of every row, over the unknowns of programs, (k, n) [force/length]."""
+        joint, slopes = self.zone.joint, np.zeros((len(self.row), self.zone.joint.layout.slip_size))
+        slopes[self.rubs] = self.zone.constraints.rigid.columns(joint.B)[self.row[self.rubs] // 2]
+        return slopes
+
+    def constant(self, nodes: NDArray[np.intp]) -> FloatArray:
+        """Rate of the slack with a factor on the constant load of some nodes, transient included, (k, 2)."""
+        return self._worst(self._slacks(self._of_nodes(self._constant, nodes)))
+
+    def amplitude(self, nodes: NDArray[np.intp]) -> FloatArray:
+        """Rate of the slack with a factor on the periodic load of some nodes, (k, 2) [force]."""
+        periodic = self._loads - self._constant
+        return self._worst(self._slacks(self._of_nodes(periodic, nodes)))
+
+    @property
+    def rubs(self) -> NDArray[np.bool_]:
+        """Which rows are friction limits, rather than gaps or pressures."""
+        return self.zone.constraints.sided[self.row]
+
+    @cached_property
+    def _loads(self) -> FloatArray:
+        """The welded reactions of every load step at λ, those of the transient last, (m + k, 2n)."""
+        loop, joined = loading(self.zone.problem), self.zone.problem.layout.joined
+        return np.vstack([joined(*loop.at(self.load_factor)), transient_path(self.zone.problem)])
+
+    @cached_property
+    def _constant(self) -> FloatArray:
+        """The part of these loads that the load factor does not multiply."""
+        loop, problem = loading(self.zone.problem), self.zone.problem
+        mean = np.tile(problem.layout.joined(loop.q0, loop.p0), (problem.m, 1))
+        return np.vstack([mean, transient_path(problem)])
+
+    def _of_nodes(self, loads: FloatArray, nodes: NDArray[np.intp]) -> FloatArray:
+        chosen, part = self.zone.problem.layout.of_nodes(nodes), np.zeros_like(loads)
+        part[:, chosen] = loads[:, chosen]
+        return part
+
+    def _condensed(self, loads: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Welded reactions of the closed nodes with the open ones free, and their gaps at zero slip."""
+        zone, layout = self.zone, self.zone.problem.layout
+        if not zone.open_nodes:
+            return *layout.split(loads), np.zeros((len(loads), 0))
+        free, held = layout.of_nodes(zone.open_nodes), layout.of_nodes(zone.closed_nodes)
+        moved = loads[:, free] @ zone.flexibility
+        left = loads[:, held] - moved @ zone.problem.kappa[np.ix_(free, held)]
+        return *zone.joint.layout.split(left), -moved[:, len(moved.T) // (layout.d + 1) * layout.d :]
+
+    def _slacks(self, loads: FloatArray) -> FloatArray:
+        """The slack of every row at zero slip under each load, (m + k, rows)."""
+        q, p, gaps = self._condensed(loads)
+        return np.hstack([self.zone.joint.law.cone(q, p), gaps])[:, self.row]
+
+    @cached_property
+    def _tied(self) -> NDArray[np.bool_]:
+        """The load steps that determine each row, (m + k, rows)."""
+        step = np.arange(len(self._loads))[:, None]
+        slacks = np.where((step >= self.zone.problem.m) == self.before, self._slacks(self._loads), np.inf)
+        tangential, normal = np.abs(self._loads), np.abs(self._loads)
+        tangential[:, self.zone.problem.layout.gaps], normal[:, self.zone.problem.layout.slips] = 0.0, 0.0
+        size = (np.abs(self._slacks(tangential)) + np.abs(self._slacks(normal))).max(axis=0)
+        return slacks <= slacks.min(axis=0) + NEGLIGIBLE * size
+
+    def _worst(self, rates: FloatArray) -> FloatArray:
+        """The least rate over the determining load steps, for a falling and for a growing parameter."""
+        both = np.where(self._tied[..., None], rates[..., None] * SIDES, np.inf)
+        return both.min(axis=0) * self.scale[:, None]
+
+
+@dataclass(frozen=True, kw_only=True)
 class _Optimum:
     """The rows that are reached at an optimum of max λ, to first order: W x' + d λ' ≤ what a parameter gains.
 
@@ -213,12 +331,18 @@ class _Optimum:
 
     Attributes
     ----------
+    rates
+        What influences their slack.
     W : (k, N)
-        Slopes of the rows reached, over the unknowns x [force/unit of x].
+        Their slopes over the unknowns x [force/unit of x].
     d : (k,)
         Their coefficients of λ [force].
     multipliers : (k,)
         y ≥ 0 with Wᵀ y = 0 and dᵀ y = 1.
+    pressure : (k, 2)
+        Gain from the node's own friction, as it falls, and as it grows [force].
+    turn : (k, N)
+        How the gain as it grows varies with x.
     rows, slack
         All rows (K, N) and their slacks (K,), which say how far other optimal x are; None where x is bent by
         a cone, or there are so many nodes that seeking them takes long.
@@ -230,37 +354,17 @@ class _Optimum:
         What is regular.
     """
 
+    rates: RowRates
     W: FloatArray
     d: FloatArray
     multipliers: FloatArray
-    rows: FloatArray | None
-    slack: FloatArray | None
-    at_tip: bool
-    ray: FloatArray | None
+    pressure: FloatArray
+    turn: FloatArray
+    rows: FloatArray | None = None
+    slack: FloatArray | None = None
+    at_tip: bool = False
+    ray: FloatArray | None = None
     tolerances: Tolerances
-
-    def derivative(self, gain: FloatArray, turn: FloatArray) -> FloatArray:
-        """dλ as a parameter falls, and as it grows, (2,), per unit of it; NaN where there is none.
-
-        Parameters
-        ----------
-        gain : (k, 2)
-            Change of the slack of the rows as the parameter falls, and as it grows.
-        turn : (k, N)
-            How the change as it grows varies with x.
-        """
-        found = np.asarray(self.multipliers @ gain * SIDES)
-        if turn.any() and not self._stays(turn):
-            way = self.multipliers @ turn
-            found += [-self._farthest(-way), self._farthest(way)]
-        return found
-
-    def _farthest(self, way: FloatArray) -> float:
-        """The most that another optimal x may gain along a direction (Gol'shtein); NaN where not sought."""
-        if self.rows is None or self.slack is None:
-            return np.nan
-        end = solve(Program(self.rows, self.slack, -way, lower=np.array(-INF), tolerances=self.tolerances))
-        return float(way @ end.x) if end.status == Status.OPTIMAL else np.nan
 
     @cached_property
     def unique(self) -> bool:
@@ -285,48 +389,48 @@ class _Optimum:
         rank = int((values > SAME * values.max(initial=0.0)).sum())
         return np.asarray((directions[rank:] * columns).T)
 
-    def _stays(self, turn: FloatArray) -> bool:
-        """Whether all optimal x have the same gain."""
-        moved, terms = turn @ self._elsewhere, np.abs(turn) @ np.abs(self._elsewhere)
-        return bool(np.all(np.abs(moved) <= SAME * terms))
-
-
-@dataclass(frozen=True)
-class _Reached:
-    """An optimum, the influences on the slack of the rows it reaches, and their gain from friction."""
-
-    optimum: _Optimum
-    rates: RowRates
-    pressure: FloatArray  # (k, 2), at the optimum
-    turn: FloatArray  # (k, N), over its unknowns
-
-    def friction(self, problem: Problem, load_factor: float) -> Slopes:
+    def friction(self) -> Slopes:
         """Slopes for the friction of every node, and for a factor on all of them."""
-        closed = self.rates.rubs
-        derivative = np.zeros((problem.n, 2))
+        problem, load_factor = self.rates.zone.problem, self.rates.load_factor
+        closed, derivative = self.rates.rubs, np.zeros((problem.n, 2))
         for node in np.unique(self.rates.node[closed]):
-            own = (closed & (self.rates.node == node)).astype(float)
-            derivative[node] = self._weighted(own)
-        together = self._weighted(np.where(closed, problem.f[self.rates.node], 0.0))
+            derivative[node] = self._of_friction(closed & (self.rates.node == node))
+        together = self._of_friction(np.where(closed, problem.f[self.rates.node], 0.0))
         return Slopes(derivative, derivative * problem.f[:, None] / load_factor, together / load_factor)
 
-    def _weighted(self, share: FloatArray) -> FloatArray:
-        gain, turn = share[:, None] * self.pressure, share[:, None] * self.turn
-        return self.optimum.derivative(gain, turn)
+    def _of_friction(self, share: NDArray[Any]) -> FloatArray:
+        """Derivative by the friction of some rows; NaN where other optimal x gain more and are not sought."""
+        turn, found = share[:, None] * self.turn, self._weighted(share[:, None] * self.pressure)
+        if turn.any():
+            moved, terms = turn @ self._elsewhere, np.abs(turn) @ np.abs(self._elsewhere)
+            if (np.abs(moved) > SAME * terms).any():
+                way = self.multipliers @ turn
+                found += [-self._farthest(-way), self._farthest(way)]
+        return found
 
-    def loads(self, of_nodes: Callable[[NDArray[np.intp]], FloatArray], load_factor: float) -> Slopes:
+    def _farthest(self, way: FloatArray) -> float:
+        """The most that another optimal x may gain along a direction (Gol'shtein); NaN where not sought."""
+        if self.rows is None or self.slack is None:
+            return np.nan
+        end = solve(Program(self.rows, self.slack, -way, lower=np.array(-INF), tolerances=self.tolerances))
+        return float(way @ end.x) if end.status == Status.OPTIMAL else np.nan
+
+    def _weighted(self, gain: FloatArray) -> FloatArray:
+        """dλ as a parameter falls, and as it grows, (2,), where slacks gain so much, (k, 2)."""
+        return np.asarray(self.multipliers @ gain * SIDES)
+
+    def loads(self, of_nodes: Callable[[NDArray[np.intp]], FloatArray]) -> Slopes:
         """Slopes for a factor on loads, at every node and at all of them."""
-        still = np.zeros_like(self.turn)
-        everywhere = np.arange(self.rates.zone.problem.n)
-        acting = everywhere if self.rates.zone.open_nodes else np.unique(self.rates.node)
+        zone, load_factor = self.rates.zone, self.rates.load_factor
+        everywhere = np.arange(zone.problem.n)
         derivative = np.zeros((len(everywhere), 2))
-        for node in acting:
-            derivative[node] = self.optimum.derivative(of_nodes(np.array([node])), still)
-        together = self.optimum.derivative(of_nodes(everywhere), still)
+        for node in everywhere if zone.open_nodes else np.unique(self.rates.node):
+            derivative[node] = self._weighted(of_nodes(np.array([node])))
+        together = self._weighted(of_nodes(everywhere))
         return Slopes(derivative, derivative / load_factor, together / load_factor)
 
 
-def _of_upper(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Reached:
+def _of_upper(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Optimum:
     before = len(bound.multipliers) > len(zone.constraints.g)
     rows, slip = zone.rows(before), bound.slip[zone.problem.layout.slips_of(zone.closed_nodes)]
     excess = rows.relative_excess(slip, bound.load_factor)
@@ -334,21 +438,20 @@ def _of_upper(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Reached:
     rates = rates_of(zone, bound.load_factor, before=before).among(chosen)
     y, slack = bound.multipliers[chosen], np.maximum(-rows.excess(slip, bound.load_factor), 0.0)
     slack[chosen] = 0.0  # otherwise round-off there would set the scale of the others
-    few = zone.problem.n <= ENDS_SOUGHT_UP_TO
-    optimum = _Optimum(
+    return _Optimum(
+        rates=rates,
         W=rows.coefficients[chosen],
         d=rows.d[chosen],
         multipliers=y / (y @ rows.d[chosen]),
-        rows=rows.coefficients if few else None,
+        pressure=rates.pressures(slip),
+        turn=rates.pressure_slopes(),
+        rows=rows.coefficients if zone.problem.n <= ENDS_SOUGHT_UP_TO else None,
         slack=slack,
-        at_tip=False,
-        ray=None,
         tolerances=tolerances,
     )
-    return _Reached(optimum, rates, rates.pressures(slip), rates.pressure_slopes())
 
 
-def _of_energy(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Reached:
+def _of_energy(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Optimum:
     rows = zone_rows(zone, tolerances=tolerances)
     metric, closed = rows.metric, zone.problem.layout.slips_of(zone.closed_nodes)
     slip, start = bound.slip[closed], bound.initial_slip[closed]
@@ -365,21 +468,20 @@ def _of_energy(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Reached:
     s, y = rows.spread[chosen], bound.multipliers[chosen]
     widening = np.append(spread_slopes(zone.joint, metric, rows.spread[: 2 * zone.joint.n]), 0.0)
     needs = widening[np.where(rates.rubs, rates.row, -1)]
-    optimum = _Optimum(
+    rising, growing = rates.pressure_slopes() @ metric.inverse, needs[:, None] * ray
+    turn = rising - growing
+    turn[np.abs(turn) <= SLOPE_ROUND_OFF * (np.abs(rising) + np.abs(growing))] = 0.0
+    return _Optimum(
+        rates=rates,
         W=rows.G[chosen] @ metric.inverse + s[:, None] * ray,
         d=rows.d[chosen],
         multipliers=y / (y @ rows.d[chosen]),
-        rows=None,
-        slack=None,
+        pressure=rates.pressures(slip) - reach * needs[:, None] * SIDES,
+        turn=turn,
         at_tip=at_tip and bool(s.any()),
         ray=ray if s @ y > 0 else None,
         tolerances=tolerances,
     )
-    pressure = rates.pressures(slip) - reach * needs[:, None] * SIDES
-    rising, growing = rates.pressure_slopes() @ metric.inverse, needs[:, None] * ray
-    turn = rising - growing
-    turn[np.abs(turn) <= SLOPE_ROUND_OFF * (np.abs(rising) + np.abs(growing))] = 0.0
-    return _Reached(optimum, rates, pressure, turn)
 
 
 def _is_kept(
@@ -388,3 +490,29 @@ def _is_kept(
     """Whether a slip is the centre of a ball of some radius at a load factor."""
     slack = rows.slack(slip, load_factor, reach) / rows.sizes(slip, load_factor, reach)
     return bool(slack.min() >= -tolerances.feasibility)
+
+
+def rates_of(zone: Zone, load_factor: float, *, scale: float = 1.0, before: bool = False) -> RowRates:
+    """The rates of all rows of a zone; those of the transient in the order of the energy rows."""
+    o = len(zone.open_nodes)
+    closed = len(zone.constraints.g) - o
+    times = 2 if before else 1
+    row = np.concatenate([np.tile(np.arange(closed), times), np.tile(closed + np.arange(o), times)])
+    late = np.concatenate([np.repeat([False, True][:times], closed), np.repeat([False, True][:times], o)])
+    return RowRates(zone, row, late, np.where(row < closed, 1.0, scale), load_factor)
+
+
+def spread_slopes(problem: Problem, metric: EnergyMetric, spread: FloatArray) -> FloatArray:
+    """∂(f γ)/∂f of every node and side, (2n,) [force/length], where ``spread`` is f γ.
+
+    γ does not depend on f up to the node's own critical friction A_ii / |B_ii|; beyond it is that of
+    the limit itself, f γ = ‖f B_i ∓ A_i‖.
+    """
+    f, side = np.repeat(problem.f, 2), np.tile([1.0, Side.FORWARD], problem.n)
+    A, B = (np.repeat(M @ metric.inverse, 2, axis=0) for M in (problem.A, problem.B))
+    limit = f[:, None] * B - side[:, None] * A
+    own, stiff = (np.repeat(np.diagonal(M), 2) for M in (problem.B, problem.A))
+    beyond = (side * f * own > stiff) & (spread > 0)
+    slopes = np.divide(spread, f, out=np.zeros_like(spread), where=f > 0)
+    slopes[beyond] = np.sum(limit * B, axis=1)[beyond] / spread[beyond]
+    return slopes

@@ -2,13 +2,13 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from math import inf, isfinite, nan
+from math import inf, nan
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.assessment.transient_limit import SCANNED, bisected, check_scan, scan_end
+from shakedown.assessment.transient_limit import SCANNED, History, bisected, check_scan, scan_end
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.float_array import FloatArray
@@ -17,7 +17,6 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, checked_initial_slip
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
 
 DOUBLINGS = 10  # at most so many doublings of the end of the scan, while slips there are small enough
@@ -127,72 +126,40 @@ def slip_limit(
     start, opened = checked_initial_slip(problem, initial_slip), tuple(open_nodes)
     check_slip_below(slip_below)
     check_scan(1.0 if largest is None else largest, steps, accuracy)
-    runs = _Runs(problem, slip_below, start, opened, tolerances, {})
-    top = runs.end(_first_end(problem, opened, tolerances) if largest is None else largest)
-    runs.scan(np.linspace(0.0, top, steps + 1).tolist())
-    bisected(runs.meets, *runs.first_change(), lambda _: accuracy * top)
-    return runs.limit()
+    history = History(problem, start, opened, tolerances)
+    found = dict[float, SlipCriterion]()
 
+    def met(load_factor: float) -> bool:
+        if load_factor not in found:
+            found[load_factor] = slip_criterion(history.at(load_factor), slip_below, tolerances)
+        return found[load_factor].met is True
 
-@dataclass(frozen=True)
-class _Runs:
-    """Simulations from one start at many load factors: outcomes and criteria found so far."""
+    def first_change() -> tuple[float, float]:
+        high = min((x for x in found if not met(x)), default=inf)
+        return max((x for x in found if x < high), default=nan), high
 
-    problem: Problem
-    below: float
-    start: FloatArray
-    open_nodes: tuple[int, ...]
-    tolerances: Tolerances
-    found: dict[float, tuple[Outcome, SlipCriterion]]
-
-    def meets(self, load_factor: float) -> bool:
-        """Whether slips are known to stay below the length."""
-        if load_factor not in self.found:
-            state = long_term_state(
-                self.problem, load_factor, self.start, open_nodes=self.open_nodes, tolerances=self.tolerances
-            )
-            criterion = slip_criterion(state, self.below, self.tolerances)
-            self.found[load_factor] = (state.outcome, criterion)
-        return self.found[load_factor][1].met is True
-
-    def end(self, top: float) -> float:
-        """A load factor at or above this one at which slips are too large; else the last one tried."""
-        for _ in range(DOUBLINGS):
-            if not self.meets(top):
-                break
+    top = largest or _first_end(problem, opened, tolerances)
+    for _ in range(DOUBLINGS):
+        if met(top):
             top *= 2.0
-        return top
-
-    def scan(self, load_factors: list[float]) -> None:
-        for load_factor in load_factors:
-            self.meets(load_factor)
-
-    def first_change(self) -> tuple[float, float]:
-        """The last load factor before slips are first too large, NaN if none, and the one after it."""
-        low = nan
-        for load_factor in sorted(self.found):
-            if not self.meets(load_factor):
-                return low, load_factor
-            low = load_factor
-        return low, inf
-
-    def limit(self) -> SlipLimit:
-        """Everything found so far."""
-        low, high = self.first_change()
-        scanned = sorted(self.found)
-        at_low = self.found[low][1] if isfinite(low) else SlipCriterion(self.below, False, nan, -1)
-        return SlipLimit(
-            below=self.below,
-            load_factor=low,
-            largest=at_low.largest,
-            node=at_low.node,
-            exceeded_at=high,
-            monotone=not any(self.meets(load_factor) for load_factor in scanned if load_factor > high),
-            initial_slip=self.start,
-            scanned=np.array(scanned),
-            slip_range=np.array([self.found[load_factor][1].largest for load_factor in scanned]),
-            outcomes=tuple(self.found[load_factor][0] for load_factor in scanned),
-        )
+    for load_factor in np.linspace(0.0, top, steps + 1).tolist():
+        met(load_factor)
+    bisected(met, *first_change(), lambda _: accuracy * top)
+    low, high = first_change()
+    at_low = found.get(low, SlipCriterion(slip_below, False, nan, -1))
+    scanned = sorted(found)
+    return SlipLimit(
+        below=slip_below,
+        load_factor=low,
+        largest=at_low.largest,
+        node=at_low.node,
+        exceeded_at=high,
+        monotone=not any(met(load_factor) for load_factor in scanned if load_factor > high),
+        initial_slip=start,
+        scanned=np.array(scanned),
+        slip_range=np.array([found[load_factor].largest for load_factor in scanned]),
+        outcomes=tuple(history.at(load_factor).outcome for load_factor in scanned),
+    )
 
 
 def _first_end(problem: Problem, open_nodes: tuple[int, ...], tolerances: Tolerances) -> float:

@@ -1,8 +1,10 @@
 """Up to which load factor does a given loading history shake down? (thesis §4.3.5)"""
 
+from bisect import bisect_left
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from math import nextafter
+from dataclasses import dataclass, field
+from functools import cache
+from math import inf, isfinite, nan, nextafter
 from typing import Any, ClassVar
 
 import numpy as np
@@ -33,7 +35,7 @@ BELOW = (  # shares below λ_T at which a proof is sought
     0.0, 1e-6, 1e-5, 1e-4, 2e-4, 4e-4, 6e-4, 8e-4, 1e-3, 2e-3, 5e-3, 1e-2, 1.5e-2, 2e-2, 3e-2, 0.1, 0.3,
 )  # fmt: skip
 NOWHERE = "no load factor scanned shakes down"
-HALVINGS = 2  # bisections between two of these, with two tangential directions
+SHARPENED = 0.3  # of the distance between two of these: where bisection ends, with two tangential directions
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -175,132 +177,127 @@ def transient_limit(
     start, opened = checked_initial_slip(problem, initial_slip), tuple(open_nodes)
     top = _top(problem, opened, tolerances) if largest is None else largest
     check_scan(top, steps, accuracy)
-    histories = _Histories(problem, start, opened, tolerances, {})
-    scan = np.linspace(0.0, float(top), steps + 1)
-    low, high = histories.last_change(np.union1d(scan, histories.certain(float(top))))
+    top = float(top)
+    history = History(problem, start, opened, tolerances)
+    scan = np.union1d(np.linspace(0.0, top, steps + 1), _certain(history, top)).tolist()
+    good = [k for k, load_factor in enumerate(scan) if history.shakes_down(load_factor)]
+    low, high = (scan[good[-1]], [*scan, inf][good[-1] + 1]) if good else (nan, scan[0])
     # of the end of the scan: limit of bisection towards an undecided outcome in space
-    return histories.limit(*histories.narrowed(low, high, accuracy * float(top), THREE_DIGITS * float(top)))
+    return _found(history, *_narrowed(history, low, high, accuracy * top, THREE_DIGITS * top))
 
 
 @dataclass(frozen=True)
-class _Histories:
-    """Long-term states found so far for one history at many load factors."""
+class History:
+    """The long-term states of one history at many load factors, each found once."""
 
     problem: Problem
     start: FloatArray
     open_nodes: tuple[int, ...]
     tolerances: Tolerances
-    runs: dict[float, LongTermState]
+    runs: dict[float, LongTermState] = field(default_factory=dict)
 
-    def shakes_down(self, load_factor: float) -> bool:
+    def at(self, load_factor: float) -> LongTermState:
+        """The state at a load factor, which is recorded."""
         if load_factor not in self.runs:
-            self.runs[load_factor] = self._followed(load_factor)
-        return self.runs[load_factor].outcome == Outcome.SHAKEDOWN
+            self.runs[load_factor] = self.followed(load_factor)
+        return self.runs[load_factor]
 
-    def last_change(self, scan: FloatArray) -> tuple[float, float]:
-        """The last load factor scanned that shakes down, NaN if none does, and the one after it."""
-        good = [k for k, load_factor in enumerate(scan.tolist()) if self.shakes_down(load_factor)]
-        if not good:
-            return np.nan, float(scan[0])
-        return float(scan[good[-1]]), float(np.append(scan, np.inf)[good[-1] + 1])
-
-    def narrowed(self, low: float, high: float, width: float, coarse: float) -> tuple[float, float]:
-        """Narrow the change from shakedown to a width; towards an undecided state to the coarse width.
-
-        Most joints cycle right above what is proved. For large ones the interval in which bisection would
-        then end is tried first.
-        """
-        if takes_long(self.problem) and low in self.certain(high):
-            first = bisected(lambda _: False, low, high, lambda _: width)[1]
-            if not self.shakes_down(first) and not self.is_open(first):
-                return low, first
-        return bisected(
-            self.shakes_down, low, high, lambda end: max(width, coarse) if self.is_open(end) else width
-        )
-
-    def certain(self, top: float) -> list[float]:
-        """The load factors up to which shakedown is proved from the start, within the scan."""
-        begun = Passage(self.problem, 0.0, self.tolerances, self.start, self.open_nodes)
-        bounds = (bound_of_start(begun), slip_of_start(begun))
-        ends = [bound.load_factor for bound in bounds if not isinstance(bound, Missing)]
-        return [nextafter(CERTAIN * end, 0.0) for end in ends if 0.0 < end < top]
-
-    def limit(self, low: float, high: float) -> Bound:
-        """Everything found, with a proof near ``low``."""
-        at_proved = self._proved(low) if np.isfinite(low) else None
-        for state in (self.runs[each] for each in self.certain(low)):
-            if state.proved and (at_proved is None or at_proved.load_factor < state.load_factor):
-                at_proved = state
-        scanned = np.array(sorted(self.runs))
-        outcomes = tuple(self.runs[float(x)].outcome for x in scanned)
-        expected = scanned <= low if np.isfinite(low) else np.zeros(len(scanned), dtype=bool)
-        evidence = ScannedHistory(
-            low=low,
-            high=high,
-            proved=np.nan if at_proved is None else at_proved.load_factor,
-            cycling=min((x for x in self.runs if x > low and _cycles(self.runs[x])), default=np.inf),
-            initial_slip=self.start,
-            scanned=scanned,
-            outcomes=outcomes,
-            monotone=bool(np.all(np.array([o == Outcome.SHAKEDOWN for o in outcomes]) == expected)),
-            at_low=self.runs.get(low),
-            at_high=self.runs.get(high),
-            at_proved=at_proved,
-        )
-        if np.isnan(low):
-            return Bound("transient", Status.INFEASIBLE, low, evidence, reason=NOWHERE)
-        if np.isinf(high):
-            reason = f"every load factor scanned shakes down, up to {down(low)}"
-            return Bound("transient", Status.UNDECIDED, low, evidence, reason=reason)
-        reason = "" if evidence.monotone else "outcomes are not monotone in λ"
-        return Bound("transient", Status.OPTIMAL, low, evidence, reason=reason)
-
-    def is_open(self, load_factor: float) -> bool:
-        """Whether a state in space is undecided; where such states begin depends on the cycles allowed.
-
-        Where a body begins to slide away does not.
-        """
-        found = self.runs.get(load_factor)
-        if self.problem.directions == 1 or found is None:
-            return False
-        return found.outcome == Outcome.UNDECIDED and not found.slides_away
-
-    def _followed(self, load_factor: float) -> LongTermState:
+    def followed(self, load_factor: float) -> LongTermState:
+        """The same without a record."""
+        if load_factor in self.runs:
+            return self.runs[load_factor]
         return long_term_state(
             self.problem, load_factor, self.start, open_nodes=self.open_nodes, tolerances=self.tolerances
         )
 
-    def _proved(self, low: float) -> LongTermState | None:
-        """The state at the largest of some load factors up to ``low`` at which shakedown can be proved.
+    def shakes_down(self, load_factor: float) -> bool:
+        """Whether it shakes down at a load factor."""
+        return self.at(load_factor).outcome == Outcome.SHAKEDOWN
 
-        With two tangential directions, where every attempt solves cone programs, by bisection.
-        """
-        states = (self._at(share, low) for share in BELOW)
-        if self.problem.directions == 1:
-            return next((state for state in states if state.proved), None)
-        proved = self._at(0.0, low)
-        if proved.proved:
-            return proved
-        best, last, few = None, 0, len(BELOW)
-        while few - last > 1:  # nothing is proved at `last`; if anywhere, at `few`
-            middle = (last + few) // 2
-            state = self._at(BELOW[middle], low)
-            last, few, best = (last, middle, state) if state.proved else (middle, few, best)
-        return best if best is None else self._sharpened(best, BELOW[last], BELOW[few], low)
 
-    def _sharpened(self, best: LongTermState, without: float, proved: float, low: float) -> LongTermState:
-        """A proved state nearer to one that is not."""
-        for _ in range(HALVINGS):
-            share = 0.5 * (without + proved)
-            state = self._at(share, low)
-            best, without, proved = (state, without, share) if state.proved else (best, share, proved)
-        return best
+def _certain(history: History, top: float) -> list[float]:
+    """The load factors up to which shakedown is proved from the start, within the scan."""
+    begun = Passage(history.problem, 0.0, history.tolerances, history.start, history.open_nodes)
+    bounds = (bound_of_start(begun), slip_of_start(begun))
+    ends = [bound.load_factor for bound in bounds if not isinstance(bound, Missing)]
+    return [nextafter(CERTAIN * end, 0.0) for end in ends if 0.0 < end < top]
 
-    def _at(self, share: float, low: float) -> LongTermState:
-        """The state at a load factor below a limit by a given share of it."""
-        load_factor = (1.0 - share) * low
-        known = self.runs.get(load_factor)
-        return self._followed(load_factor) if known is None else known
+
+def _narrowed(history: History, low: float, high: float, width: float, coarse: float) -> tuple[float, float]:
+    """Narrow the change from shakedown to a width; towards an undecided state in space to the coarse width.
+
+    Where such states begin depends on the cycles allowed; where a body begins to slide away does not.
+    Most joints cycle right above what is proved. For large ones the interval in which bisection would
+    then end is tried first.
+    """
+
+    def is_open(load_factor: float) -> bool:
+        found = history.runs.get(load_factor)
+        if history.problem.directions == 1 or found is None:
+            return False
+        return found.outcome == Outcome.UNDECIDED and not found.slides_away
+
+    if takes_long(history.problem) and low in _certain(history, high):
+        first = bisected(lambda _: False, low, high, lambda _: width)[1]
+        if not history.shakes_down(first) and not is_open(first):
+            return low, first
+    return bisected(history.shakes_down, low, high, lambda end: max(width, coarse) if is_open(end) else width)
+
+
+def _found(history: History, low: float, high: float) -> Bound:
+    """Everything found, with a proof near ``low``."""
+    runs = history.runs
+    known = [runs[at] for at in _certain(history, low)]
+    proofs = [state for state in (_proved(history, low), *known) if state is not None and state.proved]
+    at_proved = max(proofs, key=lambda state: state.load_factor, default=None)
+    scanned = sorted(runs)
+    shaken = [x for x in scanned if runs[x].outcome == Outcome.SHAKEDOWN]
+    others = [x for x in scanned if x not in shaken]
+    cycling = [x for x in others if x > low and runs[x].outcome != Outcome.UNDECIDED]
+    evidence = ScannedHistory(
+        low=low,
+        high=high,
+        proved=nan if at_proved is None else at_proved.load_factor,
+        cycling=min(cycling, default=inf),
+        initial_slip=history.start,
+        scanned=np.array(scanned),
+        outcomes=tuple(runs[x].outcome for x in scanned),
+        monotone=max(shaken, default=-inf) < min(others, default=inf),
+        at_low=runs.get(low),
+        at_high=runs.get(high),
+        at_proved=at_proved,
+    )
+    if not isfinite(low):
+        return Bound("transient", Status.INFEASIBLE, low, evidence, reason=NOWHERE)
+    if not isfinite(high):
+        reason = f"every load factor scanned shakes down, up to {down(low)}"
+        return Bound("transient", Status.UNDECIDED, low, evidence, reason=reason)
+    reason = "" if evidence.monotone else "outcomes are not monotone in λ"
+    return Bound("transient", Status.OPTIMAL, low, evidence, reason=reason)
+
+
+def _proved(history: History, low: float) -> LongTermState | None:
+    """The state at the largest of some load factors up to ``low`` at which shakedown can be proved.
+
+    With two tangential directions, where every attempt solves cone programs, by bisection.
+    """
+    if not isfinite(low):
+        return None
+
+    @cache
+    def below(share: float) -> LongTermState:
+        return history.followed((1.0 - share) * low)
+
+    if history.problem.directions == 1:
+        return next((state for state in map(below, BELOW) if state.proved), None)
+    if below(0.0).proved:
+        return below(0.0)
+    first = bisect_left(BELOW, True, lo=1, key=lambda share: below(share).proved)
+    if first == len(BELOW):
+        return None
+    without, proved = BELOW[first - 1], BELOW[first]
+    width = SHARPENED * (proved - without)
+    return below(bisected(lambda share: not below(share).proved, without, proved, lambda _: width)[1])
 
 
 def check_scan(largest: float, steps: int, accuracy: float) -> None:
@@ -340,7 +337,3 @@ def _top(problem: Problem, open_nodes: tuple[int, ...], tolerances: Tolerances) 
     if upper.status != Status.OPTIMAL:
         raise UsageError(f"largest: needed because the upper bound is {upper.status}, found none")
     return SCAN_ABOVE * upper.load_factor
-
-
-def _cycles(state: LongTermState) -> bool:
-    return state.outcome not in (Outcome.SHAKEDOWN, Outcome.UNDECIDED)

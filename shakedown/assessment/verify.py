@@ -1,54 +1,168 @@
 """Predicted against simulated: does time integration agree with the bounds?"""
 
-import functools
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, Literal, NamedTuple, TypeVar
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from typing import Any, Literal, NamedTuple, Protocol, TypeVar
 
 from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.independent_bounds import SecondBounds, independent_findings, second_bounds
-from shakedown.assessment.plan import Case, case_as_given, plan_steps, planned_cases
-from shakedown.assessment.runs import (
-    AFTER_SPENT,
-    MOST_WORK,
-    Run,
-    compile_loops,
-    disagreements,
-    is_spent,
-    open_questions,
-    run_of,
-)
-from shakedown.assessment.side_by_side import (
-    Begin,
-    OtherEvidence,
-    evidence_steps,
-    limited,
-    side_by_side,
-)
+from shakedown.assessment.plan import BELOW, NO_ZONE, Case, case_as_given, plan_steps
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.three_numbers import open_ends
 from shakedown.bounds.bound_result import Bound
-from shakedown.bounds.enumeration.critical import CriticalLoadFactors
+from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_load_factors
 from shakedown.bounds.plane_or_space import takes_long
 from shakedown.bounds.registry import Claim, kinds_of
 from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.blas_threads import all_cores, on_one_thread
-from shakedown.ground.errors import UsageError, present
-from shakedown.ground.shown_values import plain
+from shakedown.ground.errors import Missing, UsageError, present
+from shakedown.ground.shown_values import at_lambda, nodes_in_words, plain, short
 from shakedown.ground.size_limits import CYCLES, MANY
+from shakedown.ground.status import Guarantee, Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.work_limit import limited_work
 from shakedown.joint.arguments import check_load_factor, checked, require_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.long_term.energy_proof import proof_in
 from shakedown.long_term.node_results import node_results
 from shakedown.long_term.node_table import NodeResults
+from shakedown.long_term.simulation import Simulation, simulate
 from shakedown.long_term.slip_criterion import check_slip_below
 
-RANDOM_STATES = 3
 Progress = Callable[[int, int], None]
 T = TypeVar("T")
+
+RANDOM_STATES = 3
+MOST_WORK = 8e10  # multiplications and additions that a run may take, and λ_T in all: half a minute or so
+AFTER_SPENT = 0.25 * MOST_WORK  # where they were too few for λ = 1
+LEAST_WORK = 1e6  # of a cycle that is followed for its code only
+GO_ON = "simulate, which has no such limit, goes on with it"
+WORKED_OUT = ("proved", "energy_margin", "residual", "jumps")  # of a simulation when it is asked for
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Run(Case):
+    """One simulation with its prediction.
+
+    Attributes
+    ----------
+    simulation, seconds
+        The result, and the time it took [s].
+    """
+
+    simulation: Simulation
+    seconds: float = field(compare=False)
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether prediction and result agree; None where nothing was predicted or found.
+
+        Bounds are about all nodes closed, exactly these open, or every zone: of a joint that comes to rest in
+        another one they say nothing.
+        """
+        found, shakes_down = self.simulation, self.predicted == "shakedown"
+        if self.predicted == "either" or found.outcome == Outcome.UNDECIDED:
+            return None
+        if found.outcome != Outcome.SHAKEDOWN or found.separated:
+            return not shakes_down
+        if found.open_nodes == self.open_nodes or self.region == NO_ZONE:
+            return shakes_down
+        return False if shakes_down else None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The prediction, and the document of the simulation."""
+        words = ("region", "initial", "predicted", "agrees", "seconds")
+        about = {word: plain(getattr(self, word)) for word in words}
+        about |= {"initially_open": plain(self.open_nodes), "after_transient": self.after_transient}
+        return about | self.simulation.to_dict()
+
+    def columns(self) -> dict[str, Any]:
+        """Those of the simulation."""
+        return self.simulation.columns()
+
+    def _shown(self) -> Iterator[tuple[str, str]]:
+        found = self.simulation
+        yield from (("load_factor", short(found.load_factor)), ("outcome", short(found.outcome)))
+        for word in ("initial", "predicted", "agrees", "simulation"):
+            yield word, short(getattr(self, word))
+
+
+def compile_loops(limits: JointLimits, method: str) -> None:
+    """Follow a joint through one cycle at λ = 0, so that no run's time includes compilation."""
+    with limited_work(LEAST_WORK):
+        simulate(limits.problem, 0.0, cycles=1, method=method)
+
+
+def run_of(limits: JointLimits, case: Case, cycles: int, method: str, most: float = MOST_WORK) -> Run:
+    """Simulate a case with so much work at most, and compare it with the prediction and the plan's ball."""
+    with limited_work(most):
+        return _run_of(limits, case, cycles, method)
+
+
+def _run_of(limits: JointLimits, case: Case, cycles: int, method: str) -> Run:
+    began, problem = time.perf_counter(), limits.problem
+    if case.after_transient:
+        problem = replace(problem, q_transient=None, p_transient=None)
+    simulation = simulate(
+        problem,
+        case.load_factor,
+        case.start,
+        open_nodes=case.open_nodes,
+        cycles=cycles,
+        method=method,
+        record=problem.n <= 2,
+        tolerances=limits.tolerances,
+    )
+    state = simulation.long_term
+    if state is not None and state.first_cycles is not None and state.outcome == Outcome.SHAKEDOWN:
+        ball = present(limits.ball_at(case.load_factor))
+        proof = None if ball is None else proof_in(ball, state.begun, state.approach)
+        simulation = replace(simulation, settled=replace(state, proof=proof))
+    seconds = time.perf_counter() - began
+    for word in WORKED_OUT:  # in this thread, and kept
+        getattr(simulation, word)
+    return Run(**vars(case), simulation=simulation, seconds=seconds)
+
+
+def is_spent(found: Simulation) -> bool:
+    """Whether a run was given up because it took more work than is allowed."""
+    stop = None if found.long_term is None else found.long_term.stop
+    return found.outcome == Outcome.UNDECIDED and stop is not None and stop.spent
+
+
+def disagreements(runs: Sequence[Run], lower: Bound | Missing) -> Iterator[str]:
+    """One sentence for each run that contradicts its prediction."""
+    for run in runs:
+        if run.agrees is not False:
+            continue
+        text = (
+            f"{at_lambda(run.simulation.load_factor)}, {run.region}, initial state {run.initial}: "
+            f"predicted {run.predicted}, simulated {run.simulation.outcome}"
+        )
+        below = run.region == BELOW
+        if below and not isinstance(lower, Missing) and lower.guarantee != Guarantee.PROVED:
+            text += f"; λ_1 is no proved bound here ({lower.guarantee}), and this is a counter-example"
+        yield text
+
+
+def open_questions(runs: Sequence[Run]) -> Iterator[str]:
+    """One sentence for each run without an outcome, or at rest in a zone that no prediction is about."""
+    for run in runs:
+        found = run.simulation
+        where = f"{run.initial} at {at_lambda(found.load_factor)}"
+        if found.outcome == Outcome.UNDECIDED:
+            # Why a body slides away is in the answer.
+            why = found.reason.partition(":")[0] if found.slides_away else found.reason
+            yield f"{where}: {why}{'; ' * is_spent(found)}{GO_ON * is_spent(found)}"
+        elif run.agrees is None and run.predicted != "either":
+            named = nodes_in_words(found.open_nodes)
+            yield f"{where}: shakes down with {named} open: a zone that λ_max is not about (open_nodes)"
 
 
 @dataclass(frozen=True)
@@ -84,7 +198,7 @@ class Verification(Result):
     slip_limit
         Up to where every slip range stays below a length, where that was asked for.
     runs
-        Every simulation.
+        Every simulation, that of the nominal load first.
     disagreements
         One sentence each; empty where prediction and simulation agree, and both
         solvers of the bounds.
@@ -167,7 +281,7 @@ class Verification(Result):
     @property
     def as_given(self) -> Run:
         """The nominal load (λ = 1) from the first given state, or from slip zero."""
-        return next(run for run in self.runs if _is_as_given(run, self.problem))
+        return self.runs[0]
 
     @cached_property
     def nodes(self) -> NodeResults:
@@ -257,41 +371,77 @@ def verify(
     require_problem(problem)
     if random_states is None:
         random_states = 1 if takes_long(problem) else RANDOM_STATES
-    _check(random_states, seed)
+    if not 0 <= random_states <= MANY:
+        raise UsageError(f"random states: expected 0 to {MANY:,}, found {random_states}")
+    check_seed(seed)
     for load_factor in load_factors or ():
         check_load_factor(load_factor, problem)
     if slip_below is not None:
         check_slip_below(slip_below)
-    asked = _Scope(open_nodes, load_factors, budget, slip_below)
+    asked = _Scope(load_factors, budget, slip_below, progress)
     settings = Settings(random_states, seed, cycles, method)
-    return _verified(problem, asked, settings, progress, tolerances)
+    start = None if problem.initial_slip is None else problem.initial_slip[0]
+    return _verified(assess(problem, start, open_nodes=open_nodes, tolerances=tolerances), asked, settings)
 
 
 class _Scope(NamedTuple):
     """What a verification is asked for besides its :class:`Settings`."""
 
-    open_nodes: Iterable[int] | Literal["auto"]
     load_factors: Sequence[float] | None
     budget: int
     slip_below: float | None
+    progress: Progress | None
 
 
-def _verified(
-    problem: Problem, asked: _Scope, settings: Settings, progress: Progress | None, tolerances: Tolerances
-) -> Verification:
+class Begin(Protocol):
+    """Takes a piece of work and returns what waits for its result."""
+
+    def __call__(self, step: Callable[[], T], /) -> Callable[[], T]: ...
+
+
+@contextmanager
+def side_by_side(threads: int) -> Iterator[Begin]:
+    """Pieces of work done by threads in their order; with one thread each when its result is asked for.
+
+    The motions of each take ``MOST_WORK`` at most.
+    Most of their time is spent in compiled code that releases the lock of the interpreter.
+
+    Examples
+    --------
+    >>> with side_by_side(threads=2) as begin:
+    ...     one, two = begin(lambda: 1), begin(lambda: 2)
+    ...     one(), two()
+    (1, 2)
+    """
+    if threads == 1:
+        yield lambda step: partial(_limited, step)
+        return
+    pool = ThreadPoolExecutor(threads)
+    try:
+        yield lambda step: pool.submit(_limited, step).result
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _limited(step: Callable[[], T]) -> T:
+    """A piece of work whose motions take ``MOST_WORK`` at most."""
+    with limited_work(MOST_WORK):
+        return step()
+
+
+def _verified(found: Assessment, asked: _Scope, settings: Settings) -> Verification:
     """The verification itself, piece by piece."""
-    start = None if problem.initial_slip is None else problem.initial_slip[0]
-    found = assess(problem, start, open_nodes=asked.open_nodes, tolerances=tolerances)
     limits = found.details
-    with side_by_side(all_cores() if takes_long(problem) else 1) as begin:
-        second = _find_bounds(limits, settings.method, begin)
-        runs, other = _simulated(limits, asked, settings, progress, begin, second)
-    findings = list(independent_findings(limits.bounds, other.second, tolerances))
+    with side_by_side(all_cores() if takes_long(limits.problem) else 1) as begin:
+        again = _find_bounds(limits, settings.method, begin)
+        runs, second, critical, slip = _simulated(limits, asked, settings, begin, again)
+    findings = list(independent_findings(limits.bounds, second, limits.tolerances))
+    missing = {"λ_T": limits.transient, "the slip limit": slip}
     return Verification(
         assessment=found,
-        second=other.second,
-        critical=other.critical,
-        slip_limit=present(other.slip),
+        second=second,
+        critical=critical,
+        slip_limit=present(slip),
         runs=tuple(runs),
         disagreements=(
             *(text for agrees, text in findings if agrees is False),
@@ -301,7 +451,10 @@ def _verified(
             *open_ends(limits.lower, limits.upper, limits.energy, limits.universal),
             *open_questions(runs),
         ),
-        notes=(*(text for agrees, text in findings if agrees is None), *other.missing()),
+        notes=(
+            *(text for agrees, text in findings if agrees is None),
+            *(f"{name} is missing: {x.reason}" for name, x in missing.items() if isinstance(x, Missing)),
+        ),
         settings=settings,
     )
 
@@ -315,7 +468,7 @@ def _find_bounds(limits: JointLimits, method: str, begin: Begin) -> Callable[[],
     first()
     for name in ("lower", "through_transient"):
         getattr(limits, name)
-    others = [begin(functools.partial(getattr, limits, kind.name)) for kind in kinds_of(Claim.THIS_STATE)]
+    others = [begin(partial(getattr, limits, kind.name)) for kind in kinds_of(Claim.THIS_STATE)]
     others += [every, begin(lambda: compile_loops(limits, method))]
     second = begin(lambda: second_bounds(limits.problem, limits.bounds, limits.tolerances))
     for end in others:
@@ -328,42 +481,47 @@ def _simulated(
     limits: JointLimits,
     asked: _Scope,
     settings: Settings,
-    progress: Progress | None,
     begin: Begin,
     second: Callable[[], SecondBounds],
-) -> tuple[list[Run], OtherEvidence]:
+) -> tuple[list[Run], SecondBounds, CriticalLoadFactors | None, SlipLimit | Missing | None]:
     """Every simulation, λ_T, and the other evidence."""
-    how = settings.cycles, settings.method
+    how, below = (settings.cycles, settings.method), asked.slip_below
     nominal = begin(lambda: _nominal_run(limits, *how))
     # early: its simulations follow from each other
-    transient = begin(limited(lambda: limits.transient))
+    transient = begin(lambda: limits.transient)
     plan = plan_steps(limits, asked.load_factors, settings.random_states, settings.seed)
-    planned = [begin(limited(step)) for step in plan]
+    planned = [begin(step) for step in plan]
     runs: list[Run] = [nominal()]
     most = AFTER_SPENT if is_spent(runs[0].simulation) else MOST_WORK
     cases, ends = list[Case](), list[Callable[[], Run]]()
     for step in planned:  # what one load factor has begins while the next one is planned
-        new = planned_cases(limits, step())
-        ends += [begin(functools.partial(run_of, limits, case, *how, most)) for case in new]
+        new = step()
+        ends += [begin(partial(run_of, limits, case, *how, most)) for case in new]
         cases += new
-    others = [begin(limited(step)) for step in evidence_steps(limits, asked.budget, asked.slip_below)]
-    pieces, done = len(runs) + len(cases) + 2 + len(others), len(runs)
+    few = limits.subsets is not None and limits.subsets <= asked.budget
+    enumerated = begin(lambda: critical_load_factors(limits.problem, values=False) if few else None)
+    friction = begin(lambda: limits.friction)
+    slips = begin(lambda: None if below is None else limits.slip(below))
+    mesh = begin(lambda: limits.mesh)
+    pieces, done = len(cases) + 7, 1
 
     def awaited(end: Callable[[], T]) -> T:
         nonlocal done
         result = end()
         done += 1
-        if progress is not None:
-            progress(done, pieces)
+        if asked.progress is not None:
+            asked.progress(done, pieces)
         return result
 
     first = sum(case.load_factor == AS_GIVEN for case in cases)  # λ = 1 comes first, then λ_T
-    runs += [awaited(end) for end in ends[:first]]
+    runs += map(awaited, ends[:first])
     awaited(transient)
-    runs += [awaited(end) for end in ends[first:]]
-    again = awaited(second)
-    critical, _, slip, _ = (awaited(end) for end in others)
-    return runs, OtherEvidence(again, critical, limits.transient, slip)
+    runs += map(awaited, ends[first:])
+    again, critical = awaited(second), awaited(enumerated)
+    awaited(friction)
+    slip = awaited(slips)
+    awaited(mesh)
+    return runs, again, critical, slip
 
 
 def _nominal_run(limits: JointLimits, cycles: int, method: str) -> Run:
@@ -371,17 +529,3 @@ def _nominal_run(limits: JointLimits, cycles: int, method: str) -> Run:
     run = run_of(limits, case_as_given(limits), cycles, method)
     _ = run.simulation.settled.history  # followed in this thread, and kept
     return run
-
-
-def _is_as_given(run: Run, problem: Problem) -> bool:
-    name = "zero" if problem.initial_slip is None else "given 0"
-    return run.initial == name and run.simulation.load_factor == AS_GIVEN
-
-
-def _check(random_states: int, seed: int) -> None:
-    """Raise ``UsageError`` where an argument of a verification is out of range."""
-    if random_states > MANY:
-        raise UsageError(f"random states: expected at most {MANY:,}, found {random_states}")
-    if random_states < 0:
-        raise UsageError(f"random states: expected at least 0, found {random_states}")
-    check_seed(seed)

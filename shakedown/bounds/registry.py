@@ -4,10 +4,9 @@
 write a module with its function and an :class:`~shakedown.bounds.bound_result.Evidence`, and one entry here.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from importlib import import_module
+from pkgutil import resolve_name
 from typing import Any
 
 from shakedown.joint.arguments import NO_SIDES, in_the_plane_only
@@ -59,6 +58,8 @@ class BoundKind:
         The numbers of tangential directions for which it exists.
     absent
         Why it does not exist for other joints.
+    of_ball
+        Whether it is proved from every state in a ball, not only from the one that is asked about.
     """
 
     name: str
@@ -69,6 +70,7 @@ class BoundKind:
     more_than: str = ""
     directions: tuple[int, ...] = (1, 2)
     absent: str = ""
+    of_ball: bool = False
 
     @property
     def titled(self) -> str:
@@ -81,17 +83,11 @@ class BoundKind:
 
     def of(self, limits: Any) -> Any:
         """The limit of a joint, a :class:`~shakedown.bounds.bound_result.Bound`."""
-        return _loaded(self.function)(limits)
+        return resolve_name(self.function)(limits)
 
     def may_exceed(self, limits: Any, load_factor: float) -> bool:
         """Whether the limit may be larger than a load factor; True where only computing it tells."""
-        return not self.more_than or bool(_loaded(self.more_than)(limits, load_factor))
-
-
-def _loaded(path: str) -> Callable[..., Any]:
-    module, _, name = path.partition(":")
-    found: Callable[..., Any] = getattr(import_module(module), name)
-    return found
+        return not self.more_than or bool(resolve_name(self.more_than)(limits, load_factor))
 
 
 _ALL = "shakedown.bounds"
@@ -120,6 +116,7 @@ BOUNDS: dict[str, BoundKind] = {
             "from this state, by energy",
             Claim.THIS_STATE,
             f"{_ALL}.energy.energy_bound:of_joint",
+            of_ball=True,
         ),
         BoundKind(
             "accumulated",

@@ -9,13 +9,11 @@ from contextlib import contextmanager
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from threading import Timer
 from typing import Any
 
 from shakedown.ground.errors import SolverError, UsageError
 from shakedown.ground.visible_text import visible
 
-SOON = 1.0  # seconds after which a message tells what the call waits for
 PATIENCE = 30.0  # seconds to wait for the scheduler, and then for its first worker
 SAME = "scheduler: expected workers with the versions of this process"
 NONE = "scheduler: expected dask.distributed to be installed, found none"
@@ -108,13 +106,11 @@ def versions() -> dict[str, str]:
 
 
 def _connected(address: str) -> Any:
-    """A client of the scheduler, with at least one worker behind it; says so where that takes a while."""
+    """A client of the scheduler, with at least one worker behind it."""
     from distributed import Client
 
     tried = "scheduler: trying to reach %s and its workers"
-    saying = Timer(SOON, logging.getLogger("shakedown").warning, [tried, visible(address)])
-    saying.daemon = True
-    saying.start()
+    logging.getLogger("shakedown").warning(tried, visible(address))
     client = None
     try:
         with ThreadPoolExecutor(1) as thread:  # this one may have an event loop
@@ -127,8 +123,6 @@ def _connected(address: str) -> Any:
             raise UsageError(f"scheduler: expected workers at {address}, found none") from None
         found = str(error) or type(error).__name__
         raise UsageError(f"scheduler: expected a dask scheduler at {address}, found none ({found})") from None
-    finally:
-        saying.cancel()
     return client
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from shakedown.assessment.amplitude_curve import DampingCurve
+from shakedown.assessment.damping import DampingCurve
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import down, few, sized

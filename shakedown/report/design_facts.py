@@ -17,7 +17,7 @@ from shakedown.report.data_facts import headline
 from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, number
 
 if TYPE_CHECKING:
-    from shakedown.assessment.amplitude_curve import DampingCurve
+    from shakedown.assessment.damping import DampingCurve
     from shakedown.ground.float_array import FloatArray
     from shakedown.joint.problem import Problem
     from shakedown.studies.sweep import Sweep

@@ -12,7 +12,7 @@ from shakedown.report import notes
 from shakedown.report.facts import Fact
 
 if TYPE_CHECKING:
-    from shakedown.assessment.shakedown_bounds import ShakedownBounds
+    from shakedown.assessment.every_limit import ShakedownBounds
     from shakedown.bounds.enumeration.critical import CriticalLoadFactors
 
 

@@ -33,7 +33,7 @@ from shakedown.report.node_names import open_in_words, resolution, without_round
 from shakedown.report.run_facts import node_facts, said_of_run, slip_limit_fact
 
 if TYPE_CHECKING:
-    from shakedown.assessment.runs import Run
+    from shakedown.assessment.verify import Run
     from shakedown.long_term.simulation import Simulation
 
 
@@ -175,7 +175,7 @@ def runs_section(v: Verification) -> Section:
         "residual": ["–" if np.isnan(each.residual) else f"{each.residual:.0e}" for each in found],
     }
     said = [notes.JUDGED, notes.SUMMED, notes.RESIDUAL]
-    said += [notes.AFTER] * any(run.case.after_transient for run in v.runs)
+    said += [notes.AFTER] * any(run.after_transient for run in v.runs)
     said += [notes.IN_ZONE] * any(bool(run.open_nodes) for run in v.runs)
     said += [notes.SEPARATION] * any(each.outcome == Outcome.SEPARATION for each in found)
     said += [notes.ONE_PATH] * v.problem.is_domain
@@ -185,7 +185,7 @@ def runs_section(v: Verification) -> Section:
 
 def started(run: Run) -> str:
     """A remark on an initial state: whether nodes are open in it, or whether it follows the transient."""
-    return " (zone)" if run.open_nodes else " (after)" * run.case.after_transient
+    return " (zone)" if run.open_nodes else " (after)" * run.after_transient
 
 
 def remarks(run: Simulation) -> list[str]:

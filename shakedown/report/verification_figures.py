@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shakedown import plot
-from shakedown.assessment.runs import Run
-from shakedown.assessment.verify import Verification
+from shakedown.assessment.verify import Run, Verification
 from shakedown.ground.errors import present
 from shakedown.ground.shown_values import at_lambda
 from shakedown.long_term.simulation import Simulation

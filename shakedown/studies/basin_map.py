@@ -20,7 +20,6 @@ from shakedown.motion.checked_law import admissible
 from shakedown.programs.polygon import corners
 from shakedown.studies.limit_cycles import (
     LOOKED_AT,
-    FinalStates,
     LimitCycle,
     Scatter,
     UndecidedReason,
@@ -242,14 +241,13 @@ class InitialStateMap(Result):
         return ("ii" if beyond else "i") if safe else ("iii" if beyond else "iv")
 
     @cached_property
-    def final_states(self) -> FinalStates:
-        """Whether all states end in the same outcome, and in one and the same state."""
+    def _ends(self) -> tuple[bool | None, bool | None, str]:
         return final_states(self.sampling, _counts(self.outcome), self.limit_cycles, self.scatter)
 
     @property
     def same_outcome(self) -> bool | None:
         """Whether the outcome is the same from all states; None where that is not known."""
-        return self.final_states.same_outcome
+        return self._ends[0]
 
     @property
     def unique(self) -> bool | None:
@@ -258,12 +256,12 @@ class InitialStateMap(Result):
         The slips at the end of a period agree too, those that stay locked in among them, to
         the tolerance ``same_cycle``.
         """
-        return self.final_states.unique
+        return self._ends[1]
 
     @property
     def evidence(self) -> str:
         """The evidence for that, in words."""
-        return self.final_states.evidence
+        return self._ends[2]
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the states themselves, for JSON."""

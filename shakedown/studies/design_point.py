@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from math import isinf, nan
+from math import inf, nan
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -20,7 +20,6 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
 
-RESTS_ON = {"lower": {"universal"}, "upper": {"energy", "transient"}}  # limits that are needed for others
 ALL = 9  # digits, so that contradictions are visible
 
 
@@ -106,10 +105,6 @@ class DesignPoint(Result):
         """Whether the values of the parameters make a joint."""
         return not self.reason
 
-    def load_factor(self, name: str) -> float:
-        """The load factor of a limit; NaN where it is not known."""
-        return self.limits[name].load_factor if name in self.limits else nan
-
 
 def point_of(said: dict[str, Any]) -> DesignPoint:
     """The point whose fields JSON has said."""
@@ -166,7 +161,7 @@ def design_point(problem: Problem, values: tuple[float, ...], question: Question
     >>> {name: round(limit.load_factor, 3) for name, limit in point.limits.items()}
     {'lower': 0.657, 'universal': 0.657, 'energy': 0.662, 'accumulated': 0.732, ...}
     """
-    asked, start, tolerances = set(question.bounds), question.initial_slip, question.tolerances
+    start, tolerances = question.initial_slip, question.tolerances
     joint = JointLimits(
         problem,
         start,
@@ -175,12 +170,12 @@ def design_point(problem: Problem, values: tuple[float, ...], question: Question
         accuracy=THREE_DIGITS if question.quick else SIX_DIGITS,
         tolerances=tolerances,
     )
-    needed = [name for name in BOUNDS if name in asked or asked & RESTS_ON.get(name, set())]
-    found: dict[str, Any] = {name: allowed(getattr, joint, name) for name in needed}
-    limits = {name: _limit(name, found) for name in needed}
+    found: dict[str, Any] = {name: allowed(getattr, joint, name) for name in question.bounds}
+    found |= {name: each for name, each in vars(joint).items() if name in BOUNDS}  # what these rest on
+    limits = {name: _limit(name, each) for name, each in found.items()}
     guarantee = found["lower"].guarantee if found.get("lower") else ""
     open_nodes = found["upper"].open_nodes if found.get("upper") else ()
-    here = allowed(getattr, joint, "proved_from_this_state") if asked & {*from_here()} else nan
+    here = allowed(getattr, joint, "proved_from_this_state") if {*question.bounds} & {*from_here()} else nan
     ends = [  # missing where loads are too large to follow
         allowed(long_term_state, problem, x, start, tolerances=tolerances) for x in question.load_factors
     ]
@@ -195,7 +190,7 @@ def design_point(problem: Problem, values: tuple[float, ...], question: Question
     return DesignPoint(
         values=values,
         limits={name: limits[name] for name in question.bounds},
-        guarantee=guarantee if "lower" in asked else "",
+        guarantee=guarantee if "lower" in question.bounds else "",
         open_nodes=open_nodes,
         proved_from_this_state=nan if isinstance(here, Missing) else here,
         outcomes=tuple(end.outcome if end else Outcome.UNDECIDED for end in ends),
@@ -204,22 +199,20 @@ def design_point(problem: Problem, values: tuple[float, ...], question: Question
     )
 
 
-def _limit(name: str, found: Mapping[str, Any]) -> DesignLimit:
-    """A limit with how it was found; what it rests on was found before."""
-    if name == "transient" and (found[name] is None or isinstance(found["upper"], Missing)):
-        return DesignLimit(nan, Status.UNDECIDED, "no finite λ_max to scan up to")
-    result = found[name]
-    if isinstance(result, Missing):
-        return DesignLimit(nan, Status.UNDECIDED, result.reason)
-    remarks, status = [result.reason] if result.reason else [], result.status
+def _limit(name: str, result: Bound | Missing | None) -> DesignLimit:
+    """A limit with how it was found."""
+    if result is None or isinstance(result, Missing):
+        reason = "no finite λ_max to scan up to" if result is None else result.reason
+        return DesignLimit(nan, Status.UNDECIDED, reason)
+    remarks, status, least = [result.reason] if result.reason else [], result.status, result.least_load_factor
     if BOUNDS[name].claim == Claim.IMPOSSIBLE:
         if result.open_nodes:
             zone = f"of the zone with {nodes_in_words(result.open_nodes)} open"
             remarks.append(f"{zone}: no upper bound of the joint")
-        if result.least_load_factor > 0:
-            remarks.append(f"safe slips exist only from λ = {up(result.least_load_factor)} on")
-    elif result.least_load_factor > 0 and not isinf(result.least_load_factor):
-        remarks, status = [f"proved only from λ = {up(result.least_load_factor)} on"], Status.UNDECIDED
+        if least > 0:
+            remarks.append(f"safe slips exist only from λ = {up(least)} on")
+    elif 0 < least < inf:
+        remarks, status = [f"proved only from λ = {up(least)} on"], Status.UNDECIDED
     followed = BOUNDS[name].claim == Claim.FOLLOWED
     load_factor = nan if followed and status != Status.OPTIMAL else result.load_factor
     ends = (result.proved, result.cycling) if followed else ()

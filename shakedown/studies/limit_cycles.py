@@ -1,7 +1,7 @@
 """What many states end in: distinct limit cycles, how far slips scatter, whether it is one and the same."""
 
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import SHORT_DIGITS, few, sized
+from shakedown.ground.shown_values import SHORT_DIGITS, sized
 from shakedown.ground.status import Outcome
 from shakedown.joint.result import Result
 from shakedown.joint.units import units_of
@@ -235,30 +235,13 @@ def same_slip(sampling: Sampling) -> float:
     return share * scales(sampling.problem, sampling.load_factor).length
 
 
-class FinalStates(NamedTuple):
-    """A comparison of the final states of a map.
-
-    Attributes
-    ----------
-    same_outcome
-        Whether all states have the same outcome; None where some are undecided and the
-        others do not differ.
-    unique
-        Whether they end in one and the same state, slips that stay locked in included; None
-        where that is not known.
-    evidence
-        What that rests on, in words.
-    """
-
-    same_outcome: bool | None
-    unique: bool | None
-    evidence: str
-
-
 def final_states(
     sampling: Sampling, outcomes: Mapping[str, int], cycles: Sequence[LimitCycle], at_rest: Scatter
-) -> FinalStates:
-    """What the final states have in common.
+) -> tuple[bool | None, bool | None, str]:
+    """Whether all states have the same outcome, and end in one state; what that rests on, in words.
+
+    None where that is not known: some are undecided, or the body leaves, and the others do not differ. One
+    state is one with the slips that stay locked in.
 
     Parameters
     ----------
@@ -271,26 +254,23 @@ def final_states(
     at_rest
         Scatter of the slips locked in where it shakes down.
     """
-    decided = [word for word, count in outcomes.items() if count and word != Outcome.UNDECIDED]
+    decided = [word for word in outcomes if word != Outcome.UNDECIDED]
     undecided, states = outcomes.get(Outcome.UNDECIDED, 0), sum(outcomes.values())
     same_outcome = False if len(decided) > 1 else (None if undecided or not decided else True)
     if words := [*_differences(sampling, decided, cycles, at_rest)]:
-        return FinalStates(same_outcome, False, "; ".join(words))
+        return same_outcome, False, "; ".join(words)
     if not decided:
-        return FinalStates(None, None, "no state is decided")
+        return None, None, "no state is decided"
     if undecided:
-        verb = "is" if undecided == 1 else "are"
-        return FinalStates(None, None, f"{undecided} of {states} states {verb} undecided, the others agree")
+        return None, None, f"{undecided} of {states} states undecided, the others agree"
     if decided == [Outcome.SHAKEDOWN]:
-        return FinalStates(True, True, f"all {states} states shake down with the same slips locked in")
-    if not cycles:
-        return FinalStates(True, None, "the body leaves the contact from every state")
-    if sum(cycle.count + len(cycle.named) for cycle in cycles) < states:
-        return FinalStates(True, None, "from some states the body leaves the contact, the others agree")
+        return True, True, f"all {states} states shake down with the same slips locked in"
+    if left := states - sum(cycle.count + len(cycle.named) for cycle in cycles):
+        return True, None, f"the body leaves the contact from {left} of {states} states"
     motion = "separation" if decided == [Outcome.SEPARATION] else "limit cycle"
     slips = "final slips" + ", but for the drift," * (decided == [Outcome.RATCHETTING])
     agree = f"one and the same {motion}: {slips} and dissipation agree"
-    return FinalStates(True, True, f"all {states} states end in {agree}")
+    return True, True, f"all {states} states end in {agree}"
 
 
 def _differences(
@@ -302,33 +282,16 @@ def _differences(
     moving = [word.replace("-", " ") for word in decided if word != Outcome.SHAKEDOWN]
     if len(moving) > 1:
         yield f"some end in {' and others in '.join(moving)}"
-    slipping = [cycle for cycle in cycles if cycle.outcome != Outcome.SEPARATION]
-    if len(slipping) > 1:
-        yield f"{len(slipping)} different limit cycles"
-    if (sets := len({cycle.slipping_nodes for cycle in slipping})) > 1:
-        yield f"{sets} different sets of slipping nodes"
-    if (others := len(cycles) - len(slipping)) > 1:
-        yield f"{others} different motions with separation"
+    for outcome, count in Counter(cycle.outcome for cycle in cycles).items():
+        if count > 1:
+            yield f"{count} different limit cycles ({outcome.replace('-', ' ')})"
     length = units_of(sampling.problem).length
     for cycle in [cycle for cycle in cycles if not cycle.coincide][:1]:
-        yield _scattered(cycle, sampling.problem.n, sized(cycle.spread, length, SHORT_DIGITS))
+        spread = sized(cycle.spread, length, SHORT_DIGITS)
+        yield f"one of a continuum: final slips differ by up to {spread}"
     if at_rest.spread > same_slip(sampling):
         spread, largest = (sized(slip, length, SHORT_DIGITS) for slip in at_rest)
-        share = few(100.0 * at_rest.spread / at_rest.largest, SHORT_DIGITS)
-        much = f"{spread} ({share} % of the largest slip, {largest})"
-        yield f"the slips locked in where it shakes down differ by up to {much}"
-
-
-def _scattered(cycle: LimitCycle, n: int, spread: str) -> str:
-    """How the states differ that end in a continuum of limit cycles."""
-    differ = f"final slips differ by up to {spread}"
-    if cycle.outcome == Outcome.SEPARATION:
-        return f"the slips locked in under separation: {differ}"
-    low, high = (few(value, 6) for value in cycle.dissipation)
-    much = f"(dissipation {low}{f' to {high}' * (high != low)}; {differ})"
-    if len(cycle.slipping_nodes) < n:
-        return f"the slip locked in selects one of a continuum {much}"
-    return f"limit cycles differ {much}"
+        yield f"slips locked in at rest differ by up to {spread} (largest {largest})"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

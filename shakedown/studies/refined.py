@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 from math import inf, isnan, nan
@@ -161,8 +161,7 @@ class Refinement(Result):
     fingerprints
         Fingerprints of the joints (``Problem.fingerprint``), by which a report recognises its own.
     elements : (k,)
-        How many elements the contacts have (:func:`~shakedown.joint.contact_surface.element_count`); by
-        default (n^(1/d) − 1)^d for n nodes with d directions.
+        How many elements the contacts have (:func:`~shakedown.joint.contact_surface.element_count`).
     """
 
     DOCUMENT: ClassVar[str] = "load_factor radius slip_below"
@@ -175,12 +174,7 @@ class Refinement(Result):
     directions: int
     numbers: dict[str, FloatArray]
     fingerprints: tuple[str, ...]
-    elements: FloatArray = field(default_factory=lambda: np.empty(0))
-
-    def __post_init__(self) -> None:
-        if not len(self.elements):
-            d = self.directions
-            object.__setattr__(self, "elements", (self.nodes.astype(float) ** (1 / d) - 1) ** d)
+    elements: FloatArray
 
     def table(self) -> dict[str, NDArray[Any]]:
         """The columns by name, one row per mesh; what all meshes have in common is said of each."""

@@ -15,7 +15,6 @@ from shakedown.bounds.upper import upper_bound
 from shakedown.ground.argument_kinds import check_count, check_seed
 from shakedown.ground.errors import Missing, UsageError, allowed
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import short
 from shakedown.ground.size_limits import CYCLES, MANY
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import is_finite
@@ -104,9 +103,7 @@ class Sampling:
     tolerances: Tolerances = field(default=DEFAULT, repr=False)
 
     def __post_init__(self) -> None:
-        check_count("states", self.states)
-        if self.states > MOST_STATES:
-            raise UsageError(f"states: expected at most {MOST_STATES:,}, found {short(self.states)}")
+        check_count("states", self.states, MOST_STATES)
         if self.sampler not in list(Sampler):
             raise UsageError(f"sampler: expected one of {', '.join(Sampler)}, found {self.sampler!r}")
         if not (is_finite(self.reach) and self.reach > 0):

@@ -149,12 +149,10 @@ class Sweep(Result):
         """The largest limit proved from this state, as ``assess`` has it; NaN where none was asked for."""
         return self._grid([point.proved_from_this_state for point in self.points])
 
-    @cached_property
+    @property
     def transient_interval(self) -> tuple[FloatArray, FloatArray]:
         """Where λ_T lies: shakedown is proved at the first, a cycle was found at the second."""
-        limits = [point.limits.get("transient") for point in self.points]
-        low, high = ([np.nan if x is None else getattr(x, end) for x in limits] for end in ("low", "high"))
-        return self._grid(low), self._grid(high)
+        return self._of_limits("transient", "low", nan), self._of_limits("transient", "high", nan)
 
     @property
     def guarantee(self) -> NDArray[np.str_]:
@@ -180,15 +178,17 @@ class Sweep(Result):
 
     def load_factors(self, name: str) -> FloatArray:
         """The load factors of a limit by its name; NaN where there is none."""
-        self._check(name)
-        return self._grid([point.load_factor(name) for point in self.points])
+        return self._of_limits(name, "load_factor", nan)
 
     def status(self, name: str) -> NDArray[np.str_]:
         """How each load factor of a limit was found (:class:`Status`); ``"no joint"`` where there is none."""
-        self._check(name)
-        return self._grid(
-            [str(p.limits[name].status) if name in p.limits else str(Region.NO_JOINT) for p in self.points]
-        )
+        return self._of_limits(name, "status", Region.NO_JOINT).astype(np.str_)
+
+    def _of_limits(self, name: str, word: str, none: Any) -> NDArray[Any]:
+        """What every point says of a limit."""
+        if name not in BOUNDS:
+            raise UsageError(f"limit: expected one of {', '.join(BOUNDS)}, found {shortened(repr(name))}")
+        return self._grid([getattr(p.limits[name], word) if name in p.limits else none for p in self.points])
 
     @cached_property
     def boundaries(self) -> Boundaries:
@@ -274,10 +274,6 @@ class Sweep(Result):
             where pandas or pyarrow is missing.
         """
         write_table(path, self.columns())
-
-    def _check(self, name: str) -> None:
-        if name not in BOUNDS:
-            raise UsageError(f"limit: expected one of {', '.join(BOUNDS)}, found {shortened(repr(name))}")
 
     def _grid(self, entries: list[Any]) -> NDArray[Any]:
         return np.array(entries).reshape(self.shape)

@@ -7,7 +7,7 @@ import pytest
 import shakedown
 from shakedown import Problem
 from shakedown.assessment import verify as module
-from shakedown.assessment.side_by_side import side_by_side
+from shakedown.assessment.verify import side_by_side
 
 SPACE = Problem(A=[[2, 0], [0, 2]], B=[[0, 0]], f=0.4, q_w=[[0.4, 0], [0.4, 1]], p_w=[[1], [1]])
 

@@ -34,7 +34,7 @@ def test_a_safe_slip_that_the_transient_destroys_is_not_predicted_to_shake_down(
     report = shakedown.verify(DESTROYED, random_states=1)
     assert report.agrees, report.disagreements
     (run,) = [r for r in report.runs if r.region == "between" and r.initial == "safe"]
-    assert (run.case.after_transient, run.predicted, run.agrees) == (True, "shakedown", True)
+    assert (run.after_transient, run.predicted, run.agrees) == (True, "shakedown", True)
     assert run.to_dict()["after_transient"] is True
 
 
@@ -59,7 +59,7 @@ def test_a_gentle_transient_leaves_a_safe_slip_where_it_is():
     assert shakedown.shakedown_bounds(TWO).through_transient is None
     report = shakedown.verify(GENTLE, random_states=1)
     assert report.agrees
-    assert not any(run.case.after_transient for run in report.runs)
+    assert not any(run.after_transient for run in report.runs)
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -38,7 +38,7 @@ def test_bounds_and_simulations_agree(found):
     assert {"below λ_U", "between", "above λ_max"} <= regions
     for each in found.runs:
         assert each.simulation.residual < 1e-7
-        if each.region == "below λ_U" or each.case.in_ball:
+        if each.region == "below λ_U" or each.in_ball:
             assert each.simulation.outcome == "shakedown"
             assert each.agrees
     assert found.second.lower is None
@@ -113,8 +113,7 @@ def test_transient_load_steps_come_first():
 def test_runs_that_take_too_much_work_are_said_to_be_open(monkeypatch):
     """Within their first cycle: nothing is claimed of them, and what is known without them stays."""
     monkeypatch.setattr(space_events, "EFFORT", 1)
-    for place in ("runs", "side_by_side"):
-        monkeypatch.setattr(f"shakedown.assessment.{place}.limited_work", lambda _: limited_work(1e3))
+    monkeypatch.setattr("shakedown.assessment.verify.limited_work", lambda _: limited_work(1e3))
     cut = shakedown.verify(shakedown.example("two-node-3d"), random_states=1)
     open_runs = [each for each in cut.runs if each.simulation.outcome == "undecided"]
     assert open_runs

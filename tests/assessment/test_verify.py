@@ -10,8 +10,14 @@ import shakedown
 from shakedown import Problem
 from shakedown.assessment import independent_bounds
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.load_regions import ABOVE, UNSAFE, default_load_factors, region_of
-from shakedown.assessment.plan import case_as_given, plan_steps, planned_cases
+from shakedown.assessment.plan import (
+    ABOVE,
+    UNSAFE,
+    case_as_given,
+    default_load_factors,
+    plan_steps,
+    region_of,
+)
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT
@@ -139,7 +145,7 @@ def test_every_piece_of_work_is_told_to_the_end() -> None:
 
 
 def bounded_runs(report):
-    return [run for run in report.runs if run.case.bounded]
+    return [run for run in report.runs if run.bounded]
 
 
 @pytest.mark.parametrize(
@@ -157,16 +163,16 @@ def test_a_bound_of_total_slip_beyond_the_ball_is_simulated_just_below(joint: Pr
     here = report.limits.from_state
     assert (here.symbol, here.load_factor) == ("λ_S", report.limits.accumulated.load_factor)
     assert here.load_factor > report.limits.energy.load_factor
-    last = max(bounded_runs(report), key=lambda run: run.case.load_factor)
-    assert 0 < 1.0 - last.case.load_factor / here.load_factor < 1e-5
-    assert np.array_equal(last.case.start, report.limits.accumulated.initial_slip)
-    assert (last.case.in_ball, last.predicted, last.simulation.outcome) == (False, "shakedown", "shakedown")
+    last = max(bounded_runs(report), key=lambda run: run.load_factor)
+    assert 0 < 1.0 - last.load_factor / here.load_factor < 1e-5
+    assert np.array_equal(last.start, report.limits.accumulated.initial_slip)
+    assert (last.in_ball, last.predicted, last.simulation.outcome) == (False, "shakedown", "shakedown")
     assert report.agrees, report.disagreements
 
 
 def test_total_slip_predicts_from_its_own_state_and_below_its_own_load_factor_alone() -> None:
     report = shakedown.verify(TWO, random_states=1, load_factors=[0.7, 0.735], budget=0)
-    predicted = {(r.case.load_factor, r.initial): r.predicted for r in report.runs}
+    predicted = {(r.load_factor, r.initial): r.predicted for r in report.runs}
     assert (
         report.limits.energy.load_factor
         < 0.7
@@ -176,7 +182,7 @@ def test_total_slip_predicts_from_its_own_state_and_below_its_own_load_factor_al
     )
     assert predicted[0.7, "zero"] == "shakedown"
     assert predicted[0.735, "zero"] == predicted[0.7, "witness"] == predicted[0.7, "random 0"] == "either"
-    assert {run.case.load_factor for run in report.runs} == {0.7, 0.735, 1.0}  # no more than asked for
+    assert {run.load_factor for run in report.runs} == {0.7, 0.735, 1.0}  # no more than asked for
 
 
 def test_where_no_box_is_proved_total_slip_takes_its_place() -> None:
@@ -185,8 +191,8 @@ def test_where_no_box_is_proved_total_slip_takes_its_place() -> None:
         report = shakedown.verify(joint, random_states=0, budget=0)
         here = report.limits.from_state
         assert (here.symbol, here.load_factor) == ("λ_S", report.limits.accumulated.load_factor)
-        last = max(bounded_runs(report), key=lambda run: run.case.load_factor)
-        assert 0 < 1.0 - last.case.load_factor / here.load_factor < 1e-5
+        last = max(bounded_runs(report), key=lambda run: run.load_factor)
+        assert 0 < 1.0 - last.load_factor / here.load_factor < 1e-5
         assert last.simulation.outcome == "shakedown"
         told = report.to_dict()["followed"]
         assert told == {"load_factor": report.transient.proved, "cycles": told["cycles"], "proved": True}
@@ -203,7 +209,7 @@ def flange() -> JointLimits:
 
 def test_states_are_no_larger_than_what_loads_leave_behind(flange: JointLimits) -> None:
     """A floating flange of 52 mm: in its ball are states that slip 300 mm, in no simulation."""
-    cases = [case for step in plan_steps(flange, None, 2, 0) for case in planned_cases(flange, step())]
+    cases = [case for step in plan_steps(flange, None, 2, 0) for case in step()]
     nominal = case_as_given(flange)
     assert (nominal.load_factor, nominal.initial, nominal.in_ball) == (1.0, "zero", True)
     assert {"zero", "safe", "random 0", "random 1", "ball 0", "ball 1"} <= {case.initial for case in cases}

@@ -10,7 +10,7 @@ from command import run
 import shakedown
 from shakedown import verify
 from shakedown.assessment import plan
-from shakedown.assessment.load_regions import OUTSIDE
+from shakedown.assessment.plan import OUTSIDE
 from shakedown.bounds import upper as upper_module
 from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.joint.contact_zone import contact_zone

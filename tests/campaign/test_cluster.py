@@ -11,7 +11,7 @@ import pytest
 from campaign_works import Deadly, Squares, done, squares
 
 from shakedown.campaign import cluster as module
-from shakedown.campaign import executors
+from shakedown.campaign import pieces as pieces_module
 from shakedown.campaign.cluster import cluster_executor
 from shakedown.campaign.pieces import run_pieces
 from shakedown.ground import code_cache
@@ -120,7 +120,7 @@ class Lost(Executor):
 
 
 def test_work_that_a_lost_scheduler_never_ends_is_not_waited_for(monkeypatch):
-    monkeypatch.setattr(executors, "ASK_AGAIN", 0.01)
+    monkeypatch.setattr(pieces_module, "ASK_AGAIN", 0.01)
     with pytest.raises(SolverError, match="one died"), run_pieces(Squares(), 3, executor=Lost()):
         pass
 

@@ -25,7 +25,9 @@ def meshes():
         "impossible_above": H**0.2,
     }
     same = ("", shakedown.example("block-9").fingerprint, "")
-    return Refinement(1.5, 0.5, None, np.arange(3.0), np.array([5, 9, 17]), 1, numbers, same)
+    return Refinement(
+        1.5, 0.5, None, np.arange(3.0), np.array([5, 9, 17]), 1, numbers, same, np.array([4.0, 8.0, 16.0])
+    )
 
 
 @pytest.mark.usefixtures("undrawn")
