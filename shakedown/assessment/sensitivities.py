@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.bound_result import Bound
+from shakedown.bounds.energy.ball_limits import BallLimits, ball_limits
 from shakedown.bounds.energy.energy_metric import EnergyMetric
-from shakedown.bounds.energy.energy_rows import EnergyRows, zone_rows
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
@@ -452,30 +452,30 @@ def _of_upper(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Optimum:
 
 
 def _of_energy(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Optimum:
-    rows = zone_rows(zone, tolerances=tolerances)
-    metric, closed = rows.metric, zone.problem.layout.slips_of(zone.closed_nodes)
+    limits = ball_limits(zone, tolerances=tolerances)
+    metric, closed = limits.metric, zone.problem.layout.slips_of(zone.closed_nodes)
     slip, start = bound.slip[closed], bound.initial_slip[closed]
-    at_tip = _is_kept(rows, start, bound.load_factor, bound.distance / metric.unit, tolerances)
+    at_tip = _is_kept(limits, start, bound.load_factor, bound.distance / metric.unit, tolerances)
     slip, reach = (start, bound.distance / metric.unit) if at_tip else (slip, bound.radius / metric.unit)
     moved = metric.root @ (slip - start)
-    sizes = rows.sizes(slip, bound.load_factor, reach)
+    sizes = limits.sizes(slip, bound.load_factor, reach)
     share = bound.multipliers * sizes
-    slack = rows.slack(slip, bound.load_factor, reach) / sizes
+    slack = limits.slack(slip, bound.load_factor, reach) / sizes
     chosen = np.flatnonzero((slack <= tolerances.feasibility) | (share > SMOOTH * share.max()))
-    before = len(rows.g) > len(zone.constraints.g)
+    before = len(limits.rows.g) > len(zone.constraints.g)
     rates = rates_of(zone, bound.load_factor, scale=metric.unit**2, before=before).among(chosen)
     ray = np.zeros_like(moved) if at_tip else moved / np.linalg.norm(moved)
-    s, y = rows.spread[chosen], bound.multipliers[chosen]
-    widening = np.append(spread_slopes(zone.joint, metric, rows.spread[: 2 * zone.joint.n]), 0.0)
+    s, y = limits.rows.spread[chosen], bound.multipliers[chosen]
+    widening = np.append(spread_slopes(zone.joint, metric, limits.rows.spread[: 2 * zone.joint.n]), 0.0)
     needs = widening[np.where(rates.rubs, rates.row, -1)]
     rising, growing = rates.pressure_slopes() @ metric.inverse, needs[:, None] * ray
     turn = rising - growing
     turn[np.abs(turn) <= SLOPE_ROUND_OFF * (np.abs(rising) + np.abs(growing))] = 0.0
     return _Optimum(
         rates=rates,
-        W=rows.G[chosen] @ metric.inverse + s[:, None] * ray,
-        d=rows.d[chosen],
-        multipliers=y / (y @ rows.d[chosen]),
+        W=limits.rows.G[chosen] @ metric.inverse + s[:, None] * ray,
+        d=limits.rows.d[chosen],
+        multipliers=y / (y @ limits.rows.d[chosen]),
         pressure=rates.pressures(slip) - reach * needs[:, None] * SIDES,
         turn=turn,
         at_tip=at_tip and bool(s.any()),
@@ -485,10 +485,10 @@ def _of_energy(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Optimum:
 
 
 def _is_kept(
-    rows: EnergyRows, slip: FloatArray, load_factor: float, reach: float, tolerances: Tolerances
+    limits: BallLimits, slip: FloatArray, load_factor: float, reach: float, tolerances: Tolerances
 ) -> bool:
     """Whether a slip is the centre of a ball of some radius at a load factor."""
-    slack = rows.slack(slip, load_factor, reach) / rows.sizes(slip, load_factor, reach)
+    slack = limits.slack(slip, load_factor, reach) / limits.sizes(slip, load_factor, reach)
     return bool(slack.min() >= -tolerances.feasibility)
 
 

@@ -14,10 +14,6 @@ from shakedown.bounds.certificate import (
     certified_upper,
     significant,
 )
-from shakedown.bounds.energy.row_ball import energy_ball as energy_ball
-from shakedown.bounds.energy.row_ball import no_ball_holds as no_ball_holds
-from shakedown.bounds.energy.row_bound import energy_bound as energy_bound
-from shakedown.bounds.energy.row_bound import strictly_inside as strictly_inside
 from shakedown.bounds.results import (
     MOVED,
     NO_SAFE_STATE,

@@ -9,10 +9,6 @@ from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.discs.disc_limits import largest_load_factor, relieving
 from shakedown.bounds.discs.disc_rows import DiscRows, disc_rows, zone_rows
 from shakedown.bounds.discs.safest_slip import safest
-from shakedown.bounds.energy.disc_ball import energy_ball as energy_ball
-from shakedown.bounds.energy.disc_ball import no_ball_holds as no_ball_holds
-from shakedown.bounds.energy.disc_bound import energy_bound as energy_bound
-from shakedown.bounds.energy.disc_bound import strictly_inside as strictly_inside
 from shakedown.bounds.results import (
     MOVED,
     NO_SAFE_STATE,

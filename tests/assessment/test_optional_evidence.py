@@ -15,7 +15,7 @@ OPTIONAL = [  # module and name of every step of evidence on which no answer of 
     "bounds.collapse.lower.certified_lower",
     "bounds.collapse.collapse_programs.starts_safe",
     "bounds.energy.energy_bound._certificate",
-    "bounds.energy.row_bound.ExactBall.holds",
+    "bounds.energy.energy_bound.ExactBall.holds",
     "bounds.uniqueness.friction_thresholds.wedging_threshold",
     "assessment.transient_limit.transient_limit",
     "assessment.every_limit.energy_ball",
@@ -126,7 +126,7 @@ def test_a_universal_bound_whose_programs_fail_is_open_and_no_number(monkeypatch
 
 
 def test_an_energy_bound_whose_programs_fail_is_open_and_no_number(monkeypatch, expected):
-    monkeypatch.setattr(place("bounds.energy.row_bound.row_solution"), fails)
+    monkeypatch.setattr(place("bounds.energy.energy_bound.largest_load_factor"), fails)
     found, code = command("solve", "two-node")
     assert code == 1
     assert (found["energy"]["load_factor"], found["energy"]["status"]) == (None, "undecided")

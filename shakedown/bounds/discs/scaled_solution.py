@@ -1,6 +1,5 @@
 """The solution of a program: interior points, Newton's method on the discs that meet there, and a proof."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,19 +8,17 @@ from scipy.linalg import lu_factor, lu_solve
 
 from shakedown.bounds.discs.scaled_discs import ScaledDiscs, UnscaledSolution, in_units
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import FOUR_DIGITS, NEWTON_ROUNDS, ROUND_OFF
+from shakedown.ground.round_off import NEWTON_ROUNDS, ROUND_OFF
 from shakedown.ground.size_limits import CONE
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.disc_solver import solve_discs
 from shakedown.programs.self_dual import (
     USABLE,
-    Enough,
     Point,
     Points,
     SelfDualSolution,
     balanced_multipliers,
-    never,
 )
 
 NEGATIVE = 10 * ROUND_OFF  # largest slack or multiplier below zero likewise
@@ -29,9 +26,6 @@ ALIKE = (1.0, 1e2)  # ratios of slack to multiplier up to which a limit counts a
 PROXIMITY = 100 * ROUND_OFF  # regularisation of slips left free by active limits, and of redundant limits
 
 Mask = NDArray[np.bool_]
-
-
-Value = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,41 +199,6 @@ class ProvedSolution:
     def value(self) -> float:
         """The largest w_last."""
         return float(self.w[-1])
-
-
-def proved_solution(
-    program: DiscProgram, value: Value, begun: Points = (), enough: Enough = never
-) -> ProvedSolution:
-    """The solution of a program, polished, with the value that the discs allow there in floats.
-
-    Parameters
-    ----------
-    program
-        Maximise w_last.
-    value
-        The w that the discs allow at a given y in floats, with the largest w_last.
-    begun
-        The way to the optimum of a program that differs little.
-    enough
-        Whether a y on the way, or the multipliers there, are as good as the optimum.
-
-    Raises
-    ------
-    SolverError
-        If no method comes to an end.
-    """
-    r = program.rank
-    # four digits are enough: what w is worth at y, and what the multipliers prove, is computed anew
-    end = solve_discs(program, FOUR_DIGITS, begun, lambda x, multipliers: enough(x[:r], multipliers))
-    if not enough(end.x[:r], end.multipliers):
-        end = polished(program, end)
-    discs, rows, _ = program.parts(end.multipliers)
-    best = ProvedSolution(end.status, end.x[:r], end.x[r:], discs, rows, path=end.path)
-    if end.status != Status.OPTIMAL:
-        return best
-    w = value(best.y)
-    best = replace(best, w=w if np.all(np.isfinite(w)) else best.w)
-    return replace(best, proved=proved(program, best))
 
 
 def balance(program: DiscProgram, discs: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArray]:

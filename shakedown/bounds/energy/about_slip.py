@@ -1,23 +1,22 @@
-"""The discs about a given slip, in units of energy and without dimension, and the programs over them."""
+"""The limits about a given slip, in units of energy and without dimension, and the programs over them."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from shakedown.bounds.energy.ball_limits import DiscLimits, Places
+from shakedown.bounds.energy.ball_limits import BallLimits, Places, cleaned
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import SETTLED
 from shakedown.ground.size_limits import CONE
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.scaling import power_of_two
 from shakedown.programs.shared_blocks import SharedBlocks
 
-ROUND_OFF = 4 * np.finfo(float).eps
-
 
 @dataclass(frozen=True, eq=False)
-class DiscsAbout:
-    """(f p, a q) = g − H_i y − λ d in discs that leave the slack s_i R, y in units of energy about a slip.
+class LimitsAbout:
+    """(f p, a q) = g − H_i y − λ d in discs that leave the slack s_i R, and rows, y in units of energy.
 
     Dimensionless, by powers of two, one of each node's own included.
 
@@ -29,20 +28,20 @@ class DiscsAbout:
         Node of every disc.
     d, g : (K, 3)
         Coefficients of λ, right-hand sides.
-    s : (n,)
-        Coefficients of the radius.
     rows : (k, r)
-        Coefficients of y in the rows of gaps.
-    row_d, row_g, row_s : (k,)
+        Coefficients of y in the rows.
+    row_d, row_g : (k,)
         Their other coefficients.
+    s : (K + k,)
+        Coefficients of the radius in discs and rows.
     sizes : (K + k,)
         Largest term on the right-hand side of every disc and row.
     offset
         δ.
     length
         Unit of y, of R and of δ.
-    unit, row_unit : (n,), (k,)
-        What discs of every node, and rows, were multiplied by [1/force].
+    unit : (K + k,)
+        What discs and rows were multiplied by [1/force].
     shared, scale : …, (n, 3)
         The blocks of which H are multiples, row by row.
     """
@@ -51,34 +50,22 @@ class DiscsAbout:
     node: Places
     d: FloatArray
     g: FloatArray
-    s: FloatArray
     rows: FloatArray
     row_d: FloatArray
     row_g: FloatArray
-    row_s: FloatArray
+    s: FloatArray
     sizes: FloatArray
     offset: float
     length: float
     unit: FloatArray
-    row_unit: FloatArray
     shared: SharedBlocks
     scale: FloatArray
 
-    @cached_property
-    def disc_s(self) -> FloatArray:
-        """s of every disc."""
-        return self.s[self.node]
-
-    @property
-    def all_s(self) -> FloatArray:
-        """s of every disc and row."""
-        return np.append(self.disc_s, self.row_s)
-
-    def reversed(self) -> "DiscsAbout":
+    def reversed(self) -> "LimitsAbout":
         """The same in −λ."""
         return replace(self, d=-self.d, row_d=-self.row_d)
 
-    def at_load(self, load_factor: float) -> "DiscsAbout":
+    def at_load(self, load_factor: float) -> "LimitsAbout":
         """At one load factor: nothing is left of λ."""
         return replace(
             self,
@@ -88,45 +75,47 @@ class DiscsAbout:
             row_d=np.zeros_like(self.row_d),
         )
 
-    def discs_at(self, y: FloatArray, load_factor: float) -> FloatArray:
-        """(f p, a q) of every disc, (K, 3)."""
-        return np.asarray(self.g - (self.H @ y)[self.node] - load_factor * self.d)
+    def discs_at(self, y: FloatArray) -> FloatArray:
+        """(f p, a q) of every disc without a load factor, (K, 3)."""
+        return np.asarray(self.g - (self.H @ y)[self.node])
 
     def slack(self, y: FloatArray, load_factor: float = 0.0) -> FloatArray:
         """Distance of every disc and row to its limit (K + k,)."""
-        u = self.discs_at(y, load_factor)
+        u = self.discs_at(y) - load_factor * self.d
         rows = self.row_g - self.rows @ y - load_factor * self.row_d
         return np.append(u[:, 0] - np.hypot(u[:, 1], u[:, 2]), rows)
 
-    def excess(self, y: FloatArray, load_factor: float, radius: float) -> FloatArray:
-        """Violation of every disc and row, relative to its largest term."""
-        moved = np.append((np.abs(self.H) @ np.abs(y)).max(axis=1)[self.node], np.abs(self.rows) @ np.abs(y))
-        loads = abs(load_factor) * np.append(np.abs(self.d).max(axis=1), np.abs(self.row_d))
-        terms = np.maximum(np.maximum(moved, loads), np.maximum(self.sizes, radius * self.all_s))
-        return (radius * self.all_s - self.slack(y, load_factor)) / np.where(terms > 0, terms, 1.0)
-
-    def program(self, extra: FloatArray, rows_extra: FloatArray, rows_right: FloatArray) -> DiscProgram:
-        """Minimise the last of w, negative, over these discs: of discs and rows the coefficients of w.
+    def program(
+        self,
+        columns: list[tuple[FloatArray, FloatArray]],
+        ends: list[list[float]],
+        right: list[float],
+        *,
+        within: bool,
+    ) -> DiscProgram:
+        """Minimise the last of w, negative, over these discs and rows.
 
         Parameters
         ----------
-        extra : (K, 3, p)
-            Coefficients of w in the discs.
-        rows_extra : (k + j, p)
-            In the rows of gaps, and in j further rows without y.
-        rows_right : (j,)
-            Right-hand sides of these.
+        columns
+            Of every number of w its coefficients in the discs (K, 3) and in the rows (k,).
+        ends, right
+            Coefficients of w in further rows without y, and their right-hand sides.
+        within
+            Whether the length of y, with δ, is at most the first of w.
         """
-        nothing = np.zeros((len(rows_right), self.H.shape[2]))
+        discs, rows = zip(*columns, strict=True)
         return DiscProgram(
             blocks=self.H,
             node=self.node,
-            extra=extra,
+            extra=np.stack(discs, axis=2),
             right=self.g,
-            rows=np.vstack([self.rows, nothing]),
-            rows_extra=rows_extra,
-            rows_right=np.append(self.row_g, rows_right),
-            cost=np.append(np.zeros(extra.shape[2] - 1), -1.0),
+            rows=np.vstack([self.rows, np.zeros((len(ends), self.H.shape[2]))]),
+            rows_extra=np.vstack([np.column_stack(rows), *ends]),
+            rows_right=np.append(self.row_g, right),
+            cost=np.append(np.zeros(len(columns) - 1), -1.0),
+            norm=np.eye(len(columns))[0] if within else None,
+            offset=self.offset if within else 0.0,
             shared=self.shared,
             scale=self.scale,
         )
@@ -136,48 +125,36 @@ class DiscsAbout:
 
         Where no limit knows the radius, w = (λ,): it would have no end.
         """
-        loads = np.append(self.row_d, 1.0 if reverse else -1.0)
-        if not self.knows_radius:
-            return self.program(self.d[:, :, None], loads[:, None], np.zeros(1))
-        found = self.program(
-            np.stack([self._of_radius(self.disc_s), self.d], axis=2),
-            np.column_stack([np.append(self.row_s, 0.0), loads]),
-            np.zeros(1),
-        )
-        return replace(found, norm=np.array([1.0, 0.0]), offset=self.offset)
+        sign, known = 1.0 if reverse else -1.0, self.knows_radius
+        columns = [self._of_radius(self.s), (self.d, self.row_d)]
+        return self.program(columns[not known :], [[0.0, sign][not known :]], [0.0], within=known)
 
     @property
     def knows_radius(self) -> bool:
         """Whether any limit depends on the radius by more than round-off."""
-        return bool(self.all_s.max(initial=0.0) > ROUND_OFF)
+        return bool(self.s.max(initial=0.0) > SETTLED)
 
     @cached_property
     def unit_of_radius(self) -> float:
-        """Radii times this change the discs as much as y does; s may be next to nothing beside H."""
-        return power_of_two(float(self.all_s.max(initial=0.0)))
+        """Radii times this change the limits as much as y does; s may be next to nothing beside H."""
+        return power_of_two(float(self.s.max(initial=0.0)))
 
     def margin_program(self) -> DiscProgram:
-        """The largest δ, of either sign, for which ‖y‖ + δ ≤ R and R ≥ 0, w = (R − δ, δ) in these units.
+        """The largest margin, of either sign, for which ‖y‖ + margin ≤ R and R ≥ 0, w = (R − margin, margin).
 
-        The length of y in those of y, the radius in units of its own: it may be larger by many orders.
+        The length of y in its own units, the radius and the margin in units of the radius: they may be larger
+        by many orders.
         """
         unit = self.unit_of_radius
-        found = self.program(
-            np.stack([self._of_radius(self.disc_s), self._of_radius(self.disc_s / unit)], axis=2),
-            np.vstack([np.column_stack([self.row_s, self.row_s / unit]), [-unit, -1.0]]),
-            np.zeros(1),
-        )
-        return replace(found, norm=np.array([1.0, 0.0]))
+        columns = [self._of_radius(self.s), self._of_radius(self.s / unit)]
+        return self.program(columns, [[-unit, -1.0]], [0.0], within=True)
 
     def radius_program(self, cap: float) -> DiscProgram:
         """The largest R up to a cap, whatever y is, w = (R,) in units of the radius."""
         unit = self.unit_of_radius
-        ends = [0.0] if np.isinf(cap) else [0.0, cap * unit]
-        return self.program(
-            self._of_radius(self.disc_s / unit)[:, :, None],
-            np.append(self.row_s / unit, [-1.0, 1.0][: len(ends)])[:, None],
-            np.array(ends),
-        )
+        last = 1 if np.isinf(cap) else 2
+        columns = [self._of_radius(self.s / unit)]
+        return self.program(columns, [[-1.0], [1.0]][:last], [0.0, cap * unit][:last], within=False)
 
     @cached_property
     def margin_sizes(self) -> FloatArray:
@@ -187,7 +164,7 @@ class DiscsAbout:
 
     def margin(self, y: FloatArray, load_factor: float, radius: float) -> float:
         """The smallest margin that discs and rows keep at y with a radius, relative, at most 1."""
-        slack = self.slack(y, load_factor) - radius * self.all_s
+        slack = self.slack(y, load_factor) - radius * self.s
         sizes = np.where(self.margin_sizes > 0, self.margin_sizes, 1.0)
         return min(1.0, float(np.min(slack / sizes, initial=1.0)))
 
@@ -197,62 +174,56 @@ class DiscsAbout:
         With the ball about y that holds δ; or, without, w = (t,) at one load factor, for R = 0. Where no
         limit knows the radius, w = (λ, t).
         """
-        sizes = self.margin_sizes
-        K, kept = len(self.node), np.array([ball and self.knows_radius, ball, True])
-        discs = np.stack([self._of_radius(self.disc_s), self.d, self._of_radius(sizes[:K])], axis=2)
-        rows = np.column_stack([self.row_s, self.row_d, sizes[K:]])
-        ends = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0]])[kept[1:]]
-        found = self.program(
-            discs[..., kept], np.vstack([rows, ends])[:, kept], np.array([0.0, 1.0])[kept[1:]]
-        )
-        return replace(found, norm=np.array([1.0, 0.0, 0.0]), offset=self.offset) if kept[0] else found
+        columns = [self._of_radius(self.s), (self.d, self.row_d), self._of_radius(self.margin_sizes)]
+        first = 2 if not ball else int(not self.knows_radius)
+        ends = [[0.0, -1.0, 0.0][first:], [0.0, 0.0, 1.0][first:]][not ball :]
+        return self.program(columns[first:], ends, [0.0, 1.0][not ball :], within=first == 0)
 
-    def _of_radius(self, values: FloatArray) -> FloatArray:
-        """What is taken of the radius of every disc alone, (K, 3)."""
-        return np.column_stack([values, np.zeros((len(values), CONE - 1))])
+    def _of_radius(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values (K + k,) as what is taken of the radius of every disc alone (K, 3), and of rows (k,)."""
+        discs, rows = np.split(values, [len(self.node)])
+        return np.column_stack([discs, np.zeros((len(discs), CONE - 1))]), rows
 
 
-def discs_about(limits: DiscLimits, slip: FloatArray, distance: float = 0.0) -> DiscsAbout:
-    """The discs about a slip, from which an energy distance is to be kept."""
-    metric, node, n = limits.metric, limits.node, len(limits.f)
+def limits_about(limits: BallLimits, slip: FloatArray, distance: float = 0.0) -> LimitsAbout:
+    """The limits about a slip, from which an energy distance is to be kept."""
+    node, n = limits.node, len(limits.f)
     scale = np.column_stack([np.ones(n), limits.stretch, limits.stretch])
     H = limits.shared_blocks.blocks * scale[:, :, None]
-    rows = limits.gaps @ metric.inverse
     moved, terms = limits.G @ slip, np.abs(limits.G) @ np.abs(slip)
-    g = _cleaned(limits.g - moved[node], np.abs(limits.g) + terms[node])
-    row_terms = np.abs(limits.gaps) @ np.abs(slip)
-    row_g = _cleaned(limits.gap_g - limits.gaps @ slip, np.abs(limits.gap_g) + row_terms)
+    g = cleaned(limits.g - moved[node], np.abs(limits.g) + terms[node])
+    row_terms = np.abs(limits.rows.G) @ np.abs(slip)
+    row_g = cleaned(limits.rows.g - limits.rows.G @ slip, np.abs(limits.rows.g) + row_terms)
     sizes = np.maximum(np.abs(limits.g).max(axis=1), terms.max(axis=1)[node])
-    row_sizes = np.maximum(np.abs(limits.gap_g), row_terms)
-    starts = np.flatnonzero(np.append(True, np.diff(node) > 0))
-    of_nodes = np.maximum.reduceat(np.maximum(sizes, np.abs(limits.d).max(axis=1)), starts)
-    unit = 1.0 / np.array([power_of_two(float(size)) for size in of_nodes])
-    row_unit = 1.0 / np.array([power_of_two(float(size)) for size in row_sizes])
+    row_sizes = np.maximum(np.abs(limits.rows.g), row_terms)
+    of_nodes = np.zeros(n)
+    np.maximum.at(of_nodes, node, np.maximum(sizes, np.abs(limits.d).max(axis=1)))
+    unit = _inverses(of_nodes)
+    row_unit = _inverses(np.maximum(row_sizes, np.abs(limits.rows.d)))
     slopes = np.append(
-        np.abs(H).max(axis=(1, 2), initial=0.0) * unit, np.abs(rows).max(axis=1, initial=0.0) * row_unit
+        np.abs(H).max(axis=(1, 2), initial=0.0) * unit,
+        np.abs(limits.rows.slopes).max(axis=1, initial=0.0) * row_unit,
     )
     length = 1.0 / power_of_two(float(slopes.max(initial=0.0)))
-    own_unit = (unit * length)[:, None]
-    return DiscsAbout(
-        H=H * own_unit[:, :, None],
+    units = np.append(unit[node], row_unit)
+    return LimitsAbout(
+        H=H * (unit * length)[:, None, None],
         node=node,
         d=limits.d * scale[node] * unit[node, None],
         g=g * scale[node] * unit[node, None],
-        s=limits.spread * unit * length,
-        rows=rows * (row_unit * length)[:, None],
-        row_d=limits.gap_d * row_unit,
+        rows=limits.rows.slopes * (row_unit * length)[:, None],
+        row_d=limits.rows.d * row_unit,
         row_g=row_g * row_unit,
-        row_s=limits.gap_spread * row_unit * length,
-        sizes=np.append(sizes * unit[node], row_sizes * row_unit),
-        offset=distance / metric.unit / length,
+        s=limits.spread * units * length,
+        sizes=np.append(sizes, row_sizes) * units,
+        offset=distance / limits.metric.unit / length,
         length=length,
-        unit=unit,
-        row_unit=row_unit,
+        unit=units,
         shared=limits.shared_blocks,
-        scale=scale * own_unit,
+        scale=scale * (unit * length)[:, None],
     )
 
 
-def _cleaned(difference: FloatArray, terms: FloatArray) -> FloatArray:
-    """A difference, with what is round-off of its terms set to exact zero."""
-    return np.where(np.abs(difference) <= ROUND_OFF * terms, 0.0, difference)
+def _inverses(sizes: FloatArray) -> FloatArray:
+    """Powers of two that bring sizes near 1."""
+    return 1.0 / np.array([power_of_two(float(size)) for size in sizes])

@@ -1,16 +1,18 @@
-"""The frictional limits of joints in space with the slack that a ball of slips needs at each of them."""
+"""The frictional limits of a joint with the slack that a ball of slips needs at each of them."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.energy.energy_metric import EnergyMetric, energy_metric
+from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.size_limits import CONE
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.constraints import Side
+from shakedown.joint.constraints import Side, constraints, through_transient
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.law import Law
@@ -23,18 +25,48 @@ Places = NDArray[np.intp]
 OWN = 32 * np.finfo(float).eps  # relative round-off of a pressure determined by its node's own reaction
 
 
-@dataclass(frozen=True, eq=False)
-class DiscLimits:
-    """a_i |q| + s_i R ≤ f_i p at every node and load step; rows a · v + λ d + s R ≤ g of gaps.
-
-    (f p, q) = g − G_i v − λ d of a node i at a load step. Of the change of a pressure the ``share`` c_i is
-    tied to the change of the node's own tangential reaction, a_i = √(1 + f_i² |c_i|²), and s_i = f_i γ_i(c_i)
-    is the rest (docs/energy.md, section 8).
+class Rows(NamedTuple):
+    """Rows G v + λ d + s R ≤ g, all of them forces.
 
     Attributes
     ----------
-    G : (n, 3, 2n)
-        Coefficients of the slip in the discs of every node [force/length].
+    G : (k, dn)
+        Coefficients of the slip [force/length].
+    slopes : (k, r)
+        The same by unit vectors of the energy norm.
+    d, g, spread : (k,)
+        Coefficients of the load factor, right-hand sides, coefficients s of the radius.
+    node, side : (k,)
+        Node of every row, and its side; of gaps with two directions the load step.
+    """
+
+    G: FloatArray
+    slopes: FloatArray
+    d: FloatArray
+    g: FloatArray
+    spread: FloatArray
+    node: Places
+    side: Places
+
+    def followed_by(self, others: "Rows") -> "Rows":
+        """These rows and others."""
+        return Rows(*(np.concatenate(both) for both in zip(self, others, strict=True)))
+
+
+@dataclass(frozen=True, eq=False)
+class BallLimits:
+    """Discs a_i |q| + s_i R ≤ f_i p of nodes at load steps, and rows G v + λ d + s R ≤ g.
+
+    With two directions every extreme load step of a node is a disc, (f p, q) = g − G_i v − λ d. Of the change
+    of a pressure the ``share`` c_i is tied to the change of the node's own tangential reaction,
+    a_i = √(1 + f_i² |c_i|²), and s_i = f_i γ_i(c_i) is the rest (docs/energy.md, section 8). With one
+    direction a disc is two rows, of which each has the best share that its side may have, and no factor.
+    The rows of gaps that stay open are the last ones.
+
+    Attributes
+    ----------
+    G : (n, 3, dn)
+        Coefficients of the slip in the discs of every node; n = 0 with one direction [force/length].
     node, step : (K,)
         Node and load step of every disc, by node; steps of a transient before the period are negative.
     d, g : (K, 3)
@@ -49,18 +81,18 @@ class DiscLimits:
         That γ, against relative radii [force/length]; inf where nothing bounds a pressure.
     stiffness : (n, 2, 2)
         A_ii times ``metric.unit``², so that γ² adds up [(force/length)²].
-    gaps : (k, 2n)
-        Coefficients of the slip in the rows of open nodes, as forces.
-    gap_d, gap_g, gap_spread, gap_node, gap_step : (k,)
-        Their other coefficients; the open nodes, and their extreme load steps.
+    shared_blocks
+        G by unit vectors of the energy norm, (n, 3, r): the same for all shares, load factors and slips.
+    rows
+        The rows.
+    gap_count
+        How many of the rows are gaps.
     closed : (n,)
         The closed nodes by their numbers in the whole joint.
     metric
-        The energy norm.
+        The energy norm; radii are relative to ``metric.unit``.
     rigid
         The slips that change no frictional limit, and where they are pinned.
-    shared_blocks
-        G by unit vectors of the energy norm, (n, 3, r): the same for all shares, load factors and slips.
     """
 
     G: FloatArray
@@ -73,21 +105,17 @@ class DiscLimits:
     own: FloatArray
     least: FloatArray
     stiffness: FloatArray
-    gaps: FloatArray
-    gap_d: FloatArray
-    gap_g: FloatArray
-    gap_spread: FloatArray
-    gap_node: Places
-    gap_step: Places
+    shared_blocks: SharedBlocks
+    rows: Rows
     closed: Places
     metric: EnergyMetric
     rigid: RigidSlips
-    shared_blocks: SharedBlocks
+    gap_count: int = 0
 
     @property
     def n(self) -> int:
         """Number of slips."""
-        return self.G.shape[2]
+        return self.rows.G.shape[1]
 
     @cached_property
     def stretch(self) -> FloatArray:
@@ -95,12 +123,22 @@ class DiscLimits:
         return np.sqrt(1.0 + self.f**2 * np.einsum("ij,ij->i", self.share, self.share))
 
     @cached_property
-    def spread(self) -> FloatArray:
-        """s of every node against relative radii, (n,) [force/length]."""
+    def node_spread(self) -> FloatArray:
+        """s of the discs of every node, (n,) [force/length]."""
         off = self.share - self.own
         return self.f * np.sqrt(self.least**2 + np.einsum("ij,ijk,ik->i", off, self.stiffness, off))
 
-    def shared(self, share: FloatArray) -> "DiscLimits":
+    @property
+    def spread(self) -> FloatArray:
+        """s of every disc and row, (K + k,) [force/length]."""
+        return np.append(self.node_spread[self.node], self.rows.spread)
+
+    @property
+    def hold_below(self) -> bool:
+        """Whether limits that hold at a load factor hold at every smaller one."""
+        return bool((self.d[:, 0] >= np.hypot(self.d[:, 1], self.d[:, 2])).all() and (self.rows.d >= 0).all())
+
+    def shared(self, share: FloatArray) -> "BallLimits":
         """The same limits with other shares."""
         return replace(self, share=share)
 
@@ -109,50 +147,57 @@ class DiscLimits:
         return np.asarray(self.g - (self.G @ slip)[self.node] - load_factor * self.d)
 
     def slack(self, slip: FloatArray, load_factor: float, radius: float = 0.0) -> FloatArray:
-        """Distance to the limit of every disc and gap (K + k,), less what a relative radius needs [force]."""
-        u, node = self.reactions(slip, load_factor), self.node
-        slack = u[:, 0] - self.stretch[node] * np.hypot(u[:, 1], u[:, 2])
-        gap = self.gap_g - self.gaps @ slip - load_factor * self.gap_d
-        need = 0.0 if radius == 0 else radius
-        return np.append(slack - need * self.spread[node], gap - need * self.gap_spread)
+        """Distance to the limit of every disc and row (K + k,), less what a relative radius needs [force]."""
+        u = self.reactions(slip, load_factor)
+        discs = u[:, 0] - self.stretch[self.node] * np.hypot(u[:, 1], u[:, 2])
+        slack = np.append(discs, self.rows.g - self.rows.G @ slip - load_factor * self.rows.d)
+        return slack - radius * self.spread if radius else slack
 
     def sizes(self, slip: FloatArray, load_factor: float, radius: float = 0.0) -> FloatArray:
-        """The largest term of every disc and gap, (K + k,) [force]; 1 where all are zero."""
+        """The largest term of every disc and row, (K + k,) [force]; 1 where all are zero."""
         moved = (np.abs(self.G) @ np.abs(slip)).max(axis=1)[self.node]
-        moved = np.append(moved, np.abs(self.gaps) @ np.abs(slip))
-        loads = np.append(np.abs(self.d).max(axis=1), np.abs(self.gap_d)) * abs(load_factor)
-        left = np.append(np.abs(self.g).max(axis=1), np.abs(self.gap_g))
-        need = radius * np.append(self.spread[self.node], self.gap_spread) if radius else 0.0
+        moved = np.append(moved, np.abs(self.rows.G) @ np.abs(slip))
+        loads = np.append(np.abs(self.d).max(axis=1), np.abs(self.rows.d)) * abs(load_factor)
+        left = np.append(np.abs(self.g).max(axis=1), np.abs(self.rows.g))
+        need = radius * self.spread if radius else 0.0
         terms = np.maximum(np.maximum(moved, loads), np.maximum(left, need))
         return np.where(terms > 0, terms, 1.0)
 
     def names(self, indices: Places) -> tuple[tuple[int, int], ...]:
-        """(node, load step) of some discs and gaps, in order."""
-        node = np.append(self.closed[self.node], self.gap_node)
-        step = np.append(self.step, self.gap_step)
-        return tuple((int(node[i]), int(step[i])) for i in sorted(indices))
+        """(node, side) of some rows, (node, load step) of some discs, in order, each once."""
+        node = np.append(self.closed[self.node], self.rows.node)
+        side = np.append(self.step, self.rows.side)
+        return tuple(dict.fromkeys((int(node[i]), int(side[i])) for i in sorted(indices)))
 
 
-def disc_limits(zone: Zone, *, transient: bool = True, tolerances: Tolerances = DEFAULT) -> DiscLimits:
+def ball_limits(zone: Zone, *, transient: bool = True, tolerances: Tolerances = DEFAULT) -> BallLimits:
     """The limits of the closed nodes, shares zero, and of every open node that it stays open.
+
+    Within a ball of radius R about v* the gap of an open node i falls below that at v* by
+    ‖∂w_i/∂v_K‖ R at most, the dual norm of its slope in the energy norm of the condensed
+    joint; that much slack it needs.
 
     Parameters
     ----------
     zone
         The closed and the open nodes. The columns are the slips of the closed nodes.
     transient
-        Whether the transient load steps, where the problem has them, are still to come.
+        Whether the transient load steps, where the problem has them, are still to come. They are not scaled
+        by the load factor.
 
     Examples
     --------
     >>> import shakedown
     >>> from shakedown.joint.contact_zone import contact_zone
+    >>> limits = ball_limits(contact_zone(shakedown.example("two-node"), [1]))
+    >>> limits.rows.G.shape, limits.rows.node, limits.rows.side
+    ((3, 1), array([0, 0, 1]), array([ 1, -1,  0]))
     >>> t = 2 * np.pi * np.arange(8)[:, None] / 8
     >>> joint = shakedown.Problem(
     ...     A=np.eye(2), B=[[0.5, 0.0]], f=0.4, q_w=np.hstack([np.cos(t), np.sin(t)]), p_w=3.0 + 0.0 * t
     ... )
-    >>> limits = disc_limits(contact_zone(joint, ()))
-    >>> limits.d.shape, limits.spread.round(3), limits.own
+    >>> limits = ball_limits(contact_zone(joint, ()))
+    >>> limits.d.shape, limits.node_spread.round(3), limits.own
     ((8, 3), array([0.2]), array([[0.5, 0. ]]))
     """
     transient = transient and len(transient_path(zone.problem)) > 0
@@ -164,52 +209,128 @@ def disc_limits(zone: Zone, *, transient: bool = True, tolerances: Tolerances = 
 
 
 @once_per_problem
-def _known_limits(problem: Problem) -> dict[tuple[bool, Tolerances], DiscLimits]:
+def _known_limits(problem: Problem) -> dict[tuple[bool, Tolerances], BallLimits]:
     """Cached limits of one problem: each costs an eigenvalue problem and serves all load factors."""
     return {}
 
 
-def _of_closed(problem: Problem, transient: bool, tolerances: Tolerances) -> DiscLimits:
-    law, loop, rigid, n = problem.law, loading(problem), rigid_slips(problem), problem.n
+def _of_closed(problem: Problem, transient: bool, tolerances: Tolerances) -> BallLimits:
+    rigid, slips = rigid_slips(problem), problem.layout.slip_size
     metric = energy_metric(problem.A, problem.B, rigid, tolerances=tolerances)
     if not metric.inverse.shape[1]:  # no slip stores energy: one zero direction is used
-        nothing = np.zeros((1, 2 * n))
+        nothing = np.zeros((1, slips))
         metric = replace(metric, root=nothing, inverse=nothing.T)
+    limits = BallLimits(
+        G=np.zeros((0, CONE, slips)),
+        node=_none()[0],
+        step=_none()[1],
+        d=np.zeros((0, CONE)),
+        g=np.zeros((0, CONE)),
+        f=np.zeros(0),
+        share=np.zeros((0, 2)),
+        own=np.zeros((0, 2)),
+        least=np.zeros(0),
+        stiffness=np.zeros((0, 2, 2)),
+        shared_blocks=SharedBlocks(np.zeros((0, CONE, metric.inverse.shape[1]))),
+        rows=Rows(np.zeros((0, slips)), np.zeros((0, metric.inverse.shape[1])), *np.zeros((3, 0)), *_none()),
+        closed=np.arange(problem.n),
+        metric=metric,
+        rigid=rigid,
+    )
+    kind = _as_rows if problem.directions == 1 else _as_discs
+    return replace(limits, **kind(problem, metric, transient, tolerances))
+
+
+def _none() -> Places:
+    return np.zeros((2, 0), dtype=np.intp)
+
+
+def _as_rows(
+    problem: Problem, metric: EnergyMetric, transient: bool, tolerances: Tolerances
+) -> dict[str, Any]:
+    """The limits of a joint in the plane: two extremal rows a node, two more for its transient load steps."""
+    found = through_transient(problem) if transient else constraints(problem)
+    rows = np.flatnonzero(found.sided)
+    spread = spreads(problem.A, problem.B, problem.f, metric, tolerances=tolerances).ravel()
+    terms = problem.law.stiffness_terms(problem.A, problem.B)[: len(spread)]
+    times = len(rows) // len(spread)
+    G = cleaned(found.G[rows], np.tile(terms, (times, 1)))
+    slopes, spread = G @ metric.inverse, np.tile(spread, times)
+    names = found.node[rows], found.side[rows]
+    return {"rows": Rows(G, slopes, found.d[rows], found.g[rows], spread, *names)}
+
+
+def spreads(
+    A: FloatArray, B: FloatArray, f: FloatArray, metric: EnergyMetric, *, tolerances: Tolerances = DEFAULT
+) -> FloatArray:
+    """f γ of every node in the plane and side, (n, 2) [force/length]: what slip can do to a limit.
+
+    The best share of a limit is B_ii / A_ii, which for the backward limit (column 0) must not
+    exceed 1/f, and for the forward limit (column 1) not fall below −1/f.
+    """
+    law, least = Law(f), own_parts(A, B, metric, tolerances)[1]
+    sides = np.repeat(law.limit(least)[:, None], 2, axis=1)
+    for column, sign in enumerate((1.0, -1.0)):
+        beyond = np.flatnonzero(sign * f * np.diagonal(B) > np.diagonal(A))  # above its own critical friction
+        limit = law.limit_rows(B)[beyond] - sign * A[beyond]
+        sizes = metric.sizes[beyond]
+        sides[beyond, column] = metric.relative_dual_norms(limit, sizes, tolerances, rigid=False)
+    return sides
+
+
+def own_parts(
+    A: FloatArray, B: FloatArray, metric: EnergyMetric, tolerances: Tolerances
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """A_ii⁻¹ B_ii of every node (n, d), γ there (n,), and A_ii times ``metric.unit``² (n, d, d).
+
+    Of the change B_i e of a pressure the part c (A e)_i is tied to the node's own tangential reaction;
+    γ = max |(B_i − c A_i) e| over ‖e‖ ≤ 1 (in units of ``metric.unit``) is the rest.
+    γ(c)² = γ² there + (c − c_i)ᵀ A_ii (c − c_i): a sum, so that nothing cancels.
+    """
+    n = len(B)
+    d, at = len(A) // n, np.arange(n)
+    rows, blocks = A.reshape(n, d, -1), A.reshape(n, d, n, d)[at, :, at, :]
+    inverses = np.linalg.pinv(blocks, rcond=tolerances.zero_mode, hermitian=True)
+    own = np.einsum("ijk,ik->ij", inverses, B.reshape(n, n, d)[at, at])
+    rest = B - np.einsum("ij,ijk->ik", own, rows)
+    terms = np.abs(B) + np.einsum("ij,ijk->ik", np.abs(own), np.abs(rows))
+    rest = np.where(np.abs(rest) <= OWN * terms, 0.0, rest)
+    sizes = metric.sizes.reshape(n, d).max(axis=1)
+    least = metric.relative_dual_norms(rest, sizes, tolerances, rigid=False)
+    return own, least, blocks * metric.unit**2
+
+
+def _as_discs(
+    problem: Problem, metric: EnergyMetric, transient: bool, tolerances: Tolerances
+) -> dict[str, Any]:
+    """The limits of a joint in space: the discs of the load steps that matter."""
+    law, loop, n = problem.law, loading(problem), problem.n
     node, step = _extreme_steps(law, loop.q1, loop.p1)
     d = law.of_nodes(law.against(loop.q1, loop.p1))[step, node]
     g = law.of_nodes(law.cone(loop.q0, loop.p0))[node]
-    before = transient_path(problem)
-    if transient and len(before):
+    if transient:
+        before = transient_path(problem)
         parts = problem.layout.split(before)
         early, when = _extreme_steps(law, *parts)
         g = np.vstack([g, law.of_nodes(law.cone(*parts))[when, early]])
         d = np.vstack([d, np.zeros((len(early), CONE))])
         node, step = np.append(node, early), np.append(step, when - len(before))
     order = np.argsort(node, kind="stable")
-    own, least, stiffness = _own_parts(problem, metric, tolerances)
-    none, G = np.zeros(0), np.moveaxis(law.of_nodes(law.stiffness(problem.A, problem.B).T), 0, -1)
-    return DiscLimits(
-        G=G,
-        node=node[order],
-        step=step[order],
-        d=d[order],
-        g=g[order],
-        f=problem.f,
-        share=np.zeros((n, 2)),
-        own=own,
-        least=least,
-        stiffness=stiffness,
-        gaps=np.zeros((0, 2 * n)),
-        gap_d=none,
-        gap_g=none,
-        gap_spread=none,
-        gap_node=none.astype(np.intp),
-        gap_step=none.astype(np.intp),
-        closed=np.arange(n),
-        metric=metric,
-        rigid=rigid,
-        shared_blocks=SharedBlocks((G.reshape(-1, 2 * n) @ metric.inverse).reshape(n, CONE, -1)),
-    )
+    own, least, stiffness = own_parts(problem.A, problem.B, metric, tolerances)
+    G = np.moveaxis(law.of_nodes(law.stiffness(problem.A, problem.B).T), 0, -1)
+    return {
+        "G": G,
+        "node": node[order],
+        "step": step[order],
+        "d": d[order],
+        "g": g[order],
+        "f": problem.f,
+        "share": np.zeros((n, 2)),
+        "own": own,
+        "least": least,
+        "stiffness": stiffness,
+        "shared_blocks": SharedBlocks((G.reshape(CONE * n, -1) @ metric.inverse).reshape(n, CONE, -1)),
+    }
 
 
 def _extreme_steps(law: Law, q: FloatArray, p: FloatArray) -> tuple[Places, Places]:
@@ -217,68 +338,67 @@ def _extreme_steps(law: Law, q: FloatArray, p: FloatArray) -> tuple[Places, Plac
     return Law(law.f / np.sqrt(2.0), 2).extreme_steps(q, p)
 
 
-def _own_parts(
-    problem: Problem, metric: EnergyMetric, tolerances: Tolerances
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """A_ii⁻¹ B_ii of every node, γ there, and A_ii.
-
-    γ(c)² = γ² there + (c − c_i)ᵀ A_ii (c − c_i): a sum, so that nothing cancels.
-    """
-    n, A, B = problem.n, problem.A, problem.B
-    rows, at = A.reshape(n, 2, -1), np.arange(n)
-    blocks = A.reshape(n, 2, n, 2)[at, :, at, :]
-    coupling = B.reshape(n, n, 2)[at, at]
-    own = np.einsum(
-        "ijk,ik->ij", np.linalg.pinv(blocks, rcond=tolerances.zero_mode, hermitian=True), coupling
-    )
-    rest = B - np.einsum("ij,ijk->ik", own, rows)
-    terms = np.abs(B) + np.einsum("ij,ijk->ik", np.abs(own), np.abs(rows))
-    rest = np.where(np.abs(rest) <= OWN * terms, 0.0, rest)
-    sizes = metric.sizes.reshape(n, 2).max(axis=1)
-    least = metric.relative_dual_norms(rest, sizes, tolerances, rigid=False)
-    return own, least, blocks * metric.unit**2
-
-
-def _with_gaps(limits: DiscLimits, zone: Zone, transient: bool, tolerances: Tolerances) -> DiscLimits:
+def _with_gaps(limits: BallLimits, zone: Zone, transient: bool, tolerances: Tolerances) -> BallLimits:
     """With the rows of the open nodes; a gap is multiplied by ``metric.unit``², so that it is a force."""
-    whole, metric, limits_of = zone.constraints, limits.metric, zone.problem.layout
-    gap = whole.side == Side.GAP
-    slope, d, g = whole.G[gap], whole.d[gap], whole.g[gap]
-    node, step, force = whole.node[gap], whole.step[gap], metric.unit**2
-    lengths = np.abs(slope) @ (force / metric.sizes)
-    spread = metric.relative_dual_norms(slope, lengths, tolerances)  # inf where a rigid slip changes it
-    before = transient_path(zone.problem)
-    if transient and len(before):
-        u = zone.displacements(np.zeros(slope.shape[1]), *limits_of.split(before))
-        early = u[:, limits_of.gaps_of(node)]
-        slope, d, g = np.vstack([slope, slope]), np.append(d, 0.0 * d), np.append(g, early.min(axis=0))
-        spread, node = np.tile(spread, 2), np.tile(node, 2)
-        step = np.append(step, early.argmin(axis=0) - len(before))
-    return replace(
-        limits,
-        gaps=force * slope,
-        gap_d=force * d,
-        gap_g=force * g,
-        gap_spread=force * spread,
-        gap_node=node,
-        gap_step=step,
-        closed=np.array(zone.closed_nodes, dtype=np.intp),
-    )
+    whole, metric, layout = zone.constraints, limits.metric, zone.problem.layout
+    gap, closed = whole.side == Side.GAP, np.array(zone.closed_nodes, dtype=np.intp)
+    slope, d, g, node, force = whole.G[gap], whole.d[gap], whole.g[gap], whole.node[gap], metric.unit**2
+    side = whole.step[gap] if layout.d > 1 else whole.side[gap]
+    lengths, slopes = np.abs(slope) @ (force / metric.sizes), force * slope @ metric.inverse
+    spread = force * metric.relative_dual_norms(
+        slope, lengths, tolerances
+    )  # inf where a rigid slip changes it
+    rows = Rows(force * slope, slopes, force * d, force * g, spread, node, side)
+    if transient:
+        before = transient_path(zone.problem)
+        u = zone.displacements(np.zeros(slope.shape[1]), *layout.split(before))
+        early = u[:, layout.gaps_of(node)]
+        when = early.argmin(axis=0) - len(before) if layout.d > 1 else side
+        rows = rows.followed_by(rows._replace(d=0.0 * d, g=force * early.min(axis=0), side=when))
+    kept = limits.rows._replace(node=closed[limits.rows.node])
+    return replace(limits, rows=kept.followed_by(rows), gap_count=len(rows.g), closed=closed)
 
 
-def without_margin(limits: DiscLimits) -> str:
-    """Why no ball can exist whatever the load, in words; empty where one may."""
-    smooth = limits.closed[limits.f == 0.0]
+def without_margin(zone: Zone, limits: BallLimits) -> str:
+    """Why no ball can exist whatever the load, in words; empty where one may.
+
+    A frictionless node has no margin, and a pressure that changes under a slip that
+    costs no energy has no bound within any ball.
+    """
+    smooth = limits.closed[zone.joint.f == 0.0]
     if smooth.size:
-        return f"node {smooth[0]} has no friction, and so no margin to its limit"
-    for node, spread, what in (
-        (limits.closed, limits.least, "pressure"),
-        (limits.gap_node, limits.gap_spread, "gap"),
-    ):
-        unbounded = np.flatnonzero(np.isinf(spread))
-        if unbounded.size:
-            return (
-                f"node {node[unbounded[0]]}: a slip without tangential energy changes its {what} "
-                "(with a normal stiffness added, kappa would not be positive semi-definite)"
-            )
+        return f"node {smooth[0]} has no friction, and so no margin to a limit"
+    unbounded = np.flatnonzero(np.isinf(limits.spread))
+    if unbounded.size:
+        first = unbounded[0]
+        what = "pressure" if first < len(limits.spread) - limits.gap_count else "gap"
+        return (
+            f"node {limits.names(unbounded[:1])[0][0]}: a slip without tangential energy changes its {what} "
+            "(with a normal stiffness added, kappa would not be positive semi-definite)"
+        )
     return ""
+
+
+def check_resolved(limits: BallLimits, slip: FloatArray, distance: float, tolerances: Tolerances) -> None:
+    """Raise ``UsageError`` where a slip, or a distance around it, drowns the loads in its round-off."""
+    rows = slice(len(limits.rows.g) - limits.gap_count)
+    loads = float(_largest(limits.g, limits.rows.g[rows]) + _largest(limits.d, limits.rows.d[rows]))
+    most = tolerances.stored_digits / np.finfo(float).eps * loads
+    G, around = (limits.G.reshape(-1, limits.n), limits.rows.G[rows]), 0.0
+    with np.errstate(over="ignore"):
+        locked = _largest(*(np.abs(part) @ np.abs(slip) for part in G))
+        if distance > 0.0:
+            steepest = _largest(*(np.linalg.norm(part @ limits.metric.inverse, axis=1) for part in G))
+            around = steepest * distance / limits.metric.unit
+    for name, found in (("initial slip", locked), ("distance", around)):
+        if loads > 0 and found > most:
+            raise UsageError(f"{name}: expected reactions below {most:.3g} from it, found {found:.3g}")
+
+
+def _largest(*parts: FloatArray) -> float:
+    return max(float(np.abs(part).max(initial=0.0)) for part in parts)
+
+
+def cleaned(difference: FloatArray, terms: FloatArray) -> FloatArray:
+    """A difference, with what is round-off of its terms set to exact zero."""
+    return np.where(np.abs(difference) <= 4 * np.finfo(float).eps * terms, 0.0, difference)

@@ -12,17 +12,38 @@ from numpy.typing import ArrayLike
 from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
-from shakedown.bounds.energy.energy_results import AT_NO_LOAD, EnergyCertificate, no_bound
-from shakedown.bounds.plane_or_space import methods_of
+from shakedown.bounds.energy.ball_limits import BallLimits, ball_limits, check_resolved, without_margin
+from shakedown.bounds.energy.ball_search import (
+    BallMargin,
+    Found,
+    ball_margin,
+    largest_load_factor,
+    least_load,
+)
+from shakedown.bounds.energy.energy_ball import closed_radius, leaves_margins
+from shakedown.bounds.energy.energy_results import (
+    AT_NO_LOAD,
+    NO_SLACK,
+    TOO_FAR,
+    UNLIMITED,
+    BallEvidence,
+    EnergyCertificate,
+    no_bound,
+)
+from shakedown.bounds.energy.exact_check import ExactBall
+from shakedown.bounds.energy.proved_solution import contradiction
 from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import NEGLIGIBLE, SETTLED
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, checked_initial_slip
 from shakedown.joint.contact_zone import Zone, contact_zone
 from shakedown.joint.coupled_parts import Part, coupled_parts, of_slips, weakest
 from shakedown.joint.problem import Problem
+from shakedown.programs.scaling import power_of_two
 
+NOT_CLEARLY = "as stored A without the pinned slips is not clearly positive definite"
 NOT_ALL_AT_ONCE = "at the least certified load factor of its parts the balls of the others are not confirmed"
 NOWHERE_STRICT = "near the optimum no slip and radius satisfy all conditions strictly"
 
@@ -89,11 +110,11 @@ def energy_bound(
             for part, own in zip(parts, opened, strict=True)
         ]
         return _of_parts(parts, found, tolerances)
-    methods, given = methods_of(problem), start[problem.layout.slips_of(zone.closed_nodes)]
-    bound = methods.energy_bound(zone, given, reach, tolerances, split=split)
+    given = start[problem.layout.slips_of(zone.closed_nodes)]
+    bound = _of_closed(zone, given, reach, tolerances, split=split)
     wanted = problem.n <= LOWER_CERTIFIED_UP_TO if certify is None else certify
     if wanted and bound.status == Status.OPTIMAL and not zone.open_nodes:
-        proof = sought(_certificate, methods, zone, bound, tolerances)
+        proof = sought(_certificate, zone, bound, tolerances)
         if isinstance(proof, Missing):
             bound = replace(bound, uncertified=proof.reason)
         else:
@@ -156,12 +177,13 @@ def _certificate_of_parts(
         return None
     least, slips = min(certified, key=lambda each: each.load_factor), list[FloatArray]()
     for part, each, own in zip(parts, found, known, strict=True):
-        inner = methods_of(part.joint).strictly_inside(contact_zone(part.joint, ()), each, tolerances)
+        inner = _strictly_inside(contact_zone(part.joint, ()), each, tolerances)
         if isinstance(inner, Missing):
             return inner
-        slips.append(inner.slip if own is None else own.slip)
-        reach = inner.exact.radius_to(slips[-1], each.initial_slip, each.distance)
-        if not inner.exact.holds(least.load_factor, slips[-1], nextafter(float(reach), inf)):
+        exact, widest = inner
+        slips.append(widest.slip if own is None else own.slip)
+        reach = exact.radius_to(slips[-1], each.initial_slip, each.distance)
+        if not exact.holds(least.load_factor, slips[-1], nextafter(float(reach), inf)):
             return Missing(NOT_ALL_AT_ONCE)
     return replace(least, slip=of_slips(parts, slips))
 
@@ -178,21 +200,134 @@ def _in_zone(zone: Zone, given: FloatArray, bound: Bound) -> Bound:
     )
 
 
-def _certificate(
-    methods: Any, zone: Zone, bound: Bound, tolerances: Tolerances
-) -> EnergyCertificate | Missing:
+def _certificate(zone: Zone, bound: Bound, tolerances: Tolerances) -> EnergyCertificate | Missing:
     """Move from the optimum towards the point with the largest margins until all conditions are strict."""
-    inner = methods.strictly_inside(zone, bound, tolerances)
+    inner = _strictly_inside(zone, bound, tolerances)
     if isinstance(inner, Missing):
         return inner
+    exact, widest = inner
     for part in (10.0**digits for digits in range(-14, -2)):
-        slip = (1 - part) * bound.slip + part * inner.slip
-        lower = (1 - part) * bound.load_factor + part * inner.load_factor
-        reach = inner.exact.radius_to(slip, bound.initial_slip, bound.distance)
-        radius = nextafter(float(reach), inf)
-        if inner.exact.holds(lower, slip, radius):
+        slip = (1 - part) * bound.slip + part * widest.slip
+        lower = (1 - part) * bound.load_factor + part * widest.load_factor
+        radius = nextafter(float(exact.radius_to(slip, bound.initial_slip, bound.distance)), inf)
+        if exact.holds(lower, slip, radius):
             return EnergyCertificate(lower, slip, radius)
     return Missing(NOWHERE_STRICT)
+
+
+def _strictly_inside(
+    zone: Zone, bound: Bound, tolerances: Tolerances
+) -> tuple[ExactBall, BallMargin] | Missing:
+    """The exact conditions, all nodes closed, and where those of a bound have the largest margins."""
+    limits = ball_limits(zone, tolerances=tolerances).shared(bound.share)
+    exact = ExactBall(zone.joint, bound.share)
+    if not exact.regular:
+        return Missing(limits.rigid.doubt or NOT_CLEARLY)
+    return exact, ball_margin(limits, bound.initial_slip, bound.distance)
+
+
+def _of_closed(
+    zone: Zone, given: FloatArray, distance: float, tolerances: Tolerances, *, split: bool
+) -> Bound:
+    """The bound of the closed nodes of a zone.
+
+    Found with a periodic part about as large as the constant one: of a small one nothing is lost beside it.
+    """
+    limits = ball_limits(zone, tolerances=tolerances)
+    start = limits.rigid.relative(given)
+    if reason := without_margin(zone, limits):
+        return no_bound(start, distance, reason).but(share=limits.share, pinned=limits.rigid.pinned)
+    check_resolved(limits, start, distance, tolerances)
+    unit = _load_unit(limits)
+    scaled = replace(limits, d=unit * limits.d, rows=limits.rows._replace(d=unit * limits.rows.d))
+    found = sought(_largest, zone, scaled, start, distance, tolerances, split=split)
+    if isinstance(found, Missing):
+        found = no_bound(start, distance, found.reason, Status.UNDECIDED).but(share=limits.share)
+    found = replace(
+        found,
+        load_factor=unit * found.load_factor,
+        least_load_factor=unit * found.least_load_factor,
+        multipliers=unit * found.multipliers,
+        pinned=limits.rigid.pinned,
+    )
+    if found.share.any() and _may_open_in_a_jump(zone.joint, limits, found):
+        return _of_closed(zone, given, distance, tolerances, split=False)
+    return found
+
+
+def _load_unit(limits: BallLimits) -> float:
+    """The power of two next to the load factor at which the periodic part is as large as the constant one."""
+    varying = max(np.abs(each).max(initial=0.0) for each in (limits.d, limits.rows.d))
+    constant = max(np.abs(each).max(initial=0.0) for each in (limits.g, limits.rows.g))
+    return power_of_two(float(constant / varying)) if varying > 0 else 1.0
+
+
+def _may_open_in_a_jump(joint: Problem, limits: BallLimits, found: Bound) -> bool:
+    """Whether the proof with shares is not complete: a node might open in a jump, at some λ from 0 on."""
+    if found.status != Status.OPTIMAL:
+        return found.status == Status.UNBOUNDED
+    if found.radius >= closed_radius(joint, limits.metric, found.slip, (0.0, found.load_factor)):
+        return True
+    slack = limits.shared(found.share).slack(found.slip, 0.0, found.radius / limits.metric.unit)
+    under_constant_load = slack[: len(limits.node)][limits.step >= 0]
+    return not _is_centred(joint) and bool((under_constant_load < 0.0).any())
+
+
+def _is_centred(joint: Problem) -> bool:
+    """Whether the constant part is the mean, which allows at least the mean of what the loop allows."""
+    return joint.q_mean is None and joint.p_mean is None
+
+
+def _largest(
+    zone: Zone,
+    limits: BallLimits,
+    start: FloatArray,
+    distance: float,
+    tolerances: Tolerances,
+    *,
+    split: bool,
+) -> Bound:
+    found = largest_load_factor(limits, start, distance, tolerances, split=split)
+    limits = found.limits
+
+    def nothing(reason: str, status: Status = Status.INFEASIBLE, **more: Any) -> Bound:
+        return no_bound(start, distance, reason, status).but(share=limits.share, **more)
+
+    if found.status == Status.INFEASIBLE:
+        left = contradiction(found.about.load_factor_program(), found.end)
+        if left > tolerances.feasibility:
+            return nothing("the limits contradict each other, but no multipliers prove it", Status.UNDECIDED)
+        return nothing(TOO_FAR, active=limits.names(found.carrying), residual=left)
+    growing = found.status == Status.UNBOUNDED
+    if growing and not ball_margin(limits, start, distance).margin > tolerances.feasibility:
+        return nothing(TOO_FAR)  # a direction of growth, but nothing to start from
+    falling = _is_centred(zone.joint) or limits.hold_below
+    least = 0.0 if falling else least_load(limits, start, distance)
+    if growing:
+        return nothing(UNLIMITED, Status.UNBOUNDED, load_factor=inf, least_load_factor=least)
+    if not leaves_margins(limits, found.slip, 0.5 * (least + found.value), tolerances):
+        return nothing(NO_SLACK)
+    return _optimal(found, start, distance, least)
+
+
+def _optimal(found: Found, start: FloatArray, distance: float, least: float) -> Bound:
+    limits, load_factor = found.limits, max(found.value, 0.0)
+    weights = found.weights * found.about.unit
+    uncertain = SETTLED * float(weights @ limits.sizes(found.slip, load_factor, found.radius))
+    if uncertain > NEGLIGIBLE * load_factor:  # digits are lost beside the constant load: rounded down by all
+        load_factor = max(load_factor - uncertain, 0.0)
+    radius = found.radius * limits.metric.unit
+    return Bound(
+        kind="energy",
+        status=Status.OPTIMAL,
+        load_factor=load_factor,
+        evidence=BallEvidence(radius, start, distance, found.gap, share=limits.share),
+        slip=found.slip,
+        active=limits.names(found.carrying),
+        multipliers=found.multipliers,
+        residual=found.excess(load_factor),
+        least_load_factor=least,
+    )
 
 
 def _checked_distance(distance: float) -> float:

@@ -7,7 +7,6 @@ from numpy.typing import ArrayLike
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.law import Law
 from shakedown.joint.rigid_slips import RigidSlips
 from shakedown.programs.scaling import power_of_two
 
@@ -128,34 +127,3 @@ def _stiffest(A: FloatArray, d: int) -> float:
     nodes = np.arange(len(A) // d)
     blocks = A.reshape(len(nodes), d, len(nodes), d)[nodes, :, nodes, :]
     return float(np.linalg.eigvalsh(blocks).max())
-
-
-def spreads(
-    A: FloatArray, B: FloatArray, f: FloatArray, metric: EnergyMetric, *, tolerances: Tolerances = DEFAULT
-) -> FloatArray:
-    """f γ of every node and side, (n, 2) [force/length]: what slip within the ball can do to a limit.
-
-    Of the change B_i e of a pressure the part c (A e)_i is tied to the node's own tangential
-    reaction; γ_i = max |(B_i − c A_i) e| over ‖e‖ ≤ 1 (in units of ``metric.unit``) is the
-    rest. It is least at c = B_ii / A_ii, which for the backward limit (column 0) must not
-    exceed 1/f, and for the forward limit (column 1) not fall below −1/f.
-    """
-    own = np.diagonal(B).copy()
-    c = np.divide(own, metric.stiffness, out=np.zeros_like(own), where=metric.stiffness > 0)
-    rest = cleaned(B - c[:, None] * A, np.abs(B) + np.abs(c)[:, None] * np.abs(A))
-    np.fill_diagonal(rest, np.where(metric.stiffness > 0, 0.0, own))
-    least = metric.relative_dual_norms(rest, metric.sizes, tolerances, rigid=False)
-    law = Law(f)
-    sides = np.column_stack([law.limit(least), law.limit(least)])
-    for column, sign in enumerate((1.0, -1.0)):
-        beyond = np.flatnonzero(sign * f * own > metric.stiffness)  # above its own critical friction
-        limit = law.limit_rows(B)[beyond] - sign * A[beyond]
-        sides[beyond, column] = metric.relative_dual_norms(
-            limit, metric.sizes[beyond], tolerances, rigid=False
-        )
-    return sides
-
-
-def cleaned(difference: FloatArray, terms: FloatArray) -> FloatArray:
-    """A difference, with what is round-off of its terms set to exact zero."""
-    return np.where(np.abs(difference) <= 2 * np.finfo(float).eps * terms, 0.0, difference)

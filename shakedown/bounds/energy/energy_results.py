@@ -1,9 +1,8 @@
 """Results of the energy method: a ball of slips at one load factor, and the largest load factor with one."""
 
 from dataclasses import dataclass, field
-from fractions import Fraction
 from math import inf, nan
-from typing import ClassVar, NamedTuple, Protocol
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -67,7 +66,7 @@ class EnergyBall(Result):
         With two directions what part c of the change of its own tangential reaction is counted as the
         change of the pressure of every closed node (docs/energy.md, section 8) [1]; else empty.
     shortfall
-        With two directions, where no ball was found to hold the state given: how far that is from one,
+        Where no ball was found to hold the state given: how far that is from one,
         −max (R − ‖v − v*‖) [√(force · length)]; else NaN. States less than that away from it are in none
         with the same shares.
     """
@@ -230,21 +229,6 @@ class BallEvidence(Evidence):
     gap: float
     certificate: EnergyCertificate | None = None
     share: FloatArray = field(default_factory=lambda: np.zeros((0, 2)), repr=False)
-
-
-class ExactConditions(Protocol):
-    """The conditions of an energy bound in exact arithmetic."""
-
-    def radius_to(self, slip: FloatArray, start: FloatArray, distance: float) -> Fraction: ...
-    def holds(self, load_factor: float, slip: FloatArray, radius: float) -> bool: ...
-
-
-class Inner(NamedTuple):
-    """A slip and a load factor at which the conditions have the largest margins."""
-
-    exact: ExactConditions
-    slip: FloatArray
-    load_factor: float
 
 
 def no_bound(start: FloatArray, distance: float, reason: str, status: Status = Status.INFEASIBLE) -> Bound:

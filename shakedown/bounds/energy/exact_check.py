@@ -1,118 +1,115 @@
-"""The conditions of the energy ball in exact arithmetic, for the numbers as they are stored."""
+"""The conditions of the energy ball without round-off, for the numbers as they are stored."""
 
 from fractions import Fraction
 from math import isqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from shakedown.bounds.exact_rows import exact_rows
+from shakedown.bounds.exact_rows import exact_numbers
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.law import Law
+from shakedown.ground.round_off import THREE_DIGITS
+from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
-
-if TYPE_CHECKING:
-    from flint import fmpq_mat
+from shakedown.programs.scaling import power_of_two
 
 DIGITS = 2**80  # denominator to which a square root is rounded up
-
-
-class Products(NamedTuple):
-    """B_i A⁻¹ B_iᵀ, B_i A⁻¹ A_iᵀ and A_i A⁻¹ A_iᵀ of a node, of any generalised inverse.
-
-    The last two are B_ii and A_ii but for pinned nodes, where round-off makes a difference.
-    """
-
-    pressure: Fraction
-    mixed: Fraction
-    own: Fraction
+UNIT = Fraction(1, 2**53)  # round-off of one operation
 
 
 class ExactBall:
-    """Exact rows and exact γ² of a problem, against which slips and radii are checked.
+    """Exact reactions, shares and bounds of γ² of a problem, against which slips and radii are checked.
 
-    Slips are those relative to the pinned nodes, zero there.
-
-    Nothing is rounded: stored numbers are fractions, square roots are avoided by
-    comparing squares. ``regular`` is False where A as stored is not exactly positive
-    semi-definite, where B reaches outside its range, or where it is not clear whether the
-    body floats: then nothing is proved. What is pinned of a floating body plays no part.
+    Slips are those relative to the pinned ones, zero there. Stored numbers are fractions; roots are
+    avoided by comparing squares, and γ² is bounded from above, next to its value (docs/energy.md, section 8).
+    With two directions the shares are those given; with one each side has the best that it may have.
+    ``regular`` is False where A without the pinned slips is not clearly positive definite, some share is
+    out of its range, or it is not clear whether the body floats: then nothing is proved.
 
     Examples
     --------
     >>> import numpy as np, shakedown
-    >>> exact = ExactBall(shakedown.example("two-node"), transient=False)
+    >>> exact = ExactBall(shakedown.example("two-node"), np.zeros((0, 2)))
     >>> centre = np.array([0.0336, 1.3412])
     >>> exact.holds(0.66, centre, 20.0), exact.holds(0.66, centre, 30.0)
     (True, False)
     """
 
-    def __init__(self, problem: Problem, *, transient: bool) -> None:
-        self.n = problem.n
-        self._f = [Fraction(f) for f in problem.f.tolist()]
-        self._A, self._B = _fractions(problem.A), _fractions(problem.B)
-        rows = exact_rows(problem)
-        self._rows = [
-            ([Fraction(x) / rows.factors[i] for x in row], Fraction(right) / rows.factors[i])
-            for i, (row, right) in enumerate(zip(rows.matrix, rows.right, strict=True))
-        ]
-        self._transient = self._least_transient(problem) if transient else None
-        products = _products(problem)
-        self.regular = products is not None and all(f > 0 for f in self._f)
-        self._spread_squares = [] if products is None else self._clipped(products)
+    def __init__(self, problem: Problem, share: FloatArray) -> None:
+        self._problem, self._n, self._d = problem, problem.n, problem.directions
+        self._A, self._B, self._f = (exact_numbers(part) for part in (problem.A, problem.B, problem.f))
+        self._means = _means(problem)
+        loop = loading(problem)
+        self._moving = problem.layout.joined(*((part != 0).any(axis=0) for part in (loop.q1, loop.p1)))
+        smooth = bool((problem.f == 0.0).any())
+        c = np.zeros((0, 1, self._d)) if smooth else self._shares(share)
+        self._stretch = [1 + f * f * (each**2).sum() for f, each in zip(self._f, c[:, 0], strict=False)]
+        gamma = None if smooth or (self._d > 1 and max(self._stretch) >= 2) else _gamma_squares(problem, c)
+        self.regular = gamma is not None
+        self._spread = np.zeros((0, 1)) if gamma is None else gamma * self._f[:, None] ** 2
 
     def holds(self, load_factor: float, slip: FloatArray, radius: float | Fraction) -> bool:
-        """Whether every row at a slip keeps more than the slack of a ball: f γ R < margin, exactly."""
+        """Whether a |q| + f γ R < f p at every node and load step, without any round-off."""
         if not self.regular:
             return False
-        v, factor, square = exact_vector(slip), Fraction(load_factor), Fraction(radius) ** 2
-        for i, (row, right) in enumerate(self._rows):
-            locked = sum((G * x for G, x in zip(row, v, strict=False)), Fraction(0))
-            margins = [right - locked - row[-1] * factor]
-            if self._transient is not None:
-                margins.append(self._transient[i] - locked)
-            least = min(margins)
-            if least <= 0 or least**2 <= self._spread_squares[i] * square:
-                return False
+        v, square = exact_numbers(slip), _exact(Fraction(radius) ** 2)
+        kept, factor = np.concatenate([self._A @ v, self._B @ v]), exact_numbers(np.array([load_factor]))[0]
+        for node, step in self._doubtful(load_factor, slip, float(radius)):
+            columns = self._problem.layout.of_nodes(np.array([node]))
+            *q, p = kept[columns] + self._load(columns, step, factor)
+            limit = self._f[node] * p
+            if self._d == 1:
+                sides = [(limit - q[0], 0), (limit + q[0], 0)]
+            else:
+                sides = [(limit, self._stretch[node] * (q[0] * q[0] + q[1] * q[1]))]
+            for (most, drawn), spread in zip(sides, self._spread[node] * square, strict=True):
+                left = most * most - drawn - spread
+                if not (most > 0 and left > 0 and left * left > 4 * drawn * spread):
+                    return False
         return True
 
     def radius_to(self, slip: FloatArray, start: FloatArray, distance: float) -> Fraction:
         """A fraction just above the energy distance between two slips, plus a distance."""
-        e = [a - b for a, b in zip(exact_vector(slip), exact_vector(start), strict=True)]
-        square = sum(
-            (x * sum((a * y for a, y in zip(row, e, strict=True)), Fraction(0)))
-            for x, row in zip(e, self._A, strict=True)
-        )
-        return root_above(Fraction(square)) + Fraction(distance)
+        e = exact_numbers(slip) - exact_numbers(start)
+        return root_above(_fraction(e @ (self._A @ e))) + Fraction(distance)
 
-    def _clipped(self, products: list[Products]) -> list[Fraction]:
-        """(f γ)² of every row: c = B_ii / A_ii, but not beyond ±1/f."""
+    def _shares(self, share: FloatArray) -> Any:
+        """c of every node and side, (n, sides, d)."""
+        if self._d > 1:
+            return exact_numbers(share)[:, None]
+        own, stiffness = np.diagonal(self._B), np.diagonal(self._A)
+        found = np.array([b / a if a > 0 else b * 0 for b, a in zip(own, stiffness, strict=True)])
+        most = 1 / self._f
+        return np.stack([np.minimum(found, most), np.maximum(found, -most)], axis=1)[..., None]
+
+    def _load(self, columns: Any, step: int, factor: Any) -> Any:
+        """The welded reactions of a node, exactly; load steps below zero are those of the transient."""
+        problem = self._problem
+        if step < 0:
+            return exact_numbers(transient_path(problem)[step, columns])
+        loop, mean = problem.layout.joined(problem.q_w[step], problem.p_w[step]), self._means[columns]
+        return mean + factor * (exact_numbers(loop[columns]) - mean) * self._moving[columns].astype(int)
+
+    def _doubtful(self, load_factor: float, slip: FloatArray, radius: float) -> list[tuple[int, int]]:
+        """The (node, load step) pairs for which floats alone do not show that the condition holds."""
+        problem, f, law = self._problem, self._problem.f, self._problem.law
+        layout, before = problem.layout, transient_path(problem)
+        loads = layout.joined(*loading(problem).at(load_factor))
+        stretch = np.sqrt([float(_fraction(a)) for a in self._stretch]) if self._d > 1 else 1.0
+        squares = np.array([[float(_fraction(s)) for s in sides] for sides in self._spread])
+        spread = np.sqrt(squares.max(axis=1)) * radius
         found = []
-        for f, (S, mixed, own) in zip(self._f, products, strict=True):
-            coupled = f * mixed
-            for sign in (1, -1):
-                if sign * coupled > own:  # ‖f B_i ∓ A_i‖²
-                    found.append(f * f * S - 2 * sign * coupled + own)
-                else:
-                    found.append(f * f * S - (coupled * coupled / own if own else 0))
+        for first, part in ((0, loads), (-len(before), before)):
+            q_w, p_w = layout.split(part)
+            q, p = q_w + problem.A @ slip, p_w + problem.B @ slip
+            terms_q = np.abs(q_w) + np.abs(problem.A) @ np.abs(slip)
+            terms = 2 * law.size(terms_q) + f * (np.abs(p_w) + np.abs(problem.B) @ np.abs(slip)) + spread
+            slack = f * p - stretch * law.size(q) - spread
+            # relative slack larger than the round-off of a million products
+            steps, nodes = np.nonzero(~(slack > THREE_DIGITS * terms))
+            found += list(zip(nodes.tolist(), (steps + first).tolist(), strict=True))
         return found
-
-    def _least_transient(self, problem: Problem) -> list[Fraction] | None:
-        if problem.q_transient is None or problem.p_transient is None or not len(problem.q_transient):
-            return None
-        q, p = (np.array(_fractions(part)) for part in (problem.q_transient, problem.p_transient))
-        least: list[Fraction] = Law(np.array(self._f)).cone(q, p).min(axis=0).tolist()
-        return least
-
-
-def exact_vector(values: FloatArray) -> list[Fraction]:
-    """Stored numbers (n,) as exact fractions."""
-    return [Fraction(x) for x in values.tolist()]
-
-
-def _fractions(matrix: FloatArray) -> list[list[Fraction]]:
-    return [exact_vector(row) for row in matrix]
 
 
 def root_above(square: Fraction) -> Fraction:
@@ -124,38 +121,68 @@ def root_above(square: Fraction) -> Fraction:
     return Fraction(isqrt(int(whole)) + 1, DIGITS) * size
 
 
-def _products(problem: Problem) -> list[Products] | None:
-    """Products of every node; None where A and B do not fit, or where rigid slips are not clear."""
-    from flint import fmpq, fmpq_mat  # not needed where only floats are used
-
-    rigid, n = rigid_slips(problem), problem.n
-    kept = [j for j in range(n) if j not in rigid.pinned]
-    stacked = np.vstack([problem.A[kept][:, kept], problem.B[:, kept], problem.A[:, kept]])
-    table = [[fmpq(*x.as_integer_ratio()) for x in row] for row in stacked.tolist()]
-    k, zero = len(kept), fmpq(0)
-    rows_B, rows_A = table[k : k + n], table[k + n :]
-    if rigid.doubt or (k and not _semidefinite(fmpq_mat(table[:k]))):
-        return None
-    pivots: list[int] = []
-    if k:
-        reduced, rank = fmpq_mat(table).transpose().rref()
-        pivots = [next(j for j in range(len(table)) if reduced[i, j] != 0) for i in range(rank)]
-    if any(j >= k for j in pivots):
-        return None  # some row of B is outside the range of A
-
-    def product(row: "list[fmpq]", column: int) -> Fraction:
-        """row · A⁻¹ · (a further row)."""
-        value = sum((row[j] * reduced[i, column] for i, j in enumerate(pivots)), zero)
-        return Fraction(int(value.p), int(value.q))
-
-    return [
-        Products(product(rows_B[i], k + i), product(rows_B[i], k + n + i), product(rows_A[i], k + n + i))
-        for i in range(n)
+def _means(problem: Problem) -> Any:
+    """The constant part of the loading, tangential then normal, exactly."""
+    parts = ((problem.q_w, problem.q_mean), (problem.p_w, problem.p_mean))
+    exact = [
+        exact_numbers(samples).sum(axis=0) / len(samples) if mean is None else exact_numbers(mean)
+        for samples, mean in parts
     ]
+    return problem.layout.joined(*exact)
 
 
-def _semidefinite(A: "fmpq_mat") -> bool:
-    """Whether no eigenvalue is negative: the signs of the characteristic polynomial alternate (Descartes)."""
-    n = A.nrows()
-    coefficients = A.charpoly().coeffs()
-    return all(c * (-1) ** (n - k) >= 0 for k, c in enumerate(coefficients))
+def _gamma_squares(problem: Problem, share: Any) -> Any:
+    """Bounds of γ(c)² from above, next to it, (n, sides); None where A is not clearly positive definite.
+
+    For any x, with b = B_i − cᵀA_i and r = b − A x: bᵀA⁻¹b = b·x + x·r + rᵀA⁻¹r, and the last is at most
+    |D r|² over the smallest eigenvalue of D A D.
+    """
+    rigid, n, size = rigid_slips(problem), problem.n, problem.layout.slip_size
+    kept = [k for k in range(size) if k not in rigid.pinned]
+    inner = problem.A[np.ix_(kept, kept)]
+    lengths = np.array([1.0 / power_of_two(float(np.sqrt(a))) for a in np.diagonal(inner)])
+    least = _least_eigenvalue(inner * lengths * lengths[:, None]) if kept else Fraction(1)
+    if rigid.doubt or least is None:
+        return None
+    if not kept:
+        return exact_numbers(np.zeros(share.shape[:2]))
+    A, B = exact_numbers(problem.A[:, kept]), exact_numbers(problem.B[:, kept])
+    b = B[:, None] - (share[..., None] * A.reshape(n, 1, -1, len(kept))).sum(axis=2)
+    b = b.reshape(-1, len(kept))
+    rounded = np.array([[float(_fraction(each)) for each in row] for row in b])
+    x = exact_numbers(np.asarray(np.linalg.solve(inner, rounded.T).T, dtype=np.float64))
+    r = b - x @ exact_numbers(inner).T
+    beyond = ((exact_numbers(lengths) * r) ** 2).sum(axis=1) / _exact(least)
+    return ((x * (b + r)).sum(axis=1) + beyond).reshape(share.shape[:2])
+
+
+def _fraction(exact: Any) -> Fraction:
+    """A fraction of FLINT's as one of Python's."""
+    return Fraction(int(exact.p), int(exact.q))
+
+
+def _exact(fraction: Fraction) -> Any:
+    """A fraction of Python's as one of FLINT's."""
+    from flint import fmpq  # not needed where only floats are used
+
+    return fmpq(fraction.numerator, fraction.denominator)
+
+
+def _least_eigenvalue(matrix: FloatArray) -> Fraction | None:
+    """A number > 0 below the smallest eigenvalue of a symmetric matrix, without round-off; None: unclear.
+
+    Where Cholesky's factors of M − t I exist in floats, no eigenvalue of it is below
+    −γ/(1 − γ) times its trace, γ = (k + 1) u/(1 − (k + 1) u) (Rump 2006).
+    """
+    k, smallest = len(matrix), float(np.linalg.eigvalsh(matrix)[0])
+    if not smallest > 0:
+        return None
+    shift = power_of_two(smallest) / 4.0
+    shifted = matrix - shift * np.eye(k)
+    try:
+        np.linalg.cholesky(shifted)
+    except np.linalg.LinAlgError:
+        return None
+    trace = sum((abs(Fraction(x)) for x in np.diagonal(matrix).tolist()), Fraction(0))
+    found = Fraction(shift) - 2 * (k + 4) * UNIT * trace  # what was rounded on the diagonal included
+    return found if found > 0 else None

@@ -10,9 +10,8 @@ from joints_in_space import embedded, in_units, turned
 
 import shakedown
 from shakedown import Problem, energy_ball, energy_bound
-from shakedown.bounds.energy.disc_ball import closed_radius
-from shakedown.bounds.energy.energy_ball import holding_ball, no_ball_holds
-from shakedown.bounds.energy.exact_discs import ExactDiscs
+from shakedown.bounds.energy.energy_ball import closed_radius, holding_ball, no_ball_holds
+from shakedown.bounds.energy.exact_check import ExactBall
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.loading import loading
 
@@ -185,7 +184,7 @@ def test_certificates_hold_exactly(name):
     for split in (False, True):
         bound = energy_bound(problem, split=split)
         assert bound.load_factor * (1 - 1e-12) <= bound.certified < bound.load_factor
-        exact, found = ExactDiscs(problem, bound.share), bound.certificate
+        exact, found = ExactBall(problem, bound.share), bound.certificate
         assert exact.holds(found.load_factor, found.slip, found.radius)
         assert not exact.holds(bound.load_factor * (1 + 1e-12), found.slip, found.radius)
         assert not exact.holds(found.load_factor, found.slip, found.radius * (1 + 1e-6))

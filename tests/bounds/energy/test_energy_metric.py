@@ -7,8 +7,9 @@ import pytest
 from bounds.energy.joints import one_node, strong_joint
 
 import shakedown
-from shakedown.bounds.energy.energy_metric import energy_metric, spreads
-from shakedown.bounds.energy.energy_rows import energy_rows
+from shakedown.bounds.energy.ball_limits import ball_limits, spreads
+from shakedown.bounds.energy.energy_metric import energy_metric
+from shakedown.joint.contact_zone import contact_zone
 
 
 def gamma_by_subtraction(problem, i, c):
@@ -87,12 +88,12 @@ def test_a_pressure_that_a_free_slip_changes_has_no_bound():
     assert np.isfinite(found[1]).all()
 
 
-def test_rows_of_a_problem_are_built_once_for_each_set_of_tolerances():
+def test_limits_of_a_problem_are_built_once_for_each_set_of_tolerances():
     problem = strong_joint(0, 4)
-    rows = energy_rows(problem)
-    assert energy_rows(problem) is rows
-    other = energy_rows(problem, tolerances=replace(shakedown.Tolerances(), zero_mode=1e-7))
-    assert other is not rows
-    assert np.array_equal(other.spread, rows.spread)
-    stiffer = energy_rows(replace(problem, A=2.0 * problem.A))
-    assert stiffer.metric.norm(np.ones(4)) == pytest.approx(np.sqrt(2.0) * rows.metric.norm(np.ones(4)))
+    limits = ball_limits(contact_zone(problem, ()))
+    assert ball_limits(contact_zone(problem, ())) is limits
+    other = ball_limits(contact_zone(problem, ()), tolerances=replace(shakedown.Tolerances(), zero_mode=1e-7))
+    assert other is not limits
+    assert np.array_equal(other.spread, limits.spread)
+    stiffer = ball_limits(contact_zone(replace(problem, A=2.0 * problem.A), ()))
+    assert stiffer.metric.norm(np.ones(4)) == pytest.approx(np.sqrt(2.0) * limits.metric.norm(np.ones(4)))

@@ -11,6 +11,7 @@ import shakedown
 from shakedown import Problem
 from shakedown.bounds.energy.exact_check import ExactBall
 
+NONE = np.zeros((0, 2))  # shares are given with two directions only
 TWO = Problem(  # A⁻¹ = I / 2: B_0 A⁻¹ B_0ᵀ = 1/2 + 1/8, less B_00²/A_00 = 1/2: γ_0² = 1/8; γ_1 = 0
     A=2 * np.eye(2),
     B=[[1.0, 0.5], [0.0, 0.0]],
@@ -23,17 +24,17 @@ TWO = Problem(  # A⁻¹ = I / 2: B_0 A⁻¹ B_0ᵀ = 1/2 + 1/8, less B_00²/A_0
 @pytest.mark.parametrize(("radius", "holds"), [(Fraction(56, 10), True), (Fraction(57, 10), False)])
 def test_a_radius_by_hand(radius, holds):
     """Node 0 at λ = 1 and zero slip: margin f p − |q| = 1; f γ R < 1 for R < 2√8 = 5.657."""
-    assert ExactBall(TWO, transient=True).holds(1.0, np.zeros(2), radius) is holds
+    assert ExactBall(TWO, NONE).holds(1.0, np.zeros(2), radius) is holds
 
 
 def test_strictly():
-    exact = ExactBall(one_node(), transient=False)  # γ = 0: all that counts is a margin > 0
+    exact = ExactBall(one_node(), NONE)  # γ = 0: all that counts is a margin > 0
     assert exact.holds(np.nextafter(1.5, 0), np.zeros(1), 1e300)
     assert not exact.holds(1.5, np.zeros(1), 0.0)
 
 
 def test_distance_is_rounded_up():
-    exact = ExactBall(TWO, transient=False)
+    exact = ExactBall(TWO, NONE)
     found = exact.radius_to(np.array([1.0, 0.0]), np.zeros(2), 0.25)
     assert 0 < (found - Fraction(1, 4)) ** 2 - 2 < Fraction(1, 2**70)
 
@@ -46,7 +47,7 @@ def test_certificates_are_next_to_the_optimum(seed):
     bound = shakedown.energy_bound(problem, start, 0.02)
     assert bound.status == "optimal"
     assert bound.load_factor * (1 - 1e-9) < bound.certified <= bound.load_factor
-    found, exact = bound.certificate, ExactBall(problem, transient=True)
+    found, exact = bound.certificate, ExactBall(problem, NONE)
     assert exact.holds(found.load_factor, found.slip, found.radius)
     assert exact.radius_to(found.slip, start, 0.02) <= Fraction(found.radius)
     assert not exact.holds(bound.load_factor * (1 + 1e-9), bound.slip, bound.radius * (1 + 1e-9))
@@ -69,10 +70,10 @@ def test_a_body_that_only_friction_holds_is_certified_where_that_is_clear():
 def test_transient_load_steps_are_checked():
     kind = {"q_transient": [[1.8, 0.0]], "p_transient": [[4.0, 4.0]]}
     pulled = Problem(A=TWO.A, B=TWO.B, f=TWO.f, q_w=TWO.q_w, p_w=TWO.p_w, **kind)
-    assert ExactBall(pulled, transient=False).holds(1.0, np.zeros(2), 5.0)
-    assert not ExactBall(pulled, transient=True).holds(1.0, np.zeros(2), 5.0)
-    assert ExactBall(pulled, transient=True).holds(1.0, np.zeros(2), 1.0)
+    assert ExactBall(TWO, NONE).holds(1.0, np.zeros(2), 5.0)
+    assert not ExactBall(pulled, NONE).holds(1.0, np.zeros(2), 5.0)
+    assert ExactBall(pulled, NONE).holds(1.0, np.zeros(2), 1.0)
 
 
 def test_without_friction_nothing_holds():
-    assert not ExactBall(one_node(f=0.0), transient=False).holds(0.0, np.zeros(1), 0.0)
+    assert not ExactBall(one_node(f=0.0), NONE).holds(0.0, np.zeros(1), 0.0)

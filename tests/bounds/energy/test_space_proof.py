@@ -8,8 +8,8 @@ from bounds.energy.space import gammas, space_joint
 
 import shakedown
 from shakedown import Problem, energy_ball, energy_bound
-from shakedown.bounds.energy.ball_limits import disc_limits
-from shakedown.bounds.energy.own_share import best_share
+from shakedown.bounds.energy.ball_limits import ball_limits
+from shakedown.bounds.energy.ball_search import best_share
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading
 
@@ -62,7 +62,7 @@ def test_the_lemmas_hold_state_by_state(seed, split):
 @pytest.mark.parametrize("seed", range(2))
 def test_no_share_leaves_more_slack(seed):
     problem, rng = space_joint(seed, 4, friction=0.9), np.random.default_rng(seed)
-    limits = disc_limits(contact_zone(problem, ()))
+    limits = ball_limits(contact_zone(problem, ()))
     slip, load_factor, radius = energy_ball(problem, 0.1).slip, 0.3, 0.5
     best = best_share(limits, slip, load_factor, radius)
 
@@ -73,7 +73,7 @@ def test_no_share_leaves_more_slack(seed):
     most = slack(best)
     assert np.all(limits.f * np.hypot(*best.T) < 1)
     np.testing.assert_allclose(
-        limits.shared(best).spread * limits.metric.unit**-1, limits.f * gammas(problem, best), rtol=1e-9
+        limits.shared(best).node_spread * limits.metric.unit**-1, limits.f * gammas(problem, best), rtol=1e-9
     )
     for size in (1e-4, 1e-2, 0.3):
         for _ in range(40):
