@@ -96,8 +96,8 @@ def friction_thresholds(problem: Problem, *, tolerances: Tolerances = DEFAULT) -
 
     Exact up to eight nodes in contact (six with separation); beyond, an
     interval: below it the sum of dissipation and stored energy of every motion
-    is positive or the coupling ratio is less than 1, above it a small set of
-    nodes is known to lose uniqueness.
+    is positive or the coupling ratio is less than 1, above it a small set of nodes
+    is known to lose uniqueness.
 
     Parameters
     ----------

@@ -81,7 +81,7 @@ def unique_in_contact(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> 
     n = stiffness.n
     if n <= LARGEST_SET:
         return _judged(stiffness, every_set(n, separation=False), friction, every=True)
-    few = _judged(stiffness, few_nodes(stiffness), friction)
+    few = _judged(stiffness, few_nodes(stiffness, separation=False), friction)
     if few.unique is False:
         return few
     if energy_limit(stiffness, separation=False) > friction:

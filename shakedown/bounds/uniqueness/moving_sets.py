@@ -9,7 +9,6 @@ over the nodes O. Sets that nothing but the other contact nodes holds (all nodes
 of a floating body) are left out: they move freely whatever the friction.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations, groupby, product
 from math import sqrt
@@ -24,9 +23,8 @@ from shakedown.ground.round_off import EPS, ROUND_OFF
 from shakedown.ground.size_limits import AT_ONCE
 
 DOUBLE_ROOT = 8 * sqrt(EPS)  # imaginary part, relative to the size, to which round-off parts a double root
-LARGEST_SET = 8  # moving nodes up to which sets grow, and nodes up to which all sets are tried
-NEIGHBOURS = LARGEST_SET  # nodes that each one is paired with
 PROMISING = 4  # grown sets, the best with the sides they had, whose sides are all tried
+LARGEST_SET = 8  # nodes up to which all sets are tried, and sets grow; neighbours that a node is paired with
 
 
 class MovingSet(NamedTuple):
@@ -61,33 +59,27 @@ def every_set(n: int, *, separation: bool) -> list[MovingSet]:
 
 def first_to_lose(stiffness: ScaledStiffness, sets: list[MovingSet]) -> LostAt:
     """Of these moving sets the one that loses uniqueness at the smallest factor, with any sides."""
-    return min(each_loses(stiffness, sets), key=lambda lost: lost.factor, default=NEVER)
+    return next(iter(losses(stiffness, sets)), NEVER)
 
 
-def each_loses(
-    stiffness: ScaledStiffness, sets: list[MovingSet], signs: FloatArray | None = None
-) -> Iterator[LostAt]:
-    """Where every moving set loses uniqueness, in the order of the number of its nodes.
+def losses(
+    stiffness: ScaledStiffness, sets: list[MovingSet], tried: dict[int, FloatArray] | None = None
+) -> list[LostAt]:
+    """Where every moving set loses uniqueness, the smallest factor first.
 
-    Parameters
-    ----------
-    stiffness
-        The joint.
-    sets
-        Moving sets.
-    signs : (s, k)
-        Sides to try, for sets of k slipping nodes; by default all.
+    ``tried``: of k slipping nodes these sides alone, (s, k); by default all.
     """
 
     def size(moving: MovingSet) -> tuple[int, int]:
         return len(moving.slipping), len(moving.separated)
 
+    found = list[LostAt]()
     for (slipping, _), alike in groupby(sorted(sets, key=size), key=size):
-        tried = all_sides(slipping) if signs is None else signs
-        group = list(alike)
-        step = max(1, AT_ONCE // len(tried))
+        group, sides = list(alike), all_sides(slipping) if tried is None else tried[slipping]
+        step = max(1, AT_ONCE // len(sides))
         for start in range(0, len(group), step):
-            yield from _lost_by(stiffness, group[start : start + step], tried)
+            found += _lost_by(stiffness, group[start : start + step], sides)
+    return sorted(found, key=lambda lost: lost.factor)
 
 
 def all_sides(k: int) -> FloatArray:
@@ -98,36 +90,37 @@ def all_sides(k: int) -> FloatArray:
     return np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=k - 1)])
 
 
-def _lost_by(stiffness: ScaledStiffness, sets: list[MovingSet], signs: FloatArray) -> Iterator[LostAt]:
-    """The same for moving sets of equally many nodes, all at once."""
+def _lost_by(stiffness: ScaledStiffness, sets: list[MovingSet], signs: FloatArray) -> list[LostAt]:
+    """The same for moving sets of equally many nodes, all at once, with these sides (s, k)."""
     slipping = np.array([moving.slipping for moving in sets], dtype=np.intp)
     separated = np.array([moving.separated for moving in sets], dtype=np.intp).reshape(len(sets), -1)
     A, B, usable = condensed(stiffness, slipping, separated)
     usable &= held(A, stiffness.tolerances)
     A = np.where(usable[:, None, None], A, np.eye(slipping.shape[1]))
     weighted = stiffness.weights[slipping][:, :, None] * B
-    ratio = np.linalg.inv(A)[:, None] @ (signs[:, :, None] * weighted[:, None])
-    largest, negative = _largest_real(ratio)
-    best = largest.argmax(axis=1)
-    for i, moving in enumerate(sets):
-        root = largest[i, best[i]]
-        if not usable[i] or root == 0.0:
-            yield LostAt(np.inf, moving, ())
-            continue
-        side = -signs[best[i]] if negative[i, best[i]] else signs[best[i]]  # A − t s φ B is singular
-        yield LostAt(float(1.0 / root), moving, tuple(int(s) for s in side))
+    roots = _largest_real(np.linalg.inv(A)[:, None] @ (signs[:, :, None] * weighted[:, None]))
+    roots = np.where(usable[:, None], roots, 0.0)
+    best = np.abs(roots).argmax(axis=1)
+    largest = roots[np.arange(len(sets)), best]
+    sides = (signs[best] * np.sign(largest)[:, None]).astype(int).tolist()  # A − t s φ B is singular
+    return [
+        LostAt(float(1.0 / abs(root)), moving, tuple(side)) if root else LostAt(np.inf, moving, ())
+        for moving, root, side in zip(sets, largest, sides, strict=True)
+    ]
 
 
-def _largest_real(matrices: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Size and sign of the largest real eigenvalue of every matrix (…, k, k); 0 where there is none."""
+def _largest_real(matrices: FloatArray) -> FloatArray:
+    """The real eigenvalue of largest size of every matrix (…, k, k); 0 where there is none."""
     eigenvalues = np.linalg.eigvals(matrices)
     size = np.abs(eigenvalues)
     real = np.abs(eigenvalues.imag) <= DOUBLE_ROOT * size
     real &= size > ROUND_OFF * np.abs(matrices).max(axis=(-2, -1))[..., None]
     sizes = np.where(real, size, 0.0)
     place = sizes.argmax(axis=-1)[..., None]
-    largest = np.take_along_axis(sizes, place, axis=-1)[..., 0]
-    return largest, np.take_along_axis(eigenvalues.real, place, axis=-1)[..., 0] < 0
+    largest = np.take_along_axis(sizes, place, axis=-1) * np.sign(
+        np.take_along_axis(eigenvalues.real, place, axis=-1)
+    )
+    return np.asarray(largest[..., 0])
 
 
 def condensed(
@@ -157,48 +150,37 @@ def condensed(
     )
 
 
-def neighbours(stiffness: ScaledStiffness) -> list[tuple[int, int]]:
-    """Ordered pairs of nodes, each node with those that it is coupled to most."""
+def few_nodes(stiffness: ScaledStiffness, *, separation: bool) -> list[MovingSet]:
+    """Every node by itself, and every pair of neighbours: each node with those that it is coupled to most.
+
+    With separation every node beside an open neighbour, too.
+    """
     n, diagonal = stiffness.n, np.diag(stiffness.A)
     size = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     B = np.abs(stiffness.B)
     strength = (np.abs(stiffness.A) + B + B.T) / np.outer(size, size)
     np.fill_diagonal(strength, -1.0)
-    most = np.argsort(-strength, axis=1)[:, : min(n - 1, NEIGHBOURS)]
-    return [(i, int(j)) for i in range(n) for j in most[i]]
-
-
-def few_nodes(stiffness: ScaledStiffness) -> list[MovingSet]:
-    """Every node by itself, and every pair of neighbours."""
-    pairs = {(min(pair), max(pair)) for pair in neighbours(stiffness)}
-    return [MovingSet((i,)) for i in range(stiffness.n)] + [MovingSet(pair) for pair in sorted(pairs)]
+    nearest = np.argsort(-strength, axis=1)[:, : min(n - 1, LARGEST_SET)]
+    pairs = [(i, int(j)) for i in range(n) for j in nearest[i]]
+    together = [MovingSet(pair) for pair in sorted({(min(pair), max(pair)) for pair in pairs})]
+    opened = [MovingSet((i,), (j,)) for i, j in pairs] if separation else []
+    return [MovingSet((i,)) for i in range(n)] + together + opened
 
 
 def grown_set(stiffness: ScaledStiffness, *, separation: bool) -> LostAt:
-    """A small factor at which uniqueness is lost, by sets that grow node by node from one or two nodes."""
-    starts = few_nodes(stiffness)
-    if separation:
-        starts += [MovingSet((i,), (j,)) for i, j in neighbours(stiffness)]
-    best = first_to_lose(stiffness, starts)
-    for _ in range(LARGEST_SET):
-        if not best.sides or len(best.moving.slipping) + len(best.moving.separated) >= LARGEST_SET:
-            break
-        found = _one_more(stiffness, best, separation=separation)
+    """A small factor at which uniqueness is lost, by sets that grow node by node."""
+    best = first_to_lose(stiffness, few_nodes(stiffness, separation=separation))
+    while best.sides and len(best.moving.slipping) + len(best.moving.separated) < LARGEST_SET:
+        slipping, separated = best.moving
+        rest = [i for i in range(stiffness.n) if i not in slipping and i not in separated]
+        larger = [MovingSet((*slipping, i), separated) for i in rest]
+        if separation:
+            larger += [MovingSet(slipping, (*separated, i)) for i in rest]
+        sides, k = np.array(best.sides, dtype=float), len(slipping)  # kept at first
+        tried = {k: sides[None], k + 1: np.array([[*sides, 1.0], [*sides, -1.0]])}
+        promising = losses(stiffness, larger, tried)[:PROMISING]
+        found = first_to_lose(stiffness, [lost.moving for lost in promising])
         if found.factor >= best.factor:
             break
         best = found
     return best
-
-
-def _one_more(stiffness: ScaledStiffness, best: LostAt, *, separation: bool) -> LostAt:
-    """The best set with one more node: the sides kept at first, then all sides of the promising ones."""
-    slipping, separated = best.moving
-    rest = [i for i in range(stiffness.n) if i not in slipping and i not in separated]
-    sides = np.array(best.sides, dtype=float)
-    both = np.array([[*sides, 1.0], [*sides, -1.0]])
-    grown = list(each_loses(stiffness, [MovingSet((*slipping, i), separated) for i in rest], both))
-    if separation:
-        opened = [MovingSet(slipping, (*separated, i)) for i in rest]
-        grown += each_loses(stiffness, opened, sides[None, :])
-    grown.sort(key=lambda lost: lost.factor)
-    return first_to_lose(stiffness, [lost.moving for lost in grown[:PROMISING]])
