@@ -2,10 +2,9 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations, islice
+from itertools import combinations
 from math import comb, inf
-from time import perf_counter
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from shakedown.bounds.enumeration.intersection import (
     Candidate,
     Intersection,
     SubtreeFindings,
-    batch_piece,
     in_batches,
     intersection,
     joined,
@@ -26,7 +24,6 @@ from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
-from shakedown.ground.size_limits import BATCH
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SUBSETS, checked, require_plane
 from shakedown.joint.constraints import Constraints, constraints, rows_named
@@ -37,7 +34,8 @@ from shakedown.programs.integer_algebra import solve_integers
 Progress = Callable[[int, int], None]
 LISTED = 1000
 SMALL = 20_000  # up to here batches are done before compiled code is loaded, and all values are kept
-COUNTABLE = 10**40  # from so many subsets on, not even a sample is timed
+SECONDS_EACH = 4e-8  # of one core for a subset, as the study `enumeration` measured from 10 nodes on
+COUNTABLE = 10**40  # from so many subsets on, no time is told
 MOST_NODES = 10_000  # nodes; limits the digits of the number of subsets
 
 
@@ -156,8 +154,7 @@ def critical_load_factors(
     known = NONE if total <= SMALL else _first_one_pair(rows, threads, tolerances)
     found = [replace(joined([]), smallest_feasible=known)]
     done = 0
-    wanted = Wanted(-inf if values else inf, known[0], tolerances)
-    for piece in _walk(rows, wanted, threads):
+    for piece in _walk(rows, -inf if values else inf, known[0], threads, tolerances):
         found.append(piece)
         done += piece.subsets
         if progress is not None:
@@ -190,7 +187,7 @@ def load_factors_above(
     """
     require_plane("critical load factors", problem, NO_SUBSETS)
     _check_threads(threads)
-    for piece in _walk(constraints(problem), Wanted(cut, 0.0, tolerances), threads):
+    for piece in _walk(constraints(problem), cut, 0.0, threads, tolerances):
         if piece.load_factors.size:
             yield piece.load_factors
 
@@ -235,22 +232,18 @@ def _first_one_pair(rows: Constraints, threads: int | None, tolerances: Toleranc
     return best
 
 
-class Wanted(NamedTuple):
-    """Load factors to keep: those above ``cut``; to look at: safe ones below ``feasible_below``."""
+def _walk(
+    rows: Constraints, cut: float, feasible_below: float, threads: int | None, tolerances: Tolerances
+) -> Iterator[SubtreeFindings]:
+    """Enumerate all subsets: few in batches, many in the compiled tree.
 
-    cut: float
-    feasible_below: float
-    tolerances: Tolerances
-
-
-def _walk(rows: Constraints, wanted: Wanted, threads: int | None) -> Iterator[SubtreeFindings]:
-    """Enumerate all subsets: few in batches, many in the compiled tree."""
-    cut, feasible_below, tolerances = wanted
+    Load factors above ``cut`` are kept; points on the safe region are looked for below ``feasible_below``.
+    """
     scaled = scaled_rows(rows)
     if _count(rows) <= SMALL:
         candidates = combinations(range(len(rows.g)), rows.n + 1)
         for chunk in in_batches(candidates):
-            yield batch_piece(solve_subsets(np.array(chunk), scaled, tolerances), cut, LISTED)
+            yield solve_subsets(np.array(chunk), scaled, tolerances, cut=cut, listed=LISTED)
         return
     from shakedown.bounds.enumeration.tasks import (  # compiled; loaded only where it is used
         Tree,
@@ -296,35 +289,14 @@ def _count(rows: Constraints) -> int:
 
 
 def _check_budget(rows: Constraints, total: int, budget: int) -> None:
-    """Refuse more subsets than the budget, with the time estimated from a sample."""
+    """Refuse more subsets than the budget, and say about how long they would take."""
     if total <= budget:
         return
-    if total < COUNTABLE:
-        time = f"about {_duration(_time_each(rows, total) * total)} on one core of this machine"
-    else:
-        time = "for ever"
+    time = f"about {_duration(SECONDS_EACH * total)} on one core" if total < COUNTABLE else "for ever"
     raise BudgetExceeded(
         f"{_counted(total)} subsets of {rows.n + 1} rows are more than the budget of {budget:,}; "
         f"they would take {time}"
     )
-
-
-def _time_each(rows: Constraints, total: int) -> float:
-    """Seconds per subset, from a sample."""
-    scaled = scaled_rows(rows)
-    if total <= SMALL:
-        subsets = np.array(list(islice(combinations(range(len(rows.g)), rows.n + 1), BATCH)))
-        start = perf_counter()
-        solve_subsets(subsets, scaled, DEFAULT)
-        return (perf_counter() - start) / len(subsets)
-    from shakedown.bounds.enumeration.tasks import Tree, typical_task, walk_piece
-
-    tree = Tree(scaled, feasible_below=0.0)
-    task = typical_task(tree)
-    walk_piece(tree, *task)  # loads the compiled code
-    start = perf_counter()
-    walk_piece(tree, *task)
-    return (perf_counter() - start) / task[1]
 
 
 def _counted(total: int) -> str:

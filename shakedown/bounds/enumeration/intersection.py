@@ -50,18 +50,6 @@ class Intersection(Result):
 
 
 @dataclass(frozen=True)
-class Batch:
-    """Some subsets and what they give: (b, n+1) row indices, (b,) values, (b, n) slips, (b,) verdicts."""
-
-    subsets: NDArray[np.intp]
-    load_factor: FloatArray
-    slip: FloatArray
-    regular: NDArray[np.bool_]
-    positive: NDArray[np.bool_]
-    feasible: NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
 class ScaledRows:
     """The 2n rows with every row and column near the size 1.
 
@@ -93,29 +81,6 @@ def scaled_rows(rows: Constraints) -> ScaledRows:
 def _power(values: FloatArray) -> int:
     """The exponent of the largest: dividing by that power of two gives the same bits in all units."""
     return int(np.frexp(np.abs(values).max(initial=0.0))[1])
-
-
-def solve_subsets(subsets: NDArray[np.intp], rows: ScaledRows, tolerances: Tolerances) -> Batch:
-    """Solve subsets (b, n + 1) of the rows; those that are singular to the tolerance are not regular."""
-    square, target = rows.matrix[subsets], rows.right[subsets]
-    spectrum = np.linalg.svd(square, compute_uv=False)
-    condition = spectrum[:, -1] / np.where(spectrum[:, 0] > 0, spectrum[:, 0], 1.0)
-    regular = condition > tolerances.degeneracy
-    x = np.full(subsets.shape, nan)
-    x[regular] = np.linalg.solve(square[regular], target[regular][..., None])[..., 0]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        size = np.abs(x).max(axis=1)
-        blur = np.finfo(float).eps * size / condition  # round-off of a zero load factor
-        excess = (x @ rows.matrix.T - rows.right).max(axis=1)
-        reach = np.maximum(size * np.abs(rows.matrix).max(), np.abs(rows.right).max())
-    return Batch(
-        subsets=subsets,
-        load_factor=x[:, -1] * rows.column_scale[-1],
-        slip=x[:, :-1] * rows.column_scale[:-1],
-        regular=regular,
-        positive=regular & (x[:, -1] > blur),
-        feasible=regular & (excess <= tolerances.feasibility * reach),
-    )
 
 
 def intersection(rows: Constraints, subset: Iterable[int]) -> Intersection:
@@ -168,31 +133,44 @@ class SubtreeFindings:
         return self.regular + self.degenerate
 
 
-def in_batches(subsets: Iterator[tuple[int, ...]]) -> Iterator[list[tuple[int, ...]]]:
-    """The same subsets, ``BATCH`` at a time."""
-    return iter(lambda: list(islice(subsets, BATCH)), [])
+def solve_subsets(
+    subsets: NDArray[np.intp], rows: ScaledRows, tolerances: Tolerances, *, cut: float, listed: int
+) -> SubtreeFindings:
+    """What subsets (b, n + 1) of the rows give; those that are singular to the tolerance give nothing."""
+    square, target = rows.matrix[subsets], rows.right[subsets]
+    spectrum = np.linalg.svd(square, compute_uv=False)
+    condition = spectrum[:, -1] / np.where(spectrum[:, 0] > 0, spectrum[:, 0], 1.0)
+    regular = condition > tolerances.degeneracy
+    x = np.full(subsets.shape, nan)
+    x[regular] = np.linalg.solve(square[regular], target[regular][..., None])[..., 0]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        size = np.abs(x).max(axis=1)
+        blur = np.finfo(float).eps * size / condition  # round-off of a zero load factor
+        excess = (x @ rows.matrix.T - rows.right).max(axis=1)
+        reach = np.maximum(size * np.abs(rows.matrix).max(), np.abs(rows.right).max())
+    load_factors = x[:, -1] * rows.column_scale[-1]
+    positive = regular & (x[:, -1] > blur)
+    feasible = positive & (excess <= tolerances.feasibility * reach)
 
+    def smallest(admitted: NDArray[np.bool_]) -> Candidate:
+        if not admitted.any():
+            return NONE
+        i = int(np.argmin(np.where(admitted, load_factors, inf)))
+        return float(load_factors[i]), tuple(subsets[i].tolist())
 
-def batch_piece(batch: Batch, cut: float, listed: int) -> SubtreeFindings:
-    """The report on subsets that were solved in a batch."""
-    singular = np.flatnonzero(~batch.regular)
-    kept = batch.load_factor[batch.regular & (batch.load_factor > cut)] if cut < inf else np.empty(0)
     return SubtreeFindings(
-        regular=int(batch.regular.sum()),
-        degenerate=singular.size,
-        degenerate_rows=[tuple(batch.subsets[i].tolist()) for i in singular[:listed]],
-        smallest_positive=_smallest(batch, batch.positive),
-        smallest_feasible=_smallest(batch, batch.positive & batch.feasible),
-        load_factors=kept,
+        regular=int(regular.sum()),
+        degenerate=int((~regular).sum()),
+        degenerate_rows=[tuple(subset) for subset in subsets[~regular][:listed].tolist()],
+        smallest_positive=smallest(positive),
+        smallest_feasible=smallest(feasible),
+        load_factors=load_factors[regular & (load_factors > cut)] if cut < inf else np.empty(0),
     )
 
 
-def _smallest(batch: Batch, admitted: NDArray[np.bool_]) -> Candidate:
-    """(load factor, rows) of the smallest admitted value of a batch."""
-    if not admitted.any():
-        return NONE
-    i = int(np.argmin(np.where(admitted, batch.load_factor, inf)))
-    return float(batch.load_factor[i]), tuple(batch.subsets[i].tolist())
+def in_batches(subsets: Iterator[tuple[int, ...]]) -> Iterator[list[tuple[int, ...]]]:
+    """The same subsets, ``BATCH`` at a time."""
+    return iter(lambda: list(islice(subsets, BATCH)), [])
 
 
 def joined(parts: list[SubtreeFindings]) -> SubtreeFindings:

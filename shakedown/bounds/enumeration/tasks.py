@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from itertools import combinations, islice
+from itertools import chain, combinations, islice
 from math import comb, inf
 
 import numpy as np
@@ -14,7 +14,6 @@ from shakedown.bounds.enumeration.intersection import (
     NONE,
     ScaledRows,
     SubtreeFindings,
-    batch_piece,
     in_batches,
     joined,
     solve_subsets,
@@ -63,7 +62,7 @@ class Tree:
 
     def solved(self, subsets: NDArray[np.intp]) -> SubtreeFindings:
         """Some subsets, solved as a batch."""
-        return batch_piece(solve_subsets(subsets, self.rows, self.tolerances), self.cut, self.listed)
+        return solve_subsets(subsets, self.rows, self.tolerances, cut=self.cut, listed=self.listed)
 
 
 def pieces(tree: Tree, threads: int | None = None) -> Iterator[SubtreeFindings]:
@@ -93,7 +92,7 @@ def pieces(tree: Tree, threads: int | None = None) -> Iterator[SubtreeFindings]:
 
 
 def tasks(tree: Tree) -> Iterator[tuple[tuple[int, ...], int]]:
-    """Prefixes whose subtrees have at most ``TASK`` subsets, in order, with their sizes."""
+    """Prefixes whose subtrees have at most ``BLOCK`` subsets, in order, with their sizes."""
     waiting: list[tuple[int, ...]] = [()]
     while waiting:  # every prefix is taken once, and none of a whole subset has children
         prefix = waiting.pop()
@@ -102,17 +101,6 @@ def tasks(tree: Tree) -> Iterator[tuple[tuple[int, ...], int]]:
             yield prefix, size
         else:
             waiting += [(*prefix, child) for child in reversed(range(*child_range(tree, prefix)))]
-
-
-def typical_task(tree: Tree) -> tuple[tuple[int, ...], int]:
-    """A small task to judge the time by: one row of every node, as far as that goes."""
-    prefix: tuple[int, ...] = ()
-    for _ in range(tree.rows.matrix.shape[1]):
-        if completions(tree, prefix) <= BATCH:
-            break
-        first, end = child_range(tree, prefix)
-        prefix = (*prefix, min(first + 1, end - 1))
-    return prefix, completions(tree, prefix)
 
 
 def child_range(tree: Tree, prefix: tuple[int, ...]) -> tuple[int, int]:
@@ -146,7 +134,8 @@ def walk_piece(tree: Tree, prefix: tuple[int, ...], size: int) -> SubtreeFinding
         smallest_feasible=(found.record[1] * unit, safest) if any(safest) else NONE,
         load_factors=found.values[: found.counters[STORED]] * unit,
     )
-    return joined([piece, *_examined_all(tree, suspects.prefixes[:count], suspects.lengths[:count])])
+    prefixes = zip(suspects.prefixes[:count].tolist(), suspects.lengths[:count].tolist(), strict=True)
+    return joined([piece, *_examined(tree, [tuple(rows[:length]) for rows, length in prefixes])])
 
 
 def _walked(tree: Tree, prefix: tuple[int, ...], size: int) -> tuple[WalkFindings, Suspects]:
@@ -174,25 +163,19 @@ def _walked(tree: Tree, prefix: tuple[int, ...], size: int) -> tuple[WalkFinding
     return found, suspects
 
 
-def _examined_all(
-    tree: Tree, suspects: NDArray[np.int64], lengths: NDArray[np.int64]
-) -> Iterator[SubtreeFindings]:
-    """Whole suspect subsets in batches, shorter suspect prefixes one by one."""
-    whole = suspects[lengths == suspects.shape[1]]
-    for start in range(0, len(whole), BATCH):
-        yield tree.solved(whole[start : start + BATCH])
-    for prefix, length in zip(suspects, lengths, strict=True):
-        if length < suspects.shape[1]:
-            yield _examined(tree, tuple(prefix[:length].tolist()))
-
-
-def _examined(tree: Tree, prefix: tuple[int, ...]) -> SubtreeFindings:
-    """A suspect prefix: singular as it stands, or else all its completions solved one by one."""
-    spectrum = np.linalg.svd(tree.rows.matrix[list(prefix)], compute_uv=False)
-    if spectrum[-1] <= tree.tolerances.degeneracy * spectrum[0]:
-        listed = list(islice(_extensions(tree, prefix), tree.listed))
-        return SubtreeFindings(0, completions(tree, prefix), listed, NONE, NONE, np.empty(0))
-    return joined([tree.solved(np.array(chunk)) for chunk in in_batches(_extensions(tree, prefix))])
+def _examined(tree: Tree, suspects: list[tuple[int, ...]]) -> Iterator[SubtreeFindings]:
+    """Suspect prefixes: singular as they stand, or else all their completions solved in batches."""
+    doubtful = list[tuple[int, ...]]()
+    for prefix in suspects:
+        whole = len(prefix) == tree.rows.matrix.shape[1]
+        spectrum = np.ones(1) if whole else np.linalg.svd(tree.rows.matrix[list(prefix)], compute_uv=False)
+        if spectrum[-1] > tree.tolerances.degeneracy * spectrum[0]:
+            doubtful.append(prefix)
+        else:
+            listed = list(islice(_extensions(tree, prefix), tree.listed))
+            yield SubtreeFindings(0, completions(tree, prefix), listed, NONE, NONE, np.empty(0))
+    for chunk in in_batches(chain.from_iterable(_extensions(tree, prefix) for prefix in doubtful)):
+        yield tree.solved(np.array(chunk))
 
 
 def _extensions(tree: Tree, prefix: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
