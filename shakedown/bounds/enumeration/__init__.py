@@ -2,5 +2,5 @@
 
 Reading order: ``critical`` (the public functions), ``intersection`` (a subset solved, with its
 condition; what is kept of many), ``tasks`` (the work cut into pieces),
-``walk_state``, ``tree_kernel`` and ``leaf_kernel`` (the compiled walk).
+``walk_kernel`` (the compiled walk).
 """

@@ -18,8 +18,7 @@ from shakedown.bounds.enumeration.intersection import (
     joined,
     solve_subsets,
 )
-from shakedown.bounds.enumeration.tree_kernel import elimination, walk
-from shakedown.bounds.enumeration.walk_state import (
+from shakedown.bounds.enumeration.walk_kernel import (
     REGULAR,
     STORED,
     SUSPECTS,
@@ -27,6 +26,8 @@ from shakedown.bounds.enumeration.walk_state import (
     WalkFindings,
     WalkSearch,
     Whole,
+    elimination,
+    walk,
 )
 from shakedown.ground.blas_threads import all_cores
 from shakedown.ground.size_limits import BATCH, BLOCK
