@@ -163,6 +163,11 @@ class BallLimits:
         terms = np.maximum(np.maximum(moved, loads), np.maximum(left, need))
         return np.where(terms > 0, terms, 1.0)
 
+    def residual(self, slip: FloatArray, load_factor: float, radius: float) -> float:
+        """The largest violation of a limit by a ball, relative to its terms."""
+        excess = -self.slack(slip, load_factor, radius)
+        return float(np.max(excess / self.sizes(slip, load_factor, radius)))
+
     def names(self, indices: Places) -> tuple[tuple[int, int], ...]:
         """(node, side) of some rows, (node, load step) of some discs, in order, each once."""
         node = np.append(self.closed[self.node], self.rows.node)

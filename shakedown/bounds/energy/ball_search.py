@@ -98,11 +98,6 @@ class Found:
         value = self.end.value
         return self.end.proved / value - 1.0 if value > 0 else self.end.proved
 
-    def excess(self, load_factor: float) -> float:
-        """The largest violation of a limit at the centre, relative to its terms."""
-        excess = -self.limits.slack(self.slip, load_factor, self.radius)
-        return float(np.max(excess / self.limits.sizes(self.slip, load_factor, self.radius)))
-
 
 class BallMargin(NamedTuple):
     """The largest margin of all limits, relative to their sizes, and where: with relative radius."""

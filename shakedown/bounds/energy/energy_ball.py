@@ -231,18 +231,14 @@ def _result(
     shortfall: float = nan,
 ) -> EnergyBall:
     """The ball about a slip with a relative radius; without one there is none."""
-    residual = nan
-    if slip is not None:
-        needed = radius if isfinite(radius) else 0.0
-        excess = -limits.slack(slip, load_factor, needed)
-        residual = float(np.max(excess / limits.sizes(slip, load_factor, needed)))
+    needed = radius if isfinite(radius) else 0.0
     return EnergyBall(
         status=status,
         load_factor=load_factor,
         radius=radius * limits.metric.unit,
         slip=np.full(limits.n, nan) if slip is None else slip,
         active=active,
-        residual=residual,
+        residual=nan if slip is None else limits.residual(slip, load_factor, needed),
         reason=reason,
         metric=limits.metric,
         inner_radius=radius * limits.metric.unit * (1.0 - tolerances.feasibility),

@@ -325,7 +325,7 @@ def _optimal(found: Found, start: FloatArray, distance: float, least: float) -> 
         slip=found.slip,
         active=limits.names(found.carrying),
         multipliers=found.multipliers,
-        residual=found.excess(load_factor),
+        residual=limits.residual(found.slip, load_factor, found.radius),
         least_load_factor=least,
     )
 

@@ -55,4 +55,4 @@ def test_a_further_row_lowers_the_load_factor():
     bound = largest_load_factor(cut, start, 0.05, DEFAULT, split=True)
     assert bound.value < plain.value
     assert abs(bound.gap) <= 1e-9
-    assert bound.excess(bound.value) <= 1e-12
+    assert cut.residual(bound.slip, bound.value, bound.radius) <= 1e-12
