@@ -16,7 +16,7 @@ from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.bounds.energy.energy_results import NO_SAFE_SLIP
 from shakedown.bounds.enumeration.critical import subset_count
 from shakedown.bounds.onset import Onset, first_opening, first_slip
-from shakedown.bounds.plane_or_space import methods_of, takes_long
+from shakedown.bounds.plane_or_space import holding_ball_sooner, takes_long
 from shakedown.bounds.registry import BOUNDS, BoundKind, Claim, kinds_of
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, friction_thresholds
 from shakedown.bounds.upper import upper_bound
@@ -197,7 +197,7 @@ class JointLimits(Result):
 
     def _ball_at(self, load_factor: float) -> EnergyBall:
         problem, around, split = self.problem, None, True
-        if methods_of(problem).HOLDING_BALL_SOONER and not self.open_nodes:
+        if holding_ball_sooner(problem) and not self.open_nodes:
             proved, upper = self.energy, self.upper
             split = False
             if proved.least_load_factor <= load_factor < proved.load_factor:

@@ -10,8 +10,7 @@ from typing import Literal
 import numpy as np
 
 from shakedown.bounds.opened_by_mean_load import opened_by_mean_load
-from shakedown.bounds.plane_or_space import methods_of
-from shakedown.bounds.results import ZoneLimit
+from shakedown.bounds.zone_limits import ZoneLimit, change_weights, limits_left, zone_limit
 from shakedown.ground.errors import SolverError, UsageError
 from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.size_limits import ALL_PAIRS_UP_TO, ALL_SUBSETS_UP_TO
@@ -22,7 +21,8 @@ from shakedown.joint.coupled_parts import coupled_parts
 from shakedown.joint.problem import Problem
 
 NEIGHBOURS = 8  # changes tried per round, the most promising first
-NEAREST = 4  # nodes nearest to opening or closing: tried in large joints, in small ones also in pairs
+NEAREST = 4  # nodes nearest to opening or closing that are tried in large joints
+MOST_ZONES = 100  # that are solved in a search: each costs a program
 
 
 @dataclass(frozen=True)
@@ -32,13 +32,13 @@ class ZoneSearch:
     Attributes
     ----------
     zone
-        The best zone that was found; there may be better ones, above all of large joints in space.
+        The best zone that was found; of joints of more than six nodes there may be better ones.
     load_factor
         Its λ_max; −inf where no zone visited has a safe slip at any load factor.
     opened
         The nodes that the mean load opens, sliding without friction.
     visited
-        Number of zones that were solved; with two tangential directions at most 100.
+        Number of zones that were solved, at most 100.
     left_out
         Whether there are zones that were not: then one of them may have a safe slip where none was found.
     """
@@ -87,13 +87,12 @@ Visitor = Callable[[tuple[int, ...]], _Visit]
 
 
 def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSearch:
-    """Search the contact zone with the largest λ_max, a few nodes at a time.
+    """Search the contact zone with the largest λ_max, one node at a time.
 
-    It begins with the nodes that the mean load opens, sliding without friction or stuck, and with no open
-    node at all. Of a zone's linear program a gap with a
-    multiplier wants its node closed, and a node with both limits active (its pressure
-    is gone) wants to open; changes are made while λ_max grows. Where the mean load
-    opens no node and the joint has a safe slip, that is the answer at once; else up to six nodes
+    It begins with the nodes that the mean load opens, sliding without friction or stuck, or with no open
+    node at all. Of a zone's program a gap with a multiplier wants its node closed, and a node at its apex
+    (pressure and shear are gone) wants to open; one node is changed at a time while λ_max grows. Where the
+    mean load opens no node and the joint has a safe slip, that is the answer at once; else up to six nodes
     every zone is tried. The state without friction is safe under the mean load: what friction alone
     holds has none, every other joint a zone with a safe slip.
 
@@ -114,12 +113,12 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
     (0, 1, 2, 3, 4, 28, 29, 30, 31, 32)
     """
     require_problem(problem)
-    methods, visited = methods_of(problem), dict[tuple[int, ...], _Visit]()
+    visited = dict[tuple[int, ...], _Visit]()
 
     def visit(nodes: tuple[int, ...]) -> _Visit:
         if nodes in visited:
             return visited[nodes]
-        if len(visited) >= methods.MOST_ZONES:  # counts as without a safe slip, so that the search ends
+        if len(visited) >= MOST_ZONES:  # counts as without a safe slip, so that the search ends
             return _Visit(nodes, None, NOTHING)
         climbing = all(one.load_factor == -inf for one in visited.values())
         visited[nodes] = _visit(problem, nodes, climbing, tolerances)
@@ -133,10 +132,10 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
         if problem.n <= ALL_SUBSETS_UP_TO:
             sizes = (combinations(range(problem.n), size) for size in range(1, problem.n))
             found = [visit(nodes) for nodes in chain([best.nodes], *sizes)]
-        else:  # in space a climb takes many cone programs; large joints start only from the best
+        else:
             starts.sort(key=lambda nodes: visit(nodes).rank, reverse=True)
-            several = problem.n <= methods.ALL_COMPARED_UP_TO
-            found = [_climb(visit, start, tolerances) for start in (starts if several else starts[:1])]
+            few = problem.n <= ALL_PAIRS_UP_TO
+            found = [_climb(visit, start, few, tolerances) for start in (starts if few else starts[:1])]
         best = _first_of_the_best(found)
     zone = contact_zone(problem, ()) if best.zone is None else best.zone
     seen = sum(len(nodes) < problem.n and not one.failed for nodes, one in visited.items())
@@ -148,35 +147,22 @@ def _first_of_the_best(found: Iterable[_Visit]) -> _Visit:
     return reduce(lambda best, other: other if other.surpasses(best) else best, found)
 
 
-def _climb(visit: Visitor, start: tuple[int, ...], tolerances: Tolerances) -> _Visit:
-    """Climb from one zone to better ones; with many nodes only those nearest to a change are tried.
+def _climb(visit: Visitor, start: tuple[int, ...], few: bool, tolerances: Tolerances) -> _Visit:
+    """Climb from one zone to better ones, each differing in one node, first those that its limits ask for.
 
-    Those that its rows ask for are tried first, others where none of them is better, pairs last. Of 41
-    random joints in space of 5 to 7 nodes single changes alone missed the best zone of two, as large
-    joints are searched of three; with pairs none was missed.
+    Of joints of few nodes to the best of them, else to the first that is better.
     """
     best = visit(start)
     while True:  # ends, as every step is better than all before, and zones are finitely many
-        better = _better(visit, best, _asked_for(best, tolerances))
-        if better is best:
-            better = _better(visit, best, _nearest(best))
-        if better is best:
-            better = _better(visit, best, _pairs(best))
-        if better is best:
+        for neighbours in (_asked_for(best, tolerances), _nearest(best, None if few else NEAREST)):
+            tried = map(visit, neighbours)
+            better = next((one for one in tried if one.surpasses(best)), best)
+            better = _first_of_the_best(chain([better], tried)) if few else better
+            if better is not best:
+                break
+        else:
             return best
         best = better
-
-
-def _better(visit: Visitor, best: _Visit, neighbours: Iterator[tuple[int, ...]]) -> _Visit:
-    """The best of the neighbours, or the zone itself where none is better.
-
-    Of large joints with two tangential directions, where zones cost much, the first one that is better.
-    """
-    tried = map(visit, neighbours)
-    zone = best.zone
-    if zone is None or zone.problem.n <= methods_of(zone.problem).ALL_COMPARED_UP_TO:
-        return _first_of_the_best(chain([best], tried))
-    return next((one for one in tried if one.surpasses(best)), best)
 
 
 def _visit(problem: Problem, nodes: tuple[int, ...], compared: bool, tolerances: Tolerances) -> _Visit:
@@ -189,42 +175,26 @@ def _visit(problem: Problem, nodes: tuple[int, ...], compared: bool, tolerances:
     except UsageError:  # all nodes open, or open nodes that nothing holds
         return _Visit(nodes, None, NOTHING)
     try:
-        return _Visit(nodes, zone, methods_of(problem).zone_limit(zone, compared, tolerances))
+        return _Visit(nodes, zone, zone_limit(zone, compared, tolerances))
     except SolverError:
         return _Visit(nodes, zone, NOTHING)
 
 
 def _asked_for(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ...]]:
-    """Zones suggested by the multipliers of its rows, the strongest first, each differing in one node.
-
-    With two tangential directions those that differ in several come before them.
-    """
+    """Zones suggested by the multipliers of its limits, the strongest first, each differing in one node."""
     if visit.zone is None:  # open nodes that nothing holds are closed again
         yield from (_changed(visit, node) for node in visit.nodes[:NEIGHBOURS])
         return
     if len(visit.found.multipliers) == 0:  # unbounded, so there is no better zone
         return
-    methods = methods_of(visit.zone.problem)
-    weights = methods.change_weights(visit.zone, visit.found, tolerances)
+    weights = change_weights(visit.zone, visit.found, tolerances)
     asked = sorted(weights, key=weights.__getitem__, reverse=True)[:NEIGHBOURS]
-    counts = [count for count in methods.CHANGES_AT_ONCE if count <= len(asked)]
-    yield from (_changed(visit, *asked[:count]) for count in counts)
     yield from (_changed(visit, node) for node in asked)
 
 
-def _nearest(visit: _Visit) -> Iterator[tuple[int, ...]]:
-    """Zones that differ from a safe one in the node next to opening or closing."""
-    nearest = _by_slack(visit)
-    count = NEAREST if len(nearest) > ALL_PAIRS_UP_TO else None
-    yield from (_changed(visit, node) for node in nearest[:count])
-
-
-def _pairs(visit: _Visit) -> Iterator[tuple[int, ...]]:
-    """Zones that differ from a safe one in two nodes next to a change; none of large joints, for time."""
-    zone = visit.zone
-    if zone is None or zone.problem.n > methods_of(zone.problem).ALL_COMPARED_UP_TO:
-        return
-    yield from (_changed(visit, *two) for two in combinations(_by_slack(visit)[:NEAREST], 2))
+def _nearest(visit: _Visit, count: int | None) -> Iterator[tuple[int, ...]]:
+    """Zones that differ from a safe one in one of the nodes next to opening or closing."""
+    yield from (_changed(visit, node) for node in _by_slack(visit)[:count])
 
 
 def _by_slack(visit: _Visit) -> list[int]:
@@ -234,15 +204,15 @@ def _by_slack(visit: _Visit) -> list[int]:
     """
     if visit.zone is None or len(visit.found.x) == 0:
         return []
-    nodes, slack = methods_of(visit.zone.problem).limits_left(visit.zone, visit.found)
+    nodes, slack = limits_left(visit.zone, visit.found)
     least = np.full(visit.zone.problem.n, inf)
     np.minimum.at(least, nodes, np.where(np.abs(slack) > NEGLIGIBLE, slack, 0.0))
     return [int(node) for node in np.argsort(least, kind="stable")]
 
 
-def _changed(visit: _Visit, *nodes: int) -> tuple[int, ...]:
-    """The zone in which some nodes are open that are closed here, or the other way round."""
-    return tuple(sorted(set(visit.nodes).symmetric_difference(nodes)))
+def _changed(visit: _Visit, node: int) -> tuple[int, ...]:
+    """The zone in which a node is open that is closed here, or the other way round."""
+    return tuple(sorted({*visit.nodes} ^ {node}))
 
 
 def chosen_zone(

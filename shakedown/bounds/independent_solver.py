@@ -7,27 +7,23 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf, nan
-from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
-from scipy.linalg import qr
 
+from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
+from shakedown.bounds.discs.scaled_discs import scaled_discs
 from shakedown.bounds.row_programs import load_factor_program, reversed_rows
 from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import CONE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, node_numbers, require_plane
-from shakedown.joint.constraints import Constraints, Side, constraints
+from shakedown.joint.constraints import Constraints, constraints
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.joint.rigid_slips import MOTION_ROUND_OFF
-from shakedown.programs.conic import ClarabelSettings, by_clarabel, by_cvxpy, interior_points
+from shakedown.programs.conic import ClarabelSettings, by_clarabel, by_cvxpy, discs_by_clarabel
 from shakedown.programs.program import Program
-from shakedown.programs.scaling import ProgramScales
 
 # The highest accuracy, for data already scaled to numbers near 1.
 SETTINGS = ClarabelSettings(1e-11, 0.99, rescaled=False, reduced=1e-8)
@@ -95,109 +91,31 @@ def conic_upper_bound(
     0.739146
     """
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)
-    if problem.directions > 1:
-        rows = _without_round_off(zone.constraints)
-        bound = _bound_over_discs(rows, solver, tolerances)
-    else:
-        rows = zone.constraints
-        bound = _bound_in_zone(rows, solver, tolerances)
-    return replace(bound, slip=zone.slips(rows.slips(bound.slip)))
-
-
-def _without_round_off(rows: Constraints) -> Constraints:
-    """The limits of a joint in space, without right-hand sides that are only the round-off of a mean."""
-    size = np.maximum(np.abs(rows.g), np.abs(rows.d))
-    of_cones = np.repeat(np.maximum.reduceat(size, rows.heads), rows.cones)
-    return replace(rows, g=np.where(np.abs(rows.g) <= MOTION_ROUND_OFF * of_cones, 0.0, rows.g))
-
-
-def _bound_over_discs(rows: Constraints, solver: str | None, tolerances: Tolerances) -> ConicBound:
-    """λ_max of a joint in space; where it is unbounded, as far as anything is safe."""
 
     def end(towards: float) -> ConicBound:
-        if solver is not None:
-            return extreme_load_factor(load_factor_program(rows, towards, tolerances), solver)
-        told = _sparse(rows, towards, tolerances)
-        return _end(partial(told.end, SETTINGS), rows.n, "CLARABEL")
+        rows = zone_rows(zone)
+        if solver is None and not rows.in_plane:
+            return _end(partial(_over_discs, rows, towards), rows.half_spaces.n, "CLARABEL")
+        limits = zone.constraints
+        found = extreme_load_factor(load_factor_program(limits, towards, tolerances), solver)
+        return replace(found, slip=limits.slips(found.slip))
 
     bound = end(-1.0)
-    start = end(+1.0) if bound.status == Status.UNBOUNDED else bound
-    return bound if start.status == Status.OPTIMAL else start
+    if bound.status == Status.UNBOUNDED and problem.directions > 1:  # as far as anything is safe
+        start = end(+1.0)
+        bound = bound if start.status == Status.OPTIMAL else start
+    return replace(bound, slip=zone.slips(bound.slip))
 
 
-class _SparseDiscs(NamedTuple):
-    """An extreme λ over (z, λ) in numbers near 1, z = G v once for every node, as Clarabel takes it."""
-
-    matrix: sparse.csc_matrix
-    right: FloatArray
-    cost: FloatArray
-    kinds: tuple[int, int, tuple[int, ...]]
-    scales: ProgramScales
-    slips: FloatArray  # those of every z, (dn, z)
-
-    def end(self, asked: ClarabelSettings) -> ConicBound:
-        """The solution of the program; raises ``SolverError`` where it comes to none."""
-        status, x, _, reduced = interior_points(self.matrix, self.right, self.cost, self.kinds, asked)
-        if status != Status.OPTIMAL:
-            return _nothing(status, len(self.slips), "CLARABEL")
-        unit = float(self.scales.x[-1])
-        return ConicBound(status, float(x[-1]) * unit, -1, self.slips @ x[:-1], "CLARABEL", reduced, unit)
-
-
-def _sparse(rows: Constraints, towards: float, tolerances: Tolerances) -> _SparseDiscs:
-    """The discs of a node at all load steps over one z_i = G_i v; what no slip changes of z is zero.
-
-    So every disc has three numbers of z, and one dense row for every node is left: Nᵀ z = 0 with N
-    orthonormal, which keeps the accuracy that slips of a stiff joint would lose.
-    """
-    discs = int((rows.side == Side.DISC).sum()) // CONE
-    node = rows.node[: CONE * discs : CONE]
-    new = np.append(True, np.diff(node) != 0)
-    triple, others = np.arange(CONE), np.arange(CONE * discs, len(rows.g))
-    first, own = np.flatnonzero(new), np.cumsum(new) - 1
-    chosen = np.append((CONE * first[:, None] + triple).ravel(), others)
-    place = np.append((CONE * own[:, None] + triple).ravel(), CONE * len(first) + np.arange(len(others)))
-    d, g = np.zeros((2, len(chosen)))  # the largest of the loads of a node, for its scale
-    np.maximum.at(d, place, np.abs(rows.d))
-    np.maximum.at(g, place, np.repeat(np.maximum.reduceat(np.abs(rows.g), rows.heads), rows.cones))
-    parts = {name: getattr(rows, name)[chosen] for name in ("G", "node", "side", "step")}
-    once = replace(rows, d=d, g=g, **parts)
-    program = load_factor_program(once, towards, tolerances)
-    scales = program.scales
-    row, column, count = scales.row[place], scales.column, len(chosen)
-    basis, triangle, order = qr(program.matrix[:, :-1] * scales.row[:, None] * column[:-1], pivoting=True)
-    pivots = np.abs(np.diag(triangle))
-    rank = int((pivots > count * np.finfo(float).eps * pivots[0]).sum())
-    slips = np.zeros((rows.n, count))
-    slips[order[:rank]] = np.linalg.solve(triangle[:rank, :rank], basis[:, :rank].T)
-    loads = sparse.csc_matrix((rows.d * row * column[-1])[:, None])
-    limits = sparse.hstack([sparse.csr_matrix((np.ones(len(place)), (np.arange(len(place)), place))), loads])
-    limits = sparse.csr_matrix(limits)[np.append(others, np.arange(CONE * discs))]
-    zero = np.zeros((count - rank + 1, count + 1))
-    zero[:-1, :-1], zero[-1, -1] = basis[:, rank:].T, -1.0  # the last one is λ ≥ 0
-    right = (rows.g * row / scales.size)[np.append(others, np.arange(CONE * discs))]
-    return _SparseDiscs(
-        sparse.csc_matrix(sparse.vstack([sparse.csr_matrix(zero), limits])),
-        np.append(np.zeros(len(zero)), right),
-        np.append(np.zeros(count), towards),
-        (count - rank, 1 + len(others), (CONE,) * discs),
-        scales,
-        slips * scales.x[:-1, None],
-    )
-
-
-def _bound_in_zone(rows: Constraints, solver: str | None, tolerances: Tolerances) -> ConicBound:
-    """λ_max of a zone; gap rows, most of which never matter, are added where they are violated."""
-    taken, most = rows.side != Side.GAP, load_factor_program(rows, towards=-1.0, tolerances=tolerances)
-    while True:
-        bound = extreme_load_factor(replace(most, matrix=most.matrix[taken], right=rows.g[taken]), solver)
-        violated = ~taken
-        if bound.status == Status.OPTIMAL:
-            excess = rows.relative_excess(rows.slips(bound.slip), bound.load_factor)
-            violated &= excess > tolerances.agreement
-        if bound.status == Status.INFEASIBLE or not violated.any():
-            return bound
-        taken |= violated
+def _over_discs(rows: DiscRows, towards: float) -> ConicBound:
+    """An extreme λ of a joint in space by Clarabel; raises ``SolverError`` where it comes to none."""
+    scaled = scaled_discs(rows, towards)
+    status, x, reduced = discs_by_clarabel(scaled.program, SETTINGS)
+    if status != Status.OPTIMAL:
+        return _nothing(status, rows.half_spaces.n, "CLARABEL")
+    unit = scaled.load_unit
+    slip = rows.half_spaces.slips(scaled.slips(x))
+    return ConicBound(status, float(x[-1]) * unit, -1, slip, "CLARABEL", reduced, unit)
 
 
 @checked

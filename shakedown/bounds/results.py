@@ -1,10 +1,7 @@
 """Results on safe slips: evidence of λ_max, the safest slip, the comparison of zones."""
 
-from dataclasses import dataclass, field
-from math import nan
+from dataclasses import dataclass
 from typing import ClassVar
-
-import numpy as np
 
 from shakedown.bounds.bound_result import Evidence
 from shakedown.ground.float_array import FloatArray
@@ -50,9 +47,6 @@ class LargestLoadFactor(Evidence):
     missing
         Other evidence that a solver failed to give, and why: ``multipliers`` or ``direction``,
         ``least_load_factor``, which is NaN then.
-    in_floats : (dn + 1,)
-        Safe slip [length] and load factor as the linear program found them, before exact arithmetic moved
-        their last digits: where searches that end at λ_max begin. NaN where it found none.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -64,7 +58,6 @@ class LargestLoadFactor(Evidence):
     direction: FloatArray
     exact: bool
     missing: tuple[str, ...] = ()
-    in_floats: FloatArray = field(default_factory=lambda: np.full(1, nan), repr=False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -106,26 +99,3 @@ class SafeSlip(Result):
     reduced_accuracy: bool = False
     open_nodes: tuple[int, ...] = ()
     pinned: tuple[int, ...] = ()
-
-
-@dataclass(frozen=True, eq=False)
-class ZoneLimit:
-    """λ_max of a contact zone that is compared with others.
-
-    Attributes
-    ----------
-    load_factor
-        −inf where the zone has no safe slip, inf where nothing limits it.
-    x : (k,)
-        Where it is reached: slips, with two directions the unknowns of programs; empty without a limit.
-    multipliers : (r,) or (3j + o,)
-        Of rows, with two directions of discs and gaps; empty where nothing limits it.
-    margin
-        By how much (negative) its limits exclude every slip under the mean load [length]; else 0: it tells
-        zones without a safe slip apart.
-    """
-
-    load_factor: float
-    x: FloatArray
-    multipliers: FloatArray
-    margin: float = 0.0

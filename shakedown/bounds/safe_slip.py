@@ -1,14 +1,22 @@
 """Safe slips: slips that satisfy every frictional constraint, with as much slack as possible."""
 
 from collections.abc import Iterable
+from math import inf, nan
 from typing import Literal
 
+import numpy as np
+
 from shakedown.bounds.best_zone import chosen_zone
-from shakedown.bounds.plane_or_space import methods_of
+from shakedown.bounds.discs.disc_rows import zone_rows
+from shakedown.bounds.discs.safest_slip import safest
 from shakedown.bounds.results import SafeSlip as SafeSlip
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked
+from shakedown.joint.contact_zone import Zone
 from shakedown.joint.problem import Problem
+
+UNLIMITED = 0.75  # share of the largest margin that a bounded one can have from which on it is not bounded
 
 
 @checked
@@ -52,4 +60,19 @@ def safe_slip(
     """
     check_load_factor(load_factor, problem)
     zone, _ = chosen_zone(problem, open_nodes, tolerances)
-    return methods_of(problem).safe_slip(zone, load_factor, transient, tolerances)
+    return safest_slip(zone, load_factor, transient, tolerances)
+
+
+def safest_slip(zone: Zone, load_factor: float, transient: bool, tolerances: Tolerances) -> SafeSlip:
+    """:func:`safe_slip` of a contact zone."""
+    rows = zone_rows(zone, transient)
+    found = safest(rows, load_factor, tolerances)
+    slip, residual = rows.half_spaces.slips(found.x), rows.relative_excess(found.x, load_factor)
+    status, margin, active = Status.OPTIMAL, found.margin, rows.named(*found.carrying)
+    if not residual <= tolerances.feasibility:
+        status, slip = Status.INFEASIBLE, np.full(len(slip), nan)
+    elif margin > UNLIMITED * found.cap:
+        status, margin, active = Status.UNBOUNDED, inf, ()
+    slip, pinned = (zone.slips(slip), zone.pinned) if zone.open_nodes else (slip, rows.half_spaces.pinned)
+    reduced = found.reduced_accuracy
+    return SafeSlip(status, load_factor, slip, margin, active, residual, reduced, zone.open_nodes, pinned)

@@ -9,13 +9,25 @@ import numpy as np
 
 from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.bound_result import Bound
-from shakedown.bounds.plane_or_space import methods_of
-from shakedown.bounds.results import MOVED, NO_SAFE_STATE
+from shakedown.bounds.certificate import UPPER_CERTIFIED_UP_TO
+from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
+from shakedown.bounds.largest_load_factor import largest_load_factor, relieving
+from shakedown.bounds.results import (
+    MOVED,
+    NO_SAFE_STATE,
+    RELIEVING,
+    WEDGING,
+    ZERO_AMPLITUDE,
+    LargestLoadFactor,
+)
+from shakedown.bounds.safe_slip import safest_slip
 from shakedown.ground.errors import Missing, sought
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import CONE, LARGE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked
+from shakedown.joint.constraints import Constraints
 from shakedown.joint.contact_zone import Zone, contact_zone
 from shakedown.joint.coupled_parts import Part, coupled_parts, of_slips, weakest
 from shakedown.joint.problem import Problem
@@ -107,8 +119,45 @@ def of_joint(limits: Any) -> Bound:
 
 
 def _of_zone(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> Bound:
-    found = methods_of(zone.problem).upper(zone, transient, certify, tolerances)
-    return _in_zone(zone, found, tolerances) if zone.open_nodes else found
+    """λ_max of the closed nodes."""
+    problem, rows = zone.problem, zone_rows(zone, transient)
+    with_transient = transient and problem.q_transient is not None and len(problem.q_transient) > 0
+    plain = not zone.open_nodes and not with_transient
+    if certify is None:
+        certify = problem.n <= (UPPER_CERTIFIED_UP_TO if rows.in_plane else LARGE)
+    balanced = plain and problem.q_mean is None and problem.p_mean is None
+    found = largest_load_factor(rows, problem if certify and plain else None, balanced, tolerances)
+    slips, nowhere = rows.half_spaces.slips(found.x), np.full(len(found.x), nan)
+    bound = Bound(
+        kind="upper",
+        status=found.status,
+        load_factor=found.load_factor,
+        evidence=LargestLoadFactor(
+            slips if found.status == Status.UNBOUNDED else nowhere, found.exact, found.missing
+        ),
+        slip=slips if found.status == Status.OPTIMAL else nowhere,
+        active=rows.named(*found.carrying),
+        multipliers=found.multipliers,
+        reason=_reason(found.status, rows, with_transient),
+        residual=found.residual,
+        least_load_factor=found.least_load_factor,
+        certified=found.certified,
+        uncertified=found.uncertified,
+        disputed=found.disputed,
+        reduced_accuracy=found.reduced_accuracy,
+        pinned=rows.half_spaces.pinned,
+    )
+    return _in_zone(zone, bound, tolerances) if zone.open_nodes else bound
+
+
+def _reason(status: Status, rows: DiscRows, with_transient: bool) -> str:
+    if status == Status.INFEASIBLE:
+        return MOVED if with_transient else NO_SAFE_STATE
+    if status == Status.OPTIMAL:
+        return ""
+    if not relieving(rows):
+        return WEDGING
+    return RELIEVING if rows.e.any() or rows.half_spaces.d.any() else ZERO_AMPLITUDE
 
 
 def _of_parts(
@@ -124,9 +173,8 @@ def _of_parts(
         reason = MOVED if transient else NO_SAFE_STATE
     optimal, slip = bound.status == Status.OPTIMAL, np.full(zone.problem.layout.slip_size, nan)
     if optimal:
-        safe = methods_of(zone.problem).safe_slip
         for own, each in zip(parts, zones, strict=True):
-            slip[own.slips] = safe(each, bound.load_factor, transient, tolerances).slip
+            slip[own.slips] = safest_slip(each, bound.load_factor, transient, tolerances).slip
         slip[part.slips] = bound.slip
     multipliers = np.zeros(len(zone.constraints.g))
     multipliers[np.isin(zone.constraints.node, part.nodes)] = bound.multipliers
@@ -148,7 +196,6 @@ def _of_parts(
         reduced_accuracy=any(each.reduced_accuracy for each in found),
         open_nodes=zone.open_nodes,
         pinned=tuple(sorted(pinned)),
-        in_floats=np.append(slip, bound.load_factor if optimal else nan),
         parts=tuple(found),
     )
 
@@ -165,7 +212,6 @@ def _in_zone(zone: Zone, found: Bound, tolerances: Tolerances) -> Bound:
         direction=zone.spread(found.direction),
         open_nodes=zone.open_nodes,
         pinned=zone.pinned,
-        in_floats=np.append(zone.slips(found.in_floats[:-1]), found.in_floats[-1]),
     )
 
 
@@ -182,7 +228,7 @@ def _least_slip(zone: Zone, load_factor: float, known: FloatArray, tolerances: T
     terms = np.maximum(np.abs(right), np.abs(G) @ np.abs(known))
     right[rows.heads] += WITHIN * tolerances.feasibility * np.maximum.reduceat(terms, rows.heads)
     limited, v = np.column_stack([G, np.zeros(len(G))]), rows.slips(np.eye(slips)).T
-    own, cones = methods_of(zone.problem).slip_limits(rows, v)
+    own, cones = _slip_limits(rows, v)
     program = Program(
         np.vstack([limited, own]),
         np.append(right, np.zeros(len(own))),
@@ -195,3 +241,14 @@ def _least_slip(zone: Zone, load_factor: float, known: FloatArray, tolerances: T
         return known
     slip = rows.slips(found.x[:-1])
     return slip if rows.relative_excess(slip, load_factor).max() <= tolerances.feasibility else known
+
+
+def _slip_limits(rows: Constraints, v: FloatArray) -> tuple[FloatArray, tuple[int, ...]]:
+    """|v_i| ≤ t in (x, t), of slips v = v(x) of all nodes, and the sizes of the cones of all rows then."""
+    if len(rows.heads) == len(rows.g):
+        return np.column_stack([np.vstack([v, -v]), -np.ones(2 * len(v))]), ()
+    slips = len(v)
+    own = np.zeros((slips // 2, CONE, slips + 1))
+    own[:, 0, -1] = -1.0
+    own[:, 1:, :-1] = -v.reshape(-1, 2, slips)
+    return own.reshape(-1, slips + 1), (*rows.cones.tolist(), *[CONE] * (slips // 2))

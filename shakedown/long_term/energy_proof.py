@@ -9,7 +9,7 @@ import numpy as np
 
 from shakedown.bounds.accumulated.accumulated_bound import total_slip_bound
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball, holding_ball
-from shakedown.bounds.plane_or_space import methods_of, takes_long
+from shakedown.bounds.plane_or_space import holding_ball_sooner, takes_long
 from shakedown.bounds.registry import BOUNDS
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import Missing, UsageError, sought
@@ -168,7 +168,7 @@ def energy_proof(passage: Passage, approach: Approach) -> EnergyProof:
     approach
         Where it comes to rest, and what is known of how it gets there.
     """
-    for best in (False, True) if methods_of(passage.problem).HOLDING_BALL_SOONER else (True,):
+    for best in (False, True) if holding_ball_sooner(passage.problem) else (True,):
         ball = _ball(passage, approach, best=best)
         if not isinstance(ball, EnergyBall):
             break

@@ -9,8 +9,8 @@ the plane), ``cone_rays`` (how far a cone reaches).
 Without round-off, through FLINT: ``integer_algebra`` (systems of integers), ``exact_program`` (optimality of
 a basis).
 
-Interior points for dense programs, one product of matrices an iteration: ``symmetric_cone`` (the positive
-orthant, with one second-order cone or without), ``small_cones`` (very many cones of three numbers beside it),
+Interior points for dense programs, one product of matrices an iteration: ``cones`` (very many of three
+numbers, those of one, and a large one),
 ``self_dual`` (the optimum, or the proof that there is none, with the scaling of Nesterov and Todd and the
 steps of Mehrotra), ``disc_program`` (discs that share coefficients node by node), ``reaction_unknowns`` (the
 same in the reactions of many nodes), ``shared_blocks`` (what is worked out once for programs that differ in

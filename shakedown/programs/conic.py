@@ -13,7 +13,9 @@ from scipy import sparse
 
 from shakedown.ground.errors import SolverError, UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import CONE
 from shakedown.ground.status import Status
+from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.program import Program, Sides, Solution, columnwise, solution_of
 from shakedown.programs.scaling import ProgramScales
 
@@ -56,6 +58,34 @@ def by_clarabel(program: Program, asked: ClarabelSettings) -> Solution:
         matrix, form.right, form.cost, (*form.counts, program.cones), asked
     )
     return form.end(status, x, z, reduced)
+
+
+def discs_by_clarabel(program: DiscProgram, asked: ClarabelSettings) -> tuple[Status, FloatArray, bool]:
+    """The solution (y, w) of a program over discs by Clarabel, its status, whether it is of reduced accuracy.
+
+    Over (z, w) with z = G y for every node and row once: every disc has three numbers of z then, and with N
+    orthonormal Nᵀ z = 0 keeps the accuracy that y of a stiff joint would lose.
+
+    Raises
+    ------
+    SolverError
+        If it ends without an answer.
+    """
+    r, limits = program.rank, len(program.limits)
+    G = np.vstack([program.blocks.reshape(CONE * len(program.blocks), r), program.rows])
+    basis, triangle = np.linalg.qr(G, mode="complete")
+    of_rows = len(G) - len(program.rows) + np.arange(len(program.rows))
+    of_discs = (CONE * program.node[:, None] + np.arange(CONE)).ravel()
+    places = np.append(of_rows, of_discs)
+    chosen = sparse.csr_matrix((np.ones(limits), (np.arange(limits), places)), shape=(limits, len(G)))
+    loads = sparse.csr_matrix(np.vstack([program.rows_extra, program.loads]))
+    matrix = sparse.bmat([[sparse.csr_matrix(basis[:, r:].T), None], [chosen, loads]], format="csc")
+    right = np.concatenate([np.zeros(len(G) - r), program.rows_right, program.right.ravel()])
+    cost = np.append(np.zeros(len(G)), program.cost)
+    kinds = (len(G) - r, len(program.rows), [CONE] * len(program.node))
+    status, x, _, reduced = interior_points(matrix, right, cost, kinds, asked)
+    y = np.linalg.solve(triangle[:r], basis[:, :r].T @ x[: len(G)])
+    return status, np.append(y, x[len(G) :]), reduced
 
 
 def interior_points(

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import blas, cho_factor, lapack, qr, solve_triangular
 
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import PER_CENT
 from shakedown.ground.size_limits import CONE, MANY_ROWS
+from shakedown.programs.cones import Cones, Scaling
 from shakedown.programs.self_dual import Solve
 from shakedown.programs.shared_blocks import SharedBlocks
-from shakedown.programs.small_cones import SmallCones, SmallScaling
-from shakedown.programs.symmetric_cone import FloatArray, SymmetricCone
 
 RANK = np.finfo(float).eps  # relative size, per row, of a diagonal of the factor that counts as zero
 
@@ -108,11 +108,9 @@ class DiscProgram:
         return self.extra.reshape(CONE * len(self.node), len(self.cost))
 
     @cached_property
-    def cones(self) -> SmallCones:
+    def cones(self) -> Cones:
         """Where the slacks are: the discs, the rows, the bound of the length."""
-        return SmallCones(
-            len(self.node), SymmetricCone(len(self.rows), 0 if self.norm is None else self.rank + 1)
-        )
+        return Cones(len(self.node), len(self.rows), 0 if self.norm is None else self.rank + 1)
 
     @cached_property
     def limits(self) -> FloatArray:
@@ -145,8 +143,7 @@ class DiscProgram:
 
     def parts(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Slacks or multipliers of the discs (K, 3), of the rows and of the bound, as views."""
-        discs, rest = self.cones.parts(u)
-        return discs, rest[: len(self.rows)], rest[len(self.rows) :]
+        return self.cones.parts(u)
 
     def columns(self, discs: Places) -> FloatArray:
         """The coefficients of (y, w) in some discs, (a, 3, r + p)."""
@@ -169,35 +166,35 @@ class DiscProgram:
         values, vectors = np.linalg.eigh(of_nodes)  # round-off may make one negative
         return np.asarray(np.sqrt(np.maximum(values, 0.0))[:, :, None] * np.swapaxes(vectors, 1, 2))
 
-    def normal_equations(self, scaling: SmallScaling) -> Solve:
+    def normal_equations(self, scaling: Scaling) -> Solve:
         """The solution of Mᵀ W⁻² M x = right, M all of the coefficients; raises ``LinAlgError``."""
         return by_cholesky(self._normal_matrix(scaling))
 
-    def orthogonal_factor(self, scaling: SmallScaling) -> Solve:
+    def orthogonal_factor(self, scaling: Scaling) -> Solve:
         """The same equations solved by a triangular factor of W⁻¹ M, where no squaring hides small rows."""
         return _by_orthogonal_factor(self._root(scaling))
 
-    def _root(self, scaling: SmallScaling) -> FloatArray:
+    def _root(self, scaling: Scaling) -> FloatArray:
         """Rows R with Rᵀ R = Mᵀ W⁻² M: at most 3 + p of every node, then the rows, then the bound."""
         inverses = scaling.inverses()
         discs = np.concatenate([inverses, inverses @ self.extra], axis=2)
         ends = np.cumsum(np.bincount(self.node, minlength=len(self.blocks)))[:-1]
         of_nodes = np.split(discs[np.argsort(self.node, kind="stable")], ends) if len(self.blocks) else []
-        parts = [np.hstack([self.rows, self.rows_extra]) / scaling.rest.diagonal[:, None]]
+        parts = [np.hstack([self.rows, self.rows_extra]) / scaling.of_numbers]
         for own, block in zip(of_nodes, self.blocks, strict=True):
             triangle = np.asarray(np.linalg.qr(_largest_first(own.reshape(-1, own.shape[2])), mode="r"))
             parts.append(np.hstack([triangle[:, :CONE] @ block, triangle[:, CONE:]]))
         if self.norm is not None:
             bound = np.zeros((self.rank + 1, self.rank + len(self.cost)))
             bound[0, self.rank :], bound[1:, : self.rank] = self.norm, np.eye(self.rank)
-            parts.append(scaling.rest.inverse() @ bound)
+            parts.append(scaling.inverse_of_large() @ bound)
         return np.vstack(parts)
 
-    def _normal_matrix(self, scaling: SmallScaling) -> FloatArray:
+    def _normal_matrix(self, scaling: Scaling) -> FloatArray:
         """Mᵀ W⁻² M in the lower triangle, from one 3 × 3 block per node."""
         (n, _, rank), p, squares = self.blocks.shape, len(self.cost), scaling.inverse_squares()
         halves = self.halves(squares)
-        weights = 1.0 / scaling.rest.diagonal[:, None]
+        weights = 1.0 / scaling.of_numbers
         rows, loads = self.rows * weights, self.rows_extra * weights
         stacked = np.vstack([(halves @ self.blocks).reshape(CONE * n, rank), rows])
         normal = np.zeros((rank + p, rank + p), order="F")
@@ -208,7 +205,7 @@ class DiscProgram:
         normal[rank:, :rank] = of_loads.T @ self._flat + loads.T @ rows
         normal[rank:, rank:] = np.tensordot(self.extra, pulled, axes=((0, 1), (0, 1))) + loads.T @ loads
         if self.norm is not None:
-            square = scaling.rest.inverse_square()
+            square = scaling.inverse_square_of_large()
             normal[:rank, :rank] += square[1:, 1:]
             normal[rank:, :rank] += np.outer(self.norm, square[0, 1:])
             normal[rank:, rank:] += square[0, 0] * np.outer(self.norm, self.norm)

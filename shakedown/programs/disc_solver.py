@@ -1,7 +1,7 @@
 """The solution of a ``DiscProgram``, by the interior points of ``self_dual``."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import SolverError
@@ -10,50 +10,6 @@ from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.reaction_unknowns import in_reactions
 from shakedown.programs.self_dual import USABLE, Enough, Points, SelfDualSolution, never, solve_self_dual
-
-
-@dataclass(frozen=True)
-class DiscSolution:
-    """The result of a program, part by part.
-
-    Attributes
-    ----------
-    status
-        Optimal, infeasible or unbounded.
-    y, w : (r,), (p,)
-        The solution; the ray of an unbounded program.
-    discs, rows : (K, 3), (k,)
-        Multipliers in the cones; of an infeasible program those that prove it.
-    """
-
-    status: Status
-    y: FloatArray
-    w: FloatArray
-    discs: FloatArray
-    rows: FloatArray
-
-
-def solved(program: DiscProgram, usable: float = USABLE) -> DiscSolution:
-    """The solution of a program, to about ten digits; see :func:`solve_discs`.
-
-    Examples
-    --------
-    The largest w such that (1 − y, w) is within a circle of radius 1 about the origin, and |y| ≤ 0.2:
-
-    >>> import numpy as np
-    >>> program = DiscProgram(
-    ...     blocks=np.array([[[0.0], [1.0], [0.0]]]), node=np.array([0]),
-    ...     extra=np.array([[[0.0], [0.0], [1.0]]]), right=np.array([[1.0, 1.0, 0.0]]),
-    ...     rows=np.array([[1.0], [-1.0]]), rows_extra=np.zeros((2, 1)), rows_right=np.array([0.2, 0.2]),
-    ...     cost=np.array([-1.0]),
-    ... )
-    >>> end = solved(program)
-    >>> str(end.status), end.y.round(6), end.w.round(6)
-    ('optimal', array([0.2]), array([0.6]))
-    """
-    end, r = solve_discs(program, usable), program.rank
-    discs, rows, _ = program.parts(end.multipliers)
-    return DiscSolution(end.status, end.x[:r], end.x[r:], discs, rows)
 
 
 @on_one_thread
@@ -69,6 +25,21 @@ def solve_discs(
     ------
     SolverError
         If it comes to no end.
+
+    Examples
+    --------
+    The largest w such that (1 − y, w) is within a circle of radius 1 about the origin, and |y| ≤ 0.2:
+
+    >>> import numpy as np
+    >>> program = DiscProgram(
+    ...     blocks=np.array([[[0.0], [1.0], [0.0]]]), node=np.array([0]),
+    ...     extra=np.array([[[0.0], [0.0], [1.0]]]), right=np.array([[1.0, 1.0, 0.0]]),
+    ...     rows=np.array([[1.0], [-1.0]]), rows_extra=np.zeros((2, 1)), rows_right=np.array([0.2, 0.2]),
+    ...     cost=np.array([-1.0]),
+    ... )
+    >>> end = solve_discs(program)
+    >>> str(end.status), end.x.round(6)
+    ('optimal', array([0.2, 0.6]))
     """
     faster, end = in_reactions(program), None
     if faster is not None:

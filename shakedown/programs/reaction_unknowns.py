@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import blas
 
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.size_limits import CONE, MANY_ROWS
+from shakedown.programs.cones import Cones, Scaling
 from shakedown.programs.disc_program import DiscProgram, by_cholesky
 from shakedown.programs.self_dual import Solve
 from shakedown.programs.shared_blocks import Reactions, SharedBlocks
-from shakedown.programs.small_cones import SmallCones, SmallScaling
-from shakedown.programs.symmetric_cone import FloatArray, Scaling
 
 DISTORTED = 1 / SIX_DIGITS  # condition number beyond which reactions are not used as unknowns
 
@@ -37,7 +37,7 @@ class ReactionProgram:
     dense: FloatArray
 
     @property
-    def cones(self) -> SmallCones:
+    def cones(self) -> Cones:
         """The cones of the program."""
         return self.program.cones
 
@@ -89,18 +89,18 @@ class ReactionProgram:
             z, w = z - tail[1:] @ self.reactions.to_y, w - tail[0] * of.norm
         return np.append(z, w)
 
-    def normal_equations(self, scaling: SmallScaling) -> Solve:
+    def normal_equations(self, scaling: Scaling) -> Solve:
         """The solution of Mᵀ W⁻² M x = right, M all of the coefficients; raises ``LinAlgError``."""
         of, squares = self.program, scaling.inverse_squares()
         halves = np.asarray(np.linalg.qr(of.halves(squares), mode="r"))  # one row holds the first number
-        normal = self._of_z(halves, scaling.rest)
+        normal = self._of_z(halves, scaling)
         own = halves[self.reactions.tied, 1:, 1:]
         at = self.reactions.columns
         normal[at[:, :, None], at[:, None, :]] += np.swapaxes(own, 1, 2) @ own
-        self._add_loads(normal, squares, scaling.rest)
+        self._add_loads(normal, squares, scaling)
         return by_cholesky(normal)
 
-    def orthogonal_factor(self, scaling: SmallScaling) -> Solve:
+    def orthogonal_factor(self, scaling: Scaling) -> Solve:
         """The same equations solved in y, by a more accurate factor."""
         solve, r = self.program.orthogonal_factor(scaling), self.program.rank
         S = self.program.blocks[:, 1:].reshape(-1, r)[self.reactions.kept]
@@ -111,7 +111,7 @@ class ReactionProgram:
 
         return solved
 
-    def _of_z(self, halves: FloatArray, rest: Scaling) -> FloatArray:
+    def _of_z(self, halves: FloatArray, scaling: Scaling) -> FloatArray:
         """What dense coefficients of z and the length of y make of it, in the lower triangle of all unknowns.
 
         On the cone of that length W⁻² = (2 w wᵀ + I − 2 e₀ e₀ᵀ) / factor².
@@ -124,29 +124,31 @@ class ReactionProgram:
         np.multiply(self.dense[:t], halves[self.reactions.tied, :1, 0], out=stacked[:t, :r])
         stacked[np.arange(t)[:, None], self.reactions.columns] += halves[self.reactions.tied, 0, 1:]
         rows[1][:] = halves[self.reactions.others] @ others
-        rows[2][:] = self._parts(self.dense)[2] / rest.diagonal[:, None]
+        rows[2][:] = self._parts(self.dense)[2] / scaling.of_numbers
         if not bound:
             return np.asarray(blas.dsyrk(1.0, stacked.T, lower=1))
-        stacked[-1, :r] = (np.sqrt(2.0) / rest.factor * rest.axis[1:]) @ self.reactions.to_y
+        axis, factor = scaling.of_large
+        stacked[-1, :r] = (np.sqrt(2.0) / factor * axis[1:]) @ self.reactions.to_y
         normal = np.empty((size, size), order="F")
         normal[r:], normal[:r, r:] = 0.0, 0.0
-        np.multiply(self.reactions.gram.T, 1.0 / rest.factor**2, out=normal[:r, :r])
+        np.multiply(self.reactions.gram.T, 1.0 / factor**2, out=normal[:r, :r])
         return np.asarray(blas.dsyrk(1.0, stacked.T, 1.0, normal, lower=1, overwrite_c=1))
 
-    def _add_loads(self, normal: FloatArray, squares: FloatArray, rest: Scaling) -> None:
+    def _add_loads(self, normal: FloatArray, squares: FloatArray, scaling: Scaling) -> None:
         """What w has in discs, rows and the bound of the length of y."""
         of, r, p = self.program, self.program.rank, len(self.program.cost)
         pulled = squares @ of.extra
         of_loads = of.sums(pulled.reshape(-1, CONE * p)).reshape(-1, CONE, p)
-        rows = of.rows_extra / rest.diagonal[:, None] ** 2
+        rows = of.rows_extra / scaling.of_numbers**2
         parts = [of_loads[self.reactions.tied, 0], of_loads[self.reactions.others].reshape(-1, p), rows]
         normal[r:, :r] = np.vstack(parts).T @ self.dense
         normal[r:, self.reactions.columns] += np.moveaxis(of_loads[self.reactions.tied, 1:], 2, 0)
         normal[r:, r:] = np.tensordot(of.extra, pulled, axes=((0, 1), (0, 1))) + rows.T @ of.rows_extra
         if of.norm is not None:
-            w = rest.axis / rest.factor
+            axis, factor = scaling.of_large
+            w = axis / factor
             normal[r:, :r] -= np.outer(2.0 * w[0] * of.norm, w[1:] @ self.reactions.to_y)
-            normal[r:, r:] += (2.0 * w[0] ** 2 - 1.0 / rest.factor**2) * np.outer(of.norm, of.norm)
+            normal[r:, r:] += (2.0 * w[0] ** 2 - 1.0 / factor**2) * np.outer(of.norm, of.norm)
 
     def _parts(self, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Dense rows (R, …) in three parts, as views: tied nodes, the other nodes (o, 3, …), and rows."""

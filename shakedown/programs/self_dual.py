@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import (
     FOUR_DIGITS,
     ITERATIONS,
@@ -17,9 +17,8 @@ from shakedown.ground.round_off import (
     SIX_DIGITS,
 )
 from shakedown.ground.status import Status
-from shakedown.programs.small_cones import SmallCones, SmallScaling
+from shakedown.programs.cones import Cones, Scaling
 
-FloatArray = NDArray[np.float64]
 Solve = Callable[[FloatArray], FloatArray]
 Newton = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
@@ -36,7 +35,7 @@ class ConeProgram(Protocol):
     """Minimise costsᵀ x with limits − G x in the cones."""
 
     @property
-    def cones(self) -> SmallCones:
+    def cones(self) -> Cones:
         """Where the slacks and multipliers are."""
 
     @property
@@ -57,10 +56,10 @@ class ConeProgram(Protocol):
     def transposed(self, y: FloatArray) -> FloatArray:
         """Gᵀ y."""
 
-    def normal_equations(self, scaling: SmallScaling) -> Solve:
+    def normal_equations(self, scaling: Scaling) -> Solve:
         """The solution of Gᵀ W⁻² G x = right for any right-hand side; raises ``LinAlgError``."""
 
-    def orthogonal_factor(self, scaling: SmallScaling) -> Solve:
+    def orthogonal_factor(self, scaling: Scaling) -> Solve:
         """The same, slower, where the factor of Gᵀ W⁻² G is too inaccurate; raises ``LinAlgError``."""
 
 
@@ -264,9 +263,7 @@ def _sure(rest: float) -> float:
     return rest * REACHED / NEGLIGIBLE
 
 
-def _next(
-    rows: ConeProgram, point: Point, seen: tuple[FloatArray, FloatArray], scaling: SmallScaling
-) -> Point:
+def _next(rows: ConeProgram, point: Point, seen: tuple[FloatArray, FloatArray], scaling: Scaling) -> Point:
     """One step of Mehrotra's predictor and corrector."""
     cones, centre = rows.cones, scaling.point
     x, s, y, tau, kappa = point
@@ -313,7 +310,7 @@ def _next(
     )
 
 
-def _newton_equations(rows: ConeProgram, scaling: SmallScaling) -> Newton:
+def _newton_equations(rows: ConeProgram, scaling: Scaling) -> Newton:
     """(dx, dy) of Gᵀ dy = first and G dx − W² dy = second.
 
     By the normal equations, or by an orthogonal factor where they leave too much.
@@ -337,15 +334,15 @@ def _newton_equations(rows: ConeProgram, scaling: SmallScaling) -> Newton:
 
 
 def _refined(
-    rows: ConeProgram, scaling: SmallScaling, solve: Solve, first: FloatArray, second: FloatArray
+    rows: ConeProgram, scaling: Scaling, solve: Solve, first: FloatArray, second: FloatArray
 ) -> tuple[FloatArray, FloatArray, float]:
     """(dx, dy), refined by conjugate gradients with a factor, and what is left of ``first``.
 
     dy is summed up along with dx, so that its balance is not lost where W⁻² spans many orders.
     """
-    right = first + rows.transposed(scaling.divided_twice(second))
+    right = first + rows.transposed(scaling.divided(scaling.divided(second)))
     dx = solve(right)
-    dy = scaling.divided_twice(rows.times(dx) - second)
+    dy = scaling.divided(scaling.divided(rows.times(dx) - second))
     enough, way, last = ROUND_OFF * float(np.linalg.norm(right)), np.zeros_like(dx), 1.0
     for turn in range(REFINEMENTS + 1):
         rest = first - rows.transposed(dy)

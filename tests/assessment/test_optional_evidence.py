@@ -11,7 +11,7 @@ from shakedown.ground.errors import SolverError
 
 WHY = "made to fail"
 OPTIONAL = [  # module and name of every step of evidence on which no answer of `solve` and `verify` rests
-    "bounds.plane_methods.certified_upper",
+    "bounds.largest_load_factor.certified_upper",
     "bounds.collapse.lower.certified_lower",
     "bounds.collapse.collapse_programs.starts_safe",
     "bounds.energy.energy_bound._certificate",
@@ -66,7 +66,7 @@ def test_solve_keeps_every_answer(monkeypatch, expected, name, step):
 @pytest.mark.parametrize(
     "step",
     [
-        "bounds.plane_methods.certified_upper",
+        "bounds.largest_load_factor.certified_upper",
         "bounds.collapse.lower.certified_lower",
         "bounds.energy.energy_bound._certificate",
     ],

@@ -239,9 +239,7 @@ def test_a_joint_that_nothing_presses_has_no_load_factor(directions, seed):
 
 
 def test_what_large_joints_take_is_said_beforehand(caplog, monkeypatch):
-    from shakedown.bounds.discs import disc_limits
-
-    monkeypatch.setattr(disc_limits, "LARGE", 2)
+    monkeypatch.setattr("shakedown.bounds.largest_load_factor.LARGE", 2)
     caplog.set_level("INFO", logger="shakedown")
     shakedown.upper_bound(shakedown.example("two-node-3d"))
     assert "upper bound of 2 nodes: about 1 min and 0.0 GiB" in caplog.text

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from shakedown.programs.dense_programs import cone_optimum, meeting_rows
-from shakedown.programs.symmetric_cone import SymmetricCone
 
 
 def built_backwards(n: int, spare: int, seed: int):
@@ -74,24 +73,3 @@ def test_optimum_over_a_cone_has_its_conditions(size):
         assert np.linalg.norm(pull[:size]) <= pull[size] + 1e-6
         assert pull[-1] == pytest.approx(0.0, abs=1e-6)
         assert cost @ x == pytest.approx(-(right @ y) + offset * pull[size], rel=1e-6)
-
-
-def test_the_cone_of_arithmetic_is_consistent():
-    cone = SymmetricCone(2, 4)
-    rng = np.random.default_rng(0)
-    s, z, u = (rng.normal(size=6) for _ in range(3))
-    s, z = (np.where(np.arange(6) < 2, np.abs(v), v) for v in (s, z))
-    s[2], z[2] = 1.1 * np.linalg.norm(s[3:]), 2.0 * np.linalg.norm(z[3:])
-    scaling = cone.scaling(s, z)
-    np.testing.assert_allclose(scaling.times(z), scaling.point)
-    np.testing.assert_allclose(scaling.divided(s), scaling.point)
-    np.testing.assert_allclose(scaling.divided(scaling.times(u)), u)
-    np.testing.assert_allclose(cone.product(s, cone.quotient(s, u)), u)
-    np.testing.assert_allclose(cone.product(cone.unit, u), u)
-    square = scaling.inverse_square() @ u[2:]
-    np.testing.assert_allclose(square, scaling.divided(scaling.divided(u))[2:])
-    for step in (u, -u, -s, np.ones(6)):
-        reach = cone.reach(s, step)
-        assert cone.margin(s + 0.999 * min(reach, 1e3) * step) > 0
-        if np.isfinite(reach):
-            assert cone.margin(s + reach * step) == pytest.approx(0.0, abs=1e-9)

@@ -5,18 +5,17 @@ Reading order: ``slip_basis`` (orthonormal columns for slips), ``disc_rows`` (th
 ``scaled_solution`` (it solved: interior points, Newton's method on the active discs; what is proved of it),
 ``frictionless`` (nodes without a limit), ``safest_slip`` (the slip with most slack, the mean load),
 ``safe_proof`` (what proofs are computed with; safe slips, proved), ``enclosure`` (two load factors with
-λ_max between them, proved), ``disc_limits`` (the largest load factor, its status).
+λ_max between them, proved).
 
 λ_max in space, call by call:
 
-1. ``bounds.upper.upper_bound`` (public) has ``best_zone.chosen_zone`` say which nodes stay open, and
-   ``plane_or_space.methods_of`` which module answers: here ``space_methods``.
-2. ``space_methods.upper``: ``disc_rows.zone_rows`` writes the limits, one disc a node and load step, and
-   ``disc_limits.largest_load_factor`` answers.
-3. There, in ``_of_rows``, nodes without friction are taken out (``frictionless``); ``_limit`` states the
+1. ``bounds.upper.upper_bound`` (public) has ``best_zone.chosen_zone`` say which nodes stay open;
+   ``disc_rows.zone_rows`` writes the limits, one disc a node and load step, and
+   ``bounds.largest_load_factor`` answers.
+2. There, in ``_of_rows``, nodes without friction are taken out (``frictionless``); ``_limit`` states the
    program in numbers near 1 (``scaled_discs``) and has it solved by ``scaled_solution.solve_scaled``.
-4. ``solve_scaled`` calls ``programs.disc_solver.solve_discs``, which chooses the unknowns (``disc_program``;
+3. ``solve_scaled`` calls ``programs.disc_solver.solve_discs``, which chooses the unknowns (``disc_program``;
    of many nodes ``reaction_unknowns``), and that ``programs.self_dual.solve_self_dual``: here λ_max is
    computed, by interior points. Back in ``solve_scaled`` Newton's method brings it to round-off.
-5. Back in ``largest_load_factor``, ``_certified`` proves two load factors around it (``enclosure``).
+4. Back in ``largest_load_factor``, ``_certified`` proves two load factors around it (``enclosure``).
 """

@@ -1,4 +1,4 @@
-"""The limits of a joint in space, node by node: f p ≥ |q| at every extreme load step, and half-spaces."""
+"""The limits of a joint: discs f p ≥ |q| at every extreme load step of a node in space, and half-spaces."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -10,7 +10,8 @@ from scipy import sparse
 
 from shakedown.bounds.discs.slip_basis import Basis, slip_basis
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.constraints import Constraints, Side, pressure_stiffness, stacked
+from shakedown.ground.size_limits import CONE
+from shakedown.joint.constraints import Constraints, Side, pressure_stiffness, rows_named, stacked
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.law import Law
@@ -28,7 +29,7 @@ class DiscRows:
 
     As triples, s = (f p, q_x, q_y): |(q_x, q_y)| ≤ f p. The discs of a node differ in their loads only, so
     N is stored once per node. Half-spaces g − G v − λ d ≥ 0 follow: the pressures of closed nodes without
-    friction, and gaps that stay open.
+    friction, and gaps that stay open. In the plane there are no discs: all limits are half-spaces.
 
     Attributes
     ----------
@@ -42,6 +43,8 @@ class DiscRows:
         The half-spaces, as rows in the same columns, with nodes of the whole joint; of none it has no rows.
     names
         The number of each of the n nodes in the whole joint.
+    in_plane
+        Whether all of them are half-spaces, for linear programs.
     solved
         λ_max of these limits, once it is known, by how it was asked for.
     """
@@ -53,6 +56,7 @@ class DiscRows:
     e: FloatArray
     half_spaces: Constraints
     names: Indices
+    in_plane: bool = False
     solved: dict[object, Any] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
@@ -109,7 +113,9 @@ class DiscRows:
         return -float(min(each.min(initial=np.inf) for each in slacks))
 
     def named(self, discs: Indices, others: Indices) -> tuple[tuple[int, int], ...]:
-        """(node, load step) of some discs and half-spaces, each once."""
+        """(node, load step) of some discs and half-spaces, each once; in the plane (node, side)."""
+        if self.in_plane:
+            return rows_named(self.half_spaces, others)
         nodes = np.append(self.names[self.node[discs]], self.half_spaces.node[others]).tolist()
         steps = np.append(self.step[discs], self.half_spaces.step[others]).tolist()
         return tuple(sorted(set(zip(nodes, steps, strict=True))))
@@ -154,7 +160,21 @@ def disc_rows(problem: Problem) -> DiscRows:
 
 
 def zone_rows(zone: Zone, transient: bool = False) -> DiscRows:
-    """The limits of the closed nodes of a zone and the gaps of its open ones; of a transient besides."""
+    """The limits of the closed nodes of a zone and the gaps of its open ones; of a transient besides.
+
+    Raises
+    ------
+    UsageError
+        If nodes are open before the transient.
+    """
+    if zone.problem.directions == 1:
+        limits, no_disc = zone.rows(transient), np.zeros((0, CONE))
+        none = np.zeros(0, dtype=np.intp)
+        return DiscRows(
+            np.zeros((0, CONE, limits.n)), none, none, no_disc, no_disc, limits, none, in_plane=True
+        )
+    if transient:
+        zone.check_transient()
     rows = disc_rows(zone.joint)
     if zone.open_nodes:
         names = np.array(zone.closed_nodes, dtype=np.intp)

@@ -32,9 +32,11 @@ class UnscaledSolution:
     y : (j, 3), z : (o,)
         Multipliers of discs and half-spaces: Σ yᵀ s = 0 for all slips, with Σ yᵀ e = −1 of an optimum;
         of an infeasible program Σ yᵀ c = −1.
-    accuracy
-        Of gap and residuals, relative.
-    solved
+    carrying
+        The discs and half-spaces that determine it: those with a multiplier, in numbers near 1.
+    reduced_accuracy
+        Whether gap or residuals are larger than usual.
+    scaled, end
         The program in numbers near 1, and its end.
     """
 
@@ -43,7 +45,8 @@ class UnscaledSolution:
     load_factor: float
     y: FloatArray
     z: FloatArray
-    accuracy: float
+    carrying: Carrying
+    reduced_accuracy: bool
     scaled: "ScaledDiscs" = field(repr=False)
     end: SelfDualSolution = field(repr=False)
 
@@ -51,14 +54,6 @@ class UnscaledSolution:
     def optimal(self) -> bool:
         """Whether there is a solution."""
         return self.status == Status.OPTIMAL
-
-    @property
-    def carrying(self) -> Carrying:
-        """The discs and half-spaces that determine it: those with a multiplier, in numbers near 1."""
-        discs, others, _ = self.scaled.program.parts(self.end.multipliers)
-        weights, others = discs[:, 0], others[: len(self.z)]
-        least = NEGLIGIBLE * max(weights.max(initial=0.0), others.max(initial=0.0))
-        return np.flatnonzero(weights > least), np.flatnonzero(others > least)
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +176,12 @@ def in_units(scaled: ScaledDiscs, end: SelfDualSolution) -> UnscaledSolution:
         x, load_factor = np.full(len(x), np.nan), np.nan
         size = -float(np.vdot(y, scaled.rows.c) + z @ scaled.rows.half_spaces.g)
         y, z = y / size, z / size
-    return UnscaledSolution(end.status, x, load_factor, y, z, end.accuracy, scaled, end)
+    discs, others, _ = scaled.program.parts(end.multipliers)
+    weights, others = discs[:, 0], others[: len(z)]
+    least = NEGLIGIBLE * max(weights.max(initial=0.0), others.max(initial=0.0))
+    carrying = np.flatnonzero(weights > least), np.flatnonzero(others > least)
+    reduced = end.accuracy > NEGLIGIBLE
+    return UnscaledSolution(end.status, x, load_factor, y, z, carrying, reduced, scaled, end)
 
 
 def _largest(rows: DiscRows) -> FloatArray:

@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.bounds.discs.disc_limits import largest_load_factor
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.bounds.every_state.least_pressures import LeastPressures, pressures_of_floating
 from shakedown.bounds.every_state.rigid_rates import rigid_rates
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint
 from shakedown.bounds.every_state.slip_curves import SlipCurves, slip_curves
+from shakedown.bounds.largest_load_factor import largest_load_factor
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
 from shakedown.ground.status import Status

@@ -1,4 +1,4 @@
-"""The largest load factor with a safe slip, over discs: its status, and what proves it."""
+"""The largest load factor with a safe slip: its status, and what proves it."""
 
 import logging
 from collections.abc import Iterator
@@ -7,6 +7,7 @@ from math import inf, nan
 
 import numpy as np
 
+from shakedown.bounds.certificate import Disputed, certified_upper, significant
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.bounds.discs.enclosure import (
     UNPROVED,
@@ -23,13 +24,16 @@ from shakedown.bounds.discs.safe_proof import proved_unbounded
 from shakedown.bounds.discs.safest_slip import safest
 from shakedown.bounds.discs.scaled_discs import Carrying, UnscaledSolution, scaled_discs
 from shakedown.bounds.discs.scaled_solution import solve_scaled
+from shakedown.bounds.row_programs import contradiction, load_factor_program
 from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF
-from shakedown.ground.size_limits import LARGE
+from shakedown.ground.size_limits import CONE, LARGE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
+from shakedown.programs.program import Solution
+from shakedown.programs.solver import solve, widest
 
 LOGGER = logging.getLogger("shakedown")
 INACCURATE = "the largest load factor misses its own conditions: a relative residual of {:.1e}"
@@ -37,8 +41,8 @@ SECONDS, BYTES = 1.3e-8, 1100.0  # per node cubed, per node squared: measured on
 
 
 @dataclass(frozen=True, eq=False)
-class DiscLimit:
-    """The largest load factor over discs, and what proves it; named as a ``Bound`` is.
+class Largest:
+    """The largest load factor with a safe slip, and what proves it; named as a ``Bound`` is.
 
     Attributes
     ----------
@@ -49,7 +53,7 @@ class DiscLimit:
     carrying
         The discs and half-spaces that determine it.
     end
-        The program that it is the end of; None where there was none to solve.
+        The program that it is the end of, in the plane a linear one; None where there was none to solve.
     safe
         Where there is no end of a program: slips that may have slack, and their load factors.
     """
@@ -67,7 +71,8 @@ class DiscLimit:
     uncertified: str = ""
     missing: tuple[str, ...] = ()
     reduced_accuracy: bool = False
-    end: UnscaledSolution | None = None
+    disputed: bool = False
+    end: UnscaledSolution | Solution | None = None
     safe: tuple[tuple[FloatArray, float], ...] = ()
 
     @property
@@ -78,7 +83,7 @@ class DiscLimit:
 
 def largest_load_factor(
     rows: DiscRows, certified_for: Problem | None, balanced: bool, tolerances: Tolerances
-) -> DiscLimit:
+) -> Largest:
     """λ_max of some limits, certified for the joint whose limits they are where it is given.
 
     ``balanced``: whether the loading has its own mean, so that a slip that is safe at any load factor is
@@ -92,9 +97,11 @@ def largest_load_factor(
     if (balanced, tolerances) not in rows.solved:  # usually just solved, by the search of the zone
         rows.solved[balanced, tolerances] = _of_rows(rows, balanced, tolerances)
     taken, found = rows.solved[balanced, tolerances]
-    if certified_for is not None:
+    if certified_for is not None and rows.in_plane:
+        found = _by_exact_arithmetic(certified_for, rows, found, tolerances)
+    elif certified_for is not None:
         found = _certified(certified_for, rows, taken, found, tolerances)
-    if found.status != Status.OPTIMAL or found.certified is not None:
+    if rows.in_plane or found.status != Status.OPTIMAL or found.certified is not None:
         return found
     missed = _missed(rows, found)
     if not missed <= tolerances.stored_digits:
@@ -102,16 +109,18 @@ def largest_load_factor(
     return replace(found, reduced_accuracy=found.reduced_accuracy or missed > tolerances.agreement)
 
 
-def _of_rows(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> tuple[Frictionless | None, DiscLimit]:
+def _of_rows(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> tuple[Frictionless | None, Largest]:
     """The limit before anything is proved of it, and what was done with nodes without friction."""
     announce(rows)
+    if rows.in_plane:
+        return None, _of_half_spaces(rows, balanced, tolerances)
     taken = without_frictionless(rows, tolerances)
     if taken is None:
         return None, _limit(rows, balanced, tolerances)
     return taken, _of_all(taken, _without(taken, balanced, tolerances))
 
 
-def _missed(rows: DiscRows, found: DiscLimit) -> float:
+def _missed(rows: DiscRows, found: Largest) -> float:
     """How far an optimum breaks its limits, relative to the loads, or is from what its multipliers prove.
 
     What is left of the balance of multipliers counts at the slips found.
@@ -140,7 +149,108 @@ def relieving(rows: DiscRows) -> bool:
     return bool(np.all(slack >= 0) and np.all(rows.half_spaces.d <= 0))
 
 
-def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> DiscLimit:
+def _of_half_spaces(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> Largest:
+    """The limit of a joint in the plane, by linear programs."""
+    H = rows.half_spaces
+    outcome = solve(load_factor_program(H, towards=-1.0, tolerances=tolerances))
+    found = Largest(
+        outcome.status,
+        nan,
+        x=np.full(H.n, nan),
+        y=np.zeros((0, CONE)),
+        z=np.zeros_like(H.g),
+        carrying=_none(),
+        residual=nan,
+        reduced_accuracy=outcome.reduced_accuracy,
+        end=outcome,
+    )
+    if outcome.status == Status.INFEASIBLE:
+        against = sought(contradiction, H, tolerances)
+        if isinstance(against, Missing):
+            z = np.full_like(H.g, nan)
+            return replace(found, z=z, missing=(f"multipliers: {against.reason}",))
+        return _excluded(rows, found, against.multipliers)
+    least, missing = _least(rows, balanced, tolerances)
+    found = replace(found, least_load_factor=least, missing=missing)
+    if outcome.status == Status.UNBOUNDED:
+        direction = _direction(rows, tolerances)
+        if isinstance(direction, Missing):
+            return replace(found, load_factor=inf, missing=(*missing, f"direction: {direction.reason}"))
+        return _along(rows, found, direction)
+    return replace(
+        found,
+        load_factor=float(outcome.x[-1]),
+        x=outcome.x[:-1],
+        z=outcome.multipliers,
+        carrying=(rows.node, outcome.meeting[0]),
+        residual=rows.relative_excess(outcome.x[:-1], float(outcome.x[-1])),
+    )
+
+
+def _direction(rows: DiscRows, tolerances: Tolerances) -> FloatArray | Missing:
+    """x with G v + d ≤ 0 in the plane, with slack where possible."""
+    H = rows.half_spaces
+    if relieving(rows):
+        return np.zeros(H.n)
+    norms = np.linalg.norm(H.G, axis=1)
+    cap = float(np.max(np.abs(H.d)[norms > 0] / norms[norms > 0], initial=0.0))
+    found = sought(widest, H.coefficients, norms, -H.d, cap=cap, tolerances=tolerances)
+    return found if isinstance(found, Missing) else found.x
+
+
+def _excluded(rows: DiscRows, found: Largest, z: FloatArray) -> Largest:
+    """No slip is safe in the plane, which multipliers show."""
+    residual, carrying = _imbalance(rows, found.y, z), (rows.node, np.flatnonzero(z))
+    return replace(found, status=Status.INFEASIBLE, z=z, carrying=carrying, residual=residual)
+
+
+def _along(rows: DiscRows, found: Largest, direction: FloatArray) -> Largest:
+    """Slips along a direction are safe at any load factor in the plane."""
+    residual = _excess_along(rows, direction)
+    return replace(found, status=Status.UNBOUNDED, load_factor=inf, x=direction, residual=residual)
+
+
+def _by_exact_arithmetic(problem: Problem, rows: DiscRows, found: Largest, tolerances: Tolerances) -> Largest:
+    """The limit of a joint in the plane as exact arithmetic has it, its status included."""
+    if not isinstance(found.end, Solution):
+        return found
+    exact = sought(certified_upper, problem, found.end, tolerances)
+    if isinstance(exact, Missing):
+        return replace(found, uncertified=exact.reason, disputed=isinstance(exact, Disputed))
+    x, z = np.full(len(exact.slip), nan), np.zeros_like(exact.multipliers)
+    least, missing = found.least_load_factor, found.missing
+    if exact.status != Status.INFEASIBLE and found.status == Status.INFEASIBLE:
+        least, missing = _least(rows, False, tolerances)
+    blank = replace(
+        found,
+        load_factor=nan,
+        x=x,
+        z=z,
+        carrying=_none(),
+        exact=True,
+        least_load_factor=least,
+        missing=missing,
+    )
+    if exact.status == Status.INFEASIBLE:
+        return replace(_excluded(rows, blank, exact.multipliers), least_load_factor=nan, missing=())
+    if exact.status == Status.UNBOUNDED:
+        known = found.status == Status.UNBOUNDED and found.residual <= 0
+        return replace(_along(rows, blank, found.x if known else exact.slip), certified=(inf, inf))
+    at = exact.load_factor
+    x = significant(rows.half_spaces, exact.slip, at, tolerances)[:-1]
+    return replace(
+        blank,
+        status=Status.OPTIMAL,
+        load_factor=at,
+        x=x,
+        z=exact.multipliers,
+        carrying=(rows.node, np.array(exact.rows, dtype=np.intp)),
+        residual=rows.relative_excess(x, at),
+        certified=(exact.low, exact.high),
+    )
+
+
+def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> Largest:
     direction = np.zeros(rows.stiffness.shape[-1])
     if not relieving(rows):
         # re-computed later
@@ -157,39 +267,47 @@ def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> DiscLimit:
     return _unbounded(rows, direction, start, tolerances)
 
 
-def _optimal(rows: DiscRows, best: UnscaledSolution) -> DiscLimit:
+def _optimal(rows: DiscRows, best: UnscaledSolution) -> Largest:
     load_factor = best.load_factor if best.load_factor > ROUND_OFF * best.scaled.load_unit else 0.0
-    return DiscLimit(
+    return Largest(
         Status.OPTIMAL, load_factor, best.x, best.y, best.z, best.carrying,
         residual=rows.relative_excess(best.x, load_factor),
-        reduced_accuracy=best.accuracy > NEGLIGIBLE,
+        reduced_accuracy=best.reduced_accuracy,
         end=best,
     )  # fmt: skip
 
 
 def _least(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> tuple[float, tuple[str, ...]]:
     """λ_lo; NaN where its program fails, and that it did."""
-    still = np.hypot(rows.c[:, 1], rows.c[:, 2]) <= rows.c[:, 0]
-    if balanced or (np.all(still) and np.all(rows.half_spaces.g >= 0)):
+    H, still = rows.half_spaces, np.hypot(rows.c[:, 1], rows.c[:, 2]) <= rows.c[:, 0]
+    # a safe slip is safe at every smaller load factor; or v = 0 is safe under the mean load
+    if balanced or (np.all(still) and np.all(H.g >= 0)) or (rows.in_plane and np.all(H.d >= 0)):
         return 0.0, ()
-    found = sought(solve_scaled, scaled_discs(rows, +1.0))
+    found = sought(_least_program, rows, tolerances)
     if isinstance(found, Missing):
         return nan, (f"λ_lo: {found.reason}",)
-    return _least_of(rows, found, tolerances), ()
+    optimal, x, at = found
+    return (_unless_safe_at_mean(rows, x, at, tolerances) if optimal else nan), ()
 
 
-def _least_of(rows: DiscRows, end: UnscaledSolution, tolerances: Tolerances) -> float:
-    if not end.optimal:
-        return nan
-    at_mean = rows.relative_excess(end.x, 0.0)
-    return 0.0 if at_mean <= tolerances.feasibility else max(end.load_factor, 0.0)
+def _least_program(rows: DiscRows, tolerances: Tolerances) -> tuple[bool, FloatArray, float]:
+    if rows.in_plane:
+        linear = solve(load_factor_program(rows.half_spaces, towards=+1.0, tolerances=tolerances))
+        return linear.optimal, linear.x[:-1], float(linear.x[-1])
+    end = solve_scaled(scaled_discs(rows, +1.0))
+    return end.optimal, end.x, end.load_factor
 
 
-def _infeasible(rows: DiscRows, end: UnscaledSolution) -> DiscLimit:
-    return DiscLimit(
+def _unless_safe_at_mean(rows: DiscRows, x: FloatArray, at: float, tolerances: Tolerances) -> float:
+    """The least load factor at which a slip is safe, 0 where this one is so under the mean load."""
+    return 0.0 if rows.relative_excess(x, 0.0) <= tolerances.feasibility else max(at, 0.0)
+
+
+def _infeasible(rows: DiscRows, end: UnscaledSolution) -> Largest:
+    return Largest(
         Status.INFEASIBLE, nan, end.x, end.y, end.z, end.carrying,
         residual=_imbalance(rows, end.y, end.z),
-        reduced_accuracy=end.accuracy > NEGLIGIBLE,
+        reduced_accuracy=end.reduced_accuracy,
         end=end,
     )  # fmt: skip
 
@@ -204,13 +322,13 @@ def _imbalance(rows: DiscRows, y: FloatArray, z: FloatArray) -> float:
 
 def _unbounded(
     rows: DiscRows, direction: FloatArray, start: UnscaledSolution, tolerances: Tolerances
-) -> DiscLimit:
+) -> Largest:
     beyond = start.load_factor + start.scaled.load_unit
     safe = [safest(rows, beyond).x, start.x + start.scaled.load_unit * direction]
-    return DiscLimit(
+    return Largest(
         Status.UNBOUNDED, inf, direction, np.zeros_like(rows.c), np.zeros_like(rows.half_spaces.g), _none(),
         residual=_excess_along(rows, direction),
-        least_load_factor=_least_of(rows, start, tolerances),
+        least_load_factor=_unless_safe_at_mean(rows, start.x, start.load_factor, tolerances),
         safe=(*((each, beyond) for each in safe), (np.zeros_like(direction), 0.0)),
     )  # fmt: skip
 
@@ -225,12 +343,12 @@ def _none() -> Carrying:
     return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)
 
 
-def _without(taken: Frictionless, balanced: bool, tolerances: Tolerances) -> DiscLimit:
+def _without(taken: Frictionless, balanced: bool, tolerances: Tolerances) -> Largest:
     """The limit of what is left without frictionless nodes, in its own unknowns."""
     rest, zeta = taken.rest, np.zeros(taken.ways.shape[1])
     none, nothing = np.zeros_like(rest.c), np.zeros_like(rest.half_spaces.g)
     if taken.against.size or (taken.forced is not None and taken.forced < -ROUND_OFF):
-        return DiscLimit(Status.INFEASIBLE, nan, zeta, none, nothing, _none(), 0.0)
+        return Largest(Status.INFEASIBLE, nan, zeta, none, nothing, _none(), 0.0)
     if taken.forced is None:
         return _limit(rest, balanced, tolerances)
     at = taken.forced if taken.forced > ROUND_OFF else 0.0
@@ -239,7 +357,7 @@ def _without(taken: Frictionless, balanced: bool, tolerances: Tolerances) -> Dis
     safe = safest(fixed, 0.0)
     if not fixed.relative_excess(safe.x, 0.0) <= tolerances.feasibility:  # nor is NaN, no slip at all, safe
         return _infeasible(fixed, solve_scaled(scaled_discs(fixed, +1.0)))
-    return DiscLimit(
+    return Largest(
         Status.OPTIMAL,
         at,
         safe.x,
@@ -252,7 +370,7 @@ def _without(taken: Frictionless, balanced: bool, tolerances: Tolerances) -> Dis
     )
 
 
-def _of_all(taken: Frictionless, found: DiscLimit) -> DiscLimit:
+def _of_all(taken: Frictionless, found: Largest) -> Largest:
     """The limit of all nodes from that of those with friction."""
     rows, optimal, at = taken.whole, found.status == Status.OPTIMAL, found.load_factor
     x, y = np.full(len(taken.start), nan), np.zeros_like(rows.c)
@@ -284,8 +402,12 @@ def _spread(taken: Frictionless, y: FloatArray, z: FloatArray, slope: float | No
 
 
 def _certified(
-    problem: Problem, rows: DiscRows, taken: Frictionless | None, found: DiscLimit, tolerances: Tolerances
-) -> DiscLimit:
+    problem: Problem,
+    rows: DiscRows,
+    taken: Frictionless | None,
+    found: Largest,
+    tolerances: Tolerances,
+) -> Largest:
     """The limit with what is proved of it."""
     if found.status == Status.OPTIMAL:
         return _with_enclosure(found, enclosed(problem, rows, _optimum(rows, taken, found), tolerances))
@@ -298,27 +420,27 @@ def _certified(
     return replace(found, certified=certified, exact=proved, uncertified="" if proved else UNPROVED)
 
 
-def _with_enclosure(found: DiscLimit, enclosure: tuple[float, float] | Missing) -> DiscLimit:
+def _with_enclosure(found: Largest, enclosure: tuple[float, float] | Missing) -> Largest:
     if isinstance(enclosure, Missing):
         return replace(found, uncertified=enclosure.reason)
     low, high = enclosure
     return replace(found, load_factor=min(max(found.load_factor, low), high), certified=enclosure, exact=True)
 
 
-def _optimum(rows: DiscRows, taken: Frictionless | None, found: DiscLimit) -> Optimum:
+def _optimum(rows: DiscRows, taken: Frictionless | None, found: Largest) -> Optimum:
     """What an enclosure begins with, in the unknowns of all nodes."""
     slips, multipliers = list(found.safe), list[tuple[FloatArray, float]]()
-    if found.end is not None:
+    if isinstance(found.end, UnscaledSolution):
         slips, multipliers = inner_points(found.end, _completed(rows, taken))
     if taken is not None:
         slips = [(taken.slips(slip, at), at) for slip, at in slips]
     return Optimum(found.x, found.load_factor, rows.with_pressures(found.y, found.z), slips, multipliers)
 
 
-def _exclusions(rows: DiscRows, taken: Frictionless | None, found: DiscLimit) -> Iterator[FloatArray]:
+def _exclusions(rows: DiscRows, taken: Frictionless | None, found: Largest) -> Iterator[FloatArray]:
     """Multipliers that may prove that nothing is safe, those of the end first."""
     yield rows.with_pressures(found.y, found.z)
-    if found.end is not None:
+    if isinstance(found.end, UnscaledSolution):
         yield from on_the_way(found.end, _completed(rows, taken))
 
 
