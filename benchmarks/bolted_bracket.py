@@ -13,7 +13,7 @@ from benchmarks.unlike_blocks import at_contact, deck, displacements
 from shakedown import Import, LoadCase
 from shakedown.fem import Bolt, ElasticBody, Material
 from shakedown.ground.float_array import FloatArray
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 
 FOOT, WIDTH, PLATE, DEPTH, HEIGHT = 40.0, 24.0, (72.0, 36.0), 10.0, 36.0  # mm
 THICK, WEB, WASHER = 6.0, 8.0, (10.5, 8.0)  # of the foot; of the web; half widths of what head and nut press

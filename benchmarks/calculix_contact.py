@@ -19,7 +19,7 @@ from benchmarks.calculix_cycles import follow, modelled
 from benchmarks.calculix_joints import JOINTS, SIZE, YOUNG, joint
 from shakedown import Bound
 from shakedown.ground.float_array import FloatArray
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 from shakedown.report.text_table import table
 
 TITLE = "CalculiX with contact and friction against the toolkit"

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from benchmarks.bodies.classical import cylinder_on_flat, hertz, press_fit, press_fit_pressure
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 from shakedown.report.text_table import table
 
 TITLE = "Classical contacts: error against element size"

@@ -30,7 +30,7 @@ from shakedown.fem import (
     contact_problem,
 )
 from shakedown.long_term.conjugate_displacement import load_loops
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 from shakedown.report.text_table import table
 
 TITLE = "Damping over amplitude: closed forms, Masing's rule, fixed steps, cost"

@@ -15,7 +15,7 @@ from shakedown import Tolerances
 from shakedown.joint.loading import loading
 from shakedown.motion.checked_law import law_violation, reactions, scales
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.evolve import EvolutionResult, evolve
+from shakedown.motion.evolution import EvolutionResult, evolve
 from shakedown.motion.fixed_steps import FixedSteps
 from shakedown.report.text_table import table
 

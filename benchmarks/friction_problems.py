@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from shakedown import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.motion.space.implicit_step import ImplicitJoint, StepStatus
+from shakedown.motion.space.implicit_step import ImplicitJoint
 
 FIRST, LEAST, MOST = 1e-2, 1e-8, 100.0  # α, relative to the mean of the diagonal of W
 SHRINKS, GROWS, ABOVE = 0.1, 10.0, 3.0
@@ -176,7 +176,7 @@ class _Contacts:
         self.joint.forget()
         load = welded[self.order]
         done = self.joint.step(load[: self.tangential], load[self.tangential :])
-        if done.status != StepStatus.SOLVED:
+        if not done.solved:
             return None
         u = np.empty_like(q)
         u[self.order] = np.concatenate([done.v[0], done.w[0]])

@@ -68,7 +68,7 @@ def _cycle(problem: Problem, load_factor: float, start: np.ndarray, cycles: int)
     for _ in range(cycles):
         found = path.follow(q_w, p_w, PARTS)
         if found.solved < problem.m:
-            raise RuntimeError(f"load step {found.solved} at {load_factor:g}: {found.status.name}")
+            raise RuntimeError(f"load step {found.solved} at {load_factor:g} was not solved")
     return {
         "work": found.work.sum(axis=0),
         "way": found.length.sum(axis=0),

@@ -32,7 +32,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.constraints import Constraints, constraints
 from shakedown.joint.loading import loading
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 from shakedown.plot.style import BLUE, GREEN, GREY, ORANGE, RED, units_of
 from shakedown.report.text_table import table
 

@@ -25,7 +25,7 @@ from benchmarks.bodies.blocks import receding_block
 from benchmarks.receding import LETTERS
 from shakedown import Problem, plot
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 from shakedown.report.text_table import table
 
 TITLE = "Chapter III: zones at full unloading, in the ninth cycle and in the steady state"

@@ -18,7 +18,7 @@ from shakedown import EnergyBall, Problem, energy_ball, energy_bound
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, brick_mesh, contact_problem
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import loading
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 from shakedown.report.text_table import table
 
 TITLE = "The energy ball in space: what the split gains, what it costs, and a second method"

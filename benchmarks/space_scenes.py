@@ -1,6 +1,5 @@
 """Hard scenes with two tangential directions: the path from event to event against implicit steps."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,10 +7,11 @@ from matplotlib.figure import Figure
 
 from shakedown import Problem, Tolerances
 from shakedown.ground.float_array import FloatArray
+from shakedown.motion.checked_law import scales
+from shakedown.motion.event_history import path_violation
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.fixed_steps import FixedSteps
 from shakedown.motion.method import beginning, cycles_of
-from shakedown.motion.violation import path_violation
+from shakedown.motion.space.implicit_step import ImplicitJoint
 from shakedown.report.text_table import table
 
 TITLE = "Hard scenes in space: the path from event to event against implicit steps that grow shorter"
@@ -187,13 +187,13 @@ def distance(problem: Problem, start: FloatArray | None, motion: Evolution, part
 
 def implicit_end(problem: Problem, start: FloatArray | None, parts: int) -> FloatArray | None:
     """The state after the cycles by implicit steps, on the same course and ramp; None where they stop."""
-    ramp = beginning(problem, 1.0, start).load[None]
-    q, p = problem.layout.split(ramp)
-    steps = FixedSteps(replace(problem, q_transient=q, p_transient=p), 1.0, start, parts=parts)
+    begun, split = beginning(problem, 1.0, start), problem.layout.split
+    joint = ImplicitJoint(problem.A, problem.B, problem.C, problem.f, scales(problem, 1.0).force)
+    joint.begin(*split(begun.state.u), *split(begun.load))
     for _ in range(CYCLES):
-        if steps.cycle() is None:
+        if joint.follow(problem.q_w, problem.p_w, parts).solved < problem.m:
             return None
-    return np.asarray(steps.state.u)
+    return problem.layout.joined(joint.v, joint.w)
 
 
 def verdict(row: dict[str, Any]) -> str:

@@ -27,14 +27,11 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import ramp_start
 from shakedown.motion.checked_law import law_violation, reactions, scales
 from shakedown.motion.course import DONE, EFFORT, PAUSED, RECORD_FULL, course
-from shakedown.motion.evolution import Evolution
-from shakedown.motion.evolve import evolve
-from shakedown.motion.fixed_steps import MOST_SWEEPS
+from shakedown.motion.evolution import Evolution, evolve
+from shakedown.motion.gauss_seidel import MOST_SWEEPS, contact_nodes, load_steps, places_by_node
 from shakedown.motion.plane import event_loop
 from shakedown.motion.plane.active_set import factorize
-from shakedown.motion.plane.gauss_seidel import PlaneStiffness, load_steps
-from shakedown.motion.plane.moving_state import begin, empty_record
-from shakedown.motion.plane.run import run_along
+from shakedown.motion.plane.moving_state import begin, empty_record, run_along
 from shakedown.report.text_table import table
 
 TITLE = "Hard cases of time integration: error against the path in rational arithmetic"
@@ -207,25 +204,23 @@ def _event_long(hard: Scene) -> Path:
 
 def _gauss_seidel(hard: Scene, tolerance: float) -> Path:
     problem, size = hard.problem, scales(hard.problem, 1.0)
-    n, tension = problem.n, 16 * np.finfo(float).eps * size.force
-    stiffness = PlaneStiffness(
-        problem.A, problem.B, problem.kappa[n:, n:], problem.f, True, tension
-    ).compact()
+    layout, at = problem.layout, places_by_node(problem.layout)
+    nodes = contact_nodes(layout, problem.kappa, problem.f, True, size.force)
     q_w, p_w = (np.tile(part, (hard.cycles, 1)) for part in (problem.q_w, problem.p_w))
-    v_path, w_path, slip = (np.zeros_like(q_w) for _ in range(3))
+    loads, slip = layout.joined(q_w, p_w)[:, at].copy(), np.zeros_like(q_w)
+    found, path = np.zeros_like(loads), np.zeros_like(loads)
 
     def run() -> tuple:
-        v, w = hard.start.astype(float), np.zeros(n)
-        return load_steps(
-            stiffness, q_w, p_w, v, w, tolerance * size.length, MOST_SWEEPS, v_path, w_path, slip
-        )
+        u = layout.joined(hard.start.astype(float), np.zeros(problem.n))[at]
+        return load_steps(nodes, loads, u, tolerance * size.length, MOST_SWEEPS, found, slip)
 
     seconds, (_, _, step, node) = median_time(run, least=0.01, runs=1 if _long(hard) else 3)
     said = ""
     if step >= 0:
         what = f"no state of node {node}" if node >= 0 else f"not converged in {MOST_SWEEPS} sweeps"
         said = f"{what} at load step {step}"
-    return _stepped(hard, q_w, p_w, v_path, w_path, slip, seconds, said)
+    path[:, at] = found
+    return _stepped(hard, q_w, p_w, *layout.split(path), slip, seconds, said)
 
 
 def _siconos(hard: Scene, solver: str) -> Path:

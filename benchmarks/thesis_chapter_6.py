@@ -5,7 +5,7 @@ import numpy as np
 import shakedown
 from benchmarks.corner_report import corner_report, pair_thresholds
 from benchmarks.thesis_entry import Entry, entry
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 
 
 def chapter_6() -> list[Entry]:
@@ -95,7 +95,7 @@ def _end() -> list[Entry]:
         entry("(6.59)", "change of v₁, v₂, w₂ to the end state", home, "24.27 -55.42 3.33", end.change),
         entry("(6.60)", "end state v₁, v₂, w₂", home, "3.5459 -24.5192 3.33", [*end.slip, end.gap[1]]),
         entry(
-            "(6.60)", "the same by following the viscous motion", "shakedown.motion.evolve",
+            "(6.60)", "the same by following the viscous motion", "shakedown.motion.evolution",
             "3.5459 -24.5192 3.33", [*path.v[-1], path.w[-1][1]], figure="worked-jump",
         ),
     ]  # fmt: skip
@@ -110,7 +110,7 @@ def appendix_a() -> list[Entry]:
     return [
         entry("(A.1), (A.2)", f"the model; {sign}", "shakedown.Problem shakedown.motion.checked_law.reactions"),
         entry("(A.3), (A.4)", "conditions of stick and separation", "shakedown.motion.checked_law.law_violation"),
-        entry("(A.7), (A.9)", "slip of one node", "shakedown.motion.evolve"),
+        entry("(A.7), (A.9)", "slip of one node", "shakedown.motion.evolution"),
         entry("(A.10), (A.11)", "jump to separation above the critical friction", "shakedown.motion.viscous_jump.Jump"),
         entry(
             "f_cr = k₁₁/k₂₁", "critical friction; ours is 2/3", "shakedown.friction_thresholds",

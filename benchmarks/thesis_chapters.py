@@ -169,7 +169,7 @@ def _nine_nodes() -> list[Entry]:
         ),
         entry(
             "fig. 5.8", "largest slip in the tenth cycle at λ_max from the safe slip: none (here from slip "
-            "zero neither; from the critical slip state it slips)", "shakedown.motion.evolve", "0",
+            "zero neither; from the critical slip state it slips)", "shakedown.motion.evolution", "0",
             safe if safe > least else 0.0, OTHER_BLOCK, "planes-tenth-cycle",
         ),
     ]  # fmt: skip

@@ -20,7 +20,7 @@ LEAST = 0.05  # seconds of the processor that one measurement takes at least
 MOST = 10_000  # calls in one measurement
 SPREAD = 0.3  # standard deviation of initial slips [length]
 ELSEWHERE = {  # names that have moved; where they stood is at the top
-    "evolve": "shakedown.motion.evolve",
+    "evolve": "shakedown.motion.evolution",
     "conic_lower_bound": "shakedown.bounds.independent_solver",
 }
 

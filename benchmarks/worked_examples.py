@@ -4,7 +4,7 @@ from matplotlib.figure import Figure
 
 import shakedown
 from shakedown import plot
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 from shakedown.report.text_table import table
 
 TITLE = "Worked examples: separation and stick, cyclic slip above the critical friction, a jump"

@@ -55,7 +55,8 @@ class Tolerances:
         reaches this share of the loads.
     convergence
         Last change of slip or gap at which a Gauss–Seidel load step counts as
-        solved, relative to the length scale of the scene.
+        solved, relative to the length scale of the scene; of a stiff node that of its reaction,
+        relative to the softest node's.
     steadiness
         Slip per cycle, or difference of slips one period apart, that counts as
         none in a cycle-by-cycle simulation, relative to the length scale.

@@ -12,8 +12,7 @@ from shakedown.joint.arguments import checked
 from shakedown.joint.conjugate_loads import LoadUnit, load_units, require_loads, units_in_time
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
-from shakedown.motion.event_history import EventHistory
-from shakedown.motion.space.curved_history import CurvedHistory
+from shakedown.motion.event_history import CurvedHistory, EventHistory
 
 BOOLE = np.array([7, 32, 12, 32, 7]) / 90  # exact for curves of the fourth degree
 CHORDS = np.array([1, 2, 2, 2, 1]) / 8

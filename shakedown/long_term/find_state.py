@@ -23,9 +23,8 @@ from shakedown.long_term.space.proved_verdict import heeding_proofs
 from shakedown.long_term.space.returned_state import returned_state
 from shakedown.long_term.space.settled import VARIES_LITTLE
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.cycle_record import State
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.method import beginning
+from shakedown.motion.method import State, beginning
 
 
 @checked

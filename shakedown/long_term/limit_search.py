@@ -81,7 +81,7 @@ class LimitSearch:
             stiffness=float(np.abs(evolution.kappa).max()),
         )
         events = self._events
-        runs = events.run(True, False), events.run(False, False), events.run(False, True)
+        runs = events.run_of(True, False), events.run_of(False, False), events.run_of(False, True)
         check = path_check(problem.f, Scale(scale.force, scale.length, t.periodicity * scale.length))
         self.compiled = search(runs, period_map(problem.n), check, rules)
         self._weigh()
@@ -156,14 +156,13 @@ class LimitSearch:
     def _give_way(self, status: int) -> None:
         """Supply rates, or a state to jump to, where the loop found none; else why the motion stops."""
         evolution, at = self.evolution, self.search_state
-        now = self._events.progress()
         if not at.jumped:
             evolution.enter_cycle(at.cycles)
         if status == NO_RATES and self._events.finds_rates():
             tell(self.compiled, RATES, 0.0, 0.0)
-        elif status == NO_RATES and evolution.jump(now):
+        elif status == NO_RATES and evolution.jump():
             jump = evolution.jumps[-1]
             tell(self.compiled, JUMP, jump.friction_work, jump.damping_work)
         else:
-            evolution.say_why(status, now)
+            evolution.say_why(status)
             tell(self.compiled, LEAVES if evolution.left else STOPPED, 0.0, 0.0)

@@ -19,7 +19,7 @@ from shakedown.joint.problem import Problem
 from shakedown.long_term.space.returned_state import ReturnedState
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.checked_law import scales
-from shakedown.motion.cycle_record import State
+from shakedown.motion.method import State
 
 ORDER = Outcome.SHAKEDOWN, Outcome.SEPARATION, Outcome.CYCLIC_SLIP, Outcome.RATCHETTING, Outcome.UNDECIDED
 PRIME = 1099511628211  # of hashes

@@ -15,9 +15,8 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.conjugate_loads import NO_LOADS
 from shakedown.joint.loading import first_load, loading, loop_path, transient_path
 from shakedown.joint.problem import Problem
-from shakedown.motion.cycle_record import CycleRecord, State
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.method import cycles_of
+from shakedown.motion.method import CycleRecord, State, cycles_of
 
 LONGEST_TRANSIENT = 12  # random load steps
 

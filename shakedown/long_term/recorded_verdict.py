@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
-from shakedown.motion.cycle_record import CycleRecord
 from shakedown.motion.fixed_steps import REMEMBERED
+from shakedown.motion.method import CycleRecord
 
 LONGEST_PERIOD = REMEMBERED  # cycles
 

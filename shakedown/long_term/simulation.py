@@ -27,11 +27,9 @@ from shakedown.long_term.slip_criterion import SlipCriterion, check_slip_below, 
 from shakedown.long_term.space.returned_state import ReturnedState
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState
 from shakedown.motion.checked_law import alone, law_resolution, swing
-from shakedown.motion.cycle_record import CycleRecord
-from shakedown.motion.event_history import EventHistory
+from shakedown.motion.event_history import EventHistory, path_violation
 from shakedown.motion.fixed_steps import FixedSteps
-from shakedown.motion.method import Walk, cycles_of, walk
-from shakedown.motion.violation import path_violation
+from shakedown.motion.method import CycleRecord, Walk, cycles_of, walk
 from shakedown.motion.viscous_jump import Jump
 
 METHODS = ("event", "gauss-seidel")
@@ -194,7 +192,7 @@ def simulate(
         patience = Patience(cycles, LONGEST_PERIOD)
         run = _from_event_to_event(settled_state(*start, open_nodes, patience, tolerances), record)
     else:
-        motion = FixedSteps(*start, tolerances, open_nodes, sweeps_only=True)
+        motion = FixedSteps(*start, tolerances, open_nodes)
         run = _at_fixed_steps(motion, cycles, method, record)
     if slip_below is None:
         return run
@@ -292,7 +290,7 @@ def save_history(path: str | os.PathLike[str], run: Simulation) -> None:
     """Write the recorded path of a simulation to an NPZ file, whole or not at all.
 
     The file, compressed, has the arrays of :class:`EventHistory`, in space from event to event those of
-    :class:`~shakedown.motion.space.curved_history.CurvedHistory`, and ``load_factor``, ``initial_slip``.
+    :class:`~shakedown.motion.event_history.CurvedHistory`, and ``load_factor``, ``initial_slip``.
     Left out is what they imply: between rows of a path in space the welded reactions change evenly, so that
     with the slips and gaps of ``curve`` the reactions are q = q_w + A v + Bᵀ w, p = p_w + B v + C w.
 

@@ -21,11 +21,9 @@ from shakedown.long_term.energy_proof import (
     with_margins,
 )
 from shakedown.long_term.passage import Approach, FirstCycles, Passage
-from shakedown.motion.cycle_record import State, Stop
-from shakedown.motion.event_history import EventHistory
+from shakedown.motion.event_history import EventHistory, path_violation
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.method import Walk, walk
-from shakedown.motion.violation import path_violation
+from shakedown.motion.method import State, Stop, Walk, walk
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)

@@ -1,11 +1,11 @@
 """The path of a joint under its loading, cycle by cycle: exactly from event to event, or at fixed steps.
 
 Reading order: ``checked_law`` (Coulomb's law and its violation, the judge of every path),
-``course`` (the load path that compiled loops follow, and how these end), ``event_history``, ``cycle_record``
-(what is kept), ``violation`` (the law along a path), ``steady_slide`` (rigid motions that nothing ends),
-``jump_steps`` (how long the implicit steps of a jump are), ``viscous_jump`` (chapter VI), ``method`` (where
-a motion begins, what every way to follow it has in common), ``fixed_steps`` (load steps, by Gauss–Seidel or
-each solved at once), ``evolution`` (from event to event, jumps included), ``evolve`` (the public function).
+``course`` (the load path that compiled loops follow, and how these end), ``event_history`` (the path, and the
+law along it), ``steady_slide`` (rigid motions that nothing ends), ``viscous_jump`` (chapter VI, and how long
+the implicit steps of a jump are), ``method`` (where a motion begins, what is kept of a cycle, what every way
+to follow one has in common), ``gauss_seidel`` and ``fixed_steps`` (load steps by sweeps over the nodes),
+``evolution`` (from event to event, jumps included; the public function).
 Below them ``plane/`` and ``space/``, the compiled loops of one and of two tangential directions.
 
 Between two events, call by call:
@@ -13,10 +13,11 @@ Between two events, call by call:
 1. ``evolution.Evolution`` calls ``follow`` of its method, again after every full record and every jump:
    ``plane.plane_events.PlaneEvents`` or ``space.space_events.SpaceEvents``, with the same functions.
 2. In the plane ``plane.event_loop.follow_straight``: rates by ``rate_problem`` at the event, then straight to
-   the next one (``next_event``, ``advance``); load steps without one by ``quiet_steps``.
+   the next one (``next_event``, ``advance``); load steps without one by ``event_loop.quiet_steps``.
 3. In space ``space.curved_loop.follow_curve``: which nodes move by ``rate_choice``, then steps along the
-   curve (``explicit_step``; ``turning_step`` near an apex), each cut at its first event by ``event_search``.
+   curve (``smooth_step.explicit_step``; ``turning_step`` near an apex), each cut at its first event by
+   ``event_search``.
 
-At fixed steps there are no events: ``fixed_steps.FixedSteps`` calls ``plane.gauss_seidel.load_steps`` or
-``space.load_steps.follow_load_steps``, which solve one load step after the other.
+At fixed steps there are no events: ``fixed_steps.FixedSteps`` calls ``gauss_seidel.load_steps``, which solves
+one load step after the other, with one tangential direction or two.
 """

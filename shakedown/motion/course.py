@@ -49,32 +49,14 @@ class Course(NamedState):
     settled: float
 
 
-class Progress(NamedTuple):
-    """Where a run has got to.
+def course(
+    path: FloatArray, first: int, separable: bool, precision: Precision, known: Course | None = None
+) -> Course:
+    """The course along welded reactions (s + 1, 2n); its first load step has number ``first``.
 
-    Attributes
-    ----------
-    passes, step, time
-        How often the course has been passed; load steps done of the present
-        pass, and share done of the next.
-    concerned
-        The node for which the motion stopped, or −1.
+    ``known`` becomes it, where it is given.
     """
-
-    passes: int
-    step: int
-    time: float
-    concerned: int
-
-
-def course(path: FloatArray, first: int, separable: bool, precision: Precision) -> Course:
-    """The course along welded reactions (s + 1, 2n); its first load step has number ``first``."""
-    new = Course({}, path=np.ascontiguousarray(path, dtype=float))
+    new = known or Course({})
+    new.hold(path=np.ascontiguousarray(path, dtype=float))
     new.set(steps=len(path) - 1, first=first, separable=separable, **precision._asdict())
     return new
-
-
-def progress(motion: NamedState) -> Progress:
-    """Where a moving state has got to on its course."""
-    at = motion.content
-    return Progress(at.passes, at.step, at.time, at.concerned)

@@ -1,8 +1,14 @@
-"""The path of a motion: its events, and the states at these."""
+"""The path of a motion: its events, and the states at these.
+
+The path of a motion in two tangential directions: events, and smooth curves between them.
+
+The friction law at every instant of a recorded path.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -15,7 +21,9 @@ from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.layout import Layout
+from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.motion.checked_law import law_violation, reactions, scales
 from shakedown.motion.course import (
     CLOSES,
     JUMPS,
@@ -24,7 +32,7 @@ from shakedown.motion.course import (
     REACHES_BACKWARD_LIMIT,
     REACHES_FORWARD_LIMIT,
 )
-from shakedown.motion.space.moving_state import CURVES, REACHES_LIMIT, STOPS
+from shakedown.motion.space.space_run import CURVES, DEGREE, REACHES_LIMIT, STOPS
 
 HASH_START, HASH_PRIME = np.uint64(14695981039346656037), np.uint64(1099511628211)
 
@@ -114,7 +122,7 @@ class EventHistory(Result):
         Examples
         --------
         >>> import shakedown
-        >>> from shakedown.motion.evolve import evolve
+        >>> from shakedown.motion.evolution import evolve
         >>> history = evolve(shakedown.example("two-node"), 0.9, cycles=3).history
         >>> len(history) > len(history.thinned()) > len(history.thinned(10))
         True
@@ -163,6 +171,14 @@ class EventHistory(Result):
         mixed = (np.roll(codes, 1)[changes] * HASH_PRIME) ^ codes[changes]
         return int(((mixed ^ (mixed >> np.uint64(32))) * HASH_PRIME).sum())
 
+    def _checked(self, cycle: FloatArray) -> FloatArray:
+        """Times in cycles, all of them on the path."""
+        cycle, (first, last) = np.asarray(cycle, dtype=float), self.cycle[[0, -1]]
+        outside = cycle[~((cycle >= first - NEGLIGIBLE) & (cycle <= last + NEGLIGIBLE))]
+        if outside.size:
+            raise UsageError(f"cycle: expected times from {first:g} to {last:g}, found {outside[0]:g}")
+        return cycle
+
     def at(self, cycle: FloatArray) -> "EventHistory":
         """The exact states at given times in cycles, by linear interpolation between events.
 
@@ -177,16 +193,12 @@ class EventHistory(Result):
         Examples
         --------
         >>> import shakedown
-        >>> from shakedown.motion.evolve import evolve
+        >>> from shakedown.motion.evolution import evolve
         >>> evolve(shakedown.example("two-node"), 0.9, cycles=2).history.at([0.0, 1.0]).v.round(4)
         array([[0.    , 0.    ],
                [0.    , 0.7132]])
         """
-        cycle = np.asarray(cycle, dtype=float)
-        first, last = self.cycle[[0, -1]]
-        outside = cycle[~((cycle >= first - NEGLIGIBLE) & (cycle <= last + NEGLIGIBLE))]
-        if outside.size:
-            raise UsageError(f"cycle: expected times from {first:g} to {last:g}, found {outside[0]:g}")
+        cycle = self._checked(cycle)
         right = np.clip(np.searchsorted(self.cycle, cycle, side="right"), 1, len(self) - 1)
         left = right - 1
         span = self.cycle[right] - self.cycle[left]
@@ -207,3 +219,155 @@ class EventHistory(Result):
             p_w=between(self.p_w),
             state=self.state[left],
         )
+
+
+WITHIN = (0.0, 0.25, 0.5, 0.75)  # shares of a step at which its curve is checked
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CurvedHistory(EventHistory):
+    """A path whose slips are curves: one row per step of it, from its beginning to that of the next row.
+
+    Slips, tangential reactions and their like are (…, 2n), node by node. Contact states are 0 stick,
+    1 slip, 2 open; rows at which nothing happens have the kind :attr:`EventKind.CURVES`.
+
+    Attributes
+    ----------
+    duration : (s,)
+        Length of the step [cycles].
+    curve, reaction_curve : (s, 4, 3n)
+        At the share x of the step (v, w) has changed by Σ x^(k+1) curve_k, and (q, p) likewise.
+    """
+
+    duration: FloatArray
+    curve: FloatArray
+    reaction_curve: FloatArray
+
+    def within(self, row: NDArray[np.intp], share: FloatArray) -> "CurvedHistory":
+        """The states at a share of the step that begins in a row, (k,) of both."""
+        n = self.w.shape[1]
+
+        def along(values: FloatArray, curve: FloatArray, places: slice) -> FloatArray:
+            total = values[row]
+            for power in range(DEGREE):  # one power at a time, as curves of all rows take most of the memory
+                total += share[:, None] ** (power + 1) * curve[row, power, places]
+            return total
+
+        after = np.minimum(row + 1, len(self) - 1)
+
+        def between(values: FloatArray) -> FloatArray:
+            return np.asarray(values[row] + share[:, None] * (values[after] - values[row]))
+
+        slips, gaps = slice(0, 2 * n), slice(2 * n, 3 * n)
+        nothing = np.broadcast_to(0.0, (len(row), *self.curve.shape[1:]))  # a broadcast view takes no memory
+        return CurvedHistory(
+            cycle=self.cycle[row] + share * self.duration[row],
+            kind=np.full(len(row), EventKind.CURVES, dtype=np.int64),
+            node=np.full(len(row), -1, dtype=np.int64),
+            v=along(self.v, self.curve, slips),
+            w=along(self.w, self.curve, gaps),
+            q=along(self.q, self.reaction_curve, slips),
+            p=along(self.p, self.reaction_curve, gaps),
+            q_w=between(self.q_w),
+            p_w=between(self.p_w),
+            state=self.state[row],
+            duration=np.zeros(len(row)),
+            curve=nothing,
+            reaction_curve=nothing,
+        )
+
+    def refined(self) -> "CurvedHistory":
+        """The path with enough rows within every step for linear interpolation."""
+        return self._refined
+
+    @cached_property
+    def _refined(self) -> "CurvedHistory":
+        lasts = self.duration > 0
+        row = np.repeat(np.arange(len(self)), np.where(lasts, len(WITHIN), 1))
+        first = np.cumsum(np.where(lasts, len(WITHIN), 1)) - np.where(lasts, len(WITHIN), 1)
+        share = np.array(WITHIN)[np.arange(len(row)) - first[row]]
+        return self.within(row, share)
+
+    def at(self, cycle: FloatArray) -> "CurvedHistory":
+        """The states at given times in cycles, on the curves between rows.
+
+        Raises
+        ------
+        UsageError
+            If a time lies before the first row or after the last.
+
+        Examples
+        --------
+        >>> import shakedown
+        >>> from shakedown.motion.evolution import evolve
+        >>> evolve(shakedown.example("four-node-3d"), 1.4, cycles=1).history.at([0.5]).v.shape
+        (1, 8)
+        """
+        cycle = self._checked(cycle)
+        row = np.clip(np.searchsorted(self.cycle, cycle, side="right") - 1, 0, len(self) - 1)
+        span = self.duration[row]
+        share = np.where(span > 0, (cycle - self.cycle[row]) / np.where(span > 0, span, 1.0), 0.0)
+        return self.within(row, np.clip(share, 0.0, 1.0))
+
+
+CHECKED_WITHIN = (0.25, 0.5, 0.75)  # shares of a step at which the limits are checked
+
+
+def path_violation(
+    problem: Problem, load_factor: float, tolerances: Tolerances, history: EventHistory
+) -> float:
+    """Largest relative violation of the law, re-computed from slips and gaps.
+
+    In the plane slip counts from row to row; of a curved path see :func:`curved_violation`.
+    """
+    if isinstance(history, CurvedHistory):
+        return curved_violation(problem, load_factor, history)
+    scale = scales(problem, load_factor)
+    near = tolerances.periodicity * scale.length
+    open_at_all = (history.w[1:] > near) | (history.w[:-1] > near)
+    at_rest = open_at_all | (history.kind[1:] == EventKind.JUMPS)[:, None]
+    slip = np.where(at_rest, 0.0, np.diff(history.v, axis=0))
+    q, p = reactions(problem, history.q_w, history.p_w, history.v, history.w)
+    at_end = law_violation(problem.f, q[1:], p[1:], history.w[1:], slip, scale)
+    return float(at_end.max(initial=0.0))
+
+
+def curved_violation(problem: Problem, load_factor: float, history: CurvedHistory) -> float:
+    """Largest relative violation of the law along a path, re-computed from its slips and gaps.
+
+    Of one path as :func:`curved_violations` of several.
+    """
+    return float(curved_violations(problem, load_factor, history, np.array([len(history)]))[0])
+
+
+def curved_violations(
+    problem: Problem, load_factor: float, history: CurvedHistory, rows: NDArray[np.intp]
+) -> FloatArray:
+    """The same of several paths, one after the other in one history, each of so many rows, (k,).
+
+    At the beginning of every step the whole law, the slip being that of the step at the rate there; that
+    the step ends where the next begins; at its end and within it that limits are kept, gaps and pressures
+    not negative. Within a step a polynomial stands for the path, so that this is some multiple of the
+    accuracy asked for (:func:`law_resolution`).
+    """
+    found, path = np.zeros(len(rows)), np.repeat(np.arange(len(rows)), rows)
+    steps = np.flatnonzero((history.duration > 0) & np.append(path[1:] == path[:-1], False))
+    if not len(steps):
+        return found
+    scale = scales(problem, load_factor)
+
+    def at(share: float, slip: FloatArray) -> FloatArray:
+        there = history.within(steps, np.full(len(steps), share))
+        q, p = reactions(problem, there.q_w, there.p_w, there.v, there.w)
+        return np.asarray(law_violation(problem.f, q, p, there.w, slip, scale).max(axis=1))
+
+    opened = np.repeat(history.state[steps] == OPEN, 2, axis=1)
+    first = np.where(opened, 0.0, history.curve[steps][:, 0, problem.layout.slips])
+    still = np.zeros_like(first)
+    broken = [at(0.0, first), *(at(share, still) for share in (1.0, *CHECKED_WITHIN))]
+    end, after = history.within(steps, np.ones(len(steps))), history.rows(steps + 1)
+    smooth = (after.kind != EventKind.JUMPS)[:, None]
+    gaps = (smooth * np.abs(part) for part in (end.v - after.v, end.w - after.w))
+    broken += [part.max(axis=1) / scale.length for part in gaps]
+    np.maximum.at(found, path[steps], np.max(broken, axis=0))
+    return found

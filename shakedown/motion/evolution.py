@@ -1,8 +1,12 @@
-"""Quasi-static evolution of a joint, cycle by cycle, from event to event: in the plane and in space."""
+"""Quasi-static evolution of a joint, cycle by cycle, from event to event: in the plane and in space.
+
+The exact path of a joint over a number of cycles.
+"""
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from itertools import groupby
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,8 +16,9 @@ from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.work_limit import count_work, work_is_left
-from shakedown.joint.arguments import checked_damping, require_problem
+from shakedown.joint.arguments import check_arguments, checked, checked_damping, require_problem
 from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import free_stiffness
 from shakedown.motion.checked_law import law_violation
 from shakedown.motion.course import (
@@ -25,11 +30,18 @@ from shakedown.motion.course import (
     PAUSED,
     RECORD_FULL,
     TOO_MANY_EVENTS,
-    Progress,
 )
-from shakedown.motion.cycle_record import SLIDES_AWAY, Checkpoint, CycleRecord, State, Stop
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.method import Beginning, Motion
+from shakedown.motion.method import (
+    SLIDES_AWAY,
+    Beginning,
+    Checkpoint,
+    CycleRecord,
+    Motion,
+    State,
+    Stop,
+    cycles_of,
+)
 from shakedown.motion.plane.plane_events import PlaneEvents
 from shakedown.motion.space.space_events import SpaceEvents
 from shakedown.motion.viscous_jump import Jump, default_damping, jump_of
@@ -88,6 +100,7 @@ class Evolution(Motion):
         self.kappa, self._damping = free_stiffness(problem), checked_damping(problem, damping)
         method = PlaneEvents if problem.directions == 1 else SpaceEvents
         self.method = method(problem, self.kappa, tolerances)
+        self.u, self.contact = self.method.u, self.method.contact
         self.left: bool  # contact is lost for good
         self.slides: bool  # a jump has no end although nodes are in contact
         self.held: bool  # the moving nodes of the last state set are held; otherwise nothing can continue
@@ -135,18 +148,17 @@ class Evolution(Motion):
         self.enter_cycle(before)
         method.enter(before == 0, record)
         if not self.held:
-            self.say_why(NOT_SETTLED, method.progress())
+            self.say_why(NOT_SETTLED)
             return False
         if not work_is_left():
-            self.say_why(OUT_OF_WORK, method.progress())
+            self.say_why(OUT_OF_WORK)
             return False
         while True:  # ends, as events per load step, jumps per cycle and cycles are limited
             status = method.follow(1 if before == 0 else cycles)
-            now = method.progress()
             count_work(method.effort)
-            found = status in method.passable and method.finds_way_on(now, self.path)
+            found = status in method.passable and method.finds_way_on(self.path)
             self.pieces += method.recorded(before)
-            self.done = before + now.passes
+            self.done = before + method.motion.passes
             if status != DONE and not work_is_left():
                 status = OUT_OF_WORK
                 break
@@ -154,52 +166,47 @@ class Evolution(Motion):
                 continue
             if status != NO_RATES:
                 break
-            if not self.jump(now):
+            if not self.jump():
                 status = status if work_is_left() else OUT_OF_WORK
                 break
         if status != DONE:
-            self.say_why(status, now)
+            self.say_why(status)
         return status == DONE
 
     def _what_it_did(self) -> CycleRecord:
-        did, jumps = self.method.totals(), tuple(self.jumps)
-        work, friction, damping = did.work.copy(), did.friction, 0.0
-        if jumps:
-            work += sum(jump.work for jump in jumps)
-            damping = float(sum(jump.damping_work for jump in jumps))
-        if friction is None:
-            friction = float(work.sum())
-        elif jumps:
-            friction += sum(jump.friction_work for jump in jumps)
+        did, counted, jumps = self.method.motion, self.method.motion.content, tuple(self.jumps)
+        work = did.work.copy()
+        for jump in jumps:
+            work += jump.work
         return CycleRecord(
-            end_slip=self.method.u[self.problem.layout.slips].copy(),
-            slip=did.slip,
+            end_slip=self.u[self.problem.layout.slips].copy(),
+            slip=did.slip.copy(),
             work=work,
-            friction_dissipation=friction,
-            jump_dissipation=damping,
-            opened=did.opened,
-            closed=did.closed,
-            events=did.events,
-            signature=did.signature,
+            friction_dissipation=float(work.sum()),
+            jump_dissipation=float(sum(jump.damping_work for jump in jumps)),
+            opened=did.opened.astype(np.bool_),
+            closed=did.closed.astype(np.bool_),
+            events=counted.events,
+            signature=counted.signature,
             jumps=jumps,
-            error=did.error,
+            error=self.method.error,
         )
 
-    def jump(self, now: Progress) -> bool:
+    def jump(self) -> bool:
         """Carry the state across an instant without rates; False where the motion does not come to rest."""
-        method, path, step = self.method, self.path, now.step
+        method, path, step, now = self.method, self.path, self.method.motion.step, self.method.motion.time
         if not self.may_jump:
             return False
         if len(self.jumps) == MOST_JUMPS * self.problem.n * (len(path) - 1):
             return False
-        retries, rate = self._retries(step, now.time), path[step + 1] - path[step]
+        retries, rate = self._retries(step, now), path[step + 1] - path[step]
         if retries == MOST_RETRIES or not rate.any():
             return False
         nudge = NEGLIGIBLE * self.scale.force * 4.0**retries / float(np.abs(rate).max())
-        time = min(now.time + nudge, 1.0)
+        time = min(now + nudge, 1.0)
         self._nudged = (step, time, retries)
         load, before = path[step] + time * rate, self.state
-        reaction = method.reaction(path[step] + now.time * rate)
+        reaction = method.reaction(path[step] + now * rate)
         moving = method.relaxation(before, reaction, load, self.damping)
         rest = moving.to_rest()
         if rest is None:
@@ -208,8 +215,8 @@ class Evolution(Motion):
             self.slides = moving.endless and not self.left
             if goes:
                 return False
-            self._nudged = (step, now.time, retries)
-            return self.jump(now)  # it stands still next to where it was: a larger change of load leads away
+            self._nudged = (step, now, retries)
+            return self.jump()  # it stands still next to where it was: a larger change of load leads away
         cycle = self.done + (self.problem.m - len(path) + step + time) / self.problem.m
         jump = jump_of(cycle, self.problem.layout, self.kappa, load, before.u, rest)
         self.state = State(rest.u, rest.contact)
@@ -231,21 +238,19 @@ class Evolution(Motion):
         """All that was recorded, piece by piece, closed by the present state where nothing has stopped it."""
         if self.stop is not None:
             return self.pieces
-        return [*self.pieces, self.method.present(self.done, self.load[-1] + self.kappa @ self.method.u)]
+        return [*self.pieces, self.method.present(self.done, self.load[-1] + self.kappa @ self.u)]
 
     def after_the_first_cycle(self, pieces: list[Any]) -> EventHistory:
         """The history of pieces of later cycles, whichever motions of this load factor they are of."""
         return self._joined(pieces, self._later)
 
     def checkpoint(self) -> Checkpoint:
-        """Everything the continuation depends on, in space; another motion of this joint can use it."""
-        assert isinstance(self.method, SpaceEvents)
+        """Everything the continuation depends on; another motion of this joint can use it."""
         return self.done, *self.method.checkpoint()
 
     def restore(self, checkpoint: Checkpoint) -> None:
         """Continue from a checkpoint, as if followed so far, except for the recorded path."""
         done, *checkpoint_of_method = checkpoint
-        assert isinstance(self.method, SpaceEvents)
         self.method.restore(*checkpoint_of_method)
         self.enter_cycle(done)
 
@@ -256,7 +261,7 @@ class Evolution(Motion):
         parts = [
             self._joined(list(pieces), self._first if first else self._later) for first, pieces in by_course
         ]
-        present = self.method.present(self.done, self.load[-1] + self.kappa @ self.method.u)
+        present = self.method.present(self.done, self.load[-1] + self.kappa @ self.u)
         end = self._joined([present], self._later)
         parts.append(end if self.stop is None else end.rows(np.arange(0)))
         return type(end).joined(parts)
@@ -276,10 +281,11 @@ class Evolution(Motion):
     def say_not_held(self) -> None:
         """Set ``stop`` where a cycle cannot begin as nothing holds the moving nodes of its first state."""
         self.method.enter(self.done == 0, False)
-        self.say_why(NOT_SETTLED, self.method.progress())
+        self.say_why(NOT_SETTLED)
 
-    def say_why(self, status: int, now: Progress) -> None:
+    def say_why(self, status: int) -> None:
         """Set ``stop`` to the reason for this status of the loop."""
+        now = self.method.motion
         steps = self.problem.m - len(self.path) + now.step + now.time
         time = float(self.done + steps / self.problem.m)
         reasons = {
@@ -300,3 +306,84 @@ class Evolution(Motion):
         self.stop = Stop(
             f"{reasons[status]} {when}{why}", time, now.concerned, self.slides, status == OUT_OF_WORK
         )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EvolutionResult(Result):
+    """Result of :func:`evolve`.
+
+    Attributes
+    ----------
+    load_factor, initial_slip
+        What was simulated; the slip of a node that was open at the start is its displacement.
+    cycles
+        What every cycle did.
+    history
+        Every event.
+    stop
+        Why it ended before its time; None where it did not.
+    """
+
+    DOCUMENT: ClassVar[str] = "load_factor initial_slip cycles history stop"
+
+    load_factor: float
+    initial_slip: FloatArray
+    cycles: tuple[CycleRecord, ...]
+    history: EventHistory
+    stop: Stop | None
+
+    def columns(self) -> dict[str, Any]:
+        """One row per event."""
+        return self.history.columns()
+
+
+@checked
+def evolve(
+    problem: Problem,
+    load_factor: float,
+    initial_slip: ArrayLike | None = None,
+    *,
+    open_nodes: Iterable[int] = (),
+    cycles: int = 1,
+    damping: ArrayLike | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> EvolutionResult:
+    """The exact path of a joint through its transient and a number of cycles (thesis (2.10), (2.3)–(2.9)).
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading.
+    load_factor
+        λ ≥ 0, multiplies the periodic part of the loading.
+    initial_slip : (n,), optional
+        Slip at the start [length]; zero by default.
+    open_nodes
+        Nodes that are open at the start, all others closed: they are in equilibrium with
+        the first load step (:func:`beginning`), and their initial slips are ignored.
+    cycles
+        How many.
+    damping : (2n,), optional
+        Diagonal of the matrix D that carries the state across jumps, only ratios
+        matter; by default in proportion to the diagonal of κ.
+    tolerances
+        What counts as zero, as reached and as periodic (:class:`Tolerances`).
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range, or an open node would overlap.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> run = evolve(shakedown.example("three-node"), 2.6, [2.60902, -0.60226, -0.36541], cycles=2)
+    >>> run.stop is None, run.cycles[1].events
+    (True, 3)
+    """
+    check_arguments(load_factor, cycles, problem)
+    damping, opened = checked_damping(problem, damping), tuple(open_nodes)
+    evolution = Evolution(problem, load_factor, initial_slip, tolerances, damping, opened)
+    start = evolution.state.u[problem.layout.slips]
+    records = tuple(cycles_of(evolution, cycles, record=True))
+    return EvolutionResult(float(load_factor), start, records, evolution.history, evolution.stop)

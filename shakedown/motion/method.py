@@ -1,15 +1,21 @@
-"""What all methods of following a joint share, and walks of cycles from a start."""
+"""What all methods of following a joint share, and walks of cycles from a start.
+
+What one cycle of a motion did, the state between cycles, and why an evolution stopped.
+
+What following a joint from event to event in the plane and in space has in common.
+"""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.named_state import NamedState
 from shakedown.ground.status import BACKWARD_SLIP, OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked_initial_slip
@@ -18,9 +24,95 @@ from shakedown.joint.loading import first_load, loop_path, ramp_start, transient
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.checked_law import Scales, scales, scales_of
-from shakedown.motion.cycle_record import CycleRecord, State, Stop
+from shakedown.motion.course import RECORD_ROWS, Course, Precision, course
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.viscous_jump import Jump
+
+SLIDES_AWAY = "the body slides away"
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Why an evolution ended before its time.
+
+    Attributes
+    ----------
+    reason
+        In words.
+    cycle
+        When, in cycles.
+    node
+        The node concerned; −1 where it is none alone.
+    slides_away
+        Whether the body slides away for good: friction and stiffness do not hold it.
+    spent
+        Whether no more than the work allowed was in the way (:mod:`shakedown.ground.work_limit`).
+    """
+
+    reason: str
+    cycle: float
+    node: int
+    slides_away: bool = False
+    spent: bool = False
+
+
+@dataclass(frozen=True)
+class CycleRecord:
+    """The events and sums of one cycle.
+
+    Attributes
+    ----------
+    end_slip : (n,)
+        Slip at its end [length].
+    slip : (n,)
+        Σ|Δv| in contact [length]; of a jump the change of v where a node is closed
+        before and after it (:attr:`Jump.slip` has the whole way).
+    work : (n,)
+        Friction work at each node, including jumps [force × length].
+    friction_dissipation
+        The sum of that.
+    jump_dissipation
+        The work of damping in jumps: the rest of the energy that they release [force × length].
+    opened, closed : (n,)
+        Whether the node was open, and whether it was closed, at some time.
+    events
+        Number of events other than load steps.
+    signature
+        Identifies the sequence of contact states passed through; 0 with fixed load steps.
+    jumps
+        The jumps in this cycle.
+    error
+        Estimate of the error that it adds to the slips [length]; 0 where a motion is exact, or tells none.
+    """
+
+    end_slip: FloatArray
+    slip: FloatArray
+    work: FloatArray
+    friction_dissipation: float
+    jump_dissipation: float
+    opened: NDArray[np.bool_]
+    closed: NDArray[np.bool_]
+    events: int
+    signature: int
+    jumps: tuple[Jump, ...]
+    error: float = 0.0
+
+    @property
+    def dissipation(self) -> float:
+        """Work of friction and of damping in jumps [force × length]."""
+        return self.friction_dissipation + self.jump_dissipation
+
+
+Checkpoint = tuple[Any, ...]
+"""What all that follows depends on between two cycles, to the last bit."""
+
+
+@dataclass(frozen=True)
+class State:
+    """A state between two cycles: slips and gaps u = (v, w), (2n,), and contact states, (n,)."""
+
+    u: FloatArray
+    contact: NDArray[np.int64]
 
 
 class Beginning(NamedTuple):
@@ -104,8 +196,8 @@ class Motion:
     ----------
     problem, tolerances
         The joint; what counts as zero.
-    method
-        The object that holds the state and follows the load from one point to the next.
+    u, contact
+        Slips and gaps ((d + 1) n,), and contact states (n,), in place.
     load_factor
         λ.
     load : (m, (d + 1) n)
@@ -122,7 +214,8 @@ class Motion:
 
     problem: Problem
     tolerances: Tolerances
-    method: Any
+    u: FloatArray
+    contact: NDArray[np.int64]
     load_factor: float
     load: FloatArray
     scale: Scales
@@ -151,7 +244,7 @@ class Motion:
 
         From one whose moving nodes nothing holds the next cycle cannot be followed.
         """
-        return State(self.method.u.copy(), self.method.contact.copy())
+        return State(self.u.copy(), self.contact.copy())
 
     @state.setter
     def state(self, state: State) -> None:
@@ -159,7 +252,8 @@ class Motion:
         self._set_state(state)
 
     def _set_state(self, state: State) -> None:
-        self.method.set_state(state)
+        """Go to a state between two cycles."""
+        raise NotImplementedError
 
     @property
     def history(self) -> EventHistory:
@@ -266,3 +360,76 @@ def walk(motion: Motion, most: int, *, record: bool = False) -> Walk:
     start = motion.state.u[motion.problem.layout.slips]
     records = tuple(cycles_of(motion, most, record=record))
     return Walk(start, records, motion.history if record else None)
+
+
+class EventMethod:
+    """The moving state of a joint, and the runs of compiled loops that carry it along courses.
+
+    Attributes
+    ----------
+    problem, kappa, tolerances
+        The joint, its stiffness, and what counts as zero.
+    run
+        The present run: the state along a course, recorded or not.
+    u, contact, slip
+        Slips and gaps ((d + 1) n,), contact states (n,), way in contact in the present cycle (n,), in place.
+    motion
+        All of these and what has been counted, as compiled loops take them.
+    precision
+        What counts as zero.
+    """
+
+    rows: ClassVar[Any]  # what is recorded: the cycles done before, and columns of a record
+
+    def __init__(
+        self,
+        problem: Problem,
+        kappa: FloatArray,
+        tolerances: Tolerances,
+        run: Any,
+        contact: NDArray[np.int64],
+    ) -> None:
+        self.problem, self.kappa, self.tolerances = problem, kappa, tolerances
+        self.run, self.motion = run, run.motion
+        self.u, self.contact, self.slip = self.motion.u, contact, self.motion.slip
+        self._runs: dict[tuple[bool, bool], Any] = {}  # by: through the first cycle, recorded
+        self._courses: dict[bool, Course] = {}  # by: through the first cycle
+
+    def lead(self, first: FloatArray, later: FloatArray, precision: Precision) -> None:
+        """Follow courses through the first and any other cycle."""
+        self.precision, separable, m = precision, self.problem.C is not None, self.problem.m
+        for is_first, path in ((True, first), (False, later)):
+            known = self._courses.get(is_first)
+            self._courses[is_first] = course(path, m - len(path), separable, precision, known)
+
+    def run_of(self, first: bool, record: bool) -> Any:
+        """The run through the first cycle or another one, created when first needed."""
+        if (first, record) not in self._runs:
+            rows = self.empty_record(RECORD_ROWS if record else 0)
+            self._runs[first, record] = self.run.with_parts(course=self._courses[first], record=rows)
+        return self._runs[first, record]
+
+    def empty_record(self, rows: int) -> NamedState:
+        """Arrays for so many rows of a path."""
+        raise NotImplementedError
+
+    def set_state(self, state: State) -> bool:
+        """Go to a state; False where nothing holds its moving nodes."""
+        self.u[:], self.contact[:] = state.u, state.contact
+        return True
+
+    def checkpoint(self) -> Checkpoint:
+        """Everything the continuation depends on between two cycles."""
+        return self.u.copy(), self.contact.copy()
+
+    def restore(self, u: FloatArray, contact: NDArray[np.int64]) -> None:
+        """Go on from a checkpoint."""
+        self.set_state(State(u, contact))
+
+    def recorded(self, done: int) -> list[Any]:
+        """What a record has been filled with, so many cycles being done."""
+        record = self.run.record
+        count = record.content.rows
+        if not count:
+            return []
+        return [self.rows(done, *(getattr(record, name)[:count].copy() for name in self.rows._fields[1:]))]

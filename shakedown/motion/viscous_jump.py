@@ -8,42 +8,172 @@ the exact evolution of that stiffer system, from the reactions of the step befor
 those that the viscous system has at the end of the step. Steps adapt: they are
 halved where the stiffer system is itself above a threshold (an implicit step
 that long would step over the instability) and shortened where the path turns
-(:mod:`.jump_steps`), and they grow without limit as the motion dies out. The end state is then solved for
+(:class:`StepLengths`), and they grow without limit as the motion dies out. The end state is then solved for
 exactly from its contact states; it depends on D only through nodes that come to
 rest before the others. A motion without an end tends to a rigid one, which
 is solved for as well (:mod:`.steady_slide`).
+
+Of the implicit steps of a jump only its path counts, not how fast it is passed.
+
+A jump leaves a state that is all but in equilibrium: slowly at first, then at speeds that grow like a power
+of the way, or exponentially. An implicit step is accepted where it is straight enough, and aims at the
+farthest of a fixed sequence of distances that the speeds so far let it reach. So it hardly matters where a
+motion began, whether it was put out of balance by 1e-9 or by 2e-9: its steps soon end at the same places,
+and a jump that comes again in every cycle repeats.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import pairwise
+from math import floor, inf, log, sqrt
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, PER_CENT, ROUND_OFF, SIX_DIGITS
+from shakedown.ground.round_off import NEGLIGIBLE, PER_CENT, ROUND_OFF, SETTLED, SIX_DIGITS
 from shakedown.ground.status import OPEN
 from shakedown.ground.work_limit import BY_BLAS, count_work, work_is_left
-from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
 from shakedown.joint.result import Result
-from shakedown.motion.checked_law import Scales, law_violation, reaction_round_off
+from shakedown.motion.checked_law import law_violation, reaction_round_off
 from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED, Precision, course
-from shakedown.motion.jump_steps import StepLengths, Stride
-from shakedown.motion.plane.active_set import ActiveSet, active_set, factorize, solve
-from shakedown.motion.plane.event_loop import follow_straight
-from shakedown.motion.plane.moving_state import begin, empty_record, motion_at_rest
-from shakedown.motion.plane.rate_problem import rates
-from shakedown.motion.plane.rate_search import enumerate_states
-from shakedown.motion.plane.run import run_along
+from shakedown.motion.plane.active_set import ActiveSet, active_set, factorize, rates, solve
+from shakedown.motion.plane.event_loop import enumerate_states, follow_straight
+from shakedown.motion.plane.moving_state import begin, empty_record, motion_at_rest, run_along
 from shakedown.motion.steady_slide import ViscousJoint, steady_slide
+
+ACCURACY = 0.01  # accepted departure of a step from a straight path, relative to the motion so far
+CHANGING = 0.4  # length of a step in which nodes change their contact states, relative to the motion so far
+RUNG = 1.5  # ratio of the distances aimed at; speeds like the third power of the way let a step reach that
+FASTER = 4.0  # how much faster the motion is expected to be at the end of a step, at most
+LONGER = 5.0  # how much longer a step lasts than the one before, at most
+AIMED = 0.8  # of the length at which a step would be just straight enough
+
+
+class Stride(NamedTuple):
+    """What a step has done.
+
+    Attributes
+    ----------
+    way, speed
+        Its length [length], and that per duration.
+    motion
+        How far it ends from the beginning of the motion [length].
+    turn
+        By how much its direction differs from that of the step before.
+    changes
+        Whether a node has changed its contact state.
+    """
+
+    way: float
+    speed: float
+    motion: float
+    turn: float
+    changes: bool
+
+    @property
+    def bend(self) -> float:
+        """Departure from a straight path, relative to the accepted one."""
+        return self.turn * self.way / (ACCURACY * self.motion)
+
+
+class Speeds(NamedTuple):
+    """A parabola of the speed over the way: its value here, and slopes by differences over the last step."""
+
+    now: float
+    slope: float = 0.0
+    curve: float = 0.0
+    length: float = 0.0
+
+    def after(self, way: float) -> float:
+        """The speed after a further way."""
+        return self.now + way * (self.slope + self.curve * (way + self.length))
+
+
+@dataclass
+class StepLengths:
+    """The duration of the next step of a motion.
+
+    Attributes
+    ----------
+    length
+        Scale of the scene [length].
+    duration
+        Of the next step.
+    size
+        Of displacements [length].
+    idle
+        How many steps have moved no more than their round-off.
+    passed
+        Ways at the ends of the last steps, three at most, with the speeds there.
+    """
+
+    length: float
+    duration: float
+    size: float
+    idle: int = 0
+    passed: list[tuple[float, float]] = field(default_factory=list)
+
+    def shorten(self, factor: float = 0.5) -> None:
+        """Try the step again, shorter."""
+        self.duration *= min(max(0.1, factor), 0.5)
+
+    def accepts(self, stride: Stride) -> bool:
+        """Whether a step is straight enough; sets the duration of the next, or of a shorter one instead."""
+        if self.passed and stride.bend > 1.0:
+            self.shorten(AIMED / sqrt(stride.bend))
+            return False
+        if self.passed and stride.changes and stride.way > CHANGING * stride.motion:
+            self.shorten()
+            return False
+        before = self.passed[-1][0] if self.passed else 0.0
+        self.passed = [*self.passed[-2:], (before + stride.way, stride.speed)]
+        self.duration = self._next(stride)
+        return True
+
+    def _next(self, last: Stride) -> float:
+        """The duration in which the next step will end where it is to end; longer where none is seen."""
+        if last.way <= SETTLED * self.size:  # speeds are round-off
+            self.idle += 1
+            return LONGER * self.duration
+        straight = AIMED * last.way / sqrt(last.bend) if last.bend > 0.0 else inf
+        longest, speeds, way = LONGER * self.duration, self._speeds_ahead(), 0.0
+        rung = floor(log(last.motion / self.length) / log(RUNG) + 0.5)
+        while True:
+            rung += 1
+            further = self.length * RUNG**rung - last.motion
+            speed = speeds.after(further)
+            reached = 0.0 < speed <= FASTER * last.speed and further <= longest * speed
+            if way and not (reached and further <= straight):
+                break
+            way = further
+            if not reached:
+                break
+        way = min(way, straight)
+        speed = speeds.after(way)
+        return min(way / speed, longest) if speed > 0.0 else longest
+
+    def _speeds_ahead(self) -> "Speeds":
+        """What the last speeds let expect: the parabola through them where they grow faster and faster."""
+        slopes = list[float]()
+        for (before, slow), (at, fast) in pairwise(self.passed):
+            if at == before:
+                return Speeds(self.passed[-1][1])
+            slopes.append((fast - slow) / (at - before))
+        way, speed = self.passed[-1]
+        if not slopes:
+            return Speeds(speed)
+        curve = max(slopes[-1] - slopes[0], 0.0) / (way - self.passed[0][0]) if slopes[-1] > 0.0 else 0.0
+        return Speeds(speed, slopes[-1], curve, way - self.passed[-2][0])
+
 
 MAX_STEPS = 2000
 MOST_IDLE = 16  # of these within round-off of where they begin: it stands between states that do not last
 FAR = (
     1 / SIX_DIGITS
 )  # motion, relative to the length scale and earlier slips, beyond which a body slides away
-SETTLED = 10 * ROUND_OFF  # violation of the law at the end, relative
+AT_REST = 10 * ROUND_OFF  # violation of the law at the end, relative
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -60,10 +190,8 @@ class Jump(Result):
         Contact states after it: 0 stick, +1 backward, −1 forward slip, 2 open.
     energy_released
         Loss of potential energy ½ uᵀκu + r_wᵀu [force × length], independent of the damping.
-    friction_work
-        The part dissipated by friction along the path of the implicit steps [force × length].
     work : (n,)
-        The same node by node.
+        What friction dissipates along the path of the implicit steps [force × length].
     slip : (n,)
         Σ|Δv| in contact on that way [length].
     steps
@@ -80,10 +208,14 @@ class Jump(Result):
     w_after: FloatArray
     contact: NDArray[np.int64]
     energy_released: float
-    friction_work: float
     work: FloatArray
     slip: FloatArray
     steps: int
+
+    @property
+    def friction_work(self) -> float:
+        """The part of the released energy that friction dissipates [force × length]."""
+        return float(self.work.sum())
 
     @property
     def damping_work(self) -> float:
@@ -95,29 +227,24 @@ class Jump(Result):
 class Rest:
     """The state at rest of a viscous motion, with the work and slip on the way there.
 
-    Displacements u = (v, w), contact states, friction work in all and of each node (n,)
+    Displacements u = (v, w), contact states, friction work of each node (n,)
     [force × length], slip in contact (n,) [length] and steps taken.
     """
 
     u: FloatArray
     contact: NDArray[np.int64]
-    friction_work: float
     work: FloatArray
     slip: FloatArray
     steps: int
 
 
 class StepEnd(NamedTuple):
-    """Where an implicit step ends: displacements, contact states, and friction work and ways of the nodes.
-
-    ``friction`` is the work in all, where it is counted apart.
-    """
+    """Where an implicit step ends: displacements, contact states, and friction work and ways of the nodes."""
 
     u: FloatArray
     contact: NDArray[np.int64]
     work: FloatArray
     slip: FloatArray
-    friction: float = 0.0
 
 
 class Relaxation:
@@ -127,43 +254,26 @@ class Relaxation:
 
     Parameters
     ----------
-    kappa, law
-        Contact stiffness ((d + 1) n, (d + 1) n), and Coulomb's law of the nodes.
+    joint
+        The joint, its damping, and the welded reactions from now on.
     u, contact, reaction
         State before: displacements, contact states (n,), reactions that satisfy the law.
-    load
-        Welded reactions from now on.
-    damping
-        Diagonal of D; only ratios matter.
-    scale
-        The scene's force and length.
     """
 
     endless = False
 
     def __init__(
-        self,
-        kappa: FloatArray,
-        law: Law,
-        u: FloatArray,
-        contact: NDArray[np.int64],
-        reaction: FloatArray,
-        load: FloatArray,
-        damping: FloatArray,
-        scale: Scales,
+        self, joint: ViscousJoint, u: FloatArray, contact: NDArray[np.int64], reaction: FloatArray
     ) -> None:
-        self.kappa, self.law, self.load, self.damping, self.scale = kappa, law, load, damping, scale
+        self.joint = joint
+        self.kappa, self.law, self.load, self.damping, scale = joint
+        self.scale, self.layout = scale, self.law.layout
         self.start, self.u, self.contact, self.reaction = u.copy(), u.copy(), contact.copy(), reaction.copy()
-        self.velocity, self.steps, self.friction_work = np.zeros_like(u), 0, 0.0
-        self.work, self.slip = np.zeros(len(law.f)), np.zeros(len(law.f))
+        self.velocity, self.steps = np.zeros_like(u), 0
+        self.work, self.slip = np.zeros(self.layout.n), np.zeros(self.layout.n)
         self.turned = np.inf  # change of the velocity in the last step, relative
         self.slows_down = True  # in the last step
         self.asked_at = scale.length  # how far it has moved beyond which a slide for ever is looked for
-
-    @property
-    def layout(self) -> Layout:
-        """Where slips and gaps stand."""
-        return self.law.layout
 
     def to_rest(self) -> Rest | None:
         """Follow the motion to its end; None where it has none, ``endless`` where it goes on for ever."""
@@ -205,8 +315,7 @@ class Relaxation:
         if self.moved <= self.asked_at or self.turned > PER_CENT:
             return False
         self.asked_at = 2.0 * self.moved
-        joint = ViscousJoint(self.kappa, self.law, self.load, self.damping, self.scale)
-        return steady_slide(joint, self.u, self.velocity, self.contact) is not None
+        return steady_slide(self.joint, self.u, self.velocity, self.contact) is not None
 
     def _step(self, lengths: StepLengths) -> bool:
         """One implicit step; False, and nothing changed, where it is too long: the next one is shorter."""
@@ -230,7 +339,6 @@ class Relaxation:
         self.turned = change / fastest if fastest > 0.0 else np.inf
         self.u, self.velocity, self.contact = end.u, velocity, end.contact
         self.reaction = path[1] + stiffer @ end.u
-        self.friction_work += end.friction
         self.work += end.work
         self.slip += end.slip
         return True
@@ -247,14 +355,14 @@ class Relaxation:
         layout, slips = self.layout, self.layout.slips
         (v, w), (q, p) = layout.split(u), layout.split(self.load + self.kappa @ u)
         violation = law_violation(self.law.f, q, p, w, np.zeros_like(v), self.scale).max()
-        if violation > max(SETTLED, reaction_round_off(self.kappa, u, self.scale)):
+        if violation > max(AT_REST, reaction_round_off(self.kappa, u, self.scale)):
             return None
         last = layout.by_node(v - self.u[slips])
         last = np.where((self.contact == OPEN)[:, None], 0.0, last)
         twice = layout.by_node(self.reaction[slips] + q)
         work = self.work - (last * (0.5 * twice)).sum(axis=1)
         slip = self.slip + self.law.size(last.ravel())
-        return Rest(u, self.contact.copy(), self._friction(work, last, twice), work, slip, self.steps)
+        return Rest(u, self.contact.copy(), work, slip, self.steps)
 
     def _is_near(self, u: FloatArray) -> bool:
         """Whether the motion is near displacements, so that these may be its end."""
@@ -265,19 +373,13 @@ class Relaxation:
         """Displacements in which the present contact states are in equilibrium; None where there are none."""
         raise NotImplementedError
 
-    def _friction(self, work: FloatArray, last: FloatArray, twice: FloatArray) -> float:
-        """Friction work in all, of each node, with a last path against a share of twice the reactions."""
-        return float(work.sum())
-
 
 class ViscousMotion(Relaxation):
     """The viscous system of a joint in the plane: implicit steps are followed exactly.
 
     Parameters
     ----------
-    kappa, f
-        Contact stiffness (2n, 2n) and friction coefficients (n,).
-    u, contact, reaction, load, damping, scale
+    joint, u, contact, reaction
         As for :class:`Relaxation`.
     precision
         What counts as zero.
@@ -285,20 +387,17 @@ class ViscousMotion(Relaxation):
 
     def __init__(
         self,
-        kappa: FloatArray,
-        f: FloatArray,
+        joint: ViscousJoint,
         u: FloatArray,
         contact: NDArray[np.int64],
         reaction: FloatArray,
-        load: FloatArray,
-        damping: FloatArray,
         precision: Precision,
-        scale: Scales,
     ) -> None:
-        super().__init__(kappa, Law(f), u, contact, reaction, load, damping, scale)
+        super().__init__(joint, u, contact, reaction)
+        kappa, f, n = self.kappa, self.law.f, self.layout.n
         self.precision, self.at_rest = precision, active_set(kappa, f)
-        parts = active_set(kappa.copy(), f), rates(len(f)), motion_at_rest(len(f)), empty_record(0, len(f))
-        self.run = run_along(*parts, course(np.stack([load, load]), 0, True, precision))
+        parts = active_set(kappa.copy(), f), rates(n), motion_at_rest(n), empty_record(0, n)
+        self.run = run_along(*parts, course(np.stack([self.load, self.load]), 0, True, precision))
 
     def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         run, act, mo = self.run, self.run.active, self.run.motion
@@ -313,16 +412,13 @@ class ViscousMotion(Relaxation):
             status = follow_straight(run, 1, EFFORT)
         if status != DONE or not np.isfinite(mo.u).all():
             return None
-        return StepEnd(mo.u.copy(), act.state.copy(), mo.work, mo.slip, mo.dissipation)
+        return StepEnd(mo.u.copy(), act.state.copy(), mo.work, mo.slip)
 
     def _equilibrium(self) -> FloatArray | None:
         self.at_rest.state[:] = self.contact
         if factorize(self.at_rest) <= 0:
             return None
         return equilibrium(self.at_rest, self.u, self.load)
-
-    def _friction(self, work: FloatArray, last: FloatArray, twice: FloatArray) -> float:
-        return self.friction_work - float(last.ravel() @ twice.ravel()) / 2
 
 
 def jump_of(
@@ -331,8 +427,7 @@ def jump_of(
     """The record of a jump from displacements to a state of rest at this load."""
     (v, w), (v_rest, w_rest) = layout.split(before), layout.split(rest.u)
     released = potential_energy(kappa, load, before) - potential_energy(kappa, load, rest.u)
-    took = rest.friction_work, rest.work, rest.slip, rest.steps
-    return Jump(cycle, v, w, v_rest, w_rest, rest.contact, released, *took)
+    return Jump(cycle, v, w, v_rest, w_rest, rest.contact, released, rest.work, rest.slip, rest.steps)
 
 
 def equilibrium(act: ActiveSet, u: FloatArray, load: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ import pytest
 import shakedown
 from shakedown import Problem, UsageError, safe_slip, upper_bound
 from shakedown.assessment.random_paths import random_paths
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 from tests.partly_open import SOME, partly_open
 
 SIZES = (0.3, 0.2, 0.4)

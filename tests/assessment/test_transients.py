@@ -9,7 +9,7 @@ import shakedown
 from shakedown.ground.shown_values import down
 from shakedown.joint.constraints import constraints, through_transient
 from shakedown.long_term.passage import arrives_closed
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 from shakedown.report.limit_facts import limit_sections
 from tests.joints import joint_of_kind
 

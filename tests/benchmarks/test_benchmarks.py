@@ -13,7 +13,7 @@ from benchmarks.problems import random_problem
 from benchmarks.rational_path import NoPath, one_step_holds, rational_path
 from benchmarks.stability import verdict
 from benchmarks.stability_scenes import coarse, one_node
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 
 PEERS = {
     "calculix_contact": calculix_peer,

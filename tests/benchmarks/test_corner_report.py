@@ -6,7 +6,7 @@ import pytest
 import shakedown
 from benchmarks.corner_report import corner_report, pair_thresholds
 from shakedown.motion.checked_law import reactions
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 
 JUMP = shakedown.example("jump")
 PRINTED = {  # (6.50)–(6.60); the thesis's matrices had more digits than it prints

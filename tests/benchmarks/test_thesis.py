@@ -58,11 +58,13 @@ def test_every_picture_exists(sections):
 
 
 def test_differences_are_those_of_the_number_that_differs_most():
-    one = entry("(1)", "two numbers", "shakedown.motion.evolve.evolve", "0.50 -20", [0.51, -20.1])
+    one = entry("(1)", "two numbers", "shakedown.motion.evolution.evolve", "0.50 -20", [0.51, -20.1])
     assert relative_difference(one) == pytest.approx(0.02)
     assert not same_digits(one)
-    assert same_digits(entry("(2)", "rounds", "shakedown.motion.evolve.evolve", "0.50 -20", [0.504, -20.4]))
-    assert relative_difference(entry("(3)", "zero", "shakedown.motion.evolve.evolve", "0", [0.25])) == 0.25
+    assert same_digits(
+        entry("(2)", "rounds", "shakedown.motion.evolution.evolve", "0.50 -20", [0.504, -20.4])
+    )
+    assert relative_difference(entry("(3)", "zero", "shakedown.motion.evolution.evolve", "0", [0.25])) == 0.25
     assert markdown([one]).splitlines()[-1] == (
-        "| (1) | two numbers | `shakedown.motion.evolve.evolve` | 0.50, -20 | 0.51, -20.1 | 2.0e-02 |"
+        "| (1) | two numbers | `shakedown.motion.evolution.evolve` | 0.50, -20 | 0.51, -20.1 | 2.0e-02 |"
     )

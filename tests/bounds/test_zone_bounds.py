@@ -18,8 +18,8 @@ from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.conjugate_loads import without_loads
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading
-from shakedown.motion.cycle_record import State
 from shakedown.motion.evolution import Evolution
+from shakedown.motion.method import State
 from shakedown.report.limit_facts import claims, solve_sheet
 from tests.partly_open import SOME, partly_open, zone_bound
 

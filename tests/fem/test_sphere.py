@@ -12,7 +12,7 @@ from benchmarks.bodies.sphere import (
     sphere_on_flat,
 )
 from shakedown.ground.errors import UsageError
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 
 F = 0.5
 

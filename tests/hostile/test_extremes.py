@@ -9,7 +9,7 @@ from hostile.extreme_problems import extreme, joint_arrays
 
 import shakedown
 from shakedown import Problem, ProblemError, UsageError
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 
 SIZES = {  # (largest size of every array that is read, message)
     "stiffness denormal": (("A", "B", "C"), 5e-324, "largest magnitude"),

@@ -5,7 +5,7 @@ import pytest
 
 import shakedown
 from shakedown.models.importing.import_model import import_problem
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 from shakedown.report.html import write_report
 
 JOINT = shakedown.example("two-node")

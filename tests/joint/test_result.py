@@ -23,7 +23,7 @@ from shakedown.bounds.uniqueness.in_contact import unique_in_contact
 from shakedown.joint.constraints import constraints
 from shakedown.joint.loading import loading
 from shakedown.joint.result import LINES, WIDTH, Result
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 
 OTHERS = {"BoundKind", "Layout", "Missing", "Problem", "Tolerances"}  # dataclasses with rules of their own
 LARGEST = "block-33"

@@ -17,7 +17,7 @@ from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading, ramp_start, slip_reach, transient_path, with_initial_gap
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.motion.checked_law import law_violation, reactions, scales
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 from shakedown.programs.program import INF, Program
 from shakedown.programs.solver import solve
 from shakedown.studies.parameters import with_parameter

@@ -5,8 +5,8 @@ import pytest
 
 import shakedown
 from shakedown.ground.status import OPEN, STICK
-from shakedown.motion.cycle_record import State
 from shakedown.motion.evolution import Evolution
+from shakedown.motion.method import State
 from shakedown.motion.plane.moving_state import follow_derivative
 from tests.joints import FAMILY, member, slow_problem
 

@@ -12,7 +12,7 @@ from partly_open import SOME, partly_open
 import shakedown
 from benchmarks.problems import in_units
 from shakedown import Problem, node_results
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 
 WEAR = 2.0e-8
 JUMP = shakedown.example("jump")

@@ -9,8 +9,8 @@ from shakedown.long_term.space.extrapolation import recurrence_of
 from shakedown.long_term.space.return_search import ReturnSearch
 from shakedown.long_term.space.settled import ReturnRules, Settled
 from shakedown.motion.checked_law import scales
-from shakedown.motion.cycle_record import CycleRecord, State
 from shakedown.motion.evolution import Evolution
+from shakedown.motion.method import CycleRecord, State
 from tests.joints import FAMILY, member
 
 GOAL = 1e-8

@@ -14,8 +14,7 @@ from shakedown.long_term.energy_proof import further_from_start
 from shakedown.long_term.known_bounds import note
 from shakedown.long_term.passage import Passage
 from shakedown.motion.event_history import EventKind
-from shakedown.motion.evolution import Evolution
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import Evolution, evolve
 
 # Scenarios A.6 and A.7 as loops: by hand, one node, k₁₁ = 1, k₂₁ = 1.5, k₂₂ = 4, f = 0.8.
 SEPARATION = {

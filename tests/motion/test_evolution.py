@@ -12,7 +12,7 @@ from shakedown.joint.conjugate_loads import without_loads
 from shakedown.joint.loading import loading
 from shakedown.motion.checked_law import law_violation, scales
 from shakedown.motion.event_history import EventKind
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 
 SEEDS = range(4)
 

@@ -1,11 +1,9 @@
 """Compiled code restates Coulomb's law, each method in its own way: what it says is what ``joint.law`` says.
 
 Whatever follows a path names contact states and reactions itself: by rates from event to event in the plane,
-along smooth curves in space, by sweeps over the nodes, by Newton's method. All of them are held against the
-one law here, node by node, on joints whose nodes stick, slip and open.
+along smooth curves in space, by sweeps over the nodes. All of them are held against the one law here, node by
+node, on joints whose nodes stick, slip and open.
 """
-
-from functools import partial
 
 import numpy as np
 import pytest
@@ -25,8 +23,7 @@ MOTIONS = {
     "event in the plane": (Evolution, PLANE, 0.7),
     "event in space": (Evolution, SPACE, 1.0),
     "sweeps in the plane": (FixedSteps, PLANE, 0.7),
-    "sweeps in space": (partial(FixedSteps, sweeps_only=True), SPACE, 1.0),
-    "newton": (FixedSteps, SPACE, 1.0),
+    "sweeps in space": (FixedSteps, SPACE, 1.0),
 }
 
 

@@ -10,8 +10,7 @@ from shakedown import ProblemError, UsageError, long_term_state, simulate, upper
 from shakedown.joint.conjugate_loads import without_loads
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading
-from shakedown.motion.evolution import Evolution
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import Evolution, evolve
 from tests.partly_open import SOME, partly_open, zone_bound
 
 # without its transient: that begins without load, where the safe slip is not admissible

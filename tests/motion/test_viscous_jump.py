@@ -5,11 +5,9 @@ import pytest
 
 import shakedown
 from shakedown.motion.checked_law import law_violation, scales
-from shakedown.motion.evolution import Evolution
-from shakedown.motion.evolve import evolve
-from shakedown.motion.plane.active_set import active_set
-from shakedown.motion.plane.rate_problem import ON_BACKWARD, ON_FORWARD, rates
-from shakedown.motion.plane.rate_search import enumerate_states
+from shakedown.motion.evolution import Evolution, evolve
+from shakedown.motion.plane.active_set import ON_BACKWARD, ON_FORWARD, active_set, rates
+from shakedown.motion.plane.event_loop import enumerate_states
 from shakedown.motion.viscous_jump import potential_energy
 
 DAMPINGS = [None, [1.0, 1.0, 1.0, 1.0], [1.0, 10.0, 3.0, 0.2], [5.0, 0.3, 0.3, 5.0]]

@@ -8,7 +8,7 @@ import pytest
 
 import shakedown
 from shakedown import plot
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 from shakedown.plot.inline_svg import Drawing, picture
 
 

@@ -6,7 +6,7 @@ import pytest
 import shakedown
 from shakedown import plot
 from shakedown.joint.constraints import constraints
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 from shakedown.plot.planes import loads_felt, safe_polygon, stick_sector
 
 

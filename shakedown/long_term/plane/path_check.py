@@ -1,6 +1,6 @@
 """The friction law along a recorded path, re-checked in compiled code from slips and gaps alone.
 
-As :func:`shakedown.motion.violation.path_violation` and
+As :func:`shakedown.motion.event_history.path_violation` and
 :func:`shakedown.motion.checked_law.law_violation`, event after event as the rows of a record are
 filled, together with what else one period says: nodes open throughout, and the signature of its
 contact states (:attr:`shakedown.motion.event_history.EventHistory.signature`).
@@ -16,8 +16,8 @@ from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.status import OPEN
 from shakedown.motion.course import JUMPS, Course
 from shakedown.motion.plane.active_set import ActiveSet, add_product, larger
+from shakedown.motion.plane.event_loop import MOST_FOLLOWED
 from shakedown.motion.plane.moving_state import Record
-from shakedown.motion.plane.quiet_steps import MOST_FOLLOWED
 
 
 class Scale(NamedTuple):

@@ -34,8 +34,7 @@ from shakedown.long_term.plane.search import (
     Settler,
 )
 from shakedown.motion.course import DONE, EFFORT, PAUSED, RECORD_FULL
-from shakedown.motion.plane.moving_state import begin
-from shakedown.motion.plane.run import PlaneRun
+from shakedown.motion.plane.moving_state import PlaneRun, begin
 
 ANEW, FROM_HERE, RATES, JUMP, STOPPED, LEAVES = range(6)  # instructions to a search, besides LIMIT_WANTED
 

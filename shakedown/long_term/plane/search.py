@@ -10,7 +10,7 @@ from shakedown.ground.named_state import Hash, Integers, NamedState, Reals
 from shakedown.long_term.plane.path_check import PathCheck
 from shakedown.long_term.plane.period_map import PeriodMap
 from shakedown.motion.course import PAUSED
-from shakedown.motion.plane.run import PlaneRun
+from shakedown.motion.plane.moving_state import PlaneRun
 
 START, WALK, MAP, LEAP, CONFIRM, REPEATS, LIMIT, NEXT_LEAP, LEAVE = range(9)  # phases
 # Verdicts; BLURRED: no slip, but beside the loads at rest those that change are next to round-off.

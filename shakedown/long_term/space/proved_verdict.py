@@ -31,7 +31,7 @@ from shakedown.long_term.passage import Passage
 from shakedown.long_term.space.settled import VARIES_LITTLE
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.checked_law import scales
-from shakedown.motion.cycle_record import State
+from shakedown.motion.method import State
 
 CLEAR = SIX_DIGITS  # relative to the slip per period: no ball holds a cycle that misses its start by less
 

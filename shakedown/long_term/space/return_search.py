@@ -36,8 +36,8 @@ from shakedown.long_term.space.local_map import Moving, Period, PeriodStep
 from shakedown.long_term.space.mean_leaps import OnAverage
 from shakedown.long_term.space.settled import VARIES_LITTLE, ReturnRules, Settled, opened_and_closed
 from shakedown.long_term.space.slope_leaps import Along, Landing
-from shakedown.motion.cycle_record import CycleRecord, State
 from shakedown.motion.evolution import Evolution
+from shakedown.motion.method import CycleRecord, State
 from shakedown.motion.viscous_jump import Jump
 
 MORE = 3  # budget of extra cycles for slopes, as a multiple of the cycles allowed

@@ -18,11 +18,10 @@ from shakedown.long_term.space.return_search import ReturnSearch
 from shakedown.long_term.space.settled import ReturnRules, Settled, opened_and_closed
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.checked_law import Scales, law_resolution, scales, swing
+from shakedown.motion.event_history import CurvedHistory, curved_violations
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import cycles_of
-from shakedown.motion.space.curved_history import CurvedHistory
 from shakedown.motion.space.space_events import PathSteps, SpaceEvents
-from shakedown.motion.violation import curved_violations
 from shakedown.motion.viscous_jump import Jump
 
 TIGHTER = 0.125  # factor on the uncertainty allowed in leaps from one search to the next that confirms it

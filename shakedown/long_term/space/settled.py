@@ -9,7 +9,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.ground.status import Outcome
 from shakedown.long_term.passage import FirstCycles
-from shakedown.motion.cycle_record import CycleRecord, State, Stop
+from shakedown.motion.method import CycleRecord, State, Stop
 from shakedown.motion.viscous_jump import Jump
 
 VARIES_LITTLE = "the varying part of the loads is next to round-off beside the constant part"

@@ -1,10 +1,14 @@
-"""The moving state of an exact evolution in compiled loops, and arrays to record it."""
+"""The moving state of an exact evolution in compiled loops, and arrays to record it.
+
+The data of one run of the compiled loops.
+"""
 
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Flags, Hash, Integers, NamedState, Reals, entered
-from shakedown.motion.course import JUMPS, LOAD_STEP
+from shakedown.motion.course import JUMPS, LOAD_STEP, Course
+from shakedown.motion.plane.active_set import ActiveSet, Rates
 
 
 class PlaneMotion(NamedState):
@@ -40,8 +44,6 @@ class PlaneMotion(NamedState):
         Load steps since ``elastic`` was computed from u.
     events, dissipation
         Events other than load steps; frictional dissipation [force × length].
-    correction
-        Largest correction of a settled equation [force].
     signature, last_states
         Hash of the sequence of contact states, and of those entered last.
     signed
@@ -70,7 +72,6 @@ class PlaneMotion(NamedState):
     followed: int
     events: int
     dissipation: float
-    correction: float
     signature: Hash
     last_states: Hash
     signed: bool
@@ -117,7 +118,7 @@ def motion_at_rest(n: int) -> PlaneMotion:
 def begin(mo: PlaneMotion) -> None:
     """Put the state at the start of its course and count from zero."""
     mo.passes, mo.step, mo.time, mo.node, mo.kind, mo.concerned, mo.crowd = 0, 0, 0.0, -1, LOAD_STEP, -1, 0
-    mo.events, mo.dissipation, mo.correction, mo.delayed = 0, 0.0, 0.0, False
+    mo.events, mo.dissipation, mo.delayed = 0, 0.0, False
     mo.signature, mo.last_states, mo.signed = np.uint64(0), np.uint64(0), False
     for i in range(mo.n):
         mo.slip[i] = 0.0
@@ -142,3 +143,20 @@ def empty_record(rows: int, n: int) -> Record:
     record = Record(shapes | {"kind": rows})
     record.set(capacity=rows)
     return record
+
+
+class PlaneRun(NamedState):
+    """A moving state with the equations and rates of its nodes, its course and its record."""
+
+    active: ActiveSet
+    rates: Rates
+    motion: PlaneMotion
+    record: Record
+    course: Course
+
+
+def run_along(
+    active: ActiveSet, rates: Rates, motion: PlaneMotion, record: Record, course: Course
+) -> PlaneRun:
+    """The run of a moving state along a course, recorded where the record has capacity."""
+    return PlaneRun({}, active=active, rates=rates, motion=motion, record=record, course=course)

@@ -32,38 +32,42 @@ from shakedown.motion.course import (
 )
 from shakedown.motion.space.event_search import (
     NEVER,
-    as_distance,
     distance,
     distance_rate,
     end_of_step,
     expected,
     first_event,
     margin,
+    near_event,
     step_out,
 )
 from shakedown.motion.space.exchange import MOST_EXCHANGES, arrange, compute_out, move
-from shakedown.motion.space.explicit_step import BETWEEN, ENDS, explicit_step, find_curve, stop_within
-from shakedown.motion.space.moving_state import (
+from shakedown.motion.space.rate_choice import choose_rates
+from shakedown.motion.space.smooth_step import (
+    BETWEEN,
+    explicit_step,
+    find_curve,
+    stop_within,
+    turning,
+    turning_step,
+)
+from shakedown.motion.space.space_run import (
     CURVES,
     DEGREE,
-    REACHES_LIMIT,
-    STOPS,
-    CompiledJoint,
-    SpaceMotion,
-)
-from shakedown.motion.space.rate_choice import choose_rates
-from shakedown.motion.space.space_run import SpaceRun
-from shakedown.motion.space.step_state import (
     EXPLICIT,
     PATIENCE,
     RADAU,
+    REACHES_LIMIT,
     STAGES,
+    STOPS,
+    CompiledJoint,
     Slipping,
+    SpaceMotion,
     SpaceRates,
+    SpaceRun,
     Step,
     StepControl,
 )
-from shakedown.motion.space.turning_step import turning, turning_step
 
 AT_EVENT = PAUSED + 1  # within a load step
 AHEAD = 1.05  # length of a step relative to the expected time of the next event
@@ -75,12 +79,8 @@ MOST_REFINED = 8  # repeated steps towards one event
 MET = 0.02  # distance from an event at which it is met, relative to that at which a node is at its limit
 STABLE = 2.5  # rotation of a direction towards its limit in an explicit step; it becomes unstable from 3.3 on
 HALF_WAY = 0.5  # share of the time to an apex at the present rate that explicit steps may take
-NEARER = 0.4  # least exponent with which the error of a step to an apex decreases with its length
-PAST = 0.8  # share of a Radau step at which a pressure vanishes, and its allowed length
 GAIN = 5.0  # cost of such a step relative to an explicit one
-LONG = 1000.0  # length of such a step relative to an explicit one from which on none is waited for
-TURNS, MANY = 1.5, 0.05  # rotation in an explicit step, and its share of the rest, from which on it is tried
-MOST_PATIENCE = 16 * PATIENCE  # most explicit steps after a rejected Radau step
+TURNS = 1.5  # rotation in an explicit step from which on such a step is tried
 GAUSS = 0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)  # shares of a step …
 GAUSS_WEIGHTS = 5 / 18, 8 / 18, 5 / 18  # … at which speeds give a length
 
@@ -180,7 +180,7 @@ def smooth_path(run: SpaceRun) -> int:
                 return NO_RATES
             continue
         share = share_to_apex(course, mo, sp, st)
-        if share < (PAST if st.method == RADAU else 1.0) and h * share > ROUND_OFF:
+        if share < (SAFETY if st.method == RADAU else 1.0) and h * share > ROUND_OFF:
             if st.method == RADAU:
                 ct.long = h * share
             else:
@@ -193,7 +193,7 @@ def smooth_path(run: SpaceRun) -> int:
             return AT_EVENT
         if rec.capacity > 0:
             find_curve(sp, st, h)
-        commit(run, h, better)
+        commit(run, h, 1.0, better)
         if h == rest:
             mo.time = 1.0
         keep_rates(sp, st)
@@ -212,9 +212,8 @@ def shorten(run: SpaceRun, h: float, used: float) -> None:
         ct.h = h * share
     else:
         ct.long = h * share
-        nearer = max(LEAST, min(HALF_WAY, used**-NEARER)) if used > 0.0 else LEAST
-        ct.apex_ahead = nearer * min(h, time_to_apex(joint, course, rates, sp))
-        ct.wait = ct.patience = min(2 * ct.patience, MOST_PATIENCE)
+        ct.apex_ahead = HALF_WAY * min(h, time_to_apex(joint, course, rates, sp))
+        ct.wait = PATIENCE
 
 
 @inner
@@ -223,7 +222,7 @@ def lengthen(st: Step, ct: StepControl, h: float, used: float, rest: float) -> N
     change = min(MOST, max(LEAST, SAFETY * used**-ORDER)) if used > 0.0 else MOST
     if st.method == RADAU:
         ct.long = max(h * change, ct.long) if h < 0.99 * ct.long else h * change
-        ct.wait, ct.patience = 0, PATIENCE
+        ct.wait = 0
     else:
         ct.h = max(h * change, ct.h) if h == rest or ct.capped else h * change
         ct.long = max(ct.long, ct.h)
@@ -277,8 +276,7 @@ def choose_step(run: SpaceRun, rest: float) -> float:
     st.method, ct.capped = EXPLICIT, h > most
     short = min(h, most)
     jumps = far > HALF_WAY * apex and apex < ct.apex_ahead
-    worth = far > (GAIN if ct.wait == 0 else LONG) * short
-    stiff = worth and short < MANY * rest and short * fastest > TURNS
+    stiff = ct.wait == 0 and far > GAIN * short and short * fastest > TURNS
     if jumps or stiff:
         st.method = RADAU
         return far
@@ -330,20 +328,17 @@ def share_to_apex(course: Course, mo: SpaceMotion, sp: Slipping, st: Step) -> fl
 @inner
 def beyond(run: SpaceRun) -> float:
     """The distance of the step's end from the event [force, length; at a stop relative to the fastest]."""
-    joint, course, mo, sp, st, ct = run.joint, run.course, run.motion, run.slipping, run.step, run.control
-    i, kind, n = mo.node, mo.kind, joint.n
+    mo, sp, st = run.motion, run.slipping, run.step
+    i, kind = mo.node, mo.kind
     if kind == STOPS:
         fastest, own = 0.0, 0.0
         for a in range(sp.s):
-            mu = st.mu[6 * n + a]
+            mu = st.mu[6 * st.n + a]
             fastest = max(fastest, abs(mu))
             if sp.node[a] == i:
                 own = mu
         return own / fastest if fastest > 0.0 else 0.0
-    x, y, p = 2 * i, 2 * i + 1, 2 * n + i
-    start = distance(joint, course, i, kind, mo.out[x], mo.out[y], mo.out[p])
-    end = distance(joint, course, i, kind, st.next_out[x], st.next_out[y], st.next_out[p])
-    return end + margin(course, ct, kind, start)
+    return distance(run, i, kind, st.next_out) + margin(run, kind, distance(run, i, kind, mo.out))
 
 
 @inner
@@ -360,15 +355,13 @@ def meet_event(run: SpaceRun, share: float, far: float, error: float) -> None:
     elif error <= allowed_error(course, ct, h):
         stop_within(course, mo, sp, st, far, share)
         step_out(run, h)
-        commit_within(run, h, share, error)
+        commit(run, h, share, error)
     else:
         h, error, share = refined_length(run, h, far)
         if h <= ROUND_OFF:
             stay(run)
-        elif share == 1.0:
-            commit(run, h, max(error, 0.0))
         else:
-            commit_within(run, h, share, max(error, 0.0))
+            commit(run, h, share, max(error, 0.0))
     mo.kind, mo.node, mo.came_kind, mo.came_node = kind, i, kind, i
     pass_event(joint, mo, rates, i, kind)
 
@@ -388,11 +381,11 @@ def refined_length(run: SpaceRun, guess: float, far: float) -> tuple[float, floa
 
     A step that comes close ends on its polynomial a little before its end, or beyond.
     """
-    joint, course, mo, rates = run.joint, run.course, run.motion, run.rates
-    sp, st, ct = run.slipping, run.step, run.control
+    course, mo, sp, st = run.course, run.motion, run.slipping, run.step
     kind = mo.kind
-    near = as_distance(ct, kind, course.settled)
-    met = SIX_DIGITS if kind == STOPS else MET * near  # of the fastest speed; of the distance at a limit
+    met = (
+        SIX_DIGITS if kind == STOPS else MET * near_event(run, kind)
+    )  # of the fastest speed; of the distance at a limit
     low, at_low, high, at_high, h, error = 0.0, 0.0, far, 0.0, guess, 0.0
     known_low, known_high = False, False
     for _ in range(MOST_REFINED):
@@ -402,7 +395,7 @@ def refined_length(run: SpaceRun, guess: float, far: float) -> tuple[float, floa
         value = beyond(run)
         if abs(value) <= met:
             break
-        rate = 0.0 if kind == STOPS else distance_rate(joint, mo, rates, st, mo.node, kind, 1)
+        rate = 0.0 if kind == STOPS else distance_rate(run, mo.node, kind, st.next_out, st.next_rate)
         if rate < 0.0 and abs(value) < -THREE_DIGITS * h * rate and h - value / rate < far:
             share = 1.0 - value / (rate * h)
             find_curve(sp, st, h)
@@ -438,23 +431,8 @@ def pass_event(joint: CompiledJoint, mo: SpaceMotion, rates: SpaceRates, i: int,
 
 
 @summing
-def commit(run: SpaceRun, h: float, error: float) -> None:
-    """Accept the whole step: sums first, then the state."""
-    mo, sp, st = run.motion, run.slipping, run.step
-    n = st.n
-    for a in range(sp.s):
-        way, work = 0.0, 0.0
-        for j in range(STAGES):
-            way += ENDS[st.method, j] * st.mu[j * n + a]
-            work += ENDS[st.method, j] * st.heat[j * n + a]
-        mo.slip[sp.node[a]] += h * way
-        mo.work[sp.node[a]] += h * work
-    pass_on(run, h, error)
-
-
-@summing
-def commit_within(run: SpaceRun, h: float, share: float, error: float) -> None:
-    """Accept the step up to a share of it, where it now ends: sums first, then the state."""
+def commit(run: SpaceRun, h: float, share: float, error: float) -> None:
+    """Accept the step up to a share of it, where it ends: sums first, then the state."""
     mo, sp, st = run.motion, run.slipping, run.step
     n, far = st.n, h / share
     for a in range(sp.s):

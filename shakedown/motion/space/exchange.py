@@ -16,8 +16,7 @@ from shakedown.ground.named_state import Flags, Reals, inner, summing
 from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.status import OPEN
 from shakedown.motion.course import Course
-from shakedown.motion.space.moving_state import TOGETHER, CompiledJoint, SpaceMotion
-from shakedown.motion.space.step_state import Slipping, SpaceRates
+from shakedown.motion.space.space_run import TOGETHER, CompiledJoint, Slipping, SpaceMotion, SpaceRates
 
 MOST_EXCHANGES = 60  # exchanges after which the matrix is recomputed, as each adds round-off
 

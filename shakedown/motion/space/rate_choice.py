@@ -21,8 +21,7 @@ from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.ground.work_limit import BY_BLAS
 from shakedown.motion.course import CLOSES, ENUMERABLE, OPENS, Course
 from shakedown.motion.space.exchange import arrange, compute_base, compute_out, move
-from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
-from shakedown.motion.space.space_run import SpaceRun
+from shakedown.motion.space.space_run import CompiledJoint, Slipping, SpaceMotion, SpaceRates, SpaceRun
 from shakedown.motion.space.speeds import (
     factor,
     find_directions,
@@ -31,7 +30,6 @@ from shakedown.motion.space.speeds import (
     spread_rates,
     substitute,
 )
-from shakedown.motion.space.step_state import Slipping, SpaceRates
 
 SAME_DIRECTION = NEGLIGIBLE / 10  # tolerance on the slip direction of a node at the apex
 ATTEMPTS = 60  # attempts to choose the states of nodes at the apex

@@ -1,37 +1,214 @@
-"""From event to event in space: along smooth curves, by the compiled loops of this subpackage."""
+"""From event to event in space: along smooth curves, by the compiled loops of this subpackage.
+
+Jumps with two tangential directions: where there are no rates, a viscous system finds the next state.
+
+As in the plane (:mod:`shakedown.motion.viscous_jump`): implicit steps of D u̇ = −(out-of-balance) are
+static problems with the stiffness κ + D/Δt, and each of them is solved by following the motion of that
+stiffer system; where a node next to its apex would make that endless, all at once. The end state is then
+put into equilibrium exactly, nodes that still slip at the limit in their last direction.
+"""
 
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, cho_factor, cho_solve, lapack
+from scipy.sparse import csc_array
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import PER_CENT, ROUND_OFF, THREE_DIGITS
-from shakedown.ground.status import OPEN
+from shakedown.ground.round_off import NEWTON_ROUNDS, PER_CENT, ROUND_OFF, SIX_DIGITS, THREE_DIGITS
+from shakedown.ground.size_limits import BLOCK
+from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.ground.tolerances import Tolerances
+from shakedown.ground.work_limit import BY_BLAS, count_work
+from shakedown.joint.layout import Layout
 from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales, swing
 from shakedown.motion.course import (
+    DONE,
     EFFORT,
     NO_RATES,
-    RECORD_ROWS,
+    PAUSED,
     TOO_MANY_EVENTS,
+    Course,
     Precision,
-    Progress,
     course,
-    progress,
 )
-from shakedown.motion.cycle_record import Checkpoint, State, Totals
-from shakedown.motion.event_history import EventKind
-from shakedown.motion.space.curved_history import CurvedHistory
+from shakedown.motion.event_history import CurvedHistory, EventKind
+from shakedown.motion.method import Checkpoint, EventMethod, State
 from shakedown.motion.space.curved_loop import follow_curve
-from shakedown.motion.space.directed_jump import FEW_TURNS, DirectedJump, end_at_once
 from shakedown.motion.space.exchange import MOST_EXCHANGES
 from shakedown.motion.space.implicit_step import TURNS, ImplicitJoint
-from shakedown.motion.space.moving_state import DEGREE, empty_curve_record
-from shakedown.motion.space.space_run import Measures, SpaceRun, begin, resume, run_in_space
-from shakedown.motion.viscous_jump import StepEnd
+from shakedown.motion.space.space_run import (
+    DEGREE,
+    CompiledJoint,
+    CurveRecord,
+    Measures,
+    SpaceMotion,
+    SpaceRun,
+    begin,
+    empty_curve_record,
+    resume,
+    run_in_space,
+)
+from shakedown.motion.steady_slide import ViscousJoint
+from shakedown.motion.viscous_jump import Relaxation, StepEnd
+
+LABOUR = 1_000_000  # operations after which the steps of integration are counted
+MOST_TAKEN = 1_000  # largest number of these in an implicit step; beyond that it is solved as a whole
+FEW_TURNS = 4  # of sweeps and Newton's method in such a solution: one that takes more is of a step too long
+
+
+def end_at_once(joint: ImplicitJoint, layout: Layout, u: FloatArray, path: FloatArray) -> StepEnd | None:
+    """The end of an implicit step between two welded reactions (2, 3n); None where none is found."""
+    count_work(BY_BLAS * layout.size**3)
+    joint.begin(*layout.split(u), *layout.split(path[0]))
+    found = joint.step(*layout.split(path[1]))
+    if not found.solved:
+        return None
+    w, length = found.w[-1], found.length[-1]
+    contact = np.where(w > 0.0, OPEN, np.where((length > 0.0) | (joint.law.f == 0.0), SLIP, STICK))
+    return StepEnd(layout.joined(found.v[-1], w), contact, found.work[-1], length)
+
+
+def stable_solution(matrix: FloatArray, right: FloatArray) -> FloatArray | None:
+    """The solution of linear equations; None where their determinant is not positive."""
+    if not len(right):
+        return right
+    factors, pivots, singular = lapack.dgetrf(matrix)
+    swaps = np.count_nonzero(pivots != np.arange(len(right)))
+    if singular or np.prod(np.sign(np.diagonal(factors))) * (-1.0) ** swaps < 0.0:
+        return None
+    return np.asarray(lapack.dgetrs(factors, pivots, right)[0])
+
+
+class DirectedJump(Relaxation):
+    """The viscous system of a joint in space: implicit steps are followed, or solved at once.
+
+    Parameters
+    ----------
+    joint, u, contact, reaction
+        As for :class:`Relaxation`.
+    measures
+        What counts as zero, and the scale of the scene.
+    """
+
+    def __init__(
+        self,
+        joint: ViscousJoint,
+        u: FloatArray,
+        contact: NDArray[np.int64],
+        reaction: FloatArray,
+        measures: Measures,
+    ) -> None:
+        super().__init__(joint, u, contact, reaction)
+        self.at_once = False  # whether a path was too long to follow
+        path = course(np.stack([self.load, self.load]), 0, True, measures.precision)
+        self.run = run_in_space(self.kappa, self.law.f, path, empty_curve_record(0, self.layout.n))
+        coarser = measures._replace(accuracy=max(measures.accuracy, SIX_DIGITS))  # the end is exact
+        self.run.control.set(**coarser.of_steps)
+
+    def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
+        end = None if self.at_once else self._followed(stiffer, path)
+        return self._solved(stiffer, path) if self.at_once else end
+
+    def _followed(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
+        """The end of an implicit step along the path of its static problem; None where there is none."""
+        run = self.run
+        run.course.path[:] = path
+        run.joint.kappa[:] = stiffer
+        run.joint.set(known=False, keeps=False, exchanges=MOST_EXCHANGES + 1)  # all is worked out anew
+        begin(run)
+        mo = run.motion
+        mo.u[:], mo.contact[:], mo.direction[:] = self.u, self.contact, 0.0
+        self._exchange_free(run.joint, stiffer)
+        status = PAUSED
+        while status == PAUSED:
+            status = follow_curve(run, LABOUR)
+            count_work(run.control.effort)
+            self.at_once = status == PAUSED and run.control.taken > MOST_TAKEN
+            if self.at_once:
+                return None
+        if status != DONE or not np.isfinite(mo.u).all():
+            return None
+        return StepEnd(mo.u.copy(), mo.contact.copy(), mo.work.copy(), mo.slip.copy())
+
+    def _free(self) -> NDArray[np.intp]:
+        """The places without a reaction: those of open nodes, and slips without friction."""
+        of_slips = np.repeat((self.contact == OPEN) | (self.law.f == 0.0), 2)
+        return np.flatnonzero(np.concatenate([of_slips, self.contact == OPEN]))
+
+    def _exchange_free(self, joint: CompiledJoint, stiffer: FloatArray) -> None:
+        """Exchange all free places at once: one after the other takes seconds where hundreds are open.
+
+        Where nothing holds them it is left to the loop, which says so.
+        """
+        free = self._free()
+        if len(free) <= MOST_EXCHANGES:
+            return
+        held = np.setdiff1d(np.arange(self.layout.size), free)
+        try:
+            factor = cho_factor(stiffer[np.ix_(free, free)])
+        except LinAlgError:
+            return
+        from_held = cho_solve(factor, stiffer[np.ix_(free, held)])
+        S = joint.exchanged.reshape(stiffer.shape)
+        S[np.ix_(free, free)] = cho_solve(factor, np.eye(len(free)))
+        S[np.ix_(free, held)], S[np.ix_(held, free)] = -from_held, from_held.T
+        S[np.ix_(held, held)] = stiffer[np.ix_(held, held)] - stiffer[np.ix_(held, free)] @ from_held
+        joint.free[:] = 0
+        joint.free[free] = 1
+        joint.set(exchanges=0)
+
+    def _solved(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
+        """The end of an implicit step, solved for; None where there is none."""
+        joint = ImplicitJoint(*self.layout.blocks(stiffer), self.law.f, self.scale.force)
+        joint.turns = FEW_TURNS
+        return end_at_once(joint, self.layout, self.u, path)
+
+    def _equilibrium(self) -> FloatArray | None:
+        """Displacements with slipping nodes at their limits and nothing on open ones, by Newton's method.
+
+        None where there are none near, as where the motion does not slow down, or what moves is not held.
+        """
+        if not self.slows_down:
+            return None
+        u, layout, f = self.u.copy(), self.layout, self.law.f
+        nodes, free = np.flatnonzero((self.contact == SLIP) & (f > 0.0)), self._free()
+        places = np.concatenate([layout.slips_of(nodes), free, layout.gaps_of(nodes)])
+        of_slips, of_free = np.repeat(np.arange(len(nodes)), 2), len(nodes) + np.arange(len(free))
+        columns = np.concatenate([of_slips, of_free, np.arange(len(nodes))])
+        size, moves = (layout.size, len(nodes) + len(of_free)), len(of_slips) + len(of_free)
+        for _ in range(NEWTON_ROUNDS):
+            reaction = self.load + self.kappa @ u
+            unit = layout.by_node(self.law.direction(reaction[layout.slips]))[nodes].ravel()
+            parts = np.concatenate([unit, np.ones(len(of_free)), f[nodes]])
+            limits = _entered(parts, places, columns, size)
+            ways = _entered(parts[:moves], places[:moves], columns[:moves], size)
+            residual = limits.T @ reaction
+            if np.abs(residual).max(initial=0.0) <= 1e-15 * self.scale.force:
+                break
+            change = stable_solution(limits.T @ (self.kappa @ ways), residual)
+            if change is None:
+                return None
+            u -= ways @ change
+            if not self._is_near(u):
+                return None
+        u[layout.gaps][self.contact != OPEN] = 0.0
+        return u
+
+
+def _entered(
+    entries: FloatArray, rows: NDArray[np.intp], columns: NDArray[np.intp], size: tuple[int, int]
+) -> FloatArray | csc_array:
+    """A matrix of these entries, each in a place of its own; sparse where it is large."""
+    if size[0] * size[1] > BLOCK:
+        return csc_array((entries, (rows, columns)), size)
+    matrix = np.zeros(size)
+    matrix[rows, columns] = entries
+    return matrix
+
 
 MOST_PASSED = 10  # instants of a cycle passed by implicit steps
 MOST_SHORTENED = 8  # lengths of such steps that are tried
@@ -62,7 +239,7 @@ class PathSteps(NamedTuple):
     kind: NDArray[np.int64]
 
 
-class SpaceEvents:
+class SpaceEvents(EventMethod):
     """The moving state of a joint in space, and the loops that follow it smoothly from event to event.
 
     The direction in which a node slips is that of its tangential reaction, and only the speeds are
@@ -71,70 +248,50 @@ class SpaceEvents:
 
     Attributes
     ----------
-    u, contact, slip
-        Slips and gaps (3n,), contact states (n,), and way in contact in the present cycle (n,), in place.
-    run
-        The same as compiled loops take it, along a course.
     measures
         What counts as zero, and how accurate the path is.
     passable
         Ends of the loop after which there may be a way on (:meth:`finds_way_on`).
     """
 
+    run: SpaceRun
+    motion: SpaceMotion
+    rows = PathSteps
     passable = NO_RATES, TOO_MANY_EVENTS
 
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
-        self.problem, self.kappa, self.tolerances = problem, kappa, tolerances
-        self._runs: dict[tuple[bool, bool], SpaceRun] = {}  # by: through the first cycle, recorded
+        run = run_in_space(kappa, problem.f, Course({}), empty_curve_record(0, problem.n))
+        super().__init__(problem, kappa, tolerances, run, run.motion.contact)
         self._passed = 0  # instants without rates in the present cycle
 
     def begin(self, start: FloatArray, first: FloatArray, later: FloatArray, scale: Scales) -> None:
         """Follow courses through the first and any other cycle, from given displacements (3n,)."""
-        problem, locked = self.problem, float((np.abs(self.kappa) @ np.abs(start)).max())
+        locked = float((np.abs(self.kappa) @ np.abs(start)).max())
         self.scale = scale
-        self.measures = measures(scale, locked, swing(problem, later[1:]), self.tolerances)
-        precision, separable = self.measures.precision, problem.C is not None
-        self._courses = {
-            is_first: course(path, problem.m - len(path), separable, precision)
-            for is_first, path in ((True, first), (False, later))
-        }
-        if self._runs:
-            self._lead()
-            return
-        record = empty_curve_record(0, problem.n)
-        self.run = run_in_space(self.kappa, problem.f, self.measures, self._courses[False], record)
-        self._runs[False, False] = self.run
-        self.u, self.contact, self.slip = self.run.motion.u, self.run.motion.contact, self.run.motion.slip
-
-    def _lead(self) -> None:
-        """Lead the runs that there are along the present courses, from a state at rest at the origin."""
-        for (is_first, _), run in self._runs.items():
-            run.hold(course=self._courses[is_first])
-        self.run.control.set(**self.measures.of_steps)  # of all of them
+        self.measures = measures(scale, locked, swing(self.problem, later[1:]), self.tolerances)
+        self.lead(first, later, self.measures.precision)
+        self.run.control.set(**self.measures.of_steps)
         at_rest = (np.zeros_like(part) for part in self.checkpoint())
         self.restore(*at_rest)
 
-    def set_state(self, state: State) -> bool:
-        """Go to a state: whether its moving nodes are held shows on the way."""
-        self.u[:], self.contact[:] = state.u, state.contact
-        return True
+    def empty_record(self, rows: int) -> CurveRecord:
+        """Arrays for so many steps."""
+        return empty_curve_record(rows, self.problem.n)
 
     def checkpoint(self) -> Checkpoint:
         """Everything the continuation depends on: besides u and contact, directions of slip at an apex."""
-        return self.u.copy(), self.contact.copy(), self.run.motion.direction.copy()
+        return *super().checkpoint(), self.motion.direction.copy()
 
-    def restore(self, u: FloatArray, contact: NDArray[np.int64], direction: FloatArray) -> None:
+    def restore(self, u: FloatArray, contact: NDArray[np.int64], direction: FloatArray | None = None) -> None:
         """Go on from a checkpoint."""
-        self.u[:], self.contact[:], self.run.motion.direction[:] = u, contact, direction
+        super().restore(u, contact)
+        self.motion.direction[:] = 0.0 if direction is None else direction
         self.run.joint.set(exchanges=MOST_EXCHANGES + 1)  # recomputed at the beginning of every cycle
 
     def enter(self, first: bool, record: bool) -> None:
         """Go to the beginning of a cycle."""
-        if (first, record) not in self._runs:
-            path = empty_curve_record(RECORD_ROWS if record else 0, self.problem.n)
-            self._runs[first, record] = self.run.with_parts(course=self._courses[first], record=path)
-        self._passed = 0
-        self.run, self._risen = self._runs[first, record], list[PathSteps]()
+        self.run = self.run_of(first, record)
+        self._passed, self._risen = 0, list[PathSteps]()
         begin(self.run)
 
     def follow(self, cycles: int) -> int:
@@ -147,11 +304,12 @@ class SpaceEvents:
         """What the loop has taken since it was last entered [multiplications and additions]."""
         return int(self.run.control.effort)
 
-    def progress(self) -> Progress:
-        """Where the present cycle has got to."""
-        return progress(self.run.motion)
+    @property
+    def error(self) -> float:
+        """Estimated error of the slips in the present cycle [length]."""
+        return float(self.motion.error)
 
-    def finds_way_on(self, now: Progress, path: FloatArray) -> bool:
+    def finds_way_on(self, path: FloatArray) -> bool:
         """Pass an instant without rates by one implicit step; False where the joint jumps or stops there.
 
         A load step that begins without reactions and gaps is passed as a whole: as the law is a cone, the
@@ -159,9 +317,9 @@ class SpaceEvents:
         in which direction it slips, a piece is passed in two steps whose displacements are the same but for
         the error of a path: then nothing jumps on the way.
         """
-        mo, rest = self.run.motion, 1.0 - now.time
-        before, after = path[now.step], path[now.step + 1]
-        load = before + now.time * (after - before)
+        mo, rest = self.motion, 1.0 - self.motion.time
+        before, after = path[mo.step], path[mo.step + 1]
+        load = before + mo.time * (after - before)
         if not rest:
             return False
         reaction = self.reaction(load)
@@ -205,7 +363,7 @@ class SpaceEvents:
         layout, u, ends = self.problem.layout, self.u, list[StepEnd]()
         A, B, C = layout.blocks(self.kappa)
         body = A, B, C if self.problem.C is not None else None
-        joint = ImplicitJoint(*body, self.problem.f, self.scale.force, self.tolerances)
+        joint = ImplicitJoint(*body, self.problem.f, self.scale.force)
         joint.turns = turns
         for path in pairwise(loads):
             end = end_at_once(joint, layout, u, np.stack(path))
@@ -217,7 +375,7 @@ class SpaceEvents:
 
     def _pass(self, share: float, end: StepEnd, work: float, kind: EventKind) -> None:
         """Go on from the end of an implicit step over a share of the load step."""
-        mo, problem = self.run.motion, self.problem
+        mo, problem = self.motion, self.problem
         if self.run.record.capacity:
             at = self.run.course.first + mo.step + mo.time
             curve = np.zeros((1, DEGREE, problem.layout.size))
@@ -234,15 +392,8 @@ class SpaceEvents:
 
     def recorded(self, done: int) -> list[PathSteps]:
         """What a record has been filled with, so many cycles being done, and a rise after it."""
-        record, risen = self.run.record, self._risen
-        rows, self._risen = record.content.rows, []
-        risen = [rise._replace(done=done) for rise in risen]
-        if not rows:
-            return risen
-        return [
-            PathSteps(done, *(getattr(record, name)[:rows].copy() for name in PathSteps._fields[1:])),
-            *risen,
-        ]
+        risen, self._risen = self._risen, []
+        return [*super().recorded(done), *(rise._replace(done=done) for rise in risen)]
 
     def present(self, done: int, reaction: FloatArray) -> PathSteps:
         """The present state, between two cycles, as a step of no duration."""
@@ -268,13 +419,6 @@ class SpaceEvents:
         moved = np.flatnonzero(changes.any(axis=tuple(range(changes.ndim - 1))))
         return np.asarray(changes[..., moved] @ self.kappa[moved])
 
-    def totals(self) -> Totals:
-        """The sums of the present cycle, without jumps."""
-        mo, counted = self.run.motion, self.run.motion.content
-        opened, closed = mo.opened.astype(np.bool_), mo.closed.astype(np.bool_)
-        numbers = None, counted.events, counted.signature, counted.error
-        return Totals(mo.slip.copy(), mo.work, opened, closed, *numbers)
-
     def reaction(self, load: FloatArray) -> FloatArray:
         """Reactions at the present instant, under these welded ones, (3n,) [force]."""
         return load + self.kappa @ self.u
@@ -283,8 +427,8 @@ class SpaceEvents:
         self, state: State, reaction: FloatArray, load: FloatArray, damping: FloatArray
     ) -> DirectedJump:
         """The viscous motion from a state with given reactions that the load puts out of balance."""
-        before = state.u, state.contact, reaction
-        return DirectedJump(self.kappa, self.problem.f, *before, load, damping, self.measures)
+        joint = ViscousJoint(self.kappa, self.problem.law, load, damping, self.scale)
+        return DirectedJump(joint, state.u, state.contact, reaction, self.measures)
 
     def resume(self, time: float) -> None:
         """Continue after a jump, from a given share of the load step."""

@@ -13,9 +13,17 @@ from shakedown.ground.named_state import Shorts, inner, summing
 from shakedown.ground.round_off import FOUR_DIGITS, ROUND_OFF
 from shakedown.ground.work_limit import BY_BLAS
 from shakedown.motion.course import Course
-from shakedown.motion.space.dense_solver import address, call
-from shakedown.motion.space.moving_state import CompiledJoint, SpaceMotion
-from shakedown.motion.space.step_state import STAGES, Slipping, SpaceRates, Step, StepControl
+from shakedown.motion.space.space_run import (
+    STAGES,
+    CompiledJoint,
+    Slipping,
+    SpaceMotion,
+    SpaceRates,
+    Step,
+    StepControl,
+    address,
+    call,
+)
 
 FEW = 12  # slipping nodes up to which equations are always solved anew, and without LAPACK
 MOST_CORRECTIONS = 9  # corrections of speeds with the factors of an earlier stage

@@ -12,7 +12,7 @@ from shakedown import Status, UsageError, energy_ball, energy_bound, long_term_s
 from shakedown.joint.constraints import Side
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading
-from shakedown.motion.evolve import evolve
+from shakedown.motion.evolution import evolve
 from tests.partly_open import SOME, partly_open, zone_bound
 
 CASES = SOME[:5]

@@ -6,7 +6,7 @@ Independent of the compiled loops: numpy only.
 import numpy as np
 
 from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, OPEN
-from shakedown.motion.plane.rate_problem import AIR, APEX, FRICTIONLESS, ON_BACKWARD, ON_FORWARD
+from shakedown.motion.plane.active_set import AIR, APEX, FRICTIONLESS, ON_BACKWARD, ON_FORWARD
 
 
 def lemke(M, b, max_pivots):

@@ -8,8 +8,7 @@ from shakedown.motion.course import DONE, EFFORT, PAUSED, RECORD_FULL
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.plane import event_loop
-from shakedown.motion.plane.moving_state import begin, empty_record
-from shakedown.motion.plane.run import run_along
+from shakedown.motion.plane.moving_state import begin, empty_record, run_along
 
 SCENES = [("two-node", 0.8), ("two-node", 1.5), ("three-node", 2.6), ("block-9", 5.0), ("uncoupled", 1.5)]
 
@@ -58,7 +57,7 @@ def test_the_loop_returns_when_the_record_is_full_and_goes_on():
         evolution.method.rates,
         evolution.method.motion,
         empty_record(7, 9),
-        evolution.method.run(True, False).course,
+        evolution.method.run_of(True, False).course,
     )
     begin(evolution.method.motion)
     status, rows = event_loop.follow_straight(run, 1, EFFORT), run.record.rows
@@ -76,7 +75,7 @@ def test_the_loop_returns_when_the_record_is_full_and_goes_on():
 def test_the_loop_returns_after_a_stated_amount_of_work_and_goes_on(name, load_factor, passes):
     """However large the joint, an interrupt is not held back until its cycle has ended."""
     evolution, whole = evolution_of(name, load_factor), evolution_of(name, load_factor)
-    run, same, returns = evolution.method.run(True, False), whole.method.run(True, False), 0
+    run, same, returns = evolution.method.run_of(True, False), whole.method.run_of(True, False), 0
     begin(evolution.method.motion)
     begin(whole.method.motion)
     while event_loop.follow_straight(run, passes, 20) == PAUSED:

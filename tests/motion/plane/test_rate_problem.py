@@ -8,17 +8,19 @@ from motion.plane.lemke import lemke, rates_by_lemke
 
 from shakedown.ground.named_state import entered
 from shakedown.ground.status import OPEN, STICK
-from shakedown.motion.plane.active_set import active_set, factorize, solve
-from shakedown.motion.plane.rate_problem import (
+from shakedown.motion.plane.active_set import (
     AIR,
     APEX,
     INSIDE,
     ON_BACKWARD,
     ON_FORWARD,
+    active_set,
+    factorize,
     rates,
+    solve,
     solve_rates,
 )
-from shakedown.motion.plane.rate_search import enumerate_states, take_wanted
+from shakedown.motion.plane.event_loop import enumerate_states, take_wanted
 
 TOLERANCE = 1e-12
 

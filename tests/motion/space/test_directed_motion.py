@@ -7,17 +7,15 @@ import pytest
 from joints_in_space import random_joint
 
 import shakedown
+from benchmarks.problems import refined
 from shakedown import Problem, Tolerances
 from shakedown.joint.loading import loop_path
 from shakedown.motion.checked_law import law_resolution
-from shakedown.motion.event_history import EventKind
-from shakedown.motion.evolution import Evolution
-from shakedown.motion.evolve import evolve
+from shakedown.motion.event_history import EventKind, path_violation
+from shakedown.motion.evolution import Evolution, evolve
 from shakedown.motion.fixed_steps import FixedSteps
-from shakedown.motion.method import beginning
-from shakedown.motion.space import directed_jump
-from shakedown.motion.space.directed_jump import DirectedJump
-from shakedown.motion.violation import path_violation
+from shakedown.motion.space import space_events
+from shakedown.motion.space.space_events import DirectedJump
 
 # The states after one implicit step from zero: there the cited cycles begin.
 STARTS = {
@@ -195,6 +193,13 @@ def test_between_rows_the_path_is_curved():
     assert EventKind.REACHES_LIMIT in history.kind
 
 
+def cut(problem, parts):
+    """The joint with load steps in so many parts, beginning and ending as before."""
+    finer = refined(problem, parts)
+    ends = {key: np.roll(getattr(finer, key), parts - 1, axis=0) for key in ("q_w", "p_w")}
+    return replace(finer, **ends)
+
+
 def test_implicit_steps_come_closer_the_shorter_they_are():
     """Of the first order, from a state after the first cycle, with nodes that open, close and have no friction."""
     problem = opening_joint()
@@ -204,7 +209,7 @@ def test_implicit_steps_come_closer_the_shorter_they_are():
     motion.cycle()
     errors = []
     for parts in (32, 64, 128):
-        steps = FixedSteps(problem, 1.0, parts=parts)
+        steps = FixedSteps(cut(problem, parts), 1.0)
         steps.cycle()
         steps.state = state
         assert steps.cycle() is not None
@@ -227,9 +232,11 @@ def test_the_way_of_a_frictionless_node_is_that_of_a_finer_path():
     coarse, fine = (evolve(joint, 1.0, tolerances=Tolerances(path=path)).cycles[0] for path in (1e-8, 1e-11))
     assert fine.slip.min() > 0.1
     np.testing.assert_allclose(coarse.slip, fine.slip, atol=1e-6)
-    q, p = joint.layout.split(beginning(joint, 1.0, None).load[None])
-    steps = FixedSteps(replace(joint, q_transient=q, p_transient=p), 1.0, parts=100)
-    np.testing.assert_allclose(steps.cycle().slip, fine.slip, rtol=0.02)
+    motion, steps = Evolution(joint, 1.0), FixedSteps(cut(joint, 100), 1.0)
+    motion.cycle()
+    steps.cycle()
+    steps.state = motion.state
+    np.testing.assert_allclose(steps.cycle().slip, motion.cycle().slip, rtol=0.02)
 
 
 def test_what_is_not_held_is_said():
@@ -241,14 +248,14 @@ def test_what_is_not_held_is_said():
     assert "node 0 lifts off, and the problem has no C" in without.stop.reason
 
 
-@pytest.mark.parametrize("longest_path", [directed_jump.MOST_TAKEN, 0])
+@pytest.mark.parametrize("longest_path", [space_events.MOST_TAKEN, 0])
 def test_a_jump_ends_in_equilibrium(monkeypatch, longest_path):
     """Above the friction threshold of the plane's jump: the same jump, in one direction of two.
 
     So it is where steps of the viscous motion that have long paths are solved at once.
     """
-    monkeypatch.setattr(directed_jump, "MOST_TAKEN", longest_path)
-    monkeypatch.setattr(directed_jump, "LABOUR", directed_jump.LABOUR if longest_path else 1)
+    monkeypatch.setattr(space_events, "MOST_TAKEN", longest_path)
+    monkeypatch.setattr(space_events, "LABOUR", space_events.LABOUR if longest_path else 1)
     solved, solve = [], DirectedJump._solved
     monkeypatch.setattr(DirectedJump, "_solved", lambda *step: solved.append(step) or solve(*step))
     plane = shakedown.example("jump")

@@ -6,9 +6,9 @@ import pytest
 import shakedown
 from benchmarks.space_verdicts import KINDS, random_joint
 from shakedown import Outcome
-from shakedown.motion import evolution, jump_steps
+from shakedown.motion import evolution, viscous_jump
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.jump_steps import LONGER, StepLengths, Stride
+from shakedown.motion.viscous_jump import LONGER, StepLengths, Stride
 
 LOAD_FACTOR = 0.93  # above λ_max
 
@@ -64,8 +64,8 @@ def test_where_a_jump_ends_does_not_depend_on_what_puts_it_out_of_balance(monkey
 
 def test_shorter_steps_lead_to_the_same_end(monkeypatch, drifting):
     jump = first_jump(drifting)
-    monkeypatch.setattr(jump_steps, "ACCURACY", 0.03 * jump_steps.ACCURACY)
-    monkeypatch.setattr(jump_steps, "RUNG", 1.1)
+    monkeypatch.setattr(viscous_jump, "ACCURACY", 0.03 * viscous_jump.ACCURACY)
+    monkeypatch.setattr(viscous_jump, "RUNG", 1.1)
     finer = first_jump(drifting)
     assert finer.steps > 2 * jump.steps
     np.testing.assert_allclose(finer.v_after, jump.v_after, rtol=0.0, atol=1e-2 * way_of(jump))

@@ -1,4 +1,4 @@
-"""A joint in space followed by implicit steps: cycles, order of the error, starts, ends that are no cycle."""
+"""A joint followed at fixed load steps: cycles, order of the error, starts, ends that are no cycle."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown import Problem, UsageError
+from benchmarks.problems import refined
+from shakedown import Problem
 from shakedown.motion.checked_law import law_violation
 from shakedown.motion.fixed_steps import FixedSteps
 from shakedown.motion.method import Motion, walk
@@ -32,7 +33,7 @@ def test_error_is_of_the_first_order(mean):
     problem = joint(mean=mean)
     ends = []
     for parts in (16, 32, 64, 128):
-        motion = FixedSteps(problem, 1.3, parts=parts)
+        motion = FixedSteps(refined(problem, parts), 1.3)
         found = walk(motion, 2)
         assert motion.stop is None
         ends.append(np.r_[found.end_slip[-1], found.dissipation])
@@ -71,13 +72,6 @@ def test_what_a_cycle_of_one_node_ends_with_stays_so():
     assert (motion.state.u[:2] != kept).any()
 
 
-def test_sweeps_alone_follow_the_same_path():
-    problem = joint(seed=2, mean=3.0)
-    one, other = (walk(FixedSteps(problem, 1.3, sweeps_only=only), 2) for only in (False, True))
-    np.testing.assert_allclose(other.end_slip, one.end_slip, atol=1e-10)
-    np.testing.assert_allclose(other.dissipation, one.dissipation, rtol=1e-9)
-
-
 def test_loaded_in_one_direction_is_the_plane():
     plane = shakedown.example("two-node")
     A, B, q_w = np.zeros((4, 4)), np.zeros((2, 4)), np.zeros((plane.m, 4))
@@ -102,7 +96,7 @@ def test_a_start_that_the_law_does_not_allow_becomes_one_that_it_does():
 
 def test_a_motion_goes_on_from_another_state():
     problem = joint(mean=0.3)
-    one, other = FixedSteps(problem, 1.3, parts=3), FixedSteps(problem, 1.3, parts=3)
+    one, other = FixedSteps(problem, 1.3), FixedSteps(problem, 1.3)
     one.cycle()
     other.cycle()
     other.cycle()
@@ -142,17 +136,10 @@ def test_a_path_ends_with_the_load_step_that_was_not_solved():
     assert motion.history.p_w.ravel().tolist() == [1.0, 1.0, -1.0]
 
 
-def test_load_steps_are_cut_in_space_only():
-    with pytest.raises(UsageError, match="parts: expected 1 with one tangential direction, found 2"):
-        FixedSteps(shakedown.example("two-node"), 0.5, parts=2)
-    with pytest.raises(UsageError, match="parts"):
-        FixedSteps(joint(), 0.5, parts=0)
-
-
 def test_units_change_no_bit():
     problem, force, length = joint(mean=0.3), 2.0**12, 2.0**-7
     stiffness = {key: getattr(problem, key) * (force / length) for key in "ABC"}
     other = replace(problem, **stiffness, q_w=force * problem.q_w, p_w=force * problem.p_w)
-    one, same = walk(FixedSteps(problem, 1.3, parts=2), 2), walk(FixedSteps(other, 1.3, parts=2), 2)
+    one, same = walk(FixedSteps(problem, 1.3), 2), walk(FixedSteps(other, 1.3), 2)
     np.testing.assert_array_equal(length * one.end_slip, same.end_slip)
     np.testing.assert_array_equal(force * length * one.dissipation, same.dissipation)
