@@ -41,9 +41,9 @@ from .ground.tolerances import Tolerances as Tolerances
 from .joint.hat_functions import averaged as averaged
 from .joint.problem import Problem as Problem
 from .long_term.conjugate_displacement import conjugate_displacement as conjugate_displacement
+from .long_term.find_state import LongTermStates as LongTermStates
 from .long_term.find_state import long_term_state as long_term_state
-from .long_term.many_states import LongTermStates as LongTermStates
-from .long_term.many_states import long_term_states as long_term_states
+from .long_term.find_state import long_term_states as long_term_states
 from .long_term.node_results import node_results as node_results
 from .long_term.node_table import NodeResults as NodeResults
 from .long_term.simulation import Simulation as Simulation

@@ -25,7 +25,7 @@ from shakedown.joint.arguments import checked, checked_initial_slip, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.known_bounds import BELOW as CERTAIN
-from shakedown.long_term.known_bounds import bound_of_start, slip_of_start
+from shakedown.long_term.known_bounds import bound_of_start
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.state import LongTermState
 
@@ -218,7 +218,7 @@ class History:
 def _certain(history: History, top: float) -> list[float]:
     """The load factors up to which shakedown is proved from the start, within the scan."""
     begun = Passage(history.problem, 0.0, history.tolerances, history.start, history.open_nodes)
-    bounds = (bound_of_start(begun), slip_of_start(begun))
+    bounds = (bound_of_start(begun), bound_of_start(begun, "accumulated"))
     ends = [bound.load_factor for bound in bounds if not isinstance(bound, Missing)]
     return [nextafter(CERTAIN * end, 0.0) for end in ends if 0.0 < end < top]
 

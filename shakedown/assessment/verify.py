@@ -29,11 +29,11 @@ from shakedown.ground.work_limit import limited_work
 from shakedown.joint.arguments import check_load_factor, checked, require_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.energy_proof import proof_in
 from shakedown.long_term.node_results import node_results
 from shakedown.long_term.node_table import NodeResults
 from shakedown.long_term.simulation import Simulation, simulate
 from shakedown.long_term.slip_criterion import check_slip_below
+from shakedown.long_term.state import proof_in
 
 Progress = Callable[[int, int], None]
 T = TypeVar("T")
@@ -122,7 +122,7 @@ def _run_of(limits: JointLimits, case: Case, cycles: int, method: str) -> Run:
     state = simulation.long_term
     if state is not None and state.first_cycles is not None and state.outcome == Outcome.SHAKEDOWN:
         ball = present(limits.ball_at(case.load_factor))
-        proof = None if ball is None else proof_in(ball, state.begun, state.approach)
+        proof = None if ball is None else proof_in(ball, state)
         simulation = replace(simulation, settled=replace(state, proof=proof))
     seconds = time.perf_counter() - began
     for word in WORKED_OUT:  # in this thread, and kept

@@ -1,6 +1,9 @@
-"""The exact long-term state of a joint under periodic loading."""
+"""The long-term states of a joint under periodic loading: from one initial slip, and from many."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import count
 from typing import NamedTuple
 
 import numpy as np
@@ -8,23 +11,34 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.blas_threads import on_one_thread
-from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words
-from shakedown.ground.size_limits import CYCLES, MANY
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.size_limits import BATCH, CYCLES, MANY
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import check_arguments, checked, checked_initial_slip
+from shakedown.joint.arguments import (
+    check_arguments,
+    checked,
+    checked_initial_slip,
+    real_array,
+    require_problem,
+)
 from shakedown.joint.coupled_parts import coupled_parts
 from shakedown.joint.derived import lent
 from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, empty_answers
 from shakedown.long_term.part_by_part import joined_state
-from shakedown.long_term.passage import Passage
-from shakedown.long_term.plane.search import BLURRED, BROKEN, LEFT, SHAKEDOWN, UNDECIDED, SearchState
-from shakedown.long_term.space.proved_verdict import heeding_proofs
-from shakedown.long_term.space.returned_state import returned_state
-from shakedown.long_term.space.settled import VARIES_LITTLE
+from shakedown.long_term.plane.phase_loop import BLURRED, CYCLIC_SLIP, SHAKEDOWN, UNDECIDED
+from shakedown.long_term.plane.search import Answers
+from shakedown.long_term.space.proved_verdict import CLEAR, overruled_by_proofs
+from shakedown.long_term.space.steady_states import SteadySearches
 from shakedown.long_term.state import LongTermState
+from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.method import State, beginning
+from shakedown.motion.method import beginning
+
+NAMES = np.array([outcome.value for outcome in OUTCOMES])
+VERDICTS = {outcome: code for code, outcome in reversed(list(enumerate(OUTCOMES)))}
 
 
 @checked
@@ -92,6 +106,11 @@ class Patience(NamedTuple):
     longest_period: int
 
 
+def searches(motion: Evolution, patience: Patience) -> LimitSearch | SteadySearches:
+    """Searches for long-term states over one motion: from the map of a period, in space cycle by cycle."""
+    return (LimitSearch if motion.problem.directions == 1 else SteadySearches)(motion, *patience)
+
+
 @on_one_thread
 def settled_state(
     problem: Problem,
@@ -102,99 +121,237 @@ def settled_state(
     tolerances: Tolerances,
 ) -> LongTermState:
     """As :func:`long_term_state`, reusing the last search on the problem where its settings are the same."""
-    most_cycles, longest_period = patience
     parts = coupled_parts(problem, open_nodes)
     if len(parts) > 1:
         start = beginning(problem, load_factor, initial_slip, open_nodes, tolerances).state.u
-
         of_parts = [(part.joint, start[part.slips], part.among(open_nodes)) for part in parts]
         found = [
             settled_state(joint, load_factor, slip, opened, patience, tolerances)
             for joint, slip, opened in of_parts
         ]
         return joined_state(problem, open_nodes, parts, found)
-    if problem.directions > 1:
-        start = checked_initial_slip(problem, initial_slip)
-        begun = Passage(problem, float(load_factor), tolerances, start, open_nodes)
-        return heeding_proofs(returned_state(begun, most_cycles, longest_period))
 
-    def build() -> LimitSearch:
-        evolution = Evolution(problem, load_factor, initial_slip, tolerances, open_nodes=open_nodes)
-        return LimitSearch(evolution, most_cycles, longest_period)
+    def build() -> LimitSearch | SteadySearches:
+        motion = Evolution(problem, load_factor, initial_slip, tolerances, open_nodes=open_nodes)
+        return searches(motion, patience)
 
-    with lent(problem, "search", (tolerances, most_cycles, longest_period), build) as search:
-        search.begin(load_factor, initial_slip, open_nodes)
-        return heeding_proofs(_found(search, open_nodes, most_cycles))
+    with lent(problem, "search", (tolerances, patience), build) as search:
+        search.begin(float(load_factor), initial_slip, open_nodes)
+        return overruled_by_proofs(search.state(open_nodes))
 
 
-def _found(search: LimitSearch, open_nodes: tuple[int, ...], most_cycles: int) -> LongTermState:
-    """The long-term state of a motion from its start, with the given nodes open there."""
-    evolution = search.evolution
-    n, slips = evolution.problem.n, evolution.problem.layout.slips
-    start, answers = evolution.state.u[slips].copy(), empty_answers(1, evolution.problem.layout)
-    search.from_here(answers)
-    seen, at, length = search.compiled, search.search_state, evolution.scale.length
-    verdict, known = int(answers.verdict[0]), answers.verdict[0] >= SHAKEDOWN
-    left, nan, cycles = verdict == LEFT, np.full(n, np.nan), max(at.done, 1)
-    always_open = seen.check.always_open == 1 if known else np.full(n, left)
-    opened = seen.opened == 1 if known else np.full(n, left)
-    reason, met = _reason(search, at, verdict)
-    return LongTermState(
-        problem=evolution.problem,
-        load_factor=evolution.load_factor,
-        initial_slip=start,
-        outcome=OUTCOMES[verdict],
-        reason=reason + _events_in_words(at, opened & ~always_open) if known else reason,
-        period=at.done if known else 0,
-        final_slip=answers.final_slip[0],
-        drift=at.done / at.period * seen.drift[slips] if known else nan,
-        slip_per_cycle=answers.slip[0],
-        friction_dissipation_per_cycle=at.friction / cycles if known else np.nan,
-        jump_dissipation_per_cycle=at.damping / cycles if known else np.nan,
-        jumps_per_cycle=at.jumps / cycles if known else np.nan,
-        open_nodes=tuple(np.flatnonzero(always_open).tolist()),
-        cycles_simulated=at.cycles,
-        slides_away=evolution.stop is not None and evolution.stop.slides_away,
-        dissipations=seen.works[: at.done].copy() if known else np.array([]),
-        opened=opened,
-        events=at.events,
-        contraction=at.contraction if known else np.nan,
-        return_error=at.far / length if known else np.nan,
-        signature=int(at.signature) if known else 0,
-        stop=evolution.stop,
-        met=met,
-        most_cycles=most_cycles,
-        begun=Passage(evolution.problem, evolution.load_factor, evolution.tolerances, start, open_nodes),
-        goal=State(seen.goal.copy(), seen.contact.copy()) if known else evolution.state,
+@dataclass(frozen=True, eq=False, repr=False)
+class LongTermStates(Result):
+    """Result of :func:`long_term_states`, one row or entry per initial slip.
+
+    Attributes
+    ----------
+    load_factor
+        λ.
+    initial_slip : (s, n)
+        Slips at the start [length].
+    final_slip : (s, n)
+        Slips at the end of a period of the long-term state, or where the search has ended [length].
+    outcome : (s,)
+        Values of :class:`Outcome`.
+    period : (s,)
+        Cycles after which the state repeats; 0 where undecided, and where the body leaves.
+    dissipation : (s,)
+        What friction and jumps take per cycle, averaged over the period [force × length]; NaN
+        where undecided.
+    slip_per_cycle : (s, n)
+        Σ|Δv| in contact over one period [length]; NaN where undecided.
+    contraction : (s,)
+        Factor per cycle by which the distance to the long-term state shrinks in the end; 0
+        where it is reached exactly, NaN where undecided. An estimate, limited by round-off:
+        that of :func:`long_term_state` may differ from it by a few per cent.
+    cycles_simulated : (s,)
+        Effort: cycles followed in all.
+    signature : (s,)
+        Identifies the contact states of one period of the long-term state and the changes between
+        them, wherever the period is cut; 0 where undecided, and where the body leaves.
+    """
+
+    load_factor: float
+    initial_slip: FloatArray
+    final_slip: FloatArray
+    outcome: NDArray[np.str_]
+    period: NDArray[np.int64]
+    dissipation: FloatArray
+    slip_per_cycle: FloatArray
+    contraction: FloatArray
+    cycles_simulated: NDArray[np.int64]
+    signature: NDArray[np.uint64]
+
+    def __len__(self) -> int:
+        return len(self.outcome)
+
+
+@checked
+@on_one_thread
+def long_term_states(
+    problem: Problem,
+    load_factor: float,
+    initial_slips: ArrayLike,
+    *,
+    max_cycles: int = CYCLES,
+    longest_period: int = LONGEST_PERIOD,
+    tolerances: Tolerances = DEFAULT,
+    threads: int = 1,
+) -> LongTermStates:
+    """The long-term state of a joint under its loading loop from each of many initial slips.
+
+    State by state the answer is that of :func:`long_term_state`. It depends neither on the
+    other states of the batch nor on the number of threads.
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading.
+    load_factor
+        λ ≥ 0, multiplies the periodic part of the loading.
+    initial_slips : (s, n)
+        Slips at the start [length]. Transient load steps, where the problem has them, come
+        before the first period.
+    max_cycles, longest_period, tolerances
+        As for :func:`long_term_state`.
+    threads
+        How many threads share the states.
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joint = shakedown.example("three-node")
+    >>> states = long_term_states(joint, 2.6, [joint.initial_slip[0], [0.0, 0.0, 0.0]])
+    >>> states.outcome.tolist(), states.slip_per_cycle.round(6).tolist()
+    (['cyclic-slip', 'shakedown'], [[3.854489, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    """
+    check_arguments(load_factor, max_cycles, problem)
+    check_count("longest_period", longest_period, MANY)
+    check_count("threads", threads)
+    starts = checked_initial_slips(problem, initial_slips)
+    patience = Patience(max_cycles, longest_period)
+    batch = _Batch(problem, float(load_factor), starts, patience, tolerances)
+    batch.run(min(threads, max(len(starts), 1)))
+    found = batch.answers
+    return LongTermStates(
+        load_factor=float(load_factor),
+        initial_slip=starts,
+        final_slip=found.final_slip,
+        outcome=NAMES[found.verdict],
+        period=found.period,
+        dissipation=found.dissipation,
+        slip_per_cycle=found.slip,
+        contraction=found.contraction,
+        cycles_simulated=found.cycles,
+        signature=found.signature,
     )
 
 
-def _reason(search: LimitSearch, at: SearchState, verdict: int) -> tuple[str, float]:
-    """The basis of the verdict in words, and the violation of the friction law, NaN where there is none."""
-    evolution = search.evolution
-    if verdict in (UNDECIDED, LEFT):
-        stop = evolution.stop
-        return stop.reason if stop else f"no periodic state within {count(at.cycles, 'cycle')}", np.nan
-    text = f"limit of the cycles, whose contact states repeat every {cycles_in_words(at.period)}"
-    if not at.from_limit:
-        cycle, before = at.cycles - at.done, at.cycles - at.done - at.period
-        text = f"cycle {cycle} repeats cycle {before}" if before else f"the start is back after cycle {cycle}"
-    if verdict == BLURRED:
-        return f"{VARIES_LITTLE} ({text})", np.nan
-    if verdict != BROKEN:
-        return text, np.nan
-    if at.done == 0:
-        residual = evolution.violation(evolution.state)
-        return f"the friction law is violated by {residual:.1e} between two cycles ({text})", residual
-    broken = f"the friction law is violated by {at.violation:.1e} in the period found ({text})"
-    return broken, at.violation
+def checked_initial_slips(problem: Problem, initial_slips: ArrayLike) -> FloatArray:
+    """Initial slips as a private array (s, n); raises ``UsageError`` if mis-shaped or too large."""
+    require_problem(problem)
+    slips = real_array("initial slips", initial_slips)
+    size = problem.layout.slip_size
+    if slips.ndim != 2 or slips.shape[1] != size:
+        raise UsageError(f"initial slips: expected shape (s, {size}), found {slips.shape}")
+    checked_initial_slip(problem, np.abs(slips).max(axis=0, initial=0.0))
+    return slips
 
 
-def _events_in_words(at: SearchState, breathing: NDArray[np.bool_]) -> str:
-    """The nodes that open and close in a period, and its jumps, in words."""
-    every, text = cycles_in_words(at.done), ""
-    if breathing.any():
-        text += f"; opening and closing every {every}: {nodes_in_words(np.flatnonzero(breathing))}"
-    if at.jumps:
-        text += f"; {at.jumps} jump{'s' if at.jumps > 1 else ''} in every {every}"
-    return text
+@dataclass
+class _Batch:
+    """The states to be found, in blocks that are distributed over threads."""
+
+    problem: Problem
+    load_factor: float
+    starts: FloatArray
+    patience: Patience
+    tolerances: Tolerances
+
+    def __post_init__(self) -> None:
+        self.answers = empty_answers(len(self.starts), self.problem.layout)
+        self.blocks, self.stopped = count(), False
+
+    def run(self, threads: int) -> None:
+        """Find all states; an interrupt ends every thread within a fraction of a second or one state."""
+        size = max(1, min(BATCH, len(self.starts) // (8 * threads)))
+        if threads == 1:
+            self._work(size)
+            return
+        with ThreadPoolExecutor(threads) as pool:
+            try:  # an interrupt may come while threads begin
+                for worker in [pool.submit(self._work, size) for _ in range(threads)]:
+                    worker.result()
+            finally:
+                self.stopped = True
+
+    def _work(self, size: int) -> None:
+        """Process blocks of a given size until none are left."""
+        if not len(self.starts):
+            return
+        apart = len(coupled_parts(self.problem)) > 1
+        search = searches(Evolution(self.problem, self.load_factor, None, self.tolerances), self.patience)
+        while not self.stopped and (first := next(self.blocks) * size) < len(self.starts):
+            starts = self.starts[first : first + size]
+            answers = Answers._make(column[first : first + size] for column in self.answers)
+            if isinstance(search, LimitSearch) and not apart:
+                search.from_slips(starts, answers, lambda: self.stopped)
+                if not self.stopped:
+                    self._overrule_by_proofs(starts, answers)
+                continue
+            for k, state in enumerate(self._one_by_one(search, starts, apart)):
+                _enter(state, answers, k)
+
+    def _one_by_one(
+        self, search: LimitSearch | SteadySearches, starts: FloatArray, apart: bool
+    ) -> Iterator[LongTermState]:
+        """The states from some starts; each part of a joint in uncoupled parts has its own proofs."""
+        if isinstance(search, SteadySearches) and not apart:
+            yield from map(overruled_by_proofs, search.from_slips(starts, lambda: self.stopped))
+            return
+        for start in starts:
+            if self.stopped:
+                return
+            yield self._alone(start)
+
+    def _overrule_by_proofs(self, starts: FloatArray, answers: Answers) -> None:
+        """Recompute single answers that are undecided, or cycles with negligible slip.
+
+        Among cycles through the same contact states the first decides, unless its answer changes.
+        """
+        none = self.tolerances.periodicity * scales(self.problem, self.load_factor).length / CLEAR
+        slips = np.nan_to_num(answers.slip).max(axis=1, initial=0.0)
+        cycles = (answers.verdict > SHAKEDOWN) & ((answers.verdict != CYCLIC_SLIP) | (slips < none))
+        spent = (answers.verdict == UNDECIDED) & (answers.cycles >= self.patience.most_cycles)
+        for signature in np.unique(answers.signature[cycles]):
+            for k in np.flatnonzero(cycles & (answers.signature == signature)).tolist():
+                if not self._differs(starts[k], answers, k):
+                    break
+        for k in np.flatnonzero(spent | (answers.verdict == BLURRED)).tolist():
+            self._differs(starts[k], answers, k)
+
+    def _alone(self, start: FloatArray) -> LongTermState:
+        """The single answer for a start."""
+        return settled_state(self.problem, self.load_factor, start, (), self.patience, self.tolerances)
+
+    def _differs(self, start: FloatArray, answers: Answers, k: int) -> bool:
+        """Whether the single answer for a start differs; if so it is entered."""
+        state = self._alone(start)
+        if OUTCOMES[answers.verdict[k]] == state.outcome:
+            return False
+        _enter(state, answers, k)
+        return True
+
+
+def _enter(state: LongTermState, answers: Answers, k: int) -> None:
+    """Enter a long-term state into a row of answers."""
+    answers.final_slip[k], answers.slip[k] = state.final_slip, state.slip_per_cycle
+    answers.dissipation[k], answers.contraction[k] = state.dissipation_per_cycle, state.contraction
+    answers.verdict[k], answers.period[k] = VERDICTS[state.outcome], state.period
+    answers.cycles[k], answers.signature[k] = state.cycles_simulated, state.signature

@@ -1,15 +1,18 @@
-"""Limits already known for a joint and the start of a motion; no verdict may contradict them."""
+"""What is proved of a joint, and from the start of a motion; no verdict may contradict it."""
 
 from math import inf
-from typing import TypeGuard
+from typing import Any, TypeGuard
 
-from shakedown.bounds.accumulated.accumulated_bound import ACCURACY, accumulated_bound
+from shakedown.bounds.accumulated.accumulated_bound import ACCURACY, accumulated_bound, total_slip_bound
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.energy.energy_ball import no_ball_holds
 from shakedown.bounds.energy.energy_bound import energy_bound
 from shakedown.bounds.upper import upper_bound
+from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import Missing, allowed
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.shown_values import short
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.derived import once_per_problem
@@ -27,20 +30,29 @@ def bound_proves(bound: Bound | Missing, load_factor: float) -> TypeGuard[Bound]
     return bool(bound.least_load_factor <= load_factor < BELOW * bound.load_factor)
 
 
-def bound_of_start(begun: Passage) -> Bound | Missing:
-    """λ_E of the start, computed once."""
-    known, asked = _known_bounds(begun.problem), _key(begun, "energy")
-    if asked not in known:
-        known[asked] = allowed(
-            energy_bound, begun.problem, begun.start, open_nodes=begun.open_nodes, certify=False,
-            tolerances=begun.tolerances,
-        )  # fmt: skip
-    return known[asked]
+def bound_of_start(begun: Passage, kind: str = "energy") -> Bound | Missing:
+    """λ_E, or λ_S (``"accumulated"``), of the start, computed once; λ_S is Missing where nodes are open."""
+    known, key = _bounds_of_starts(begun.problem), _key(begun, kind)
+    if key not in known:
+        if kind == "energy":
+            zone: dict[str, Any] = {"open_nodes": begun.open_nodes, "tolerances": begun.tolerances}
+            known[key] = allowed(energy_bound, begun.problem, begun.start, certify=False, **zone)
+        elif begun.open_nodes:
+            known[key] = Missing("λ_S is about all nodes closed")
+        else:
+            known[key] = accumulated_bound(begun.problem, begun.start)
+    found: Bound | Missing = known[key]
+    return found
 
 
 def is_known(begun: Passage) -> bool:
     """Whether λ_E of the start is known already."""
-    return _key(begun, "energy") in _known_bounds(begun.problem)
+    return _key(begun, "energy") in _bounds_of_starts(begun.problem)
+
+
+def note(begun: Passage, bound: Bound) -> None:
+    """Store a limit that is proved from a start: λ_E or λ_S."""
+    _bounds_of_starts(begun.problem).setdefault(_key(begun, bound.kind), bound)
 
 
 def proving_bound(begun: Passage) -> Bound | None:
@@ -52,52 +64,54 @@ def proving_bound(begun: Passage) -> Bound | None:
     return bound if bound_proves(bound, begun.load_factor) else None
 
 
-def note(begun: Passage, bound: Bound) -> None:
-    """Store a limit that is proved from a start: λ_E or λ_S."""
-    _known_bounds(begun.problem).setdefault(_key(begun, bound.kind), bound)
+def further_from(problem: Problem, load_factor: float, slip: FloatArray, error: float = 0.0) -> float:
+    """The bound on the total slip of any node from a closed state known to an error; inf where unknown."""
+    found = total_slip_bound(problem, load_factor, slip, start_error=error)
+    return float(found.total_slip.max()) if found.status == Status.OPTIMAL else inf
 
 
-def slip_of_start(begun: Passage) -> Bound | Missing:
-    """λ_S of the start, computed once; Missing where nodes are open there."""
-    if begun.open_nodes:
-        return Missing("λ_S is about all nodes closed")
-    known, asked = _known_bounds(begun.problem), _key(begun, "accumulated")
-    if asked not in known:
-        known[asked] = accumulated_bound(begun.problem, begun.start)
-    return known[asked]
+def further_from_start(begun: Passage) -> float:
+    """The bound on the total slip of any node from the start; inf where it is not known.
 
-
-def slip_unbounded_from(begun: Passage) -> float:
-    """The least load factor known at which nothing bounds the total slip from the start; inf unknown.
-
-    Nothing does at larger ones either, as the conditions of a bound cover all smaller load factors.
+    At λ = 0 it is asked for first, as where there is none there it is told soonest. Nothing bounds it at load
+    factors larger than one at which nothing does, as the conditions of a bound cover all smaller ones.
     """
-    known = _known_bounds(begun.problem).get(_key(begun, "accumulated"))
-    asked = _asked_slips(begun.problem).get(_key(begun), inf)
-    if not known or known.status not in (Status.OPTIMAL, Status.INFEASIBLE):
-        return asked
-    found_to = (1.0 + 2.0 * ACCURACY[begun.problem.directions]) * known.load_factor
-    return min(asked, found_to if known.status == Status.OPTIMAL else 0.0)
+    of_starts, key = _bounds_of_starts(begun.problem), _key(begun, "unbounded slip")
+    least, known = of_starts.get(key, inf), of_starts.get(_key(begun, "accumulated"))
+    if known and known.status == Status.INFEASIBLE:
+        least = 0.0
+    elif known and known.status == Status.OPTIMAL:
+        least = min(least, (1.0 + 2.0 * ACCURACY[begun.problem.directions]) * known.load_factor)
+    further = inf
+    if begun.open_nodes or begun.load_factor >= least:
+        return further
+    for load_factor in (0.0, begun.load_factor):
+        further = further_from(begun.problem, load_factor, begun.start)
+        if further == inf:
+            of_starts[key] = load_factor
+            break
+    return further
 
 
-def note_slip_unbounded(begun: Passage, load_factor: float) -> None:
-    """Store a load factor, less than those known, at which nothing bounds the total slip from a start."""
-    _asked_slips(begun.problem)[_key(begun)] = load_factor
+@on_one_thread
+def proof_from_start(begun: Passage) -> str:
+    """What proves that a motion shakes down from its start, in words; empty where nothing does."""
+    bound = proving_bound(begun)
+    if bound is not None:
+        return f"below λ_E = {short(bound.load_factor)} of its start"
+    return "below λ_S of its start" if further_from_start(begun) < inf else ""
 
 
-@once_per_problem
-def _asked_slips(problem: Problem) -> dict[object, float]:
-    """The least load factor asked about at which total slip has no bound, by the start."""
-    return {}
-
-
-def _key(begun: Passage, kind: str = "") -> object:
+def _key(begun: Passage, kind: str) -> object:
     return kind, begun.start.tobytes(), begun.open_nodes, begun.tolerances
 
 
 @once_per_problem
-def _known_bounds(problem: Problem) -> dict[object, Bound | Missing]:
-    """Known proofs from a start of one problem, by kind, start, open nodes and tolerances."""
+def _bounds_of_starts(problem: Problem) -> dict[object, Any]:
+    """Known proofs from a start of one problem, by kind, start, open nodes and tolerances.
+
+    Also the least load factor asked about at which total slip has no bound ("unbounded slip").
+    """
     return {}
 
 

@@ -3,39 +3,41 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import DISTINCT, RESOLVED
+from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words
 from shakedown.ground.size_limits import BATCH
 from shakedown.ground.status import Outcome
 from shakedown.joint.layout import Layout
 from shakedown.joint.rigid_slips import can_drift
-from shakedown.long_term.cycle_map import limit
-from shakedown.long_term.plane.path_check import Scale, path_check
-from shakedown.long_term.plane.period_map import period_map
+from shakedown.long_term.passage import Passage
+from shakedown.long_term.plane.path_check import path_check
+from shakedown.long_term.plane.period_map import limit, period_map
 from shakedown.long_term.plane.phase_loop import (
     ANEW,
+    BLURRED,
+    BROKEN,
     FROM_HERE,
     JUMP,
     LEAVES,
+    LEFT,
+    LIMIT_WANTED,
     RATES,
+    SHAKEDOWN,
+    SINGULAR,
     STOPPED,
-    search_state,
+    UNDECIDED,
     settle,
     tell,
 )
-from shakedown.long_term.plane.search import (
-    LIMIT_WANTED,
-    SINGULAR,
-    Answers,
-    SearchState,
-    SettlingRules,
-    search,
-)
+from shakedown.long_term.plane.search import Answers, Settler, search
+from shakedown.long_term.state import VARIES_LITTLE, LongTermState
 from shakedown.motion.checked_law import alone, swing
 from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED
 from shakedown.motion.evolution import Evolution
+from shakedown.motion.method import State
 from shakedown.motion.plane.event_loop import address_of_loop
 from shakedown.motion.plane.plane_events import ROUNDING, PlaneEvents
 
@@ -68,33 +70,25 @@ class LimitSearch:
     """
 
     def __init__(self, evolution: Evolution, most_cycles: int, longest_period: int) -> None:
-        self.evolution, problem = evolution, evolution.problem
-        scale, t = evolution.scale, evolution.tolerances
-        rules = SettlingRules(
+        self.evolution, self.most_cycles, problem = evolution, most_cycles, evolution.problem
+        capacity = min(most_cycles + longest_period, BATCH)  # states between two cycles
+        events, t = self._events, evolution.tolerances
+        runs = events.run_of(True, False), events.run_of(False, False), events.run_of(False, True)
+        check = path_check(problem.f)
+        self.compiled = search(runs, period_map(problem.n), check, capacity, longest_period)
+        self.compiled.set(
             most_cycles=most_cycles,
-            longest_period=longest_period,
-            capacity=min(most_cycles + longest_period, BATCH),  # states between two cycles
-            least_force=scale.force,
             limit=t.limit,
             rounding=ROUNDING,
             friction_law=t.friction_law,
             stiffness=float(np.abs(evolution.kappa).max()),
         )
-        events = self._events
-        runs = events.run_of(True, False), events.run_of(False, False), events.run_of(False, True)
-        check = path_check(problem.f, Scale(scale.force, scale.length, t.periodicity * scale.length))
-        self.compiled = search(runs, period_map(problem.n), check, rules)
         self._weigh()
 
     @property
     def _events(self) -> PlaneEvents:
         assert isinstance(self.evolution.method, PlaneEvents)
         return self.evolution.method
-
-    @property
-    def search_state(self) -> SearchState:
-        """The progress of the present search."""
-        return search_state(self.compiled)
 
     def begin(self, load_factor: float, initial_slip: ArrayLike | None, open_nodes: tuple[int, ...]) -> None:
         """Go to the start at a load factor."""
@@ -110,6 +104,46 @@ class LimitSearch:
         self.compiled.set(least_force=scale.force, blurred=0.0 < moving < RESOLVED * lost)
         self.compiled.check.set(force=scale.force, length=scale.length, near=near)
         self.compiled.weight[:] = near / alone(evolution.problem, max(share * moving, DISTINCT * lost))
+
+    def state(self, open_nodes: tuple[int, ...]) -> LongTermState:
+        """The long-term state of the motion from its start, with the given nodes open there."""
+        motion, layout = self.evolution, self.evolution.problem.layout
+        begun, answers = Passage.of(motion, open_nodes), empty_answers(1, layout)
+        self.from_here(answers)
+        at, verdict = self.compiled, int(answers.verdict[0])
+        known, left, nan = verdict >= SHAKEDOWN, verdict == LEFT, np.full(layout.n, np.nan)
+        cycles = at.done if known else np.nan
+        always_open = at.check.always_open == 1 if known else np.full(layout.n, left)
+        opened = at.opened == 1 if known else np.full(layout.n, left)
+        reason, met = _reason(motion, at, verdict)
+        return LongTermState(
+            problem=motion.problem,
+            load_factor=motion.load_factor,
+            initial_slip=begun.start,
+            outcome=OUTCOMES[verdict],
+            reason=reason + _events_in_words(at, opened & ~always_open) if known else reason,
+            period=at.done if known else 0,
+            final_slip=answers.final_slip[0],
+            drift=at.done / at.period * at.drift[layout.slips] if known else nan,
+            slip_per_cycle=answers.slip[0],
+            friction_dissipation_per_cycle=at.friction / cycles,
+            jump_dissipation_per_cycle=at.damping / cycles,
+            jumps_per_cycle=at.jumps / cycles,
+            open_nodes=tuple(np.flatnonzero(always_open).tolist()),
+            cycles_simulated=at.cycles,
+            slides_away=motion.stop is not None and motion.stop.slides_away,
+            dissipations=at.works[: at.done].copy() if known else np.array([]),
+            opened=opened,
+            events=at.events,
+            contraction=answers.contraction[0],
+            return_error=at.far / motion.scale.length if known else np.nan,
+            signature=int(answers.signature[0]),
+            stop=motion.stop,
+            met=met,
+            most_cycles=self.most_cycles,
+            begun=begun,
+            goal=State(at.goal.copy(), at.contact.copy()) if known else motion.state,
+        )
 
     def from_here(self, answers: Answers) -> None:
         """Answer for the present state of the evolution, at its start."""
@@ -136,7 +170,8 @@ class LimitSearch:
 
     def _give_limit(self) -> None:
         """The limit of an affine map that drifts, or nearly so."""
-        affine, k = self.compiled.map, self.search_state.nodes
+        affine = self.compiled.map
+        k = affine.k
         end = limit(affine.power.ravel()[: k * k].reshape(k, k), affine.change[:k])
         decaying, drift = end.decaying, end.drift
         if not can_drift(self.evolution.problem):  # otherwise what does not decay is merely too slow to tell
@@ -148,14 +183,13 @@ class LimitSearch:
 
     def _give_up(self) -> None:
         """Give up a state whose moving nodes are held by nothing."""
-        at = self.search_state
-        self.evolution.enter_cycle(at.cycles)
+        self.evolution.enter_cycle(self.compiled.cycles)
         self.evolution.say_not_held()
         tell(self.compiled, STOPPED, 0.0, 0.0)
 
     def _give_way(self, status: int) -> None:
         """Supply rates, or a state to jump to, where the loop found none; else why the motion stops."""
-        evolution, at = self.evolution, self.search_state
+        evolution, at = self.evolution, self.compiled
         if not at.jumped:
             evolution.enter_cycle(at.cycles)
         if status == NO_RATES and self._events.finds_rates():
@@ -166,3 +200,33 @@ class LimitSearch:
         else:
             evolution.say_why(status)
             tell(self.compiled, LEAVES if evolution.left else STOPPED, 0.0, 0.0)
+
+
+def _reason(evolution: Evolution, at: Settler, verdict: int) -> tuple[str, float]:
+    """The basis of the verdict in words, and the violation of the friction law, NaN where there is none."""
+    if verdict in (UNDECIDED, LEFT):
+        stop = evolution.stop
+        return stop.reason if stop else f"no periodic state within {count(at.cycles, 'cycle')}", np.nan
+    text = f"limit of the cycles, whose contact states repeat every {cycles_in_words(at.period)}"
+    if not at.from_limit:
+        cycle, before = at.cycles - at.done, at.cycles - at.done - at.period
+        text = f"cycle {cycle} repeats cycle {before}" if before else f"the start is back after cycle {cycle}"
+    if verdict == BLURRED:
+        return f"{VARIES_LITTLE} ({text})", np.nan
+    if verdict != BROKEN:
+        return text, np.nan
+    if at.done == 0:
+        residual = evolution.violation(evolution.state)
+        return f"the friction law is violated by {residual:.1e} between two cycles ({text})", residual
+    broken = f"the friction law is violated by {at.check.violation:.1e} in the period found ({text})"
+    return broken, at.check.violation
+
+
+def _events_in_words(at: Settler, breathing: NDArray[np.bool_]) -> str:
+    """The nodes that open and close in a period, and its jumps, in words."""
+    every, text = cycles_in_words(at.done), ""
+    if breathing.any():
+        text += f"; opening and closing every {every}: {nodes_in_words(np.flatnonzero(breathing))}"
+    if at.jumps:
+        text += f"; {at.jumps} jump{'s' if at.jumps > 1 else ''} in every {every}"
+    return text

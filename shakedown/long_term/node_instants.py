@@ -2,7 +2,6 @@
 
 import os
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,8 @@ from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
-from shakedown.long_term.node_points import (
+from shakedown.long_term.node_results import settled_of
+from shakedown.long_term.node_table import (
     axes_of,
     coordinates_of,
     faces_of,
@@ -24,8 +24,7 @@ from shakedown.long_term.node_points import (
     normals_of,
     points_of,
 )
-from shakedown.long_term.node_results import settled_of
-from shakedown.long_term.state import LongTermState, SteppedState
+from shakedown.long_term.state import LongTermState
 from shakedown.motion.event_history import EventHistory
 
 MOST_INSTANTS = 500
@@ -70,7 +69,7 @@ def save_node_instants(
     >>> [path.name for path in save_node_instants(state, "nodes.vtp", 2)]  # doctest: +SKIP
     ['nodes.pvd', 'nodes_000.vtp', 'nodes_001.vtp']
     """
-    settled = settled_of(cast(SteppedState, simulation_or_state), "save_node_instants")
+    settled = settled_of(simulation_or_state, "save_node_instants")
     check_count("instants", instants, MOST_INSTANTS)
     history, problem = settled.history, settled.problem
     if not isinstance(settled, LongTermState) or not settled.period or len(history) < 2:

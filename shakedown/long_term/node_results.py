@@ -1,6 +1,6 @@
 """The results per node over one period of a settled state, from its path."""
 
-from typing import Protocol
+from itertools import combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,33 +12,30 @@ from shakedown.ground.status import OPEN, Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, is_finite
 from shakedown.joint.units import units_of
-from shakedown.long_term.diameters import diameter, diameter_within
-from shakedown.long_term.node_points import axes_of, coordinates_of, faces_of, labels_of, normals_of
-from shakedown.long_term.node_table import MIXED, NOT_KNOWN, SLIPS, STAYS_OPEN, STICKS, NodeResults
+from shakedown.long_term.node_table import (
+    MIXED,
+    NOT_KNOWN,
+    SLIPS,
+    STAYS_OPEN,
+    STICKS,
+    NodeResults,
+    axes_of,
+    coordinates_of,
+    faces_of,
+    labels_of,
+    normals_of,
+)
 from shakedown.long_term.state import LongTermState, SteppedState
 from shakedown.motion.checked_law import length_scales, path_resolution
 from shakedown.motion.event_history import EventHistory
 
 Settled = LongTermState | SteppedState
-
-
-class _Simulated(Protocol):
-    """A simulation, which holds its settled state."""
-
-    @property
-    def settled(self) -> Settled: ...
-
-
-class _Run(Protocol):
-    """A run of a verification: it holds its simulation."""
-
-    @property
-    def simulation(self) -> _Simulated: ...
+BLOCK = 128  # points of a path that are handled together
 
 
 @checked
 def node_results(
-    simulation_or_state: Settled | _Simulated | _Run,
+    simulation_or_state: object,
     *,
     wear_coefficient: float | None = None,
     tolerances: Tolerances = DEFAULT,
@@ -234,3 +231,78 @@ def pressed_slip(settled: Settled) -> FloatArray:
     else:
         pressed = (path.p * np.abs(settled.step_slip)).sum(axis=0) / settled.period
     return np.where(law.f > 0, settled.work_per_cycle / np.where(law.f > 0, law.f, 1.0), pressed)
+
+
+def diameter(places: FloatArray) -> FloatArray:
+    """The way between the two of some places (k, 2) that lie farthest apart: corners of their convex hull.
+
+    Examples
+    --------
+    >>> diameter(np.array([[0.0, 0.0], [3.0, 4.0], [1.0, 1.0], [0.0, 1.0]])).tolist()
+    [3.0, 4.0]
+    """
+    return _farthest(corners := _hull(places), corners)
+
+
+def diameter_within(places: FloatArray, time: NDArray[np.intp], window: int) -> FloatArray:
+    """The same for points whose times, (k,) increasing, differ by less than a window.
+
+    Where every pair of two blocks counts, only the corners of their hulls are compared.
+
+    Examples
+    --------
+    >>> steady = np.column_stack([np.arange(9.0), np.zeros(9)])
+    >>> diameter_within(steady, np.arange(9), 4).tolist()
+    [3.0, 0.0]
+    """
+    blocks = [(places[k : k + BLOCK], time[k : k + BLOCK]) for k in range(0, len(places), BLOCK)]
+    hulls = [_hull(own) for own, _ in blocks]
+    found = [np.zeros(2)]
+    for i, j in combinations_with_replacement(range(len(blocks)), 2):
+        (one, first), (two, second) = blocks[i], blocks[j]
+        if second[-1] - first[0] < window:
+            found.append(_farthest(hulls[i], hulls[j]))
+        elif second[0] - first[-1] < window:
+            near = np.abs(second[None, :] - first[:, None]) < window
+            found.append(_way(one, two, np.where(near, _apart(one, two), 0.0)))
+    return _longest(found)
+
+
+def _farthest(one: FloatArray, two: FloatArray) -> FloatArray:
+    """The longest vector from a point of one set to one of another, in batches."""
+    parts = (one[k : k + BLOCK] for k in range(0, len(one), BLOCK))
+    return _longest([_way(part, two, _apart(part, two)) for part in parts])
+
+
+def _way(one: FloatArray, two: FloatArray, apart: FloatArray) -> FloatArray:
+    """The vector between the farthest points of two sets, by their distances."""
+    i, j = np.unravel_index(apart.argmax(), apart.shape)
+    return np.asarray(two[j] - one[i])
+
+
+def _longest(ways: list[FloatArray]) -> FloatArray:
+    return max(ways, key=lambda way: float(np.hypot(*way)))
+
+
+def _apart(one: FloatArray, two: FloatArray) -> FloatArray:
+    """Distances between points (k, 2) and (l, 2), (k, l)."""
+    return np.asarray(np.hypot(*(one[:, None, :] - two[None, :, :]).transpose(2, 0, 1)))
+
+
+def _hull(places: FloatArray) -> FloatArray:
+    """Corners of the convex hull of points (k, 2), by Andrew's monotone chains."""
+    ordered = np.unique(places, axis=0).tolist()
+    return np.array([*_chain(ordered), *_chain(ordered[::-1])]).reshape(-1, 2)
+
+
+def _chain(places: list[list[float]]) -> list[list[float]]:
+    """The points at which a line around all of them turns left."""
+    found: list[list[float]] = []
+    for x, y in places:
+        while len(found) > 1:
+            (x0, y0), (x1, y1) = found[-2:]
+            if (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0) > 0:
+                break
+            found.pop()
+        found.append([x, y])
+    return found

@@ -16,7 +16,6 @@ from shakedown.ground.status import Outcome
 from shakedown.ground.work_limit import work_again
 from shakedown.joint.coupled_parts import Part, of_nodes, of_slips
 from shakedown.joint.problem import Problem
-from shakedown.long_term.space.returned_state import ReturnedState
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.checked_law import scales
 from shakedown.motion.method import State
@@ -62,9 +61,6 @@ def joined_state(
     more: dict[str, Any] = {word: slips(attrgetter(word)) for word in OF_SLIPS}
     more |= {word: nodes(attrgetter(word)) for word in OF_NODES}
     more |= {word: sum(getattr(state, word) for state in states) for word in SUMS}
-    if isinstance(worst, ReturnedState):
-        errors = [state.error for state in states if isinstance(state, ReturnedState)]
-        more |= {"error": float(np.max(errors)), "first_cycles": None, "jumps": ()}
     return replace(
         worst,
         problem=problem,
@@ -75,12 +71,15 @@ def joined_state(
         slides_away=any(state.slides_away for state in states),
         contraction=float(np.max([state.contraction for state in states])),
         return_error=float(np.max(missed)) / lengths[0],
+        error=float(np.max([state.error for state in states])),
         signature=reduce(lambda known, state: (known ^ state.signature) * PRIME % 2**64, states, 0),
         met=float(np.fmax.reduce([state.met for state in states])),
         begun=replace(
             worst.begun, problem=problem, start=slips(lambda state: state.begun.start), open_nodes=open_nodes
         ),
         goal=State(u, nodes(lambda state: state.goal.contact)),
+        first_cycles=None,
+        jumps=(),
         proof=None,
         parts=tuple(found),
         **more,

@@ -2,11 +2,9 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import nan
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import MISJUDGED
@@ -20,47 +18,8 @@ from shakedown.motion.method import CycleRecord, State, cycles_of
 
 LONGEST_TRANSIENT = 12  # random load steps
 
-
-class FirstCycles(NamedTuple):
-    """The states that a search passed through, cycle by cycle, before its first leap.
-
-    Attributes
-    ----------
-    records
-        What the cycles did.
-    opened : (k, n)
-        Whether each node was open at the end of each.
-    state
-        The last state.
-    """
-
-    records: tuple[CycleRecord, ...]
-    opened: NDArray[np.bool_]
-    state: State
-
-
-class Approach(NamedTuple):
-    """How a motion comes to rest.
-
-    Attributes
-    ----------
-    final_slip : (n,)
-        Where [length].
-    open_nodes
-        The nodes that are open there, all others closed.
-    most
-        The number of cycles up to which states are examined.
-    contraction
-        Factor per cycle by which the distance shrinks in the end; NaN unknown.
-    first_cycles
-        The states after the first cycles, where they are kept.
-    """
-
-    final_slip: FloatArray
-    open_nodes: tuple[int, ...]
-    most: int
-    contraction: float = nan
-    first_cycles: FirstCycles | None = None
+FirstCycles = tuple[tuple[CycleRecord, State], ...]
+"""The cycles that a search followed before its first leap, and the states at their ends."""
 
 
 class Passed(NamedTuple):
@@ -104,6 +63,12 @@ class Passage:
     start: FloatArray
     open_nodes: tuple[int, ...]
 
+    @classmethod
+    def of(cls, motion: Evolution, open_nodes: tuple[int, ...] = ()) -> "Passage":
+        """That of a motion at its start."""
+        start = motion.state.u[motion.problem.layout.slips].copy()
+        return cls(motion.problem, motion.load_factor, motion.tolerances, start, open_nodes)
+
     def motion(self) -> Evolution:
         """The motion at its start: exact in the plane, to the accuracy of the tolerances in space."""
         return Evolution(
@@ -119,20 +84,18 @@ class Passage:
 
     def passed(self, first_cycles: FirstCycles | None, most: int) -> Iterator[Passed]:
         """The states after successive cycles: the stored ones, then others up to a given number."""
-        done, error, motion = 0, 0.0, None
-        if first_cycles is not None:
-            for record, opened in zip(first_cycles.records, first_cycles.opened, strict=True):
-                done, error = done + 1, error + MISJUDGED * record.error
-                yield Passed(done, record.end_slip, _numbers(opened), error)
-            motion = self.motion_from(first_cycles.state, done)
-        motion = motion or self.motion()
+        error = 0.0
+        for done, (record, state) in enumerate(self._cycles(first_cycles or (), most), start=1):
+            error += MISJUDGED * record.error
+            open_nodes = tuple(np.flatnonzero(state.contact == OPEN).tolist())
+            yield Passed(done, record.end_slip, open_nodes, error)
+
+    def _cycles(self, first_cycles: FirstCycles, most: int) -> Iterator[tuple[CycleRecord, State]]:
+        yield from first_cycles
+        done = len(first_cycles)
+        motion = self.motion_from(first_cycles[-1][1], done) if first_cycles else self.motion()
         for record in cycles_of(motion, max(most - done, 0)):
-            done, error = done + 1, error + MISJUDGED * record.error
-            yield Passed(done, record.end_slip, _numbers(motion.state.contact == OPEN), error)
-
-
-def _numbers(which: NDArray[np.bool_]) -> tuple[int, ...]:
-    return tuple(np.flatnonzero(which).tolist())
+            yield record, motion.state
 
 
 def arrives_closed(

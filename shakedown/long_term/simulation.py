@@ -1,7 +1,7 @@
 """Evolution of a joint from a chosen initial state, its long-term state, and the path as a file."""
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, ClassVar
@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 from shakedown.bounds.named_start import named_start
 from shakedown.files.atomic_write import atomic_write
 from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import DISTINCT
-from shakedown.ground.shown_values import count, short
+from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words, short
 from shakedown.ground.size_limits import CYCLES
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -22,13 +23,11 @@ from shakedown.joint.loading import loop_path
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import Patience, settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.long_term.recorded_verdict import Verdict, recorded_verdict
 from shakedown.long_term.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
-from shakedown.long_term.space.returned_state import ReturnedState
-from shakedown.long_term.state import LongTermState, SettledState, SteppedState
+from shakedown.long_term.state import LongTermState, SettledState, SteppedState, of_period
 from shakedown.motion.checked_law import alone, law_resolution, swing
 from shakedown.motion.event_history import EventHistory, path_violation
-from shakedown.motion.fixed_steps import FixedSteps
+from shakedown.motion.fixed_steps import REMEMBERED, FixedSteps
 from shakedown.motion.method import CycleRecord, Walk, cycles_of, walk
 from shakedown.motion.viscous_jump import Jump
 
@@ -90,7 +89,7 @@ class Simulation(SettledState):
             return self.followed or Walk(self.initial_slip, (), None)
         first_cycles = self.long_term.first_cycles
         if first_cycles is not None:
-            return Walk(self.initial_slip, first_cycles.records, None)
+            return Walk(self.initial_slip, tuple(record for record, _ in first_cycles), None)
         return walk(self.long_term.begun.motion(), _cycles_there(self.long_term))
 
     @property
@@ -104,9 +103,9 @@ class Simulation(SettledState):
 
         In space, where no path was recorded, those of the cycles that the search has followed.
         """
-        if self.followed is None and isinstance(self.settled, ReturnedState) and not self.settled.parts:
-            return self.settled.jumps
-        return self.cycles.jumps
+        state = self.long_term
+        in_space = state is not None and state.first_cycles is not None
+        return state.jumps if state and in_space and self.followed is None else self.cycles.jumps
 
     @property
     def events(self) -> int | None:
@@ -236,6 +235,58 @@ def _judged(state: LongTermState, path: Walk) -> LongTermState:
     )
 
 
+@dataclass(frozen=True)
+class Verdict:
+    """An outcome with its period in cycles and the drift of the slip per period, (n,) [length]."""
+
+    outcome: Outcome
+    period: int
+    drift: FloatArray
+    reason: str
+
+
+def recorded_verdict(cycles: Sequence[CycleRecord], threshold: FloatArray) -> Verdict | None:
+    """The long-term state that the last cycles show, or None while they show none.
+
+    Evidence, not proof: slips of a node below its ``threshold``, (n,) [length], count as none, and
+    each finding must hold over two cycles (two periods) in a row.
+    """
+    if len(cycles) < 2:
+        return None
+    last, still = cycles[-1], np.zeros_like(cycles[-1].end_slip)
+    if all(np.all(cycle.slip <= threshold) for cycle in cycles[-2:]):
+        breathing = np.flatnonzero(last.opened & last.closed)
+        if breathing.size:
+            reason = f"no frictional slip, but opening and closing every cycle: {nodes_in_words(breathing)}"
+            return Verdict(Outcome.SEPARATION, 1, still, reason)
+        return Verdict(Outcome.SHAKEDOWN, 1, still, "no frictional slip in the last two cycles")
+    for period in range(1, REMEMBERED + 1):
+        verdict = _periodic(cycles, period, threshold)
+        if verdict is not None:
+            return verdict
+    return None
+
+
+def _periodic(cycles: Sequence[CycleRecord], period: int, threshold: FloatArray) -> Verdict | None:
+    """Cyclic slip or ratchetting of the given period, seen over two periods."""
+    if len(cycles) < 2 * period + 1:
+        return None
+    steps = [cycles[-1 - k].end_slip - cycles[-1 - k - period].end_slip for k in range(period + 1)]
+    slip = np.sum([cycle.slip for cycle in cycles[-period:]], axis=0)
+    # In a slow approach to shakedown the increments are as large as the slip; a limit cycle has none.
+    if np.all(slip <= 1e3 * threshold):
+        return None
+    none = np.repeat(threshold, len(steps[0]) // len(threshold))
+    if np.all(np.abs(steps) <= none):
+        reason = f"slip per {cycles_in_words(period)} constant"
+        return Verdict(Outcome.CYCLIC_SLIP, period, np.zeros_like(steps[0]), reason)
+    steady = np.all(np.abs(np.subtract(steps, steps[0])) <= none)
+    if steady and np.any(np.abs(steps[0]) > 1e3 * none):
+        reason = f"drift per {cycles_in_words(period)} constant"
+        return Verdict(Outcome.RATCHETTING, period, steps[0], reason)
+    return None
+
+
 def _at_fixed_steps(motion: FixedSteps, cycles: int, method: str, record: bool) -> Simulation:
     """Cycle until the last cycles show the settled state, or the allowed cycles are spent."""
     problem, scale, t, records = motion.problem, motion.scale, motion.tolerances, list[CycleRecord]()
@@ -248,8 +299,7 @@ def _at_fixed_steps(motion: FixedSteps, cycles: int, method: str, record: bool) 
     verdict = None
     for cycle in cycles_of(motion, cycles, record=record):
         records.append(cycle)
-        verdict = recorded_verdict(records, threshold)
-        if verdict is not None:
+        if (verdict := recorded_verdict(records, threshold)) is not None:
             break
     if verdict is None:
         none = f"no steady state within {count(cycles, 'cycle')}"
@@ -260,28 +310,23 @@ def _at_fixed_steps(motion: FixedSteps, cycles: int, method: str, record: bool) 
 
 
 def _stepped_state(motion: FixedSteps, verdict: Verdict, log: Walk) -> SteppedState:
-    n, decided = motion.problem.n, verdict.outcome != Outcome.UNDECIDED
-    last, (path, slip) = slice(len(log.slip) - verdict.period, None), motion.last(verdict.period)
-    work = np.sum([each.work for each in log.records[last]], axis=0) / max(verdict.period, 1)
+    problem, (path, slip) = motion.problem, motion.last(verdict.period)
+    records = log.records[-verdict.period :] if verdict.period else ()
+    work = np.sum([each.work for each in records], axis=0) / verdict.period if records else np.nan
     return SteppedState(
-        problem=motion.problem,
+        problem=problem,
         load_factor=float(motion.load_factor),
         initial_slip=motion.start,
         outcome=verdict.outcome,
         reason=verdict.reason,
-        period=verdict.period,
-        final_slip=motion.state.u[motion.problem.layout.slips].copy(),
+        final_slip=motion.state.u[problem.layout.slips].copy(),
         drift=verdict.drift,
-        slip_per_cycle=log.slip[last].sum(axis=0) if decided else np.full(n, np.nan),
-        friction_dissipation_per_cycle=float(log.dissipation[last].mean()) if decided else np.nan,
-        jump_dissipation_per_cycle=0.0 if decided else np.nan,
-        jumps_per_cycle=np.nan,
-        open_nodes=verdict.open_nodes,
         cycles_simulated=len(log.records) + (motion.stop is not None),
         residual=motion.residual,
-        work_per_cycle=work if decided else np.full(n, np.nan),
+        work_per_cycle=np.broadcast_to(work, problem.n).copy(),
         history=path,
         step_slip=slip,
+        **of_period(records, problem.n) | {"jumps_per_cycle": np.nan},
     )
 
 

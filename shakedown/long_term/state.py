@@ -1,29 +1,36 @@
-"""The long-term state of a joint, with the evidence for it."""
+"""The long-term state of a joint, the evidence for it, and what proves it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import ceil, log
-from typing import ClassVar, Self
+from math import ceil, inf, log, nan
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball, holding_ball
+from shakedown.bounds.plane_or_space import holding_ball_sooner, takes_long
+from shakedown.bounds.registry import BOUNDS
+from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.joint.coupled_parts import coupled_parts, of_nodes
+from shakedown.joint.derived import once_per_problem
+from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.energy_proof import (
-    NO_PROOF,
-    EnergyProof,
-    energy_proof,
-    proof_of_parts,
-    with_margins,
-)
-from shakedown.long_term.passage import Approach, FirstCycles, Passage
+from shakedown.long_term.known_bounds import further_from, further_from_start, is_known, proving_bound
+from shakedown.long_term.passage import FirstCycles, Passage
+from shakedown.motion.checked_law import path_resolution, scales
 from shakedown.motion.event_history import EventHistory, path_violation
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.method import State, Stop, Walk, walk
+from shakedown.motion.method import CycleRecord, State, Stop, Walk, walk
+from shakedown.motion.viscous_jump import Jump
+
+VARIES_LITTLE = "the varying part of the loads is next to round-off beside the constant part"
+MOST = 256  # largest number of cycles after which a state is examined, doubling from 1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -119,6 +126,56 @@ class SteppedState(SettledState):
     step_slip: FloatArray = field(repr=False)
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class EnergyProof(Result):
+    """Whether shakedown is proved, and how far the final state may be off, as in :class:`LongTermState`.
+
+    Attributes
+    ----------
+    proved
+        Whether it is.
+    margin, single_node_margin
+        NaN where no ball proves it; the other proofs have no margin.
+    best
+        Whether these are the margins of the best ball found.
+    cycles
+        After how many cycles the motion is in the state that proves it; None where nothing does.
+    by
+        What proves it: ``"λ_E"`` (a ball, or the bound of its start) or ``"λ_S"``; empty where
+        that differs from one uncoupled part to another.
+    further
+        With ``"λ_S"`` the bound on the total slip of any node from then on [length].
+    """
+
+    proved: bool
+    margin: float = nan
+    single_node_margin: float = nan
+    best: bool = True
+    cycles: int | None = None
+    by: str = ""
+    further: float = nan
+
+
+NO_PROOF = EnergyProof(False)
+ENERGY, SLIP = BOUNDS["energy"].symbol, BOUNDS["accumulated"].symbol
+
+
+def proof_of_parts(proofs: Sequence[EnergyProof]) -> EnergyProof:
+    """The proof of a joint in uncoupled parts from that of each: a product of balls, …"""
+    if not all(proof.proved for proof in proofs):
+        return NO_PROOF
+    by = {proof.by for proof in proofs}
+    return EnergyProof(
+        proved=True,
+        margin=float(np.min([proof.margin for proof in proofs])),
+        single_node_margin=float(np.min([proof.single_node_margin for proof in proofs])),
+        best=all(proof.best for proof in proofs),
+        cycles=max(proof.cycles or 0 for proof in proofs),
+        by=by.pop() if len(by) == 1 else "",
+        further=float(np.max([proof.further for proof in proofs])),
+    )
+
+
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class LongTermState(SettledState):
     """Result of :func:`long_term_state`: a settled state, and the evidence for it.
@@ -139,6 +196,10 @@ class LongTermState(SettledState):
     return_error
         How far one period from the long-term state misses it, drift apart,
         relative to the length scale.
+    error
+        Estimated distance of ``final_slip`` from where the motion really ends, largest entry [length]: from
+        the rate at which the cycles close in, and from what leaps ahead leave open; where it ratchets apart
+        from rigid slip, which goes on for ever. Zero in the plane, NaN where undecided.
     signature
         Identifies the contact states of one period, wherever it is cut
         (:attr:`EventHistory.signature`); 0 where undecided, and where the body leaves.
@@ -151,7 +212,9 @@ class LongTermState(SettledState):
     begun, goal
         Where the motion began, and the state at the start of that period.
     first_cycles
-        What was passed through on the way, where that is kept.
+        What a search in space has passed through before it first leapt ahead.
+    jumps
+        Those of the cycles that it has followed. Of a joint in uncoupled ``parts`` both are known of these.
     proof
         What proves it, where that is known already.
     parts
@@ -160,10 +223,7 @@ class LongTermState(SettledState):
     """
 
     DOCUMENT: ClassVar[str] = (
-        "load_factor outcome reason period initial_slip final_slip drift slip_per_cycle "
-        "dissipation_per_cycle friction_dissipation_per_cycle jump_dissipation_per_cycle jumps_per_cycle "
-        "open_nodes cycles_simulated residual slides_away dissipations opened events contraction "
-        "return_error proved energy_margin"
+        f"{SettledState.DOCUMENT} dissipations opened events contraction return_error proved energy_margin"
     )
 
     dissipations: FloatArray
@@ -171,6 +231,7 @@ class LongTermState(SettledState):
     events: int
     contraction: float
     return_error: float
+    error: float = 0.0
     signature: int
     stop: Stop | None = None
     met: float = field(default=np.nan, repr=False)
@@ -178,25 +239,18 @@ class LongTermState(SettledState):
     begun: Passage = field(repr=False, compare=False)
     goal: State = field(repr=False, compare=False)
     first_cycles: FirstCycles | None = field(default=None, repr=False, compare=False)
+    jumps: tuple[Jump, ...] = field(default=(), repr=False)
     proof: EnergyProof | None = field(default=None, repr=False, compare=False)
     parts: tuple["LongTermState", ...] = field(default=(), repr=False, compare=False)
 
-    def without_period(self) -> Self:
+    def _words(self) -> list[str]:
+        return super()._words() + ["error"] * (self.problem.directions > 1)
+
+    def without_period(self) -> "LongTermState":
         """The same, with nothing that is known of a period."""
-        nothing = np.full_like(self.final_slip, np.nan)
-        return replace(
-            self,
-            period=0,
-            drift=nothing,
-            slip_per_cycle=np.full(self.problem.n, np.nan),
-            friction_dissipation_per_cycle=np.nan,
-            jump_dissipation_per_cycle=np.nan,
-            jumps_per_cycle=np.nan,
-            dissipations=np.array([]),
-            contraction=np.nan,
-            return_error=np.nan,
-            signature=0,
-        )
+        none, nothing = of_long_term_period([], self.problem.n), np.full_like(self.final_slip, np.nan)
+        kept = {"opened": self.opened, "open_nodes": self.open_nodes}
+        return replace(self, drift=nothing, contraction=np.nan, return_error=np.nan, **none | kept)
 
     def motion(self) -> Evolution:
         """The motion at the start of a period of the long-term state."""
@@ -273,22 +327,198 @@ class LongTermState(SettledState):
             return NO_PROOF
         if self.parts:
             return proof_of_parts([part._proof for part in self.parts])
-        return self.proof or energy_proof(self.begun, self.approach)
+        return self.proof or energy_proof(self)
 
     @cached_property
     def _margins(self) -> EnergyProof:
         """The proof with the margins of the best ball."""
         if self.parts and self._proof.proved:
             return proof_of_parts([part._margins for part in self.parts])
-        return self._proof if self._proof.best else with_margins(self.begun, self.approach)
+        return self._proof if self._proof.best else with_margins(self)
 
     @property
-    def approach(self) -> Approach:
-        """The approach to rest, as the proofs need it."""
-        most = self.cycles_simulated + self.most_cycles
-        return Approach(self.final_slip, self.open_nodes, most, self.contraction, self.first_cycles)
+    def cycles_examined(self) -> int:
+        """After how many cycles states are examined by proofs at most."""
+        return self.cycles_simulated + self.most_cycles
 
     @property
     def cycles_to_one_percent(self) -> int:
         """Cycles until the distance to the long-term state has shrunk to 1 %."""
         return 1 if self.contraction <= 0.01 else ceil(log(0.01) / log(self.contraction))
+
+
+def of_period(records: Sequence[CycleRecord], n: int) -> dict[str, Any]:
+    """What the cycles of a period show of a settled state of n nodes; nothing where there is none."""
+
+    def mean(values: list[float]) -> float:
+        return float(np.mean(values)) if values else np.nan
+
+    opened, closed = opened_and_closed(records, n)
+    return {
+        "period": len(records),
+        "slip_per_cycle": np.sum([each.slip for each in records], axis=0) if records else np.full(n, np.nan),
+        "friction_dissipation_per_cycle": mean([each.friction_dissipation for each in records]),
+        "jump_dissipation_per_cycle": mean([each.jump_dissipation for each in records]),
+        "jumps_per_cycle": mean([float(len(each.jumps)) for each in records]),
+        "open_nodes": tuple(np.flatnonzero(opened & ~closed).tolist()),
+    }
+
+
+def of_long_term_period(records: Sequence[CycleRecord], n: int) -> dict[str, Any]:
+    """The same of a long-term state."""
+    return of_period(records, n) | {
+        "dissipations": np.array([each.dissipation for each in records]),
+        "signature": sum(each.signature for each in records) % 2**64,  # whichever cycle is first
+        "opened": opened_and_closed(records, n)[0],
+    }
+
+
+def opened_and_closed(records: Sequence[CycleRecord], n: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Whether each of n nodes was open, and whether it was closed, at some time in these cycles."""
+    opened, closed = np.zeros((2, n), dtype=bool)
+    for record in records:
+        opened, closed = opened | record.opened, closed | record.closed
+    return opened, closed
+
+
+@on_one_thread
+def energy_proof(state: "LongTermState") -> EnergyProof:
+    """What an energy ball, or else a bound on the slip to come, proves of a motion found to shake down.
+
+    Within a ball the distance from its centre never grows. So a motion that comes to
+    rest outside has never been inside, and one that comes to rest inside is there
+    after finitely many cycles: the ball that holds the state at rest best is found, and
+    the states that the motion really passes through are looked at until one is inside.
+    Where none is, the slip that is still to come is bounded, if it can be. In space any ball that holds the
+    state comes first.
+    """
+    for best in (False, True) if holding_ball_sooner(state.problem) else (True,):
+        ball = _ball(state, best=best)
+        if not isinstance(ball, EnergyBall):
+            break
+        cycles = comes_into(ball, state)
+        if cycles is not None:
+            return replace(_proof_of(ball, state, best=best), cycles=cycles)
+    # A ball that holds the start also holds the state at rest, so where none does λ_E is not computed.
+    known = is_known(state.begun)
+    asked = best or ball is not None or known
+    if asked and proving_bound(state.begun) is not None:
+        return EnergyProof(True, cycles=0, by=ENERGY)
+    return slip_proof(state)
+
+
+def slip_proof(state: "LongTermState") -> EnergyProof:
+    """The proof by accumulated slip (docs/accumulated.md), of all nodes closed.
+
+    The start is asked about, then the state at rest. Where that one proves nothing, states near it hardly
+    do; where it does, the states after 1, 2, 4, … cycles are asked about, with the error of their path.
+    """
+    begun = state.begun
+    further = further_from_start(begun)
+    if further < inf:
+        return EnergyProof(True, cycles=0, by=SLIP, further=further)
+    loop = _after_transient(begun.problem)
+    if state.open_nodes or not further_from(loop, begun.load_factor, state.final_slip) < inf:
+        return NO_PROOF
+    known = path_resolution(loop, begun.tolerances) * scales(loop, begun.load_factor).length
+    for passed in begun.passed(state.first_cycles, min(state.cycles_examined, MOST)):
+        if passed.cycles > MOST:
+            break
+        if passed.open_nodes or passed.cycles & (passed.cycles - 1):
+            continue
+        further = further_from(loop, begun.load_factor, passed.slip, known + passed.error)
+        if further < inf:
+            return EnergyProof(True, cycles=passed.cycles, by=SLIP, further=further)
+    return NO_PROOF
+
+
+@once_per_problem
+def _after_transient(problem: Problem) -> Problem:
+    """The joint in its loop."""
+    if problem.q_transient is None:
+        return problem
+    return replace(problem, q_transient=None, p_transient=None)
+
+
+@on_one_thread
+def with_margins(state: "LongTermState") -> EnergyProof:
+    """The proof by an energy ball, with the margins of the ball best suited to the state at rest.
+
+    Where that takes long, without shares where such a ball holds it: one program instead of three.
+    """
+    for split in (False, True) if takes_long(state.problem) else (True,):
+        ball = _ball(state, best=True, split=split)
+        if isinstance(ball, EnergyBall):
+            return _proof_of(ball, state, best=True)
+    return EnergyProof(True)
+
+
+def proof_in(ball: EnergyBall, state: "LongTermState") -> EnergyProof | None:
+    """The proof by a given ball of the load factor; None where it proves nothing."""
+    holds = ball.open_nodes == state.open_nodes and bool(ball.contains(state.final_slip))
+    cycles = comes_into(ball, state) if holds else None
+    return None if cycles is None else replace(_proof_of(ball, state, best=True), cycles=cycles)
+
+
+def _proof_of(ball: EnergyBall, state: "LongTermState", *, best: bool) -> EnergyProof:
+    slip = state.final_slip
+    return EnergyProof(True, float(ball.margin(slip)), float(ball.single_node_margin(slip)), best, by=ENERGY)
+
+
+def comes_into(ball: EnergyBall, state: "LongTermState") -> int | None:
+    """The number of cycles until a motion that comes to rest in a ball is in it; None if not found."""
+    kept = 0 if state.first_cycles is None else len(state.first_cycles)
+    for passed in state.begun.passed(state.first_cycles, state.cycles_examined):
+        if passed.open_nodes == state.open_nodes and ball.contains(passed.slip, off=passed.error):
+            return passed.cycles
+        if passed.cycles == kept:
+            away = float(ball.distance(passed.slip)) - float(ball.distance(state.final_slip))
+            left = _cycles_left(away, float(ball.margin(state.final_slip)), state.contraction)
+            if left > state.cycles_examined:
+                return None
+    return None
+
+
+def _cycles_left(away: float, margin: float, contraction: float) -> float:
+    """About how many cycles it takes until a shrinking distance is less than a margin."""
+    if not away > margin or not contraction > 0.0:
+        return 0.0
+    return log(margin / away) / log(contraction) if contraction < 1.0 else inf
+
+
+def _ball(state: "LongTermState", *, best: bool, split: bool = True) -> EnergyBall | Missing | None:
+    """A ball that holds the state at rest, or the best one; None where there is none, or no such zone."""
+    about, slip = (state.problem, state.load_factor), state.final_slip
+    opened, tolerances = state.open_nodes, state.begun.tolerances
+    try:
+        if best:
+            more: dict[str, Any] = {"open_nodes": opened, "split": split, "tolerances": tolerances}
+            found = sought(energy_ball, *about, around=slip, transient=False, **more)
+        else:
+            found = sought(holding_ball, *about, slip, opened, tolerances)
+    except UsageError:  # there is no such zone
+        return None
+    return found if isinstance(found, Missing) or found.contains(slip) else None
+
+
+def held_by_friction(problem: Problem, load_factor: float, slip: FloatArray) -> float:
+    """How far friction can hold any one node from its slip at some load step, the others fixed [length].
+
+    With node i displaced by e, all nodes closed, its reactions change by A_ii e and B_ii e: from one within
+    f p to another, |A_ii e| ≤ 2 f p + f |B_ii e|. inf where that is no bound.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> round(held_by_friction(shakedown.example("one-node"), 0.0, np.zeros(1)), 3)
+    2.667
+    """
+    n, d, law = problem.n, problem.directions, problem.law
+    own = np.arange(n)
+    least = np.linalg.svd(problem.A.reshape(n, d, n, d)[own, :, own], compute_uv=False)[:, -1]
+    coupled = np.linalg.norm(problem.B.reshape(n, n, d)[own, own], axis=1)
+    most = (loading(problem).at(load_factor)[1] + problem.B @ slip).max(axis=0)
+    resisted = least - law.limit(coupled)
+    if not resisted.min() > 0:
+        return inf
+    return float(np.max(2.0 * law.limit(np.maximum(most, 0.0)) / resisted))

@@ -30,10 +30,10 @@ from shakedown.report.node_names import (
 if TYPE_CHECKING:
     from shakedown.assessment.slip_limit import SlipLimit
     from shakedown.joint.problem import Problem
-    from shakedown.long_term.energy_proof import EnergyProof
     from shakedown.long_term.node_table import NodeResults
     from shakedown.long_term.simulation import Simulation
     from shakedown.long_term.slip_criterion import SlipCriterion
+    from shakedown.long_term.state import EnergyProof
 
 WORST = 10  # nodes shown where there are many
 SHORT = 3  # digits in a table of many columns
@@ -132,7 +132,7 @@ def loads_fact(problem: Problem, load_factor: float) -> list[Fact]:
 
 def rest_facts(problem: Problem, run: Simulation) -> list[Fact]:
     """How far slips may deviate from those at rest, one node at a time or together."""
-    from shakedown.long_term.energy_proof import held_by_friction  # loads compiled code
+    from shakedown.long_term.state import held_by_friction  # loads compiled code
 
     found, unit = run.long_term, units_of(problem)
     if found is None:

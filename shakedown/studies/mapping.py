@@ -24,8 +24,8 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.visible_text import visible
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.problem import Problem
+from shakedown.long_term.find_state import long_term_states
 from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.long_term.many_states import long_term_states
 from shakedown.long_term.slip_criterion import check_slip_below, slip_criterion
 from shakedown.studies.basin_map import InitialStateMap, InitialStateMaps, MissingMap
 from shakedown.studies.limit_cycles import limit_cycles

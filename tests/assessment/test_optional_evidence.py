@@ -20,7 +20,7 @@ OPTIONAL = [  # module and name of every step of evidence on which no answer of 
     "assessment.transient_limit.transient_limit",
     "assessment.every_limit.energy_ball",
     "assessment.plan.energy_ball",
-    "long_term.energy_proof.energy_ball",
+    "long_term.state.energy_ball",
 ]
 ANSWERS = [("lower", "load_factor"), ("upper", "load_factor"), ("energy", "load_factor"), ("lower", "slip"),
            ("upper", "slip"), ("upper", "least_load_factor"), ("universal", "node")]  # fmt: skip

@@ -27,7 +27,7 @@ def told(found):
     assert found.nodes.slip_range.shape == (2,)  # λ = 1 alone is looked at instant by instant
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(Evolution, "cycle", lambda self, **_: followed.append(self))
-        patched.setattr("shakedown.long_term.energy_proof.energy_ball", lambda *_, **__: sought.append(_))
+        patched.setattr("shakedown.long_term.state.energy_ball", lambda *_, **__: sought.append(_))
         return found.to_dict(), followed + sought
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import shakedown
 from benchmarks.problems import in_units
-from shakedown.long_term.many_states import LongTermStates
+from shakedown.long_term.find_state import LongTermStates
 from shakedown.motion.checked_law import scales
 from tests.joints import FAMILY, any_joint, joint_of_kind, member, slow_problem
 

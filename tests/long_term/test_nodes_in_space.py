@@ -9,7 +9,7 @@ from scipy.spatial.distance import pdist, squareform
 
 import shakedown
 from shakedown import Problem
-from shakedown.long_term.diameters import diameter, diameter_within
+from shakedown.long_term.node_results import diameter, diameter_within
 
 
 def circling(radius: float = 1.3, limit: float = 0.5) -> Problem:

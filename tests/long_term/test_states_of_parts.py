@@ -10,7 +10,7 @@ from benchmarks.drawn_joints import drawn_joint_in_space
 from benchmarks.uncoupled_parts import in_units, joined, pair
 from shakedown import Outcome, Problem
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.long_term.many_states import long_term_states
+from shakedown.long_term.find_state import long_term_states
 from shakedown.long_term.node_results import node_results
 from shakedown.motion.evolution import Evolution
 

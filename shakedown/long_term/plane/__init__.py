@@ -14,7 +14,6 @@ must be split off, the search returns and is told what Python has found. Every s
 nothing that another one has left, so that no answer depends on the others.
 
 Reading order: ``path_check`` (the friction law along a recorded path), ``period_map`` (a period as
-an affine map), ``limit_of_powers``, ``search`` (where a search has got to), ``repeats`` (until the
-contact states repeat), ``leaps`` (to the limit), ``period_verdict`` (the verdict of a confirmed period),
-``phase_loop`` (from phase to phase, state after state).
+an affine map, its powers and their limit), ``search`` (where a search has got to), ``phase_loop`` (from phase
+to phase, state after state).
 """

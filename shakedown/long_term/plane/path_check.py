@@ -6,8 +6,6 @@ filled, together with what else one period says: nodes open throughout, and the 
 contact states (:attr:`shakedown.motion.event_history.EventHistory.signature`).
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
@@ -18,14 +16,6 @@ from shakedown.motion.course import JUMPS, Course
 from shakedown.motion.plane.active_set import ActiveSet, add_product, larger
 from shakedown.motion.plane.event_loop import MOST_FOLLOWED
 from shakedown.motion.plane.moving_state import Record
-
-
-class Scale(NamedTuple):
-    """Force and length scale, and the slip or gap that counts as none [length]."""
-
-    force: float
-    length: float
-    near: float
 
 
 class PathCheck(NamedState):
@@ -42,7 +32,7 @@ class PathCheck(NamedState):
     always_open : (n,)
         1 where the node was open at every row.
     force, length, near
-        As in :class:`Scale`.
+        Force and length scale, and the slip or gap that counts as none [length].
     violation
         Largest relative violation of the law, without the first row.
     rows, added
@@ -74,13 +64,11 @@ class PathCheck(NamedState):
     changes: Hash
 
 
-def path_check(f: FloatArray, scale: Scale) -> PathCheck:
+def path_check(f: FloatArray) -> PathCheck:
     """Arrays for checking the path of nodes with given friction coefficients."""
     n = len(f)
     shapes = dict.fromkeys(("u", "r", "elastic", "change"), 2 * n) | {"always_open": n}
-    check = PathCheck(shapes, f=np.array(f, dtype=float))
-    check.set(**scale._asdict())
-    return check
+    return PathCheck(shapes, f=np.array(f, dtype=float))
 
 
 @inner

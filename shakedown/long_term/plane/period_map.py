@@ -1,15 +1,27 @@
-"""The affine map of one period, carried in compiled code.
+"""The affine map of one period, carried in compiled code, its powers, and their limit.
 
 v ↦ v + d + J (v − v_start) for the slips v of the nodes alone that are stuck at the start and move within
 the period. The others keep their slips exactly, so that the map leaves the space of
 these nodes as it is: there lie all its powers of the increment, and their limit.
+
+That is (I − J)⁻¹ d by elimination where no eigenvalue of J is near 1, which the size of the inverse shows.
+Where one is, what drifts must be split off (:func:`limit`): that is left to the caller.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import schur, solve_sylvester
+
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.named_state import Integers, NamedState, Reals, inner
+from shakedown.ground.named_state import Integers, NamedState, Reals, inner, summing
+from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.plane.active_set import ActiveSet, larger
 from shakedown.motion.plane.moving_state import PlaneMotion
+
+LARGEST_INVERSE = 1e5  # norm of (I − J)⁻¹ up to which no eigenvalue of J is near 1 and round-off is small
+DIED_OUT, GROWN = np.log(1e-13), np.log(1e6)  # of ‖Jᵏ d‖ / ‖d‖, logarithms
 
 
 class PeriodMap(NamedState):
@@ -40,7 +52,7 @@ class PeriodMap(NamedState):
     n, t, k
         Numbers of nodes.
     contraction, decaying
-        As in :class:`shakedown.long_term.cycle_map.Limit`.
+        As in :class:`Limit`.
     """
 
     start: Reals
@@ -158,3 +170,194 @@ def along_basis(pm: PeriodMap, change: FloatArray, j: int) -> float:
     for a in range(pm.k):
         total += pm.basis[j * pm.t + pm.moves[a]] * change[a]
     return total
+
+
+@inner
+def find_limit(pm: PeriodMap) -> bool:
+    """Limit of the powers; False where an eigenvalue may be near 1."""
+    k, J, d, limit, rest = pm.k, pm.power, pm.change, pm.limit, pm.image
+    for a in range(k):
+        pm.drift[a] = 0.0
+        limit[a] = 0.0
+        rest[a] = d[a]
+    if not invert_difference(pm):
+        return False
+    for _ in range(2):  # the second pass corrects round-off
+        for a in range(k):
+            for b in range(k):
+                limit[a] += pm.inverse[a * k + b] * rest[b]
+        for a in range(k):
+            rest[a] = d[a] - limit[a]
+            for b in range(k):
+                rest[a] += J[a * k + b] * limit[b]
+    pm.contraction = asymptotic_factor(pm)
+    pm.decaying = pm.contraction < 1.0
+    return True
+
+
+@inner
+def invert_difference(pm: PeriodMap) -> bool:
+    """(I − J)⁻¹ by elimination; False where it is larger than ``LARGEST_INVERSE``."""
+    k, matrix, inverse = pm.k, pm.work, pm.inverse
+    for a in range(k):
+        for b in range(k):
+            inverse[a * k + b] = 1.0 if a == b else 0.0
+            matrix[a * k + b] = inverse[a * k + b] - pm.power[a * k + b]
+    for c in range(k):
+        best = c
+        for a in range(c + 1, k):
+            if abs(matrix[a * k + c]) > abs(matrix[best * k + c]):
+                best = a
+        pivot = matrix[best * k + c]
+        if pivot == 0.0:
+            return False
+        for b in range(k):
+            matrix[best * k + b], matrix[c * k + b] = matrix[c * k + b], matrix[best * k + b] / pivot
+            inverse[best * k + b], inverse[c * k + b] = inverse[c * k + b], inverse[best * k + b] / pivot
+        for a in range(k):
+            x = matrix[a * k + c]
+            if a != c and x != 0.0:
+                for b in range(k):
+                    matrix[a * k + b] -= x * matrix[c * k + b]
+                    inverse[a * k + b] -= x * inverse[c * k + b]
+    for a in range(k):
+        total = 0.0
+        for b in range(k):
+            total += abs(inverse[a * k + b])
+        if not total <= LARGEST_INVERSE:
+            return False
+    return True
+
+
+@inner
+def asymptotic_factor(pm: PeriodMap) -> float:
+    """lim ‖Jⁱ⁺¹ d‖ / ‖Jⁱ d‖, as accurately as round-off allows, by repeated squaring of J."""
+    k, matrix, vector, image = pm.k, pm.work, pm.image, pm.delay
+    for a in range(k * k):
+        matrix[a] = pm.power[a]
+    for a in range(k):
+        vector[a] = pm.change[a]
+    size = norm(vector, k)
+    factor, steps, log = 0.0, 1.0, 0.0
+    for _ in range(40):
+        if size == 0.0:
+            return factor
+        for a in range(k):
+            vector[a] /= size
+        multiply(matrix, vector, image, k)
+        size = norm(image, k)
+        log += np.log(size) if size > 0.0 else -np.inf
+        if log < DIED_OUT:
+            return factor
+        factor = size ** (1.0 / steps)
+        if log > GROWN:
+            return factor
+        for a in range(k):
+            vector[a] = image[a]
+        square(matrix, pm.inverse, k)
+        steps *= 2.0
+    return factor
+
+
+@inner
+def double_leap(pm: PeriodMap) -> None:
+    """Double the leap: Σ_{i < leap} Jⁱ d and J^leap become those of twice its length."""
+    k, image = pm.k, pm.image
+    multiply(pm.power, pm.change, image, k)
+    for a in range(k):
+        pm.change[a] += image[a]
+    square(pm.power, pm.work, k)
+
+
+@inner
+def norm(vector: FloatArray, k: int) -> float:
+    """Euclidean norm."""
+    total = 0.0
+    for a in range(k):
+        total += vector[a] * vector[a]
+    return np.sqrt(total)
+
+
+@summing
+def multiply(matrix: FloatArray, vector: FloatArray, image: FloatArray, k: int) -> None:
+    """image = matrix · vector."""
+    for a in range(k):
+        total = 0.0
+        for b in range(k):
+            total += matrix[a * k + b] * vector[b]
+        image[a] = total
+
+
+@inner
+def square(matrix: FloatArray, work: FloatArray, k: int) -> None:
+    """matrix · matrix in its place."""
+    for a in range(k * k):
+        work[a] = matrix[a]
+        matrix[a] = 0.0
+    for a in range(k):
+        for b in range(k):
+            x = work[a * k + b]
+            if x != 0.0:
+                for c in range(k):
+                    matrix[a * k + c] += x * work[b * k + c]
+
+
+class Limit(NamedTuple):
+    """Limit of the iterated map of a period.
+
+    Attributes
+    ----------
+    change : (t,)
+        Slip from the start state to the limit, drift left out [length].
+    drift : (t,)
+        What the slips gain per period for ever [length].
+    decaying
+        Whether what remains dies out.
+    contraction
+        Factor by which it shrinks per period in the end; 0 where it ends after finitely many.
+    """
+
+    change: FloatArray
+    drift: FloatArray
+    decaying: bool
+    contraction: float
+
+
+def limit(J: FloatArray, d: FloatArray) -> Limit:
+    """Sum of the geometric series Σ Jᵏ d, split into what decays and what drifts.
+
+    The invariant subspace of the eigenvalue 1 (nodes that never move; drifts) is
+    separated by an ordered Schur form, which stays accurate where J is defective.
+    """
+    if not len(d):
+        return Limit(d, d, True, 0.0)
+    T, Q, k = schur(J, output="real", sort=lambda re, im=0.0: (re - 1.0) ** 2 + im**2 <= NEGLIGIBLE**2)
+    rest = T[k:, k:]
+    Z = np.zeros((k, len(d) - k))
+    if 0 < k < len(d):
+        Z = solve_sylvester(T[:k, :k], -rest, -T[:k, k:])
+    c = Q.T @ d
+    unit, other = c[:k] - Z @ c[k:], c[k:]
+    total = np.linalg.solve(np.eye(len(other)) - rest, other)
+    contraction = shrinking_factor(rest, other)
+    change = Q[:, :k] @ (Z @ total) + Q[:, k:] @ total
+    return Limit(change, Q[:, :k] @ unit, contraction < 1.0, contraction)
+
+
+def shrinking_factor(matrix: FloatArray, vector: FloatArray) -> float:
+    """lim ‖Mᵏ⁺¹ x‖ / ‖Mᵏ x‖, as accurately as round-off allows, by repeated squaring of M."""
+    size = float(np.linalg.norm(vector))
+    if size == 0.0:
+        return 0.0
+    vector, factor, steps, log = vector / size, 0.0, 1, 0.0
+    for _ in range(40):  # vector = Mᵏ x / ‖Mᵏ x‖ with k = steps − 1; log = log ‖Mᵏ x‖
+        image = matrix @ vector
+        norm = float(np.linalg.norm(image))
+        log += np.log(norm) if norm > 0 else -np.inf
+        if log < np.log(1e-13):
+            return factor
+        factor = norm ** (1.0 / steps)
+        if log > np.log(1e6):
+            return factor
+        vector, matrix, steps = image / norm, matrix @ matrix, 2 * steps
+    return factor

@@ -1,42 +1,32 @@
-"""The loop over initial states that carries searches from phase to phase and enters their answers."""
+"""The loop over initial states that carries searches from phase to phase, and enters their answers."""
 
+import numpy as np
+
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import call_at, entered, inner
-from shakedown.long_term.plane.leaps import after_leap, begin_leaps, leave_leaps
-from shakedown.long_term.plane.leaps import next_leap as take_next_leap
-from shakedown.long_term.plane.limit_of_powers import find_limit
-from shakedown.long_term.plane.path_check import check_rows
-from shakedown.long_term.plane.period_verdict import after_confirmation, begin_confirmation
-from shakedown.long_term.plane.repeats import (
-    after_map,
-    after_walk,
-    begin_search,
-    begin_walk,
-    look_for_repeats,
-    place_state,
+from shakedown.ground.status import BACKWARD_SLIP, STICK
+from shakedown.long_term.plane.path_check import begin_check, broken_law, check_rows, end_check
+from shakedown.long_term.plane.period_map import (
+    along_basis,
+    begin_map,
+    displace,
+    distance_to_limit,
+    double_leap,
+    end_map,
+    find_limit,
 )
-from shakedown.long_term.plane.search import (
-    CONFIRM,
-    LEAP,
-    LEAVE,
-    LEFT,
-    LIMIT,
-    LIMIT_WANTED,
-    MAP,
-    NEXT_LEAP,
-    REPEATS,
-    SEARCHING,
-    SHAKEDOWN,
-    SINGULAR,
-    START,
-    UNDECIDED,
-    WALK,
-    SearchState,
-    Settler,
-)
+from shakedown.long_term.plane.search import Settler
 from shakedown.motion.course import DONE, EFFORT, PAUSED, RECORD_FULL
+from shakedown.motion.plane.active_set import add_product, factorize, larger, largest
 from shakedown.motion.plane.moving_state import PlaneRun, begin
 
+START, WALK, MAP, LEAP, CONFIRM, REPEATS, LIMIT, NEXT_LEAP, LEAVE = range(9)  # phases
+# Verdicts; BLURRED: no slip, but beside the loads at rest those that change are next to round-off.
+SEARCHING, UNDECIDED, BROKEN, BLURRED, LEFT, SHAKEDOWN, CYCLIC_SLIP, RATCHETTING, SEPARATION = range(9)
+# Besides the ends of ``follow_straight``, of which PAUSED is the last: reasons to return to Python.
+LIMIT_WANTED, SINGULAR = range(PAUSED + 1, PAUSED + 3)
 ANEW, FROM_HERE, RATES, JUMP, STOPPED, LEAVES = range(6)  # instructions to a search, besides LIMIT_WANTED
+MOST_LEAPS = 60
 
 
 @entered
@@ -134,7 +124,7 @@ def choose_phase(se: Settler) -> None:
     elif se.phase == LIMIT:
         begin_leaps(se)
     elif se.phase == NEXT_LEAP:
-        take_next_leap(se)
+        next_leap(se)
     else:
         leave_leaps(se)
 
@@ -191,10 +181,301 @@ def tell(se: Settler, word: int, one: float, other: float) -> None:
         se.verdict = LEFT if word == LEAVES else UNDECIDED
 
 
-def search_state(se: Settler) -> SearchState:
-    """The progress and the counters of a search."""
-    at = se.content
-    return SearchState(
-        at.phase, at.cycles, at.events, at.period, at.done, at.jumped, at.jumps, at.from_limit, se.map.k,
-        at.contraction, at.far, at.friction, at.damping, se.check.violation, at.signature,
-    )  # fmt: skip
+# Cycles one by one, until the state returns or its contact states repeat.
+
+
+@inner
+def begin_search(se: Settler, start: FloatArray) -> None:
+    """Begin at rest with this slip: the load before the first step, and what counts as zero."""
+    act, path, goal, locked = se.first.active, se.first.course.path, se.goal, se.force
+    n, m, force = act.n, 2 * act.n, se.least_force
+    for i in range(n):
+        goal[i], goal[n + i] = start[i], 0.0
+        se.contact[i] = BACKWARD_SLIP if act.f[i] == 0.0 else STICK
+    for j in range(m):
+        total = 0.0
+        for i in range(n):
+            total += abs(act.kappa[j * m + i]) * abs(goal[i])
+        force = larger(force, total)
+        locked[j] = 0.0
+    add_product(act, goal, locked)
+    for i in range(n):
+        path[i] = -locked[i]
+        path[n + i] = abs(path[m + n + i] + locked[n + i]) - locked[n + i]
+    for course in (se.first.course, se.cyclic.course, se.recorded.course):
+        course.force, course.settled = se.limit * force, se.rounding * force
+    begin_walk(se)
+    se.placed = False
+
+
+@inner
+def begin_walk(se: Settler) -> None:
+    """Begin before any cycle is followed."""
+    se.first.motion.parameters = 0
+    se.cycles, se.events, se.remembered, se.signed, se.patience, se.resumed = 0, 0, 0, 0, 0, False
+    se.phase, se.verdict, se.placed, se.from_limit = WALK, SEARCHING, True, False
+
+
+@inner
+def place_state(se: Settler) -> bool:
+    """Continue from the goal; False where its moving nodes are not held."""
+    act, mo = se.first.active, se.first.motion
+    for j in range(2 * act.n):
+        mo.u[j] = se.goal[j]
+    for i in range(act.n):
+        act.state[i] = se.contact[i]
+    se.placed = factorize(act) != 0
+    return se.placed
+
+
+@inner
+def remember(se: Settler, u: FloatArray) -> None:
+    """Store a state; where there are too many, the older half is dropped."""
+    m = 2 * se.first.active.n
+    if se.remembered == se.capacity:
+        se.remembered = se.capacity // 2
+        for j in range(se.remembered * m):
+            se.past[j] = se.past[(se.capacity - se.remembered) * m + j]
+    for j in range(m):
+        se.past[se.remembered * m + j] = u[j]
+    se.remembered += 1
+
+
+@inner
+def keep_signature(se: Settler) -> None:
+    """Append the signature of the last cycle and drop the oldest."""
+    most = 2 * se.longest_period
+    if se.signed == most:
+        for k in range(most - 1):
+            se.signatures[k] = se.signatures[k + 1]
+        se.signed = most - 1
+    se.signatures[se.signed] = np.int64(se.first.motion.signature)
+    se.signed += 1
+
+
+@inner
+def after_walk(se: Settler) -> None:
+    """Where the state equals that of some cycles ago, one period has to confirm it."""
+    act, mo = se.first.active, se.first.motion
+    remember(se, mo.u)
+    keep_signature(se)
+    se.period = returned_after(se)
+    if se.period == 0:
+        se.phase = REPEATS
+        return
+    if not admissible(se, mo.u):
+        se.verdict = BROKEN
+    se.contraction = observed_contraction(se, se.period)
+    for j in range(2 * act.n):
+        se.goal[j], se.drift[j] = mo.u[j], 0.0
+    for i in range(act.n):
+        se.contact[i] = act.state[i]
+    se.phase, se.done, se.placed, se.from_limit = CONFIRM, 0, False, False
+
+
+@inner
+def returned_after(se: Settler) -> int:
+    """The number of cycles after which the state returned, to round-off; 0 where it did not."""
+    last = se.remembered - 1
+    for period in range(1, min(se.longest_period, last) + 1):
+        if distance(se, last - period, last) <= 1e-3 * se.check.near:
+            return period
+    return 0
+
+
+@inner
+def distance(se: Settler, one: int, other: int) -> float:
+    """Largest difference of two states of the past, weighted."""
+    m, far = 2 * se.first.active.n, 0.0
+    for j in range(m):
+        far = larger(far, se.weight[j] * abs(se.past[one * m + j] - se.past[other * m + j]))
+    return far
+
+
+@inner
+def observed_contraction(se: Settler, period: int) -> float:
+    """Factor per cycle between the last two distances to the present state that exceed round-off."""
+    last, nearer = se.remembered - 1, 0.0
+    for one in range(last - period, -1, -period):
+        far = distance(se, one, last)
+        if far > 10.0 * se.check.near:
+            if nearer > 0.0:
+                return (nearer / far) ** (1.0 / period)
+            nearer = far
+    return 0.0
+
+
+@inner
+def admissible(se: Settler, u: FloatArray) -> bool:
+    """Whether a state between two cycles obeys the contact and friction law."""
+    act, course, r = se.first.active, se.cyclic.course, se.force
+    n, m, worst = act.n, 2 * act.n, 0.0
+    for j in range(m):
+        r[j] = course.path[course.steps * m + j]
+    add_product(act, u, r)
+    for i in range(n):
+        worst = larger(worst, broken_law(se.check, se.check.f[i], r[i], r[n + i], u[n + i], 0.0))
+    return worst <= se.friction_law
+
+
+@inner
+def look_for_repeats(se: Settler) -> None:
+    """Where the sequence of contact states repeats, follow one more period with its derivative."""
+    se.patience -= 1
+    se.phase = WALK
+    if se.patience > 0:
+        return
+    for period in range(1, se.longest_period + 1):
+        if sequence_repeats(se, period):
+            begin_map(se.map, se.first.active, se.first.motion)
+            se.phase, se.period, se.done, se.jumps = MAP, period, 0, 0
+            return
+
+
+@inner
+def sequence_repeats(se: Settler, period: int) -> bool:
+    """Whether the last cycles have the signatures of those before, which then become ``wanted``."""
+    if se.signed < 2 * period:
+        return False
+    for k in range(period):
+        last = se.signatures[se.signed - period + k]
+        if last != se.signatures[se.signed - 2 * period + k]:
+            return False
+        se.wanted[k] = last
+    return True
+
+
+@inner
+def after_map(se: Settler) -> None:
+    """The map of the period, if it passed through the expected sequence."""
+    act, mo = se.first.active, se.first.motion
+    keep_signature(se)
+    if se.done < se.period:
+        return
+    mo.parameters = 0
+    remember(se, mo.u)
+    se.phase = LIMIT if se.jumps == 0 else WALK
+    for k in range(se.period):
+        if se.signatures[se.signed - se.period + k] != se.wanted[k]:
+            se.phase = WALK
+    for i in range(act.n):
+        if act.state[i] != se.map.contact[i]:
+            se.phase = WALK
+    for j in range(2 * act.n):
+        se.reached[j] = mo.u[j]
+    end_map(se.map, mo)
+
+
+# Leaps along the affine map of a period to its limit.
+
+
+@inner
+def begin_leaps(se: Settler) -> None:
+    """Before the limit the leaps towards it; a drift that changes reactions cannot last."""
+    act, pm, m = se.first.active, se.map, 2 * se.first.active.n
+    for j in range(m):
+        se.drift[j], se.force[j] = along_basis(pm, pm.drift, j), 0.0
+    add_product(act, se.drift, se.force)
+    if not largest(se.force, m) <= 1e-3 * se.check.near * se.stiffness:
+        pm.decaying = False  # there is no limit
+    for j in range(act.n, m):
+        se.drift[j] = 0.0  # gaps cannot grow for ever
+    for i in range(act.n):
+        se.contact[i] = pm.contact[i]
+    se.leap, se.leaps, se.phase = 1.0, 0, NEXT_LEAP
+
+
+@inner
+def next_leap(se: Settler) -> None:
+    """Try the limit where it is near, otherwise the state twice as many periods ahead."""
+    pm = se.map
+    se.phase, se.done, se.placed = LEAVE, 0, False
+    if se.leaps == MOST_LEAPS:
+        return
+    se.leaps += 1
+    near = pm.decaying and distance_to_limit(pm, se.leap, se.weight) <= 1e3 * se.check.near
+    if near:
+        displace(pm, pm.limit, se.goal)
+    else:
+        double_leap(pm)
+        se.leap *= 2.0
+        displace(pm, pm.change, se.goal)
+    if admissible(se, se.goal):
+        se.phase = CONFIRM if near else LEAP
+        se.from_limit, se.contraction = True, pm.contraction ** (1.0 / se.period)
+
+
+@inner
+def after_leap(se: Settler) -> None:
+    """Leap further if the period has passed through the sequence of the map."""
+    se.signatures[se.done - 1] = np.int64(se.first.motion.signature)
+    if se.done < se.period:
+        return
+    se.phase = NEXT_LEAP
+    for k in range(se.period):
+        if se.signatures[k] != se.wanted[k]:
+            se.phase = LEAVE
+            return
+    for j in range(2 * se.first.active.n):
+        se.reached[j] = se.goal[j]
+
+
+@inner
+def leave_leaps(se: Settler) -> None:
+    """Continue cycle by cycle from the last state found to pass through the sequence."""
+    for j in range(2 * se.first.active.n):
+        se.goal[j] = se.reached[j]
+    se.remembered, se.signed, se.patience, se.phase, se.placed = 0, 0, 2, WALK, False
+    remember(se, se.goal)
+
+
+# The verdict of one period that returns to its goal and obeys the friction law.
+
+
+@inner
+def begin_confirmation(se: Settler) -> None:
+    """Count from the start of the period."""
+    n = se.first.active.n
+    se.friction, se.damping, se.jumps = 0.0, 0.0, 0
+    for i in range(n):
+        se.slip[i], se.opened[i] = 0.0, 0
+    begin_check(se.check, n)
+
+
+@inner
+def after_confirmation(se: Settler) -> None:
+    """The answer, if the period, or a shorter one, has returned to the goal."""
+    mo, n, far = se.first.motion, se.first.active.n, 0.0
+    for i in range(n):
+        se.slip[i] += mo.slip[i]
+        se.opened[i] |= mo.opened[i]
+    friction = mo.dissipation + se.jump_friction
+    se.works[se.done - 1] = friction + se.jump_damping
+    se.friction += friction
+    se.damping += se.jump_damping
+    share = se.done / se.period
+    for j in range(2 * n):
+        far = larger(far, se.weight[j] * abs(mo.u[j] - se.goal[j] - share * se.drift[j]))
+    se.far = far
+    if se.period % se.done == 0 and far <= se.check.near:
+        judge_period(se, share)
+    elif se.done == se.period:
+        se.phase = LEAVE if se.from_limit else REPEATS
+
+
+@inner
+def judge_period(se: Settler, share: float) -> None:
+    """The verdict of the confirmed period, if it obeys the friction law."""
+    act, mo, check, near = se.first.active, se.first.motion, se.check, se.check.near
+    se.signature = end_check(check, act, se.recorded.course, mo.u, se.done)
+    breathing, drifts, slip = False, False, 0.0
+    for i in range(act.n):
+        breathing = breathing or (se.opened[i] == 1 and check.always_open[i] == 0)
+        drifts = drifts or se.weight[i] * abs(share * se.drift[i]) > near
+        slip = larger(slip, se.weight[i] * se.slip[i])
+    if not check.violation <= se.friction_law:
+        se.verdict = BROKEN
+    elif slip <= 4.0 * near:
+        se.verdict = BLURRED if se.blurred else SEPARATION if breathing else SHAKEDOWN
+    else:
+        se.verdict = RATCHETTING if drifts else CYCLIC_SLIP

@@ -1,4 +1,4 @@
-"""The data of a search for long-term states in compiled code: rules, progress, answers."""
+"""The data of a search for long-term states in compiled code: progress, rules, answers."""
 
 from typing import Any, NamedTuple
 
@@ -9,41 +9,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import Hash, Integers, NamedState, Reals
 from shakedown.long_term.plane.path_check import PathCheck
 from shakedown.long_term.plane.period_map import PeriodMap
-from shakedown.motion.course import PAUSED
 from shakedown.motion.plane.moving_state import PlaneRun
-
-START, WALK, MAP, LEAP, CONFIRM, REPEATS, LIMIT, NEXT_LEAP, LEAVE = range(9)  # phases
-# Verdicts; BLURRED: no slip, but beside the loads at rest those that change are next to round-off.
-SEARCHING, UNDECIDED, BROKEN, BLURRED, LEFT, SHAKEDOWN, CYCLIC_SLIP, RATCHETTING, SEPARATION = range(9)
-# Besides the ends of ``follow_straight``, of which PAUSED is the last: reasons to return to Python.
-LIMIT_WANTED, SINGULAR = range(PAUSED + 1, PAUSED + 3)
-
-
-class SettlingRules(NamedTuple):
-    """How long to search, and what counts as zero, in the units of the joint.
-
-    Attributes
-    ----------
-    most_cycles, longest_period
-        As for :func:`long_term_state`.
-    capacity
-        States that are remembered; of a search that needs more, the latest.
-    least_force, limit, rounding
-        The force scale of the loads; multiples of the largest force that count as zero and as settled.
-    friction_law
-        Largest relative violation of the friction law.
-    stiffness
-        Largest entry of κ.
-    """
-
-    most_cycles: int
-    longest_period: int
-    capacity: int
-    least_force: float
-    limit: float
-    rounding: float
-    friction_law: float
-    stiffness: float
 
 
 class Answers(NamedTuple):
@@ -69,26 +35,6 @@ class Answers(NamedTuple):
     period: NDArray[np.int64]
     cycles: NDArray[np.int64]
     signature: NDArray[np.uint64]
-
-
-class SearchState(NamedTuple):
-    """The progress and the counters of a search, as in :class:`Settler`."""
-
-    phase: int
-    cycles: int
-    events: int
-    period: int
-    done: int
-    jumped: int
-    jumps: int
-    from_limit: bool
-    nodes: int
-    contraction: float
-    far: float
-    friction: float
-    damping: float
-    violation: float
-    signature: int | np.uint64
 
 
 class Settler(NamedState):
@@ -142,6 +88,16 @@ class Settler(NamedState):
         The same of the jumps of the present cycle alone.
     events, spent
         Followed in all; effort of the present call.
+    most_cycles, longest_period
+        As for :func:`long_term_state`.
+    capacity
+        States that are remembered; of a search that needs more, the latest.
+    least_force, limit, rounding
+        The force scale of the loads; multiples of the largest force that count as zero and as settled.
+    friction_law
+        Largest relative violation of the friction law.
+    stiffness
+        Largest entry of κ.
     """
 
     first: PlaneRun
@@ -198,17 +154,21 @@ class Settler(NamedState):
 
 
 def search(
-    runs: tuple[PlaneRun, PlaneRun, PlaneRun], pm: PeriodMap, check: PathCheck, rules: SettlingRules
+    runs: tuple[PlaneRun, PlaneRun, PlaneRun],
+    pm: PeriodMap,
+    check: PathCheck,
+    capacity: int,
+    longest_period: int,
 ) -> Settler:
     """A search over three runs of one moving state: the first cycle, the others, the others recorded."""
     n = pm.contact.size
-    shapes: dict[str, Any] = {"past": (rules.capacity, 2 * n), "works": rules.longest_period}
-    shapes |= dict.fromkeys(("signatures", "wanted"), 2 * rules.longest_period)
+    shapes: dict[str, Any] = {"past": (capacity, 2 * n), "works": longest_period}
+    shapes |= dict.fromkeys(("signatures", "wanted"), 2 * longest_period)
     shapes |= dict.fromkeys(("goal", "reached", "force", "drift"), 2 * n)
     shapes |= dict.fromkeys(("contact", "slip", "opened"), n)
     first, cyclic, recorded = runs
     new = Settler(
         shapes, weight=np.ones(2 * n), first=first, cyclic=cyclic, recorded=recorded, map=pm, check=check
     )
-    new.set(**rules._asdict())
+    new.set(capacity=capacity, longest_period=longest_period)
     return new

@@ -1,10 +1,10 @@
 """The long-term state of a motion known only cycle by cycle, from the map of one cycle to the next.
 
-Reading order: ``extrapolation`` (the continuation of a sequence of states), ``leap_methods`` (leaps over
-many cycles), ``local_map`` (what a period changes next to a state), ``slope_leaps`` (leaps by the slopes
-of that), ``mean_leaps`` (leaps along a kink, by what many periods do on average), ``fading`` (how the change
-falls on the way, and what is left where it ends), ``drift`` (whether rigid slip goes on for ever),
-``settled`` (what a search goes by, and comes to), ``return_search`` (cycles and leaps until the outcome is
-clear), ``proved_verdict`` (verdicts, also those in the plane, compared with what is proved),
-``returned_state`` (the answer).
+Reading order: ``measure`` (the size of a change), ``decay`` (what is left of the way, as the change falls on
+it), ``drift`` (whether rigid slip goes on for ever), ``followed_cycles`` (of a search, and its result); leaps
+along slow approaches: ``recurrence_leaps`` (as a linear recurrence goes on), ``curve_leaps`` (along the curve
+of a slow motion), ``slope_leaps`` (along the map of a period, by its slopes),
+``extrapolation`` (which one is tried, and what they leave uncertain); ``steady_search`` (is it at rest, does
+it repeat, does it approach a cycle), ``steady_states`` (the answers), ``proved_verdict`` (verdicts, also
+those in the plane, compared with what is proved).
 """

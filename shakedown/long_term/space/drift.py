@@ -1,18 +1,17 @@
 """Whether a drift goes on for ever: rigid slip in every period, which meets no resistance."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS
 from shakedown.joint.layout import Layout
-from shakedown.long_term.space.fading import Mark
-from shakedown.long_term.space.leap_methods import Measure
+from shakedown.long_term.space.decay import Period
+from shakedown.long_term.space.measure import Measure
 
 
-@dataclass(frozen=True)
-class Drift:
+class Drift(NamedTuple):
     """What is known of the drift of the last period.
 
     Attributes
@@ -22,37 +21,34 @@ class Drift:
     none : (n,)
         Slip of each node that counts as none [length].
     now
-        What the period has done, or periods do on average.
+        What the period did.
     left : (r,)
         Of its drift, where the change falls to nothing [length].
-    last, before : (N,)
-        Change of the state in the last period, and in the one before it [length].
+    before : (N,)
+        Change of the state in the period before [length].
     known
         Up to how much these are not known [length].
-    lasts
-        Whether the drift of periods on average lasts; None of a single one.
     """
 
     layout: Layout
     stiffness: FloatArray
     measure: Measure
     none: FloatArray
-    now: Mark
+    now: Period
     left: FloatArray
-    last: FloatArray
     before: FloatArray
     known: float
-    lasts: bool | None
 
     def of_all(self) -> bool:
         """Whether all that changes is a rigid slip, by more than the error, no less than before.
 
-        And most of its drift is foreseen to stay.
+        And most of its drift is expected to stay.
         """
-        size = float(np.abs(self.last).max())
-        lasts = np.abs(self.last - self.before).max() <= SIX_DIGITS * size + self.known
+        last = self.now.change
+        size = float(np.abs(last).max())
+        same = np.abs(last - self.before).max() <= SIX_DIGITS * size + self.known
         stays = 2.0 * np.linalg.norm(self.left) >= np.linalg.norm(self.now.drift)
-        return bool(stays and size > self.known and lasts and self.measure.is_rigid(self.last))
+        return bool(stays and size > self.known and same and self.measure.is_rigid(last))
 
     def of_a_node(self) -> bool:
         """Whether the rigid slip of a node goes on, by a share of its own slip that counts.
@@ -64,16 +60,13 @@ class Drift:
         size = ways(drift)
         counts = size > np.maximum(np.maximum(SIX_DIGITS * self.now.slip, self.none), self.known)
         stays = 2.0 * ways(rigid @ self.left) >= size
-        if self.lasts is None:
-            lasts = ways(drift - rigid @ (rigid.T @ self.before)) <= SIX_DIGITS * size + self.known
-        else:
-            lasts = np.full(len(size), self.lasts)
+        same = ways(drift - rigid @ (rigid.T @ self.before)) <= SIX_DIGITS * size + self.known
         terms = ways(np.abs(kappa) @ np.abs(self.now.change))
         free = ways(kappa @ self.now.change) <= THREE_DIGITS * terms
-        return bool((counts & stays & lasts & free).any())
+        return bool((counts & stays & same & free).any())
 
 
-def holds(layout: Layout, rigid: FloatArray, slip: FloatArray, none: FloatArray) -> bool:
+def is_held(layout: Layout, rigid: FloatArray, slip: FloatArray, none: FloatArray) -> bool:
     """Whether the nodes that stick, or all but stick, leave no room for a rigid slip.
 
     Parameters

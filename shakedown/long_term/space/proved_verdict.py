@@ -1,8 +1,6 @@
 """The verdict as proofs leave it, in the plane and in space: proofs overrule what a search has found."""
 
 from dataclasses import replace
-from math import inf
-from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -18,27 +16,23 @@ from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import can_drift
-from shakedown.long_term.energy_proof import further_from_start
 from shakedown.long_term.known_bounds import (
     ABOVE,
     BELOW,
     beyond_all,
     bound_of_all,
     known_limits,
-    proving_bound,
+    proof_from_start,
 )
 from shakedown.long_term.passage import Passage
-from shakedown.long_term.space.settled import VARIES_LITTLE
-from shakedown.long_term.state import LongTermState
+from shakedown.long_term.state import VARIES_LITTLE, LongTermState, of_long_term_period
 from shakedown.motion.checked_law import scales
 from shakedown.motion.method import State
 
 CLEAR = SIX_DIGITS  # relative to the slip per period: no ball holds a cycle that misses its start by less
 
-S = TypeVar("S", bound=LongTermState)
 
-
-def heeding_proofs(state: S) -> S:
+def overruled_by_proofs(state: LongTermState) -> LongTermState:
     """The state, or shakedown where that is proved of a motion of which a search has found another outcome.
 
     A cycle that returns to its start and slips is its own proof: no energy ball with margins beyond
@@ -55,13 +49,15 @@ def heeding_proofs(state: S) -> S:
         return _proved_at_rest(state, proof) if proof else state
     if not (state.goal.contact == OPEN).any() and beyond_all(begun):
         return _proved_to_slip(state)
-    proof = proof_from_start(begun) or proof_from_every_state(begun, state.goal)
+    proof = proof_from_start(begun)
+    if not proof and not (state.goal.contact == OPEN).any():
+        proof = proof_from_every_state(begun)
     if not proof and has_begun and not _closes(state, THREE_DIGITS):  # of the start, λ_E has told
         proof = proof_by_ball(begun, state.goal)
     return _proved_at_rest(state, proof) if proof else _proved_to_slip(state)
 
 
-def _proved_to_slip(state: S) -> S:
+def _proved_to_slip(state: LongTermState) -> LongTermState:
     """The state; an undecided search in space is cyclic slip without drift where λ > λ_max proves it.
 
     Every cycle in which all nodes are closed slips by so much at least (docs/energy.md, theorem 10), and a
@@ -73,10 +69,8 @@ def _proved_to_slip(state: S) -> S:
     if not state.load_factor > ABOVE * above:
         return state
     known = f"above λ_max = {short(above)} it cannot come to rest while all nodes stay in contact"
-    followed = (
-        problem.directions > 1 and VARIES_LITTLE not in state.reason and not getattr(state, "jumps", ())
-    )
-    lifts = _every_state(problem).lift_off if followed else 0.0
+    followed = problem.directions > 1 and VARIES_LITTLE not in state.reason and not state.jumps
+    lifts = _every_state(problem)[1] if followed else 0.0
     if not state.load_factor < BELOW * lifts:
         return replace(state, reason=f"{state.reason}; {known}")
     known += f", and below λ = {short(lifts)} no slip opens a node, but in a jump"
@@ -90,24 +84,6 @@ def _proved_to_slip(state: S) -> S:
 
 
 @on_one_thread
-def proof_from_start(begun: Passage) -> str:
-    """What proves that a motion shakes down from its start, in words; empty where nothing does."""
-    bound = proving_bound(begun)
-    if bound is not None:
-        return f"below λ_E = {short(bound.load_factor)} of its start"
-    return "below λ_S of its start" if further_from_start(begun) < inf else ""
-
-
-@on_one_thread
-def proof_from_every_state(begun: Passage, reached: State) -> str:
-    """What proves it from every state in which all nodes are closed, where the one reached is such a one."""
-    if (reached.contact == OPEN).any():
-        return ""
-    every = _bound_of_every_state(begun.problem)
-    return f"below λ_U = {short(every)}, from every state" if begun.load_factor < BELOW * every else ""
-
-
-@on_one_thread
 def proof_by_ball(begun: Passage, reached: State) -> str:
     """What proves it by an energy ball about the state reached."""
     opened = tuple(np.flatnonzero(reached.contact == OPEN).tolist())
@@ -117,43 +93,22 @@ def proof_by_ball(begun: Passage, reached: State) -> str:
     return "an energy ball holds the state that it has come to" if inside else ""
 
 
-class _EveryState(NamedTuple):
-    """λ_U, and up to which load factor no admissible slip opens a node; 0 where they come to no end."""
-
-    rests: float
-    lift_off: float
-
-
-@once_per_problem
-def _every_state(problem: Problem) -> _EveryState:
-    found = allowed(universal_bound, problem)
-    if isinstance(found, Missing):
-        return _EveryState(0.0, 0.0)
-    return _EveryState(found.load_factor, found.lift_off_bound)
-
-
-def _bound_of_every_state(problem: Problem) -> float:
-    """λ_U, where it is not known already worked out once."""
-    known = known_limits(problem).get("universal")
-    return _every_state(problem).rests if known is None else known
-
-
 def _closes(state: LongTermState, errors: float) -> bool:
     """Whether a cycle returns to its start within a given share of its slip."""
     if state.outcome != Outcome.CYCLIC_SLIP:
         return False
     slip = float(state.slip_per_cycle.max())
     missed = state.return_error * scales(state.begun.problem, state.load_factor).length
-    return bool(missed <= CLEAR * slip and getattr(state, "error", 0.0) <= errors * slip)
+    return bool(missed <= CLEAR * slip and state.error <= errors * slip)
 
 
-def _proved_at_rest(state: S, proof: str) -> S:
+def _proved_at_rest(state: LongTermState, proof: str) -> LongTermState:
     """Shakedown with the numbers of one cycle from the end of the search."""
     why = f"proved, {proof}; the search has not come to rest: {state.reason}"
     return _with_last_cycle(state, Outcome.SHAKEDOWN, why)
 
 
-def _with_last_cycle(state: S, outcome: Outcome, reason: str) -> S:
+def _with_last_cycle(state: LongTermState, outcome: Outcome, reason: str) -> LongTermState:
     """An outcome with the numbers of one cycle from the end of the search."""
     motion, length = state.motion(), scales(state.begun.problem, state.load_factor).length
     with work_again():
@@ -164,18 +119,25 @@ def _with_last_cycle(state: S, outcome: Outcome, reason: str) -> S:
         state,
         outcome=outcome,
         reason=reason,
-        period=1,
         final_slip=record.end_slip,
         drift=np.zeros_like(record.end_slip),
-        slip_per_cycle=record.slip,
-        friction_dissipation_per_cycle=record.friction_dissipation,
-        jump_dissipation_per_cycle=record.jump_dissipation,
-        jumps_per_cycle=float(len(record.jumps)),
-        open_nodes=tuple(np.flatnonzero(record.opened & ~record.closed).tolist()),
-        dissipations=np.array([record.dissipation]),
-        opened=record.opened,
         return_error=float(np.abs(motion.state.u - state.goal.u).max()) / length,
         cycles_simulated=state.cycles_simulated - state.period + 1,
-        signature=record.signature,
         met=np.nan,
+        **of_long_term_period([record], state.problem.n),
     )
+
+
+@on_one_thread
+def proof_from_every_state(begun: Passage) -> str:
+    """What proves it from every state in which all nodes are closed, in words; empty where nothing does."""
+    known = known_limits(begun.problem)
+    every = known["universal"] if "universal" in known else _every_state(begun.problem)[0]
+    return f"below λ_U = {short(every)}, from every state" if begun.load_factor < BELOW * every else ""
+
+
+@once_per_problem
+def _every_state(problem: Problem) -> tuple[float, float]:
+    """λ_U, and up to which load factor no admissible slip opens a node; 0 where they come to no end."""
+    found = allowed(universal_bound, problem)
+    return (0.0, 0.0) if isinstance(found, Missing) else (found.load_factor, found.lift_off_bound)

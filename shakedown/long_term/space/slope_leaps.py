@@ -7,14 +7,16 @@ that a motion that lingers where it might have come to rest is followed through.
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from math import comb
 from typing import ClassVar, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import EPS, MUCH, NEGLIGIBLE, PER_CENT, RESOLVED, THREE_DIGITS
-from shakedown.long_term.space.leap_methods import PRICE, STATE_ROUND_OFF, WORTH, Measure, longer
-from shakedown.long_term.space.local_map import BEHIND_IT, Behind, LocalMap, Moving, Period, PeriodStep, Way
+from shakedown.long_term.space.measure import STATE_ROUND_OFF, Measure
+from shakedown.long_term.space.recurrence_leaps import PRICE, WORTH, longer
 
 # Finite-difference step for slopes, relative to all slip (energy norm); at least round-off of the state.
 PROBE = 10.0 * NEGLIGIBLE
@@ -22,17 +24,163 @@ PROBE = 10.0 * NEGLIGIBLE
 TRIED = 1.0, -1.0, 1e-2, -1e-2, 1e-4
 BEHIND = 4.0  # times as far as states are moved
 FARTHEST = 2**40  # periods: most that a leap goes ahead
-TRAIL = 16  # states at which leaps began that are remembered
-NEXT_TO_IT = 8.0  # so many times the length of a leap behind it, or that share, they tell how it is bent
-TESTED = 0.75, 1.0  # shares of a way at which its bends are put to the test
+REMEMBERED = 16  # states at which leaps began
+NEXT_TO_IT = 8.0  # so many times the length of a leap before it, or that share, they show how it is bent
+TESTED = 0.75, 1.0  # shares of a way at which its polynomial is put to the test
+DRIFTS = 2.0**20  # periods: most that a drift is followed at once
+MOST_EARLIER = 3  # samples of the remainder from before a leap
+SHARES = 0.25, 0.5, 1.0  # of a way, at which the remainder is sampled; one less for each earlier sample
+MOST_POWERS = MOST_EARLIER + len(SHARES)
+PASCAL = np.array([[comb(i, j) for j in range(MOST_POWERS)] for i in range(MOST_POWERS)], dtype=float)
 
 
-class Waypoint(NamedTuple):
+class Step(NamedTuple):
+    """What a period changes of the state, (N,) [length], and what identifies its contact states."""
+
+    change: FloatArray
+    signature: int
+
+
+Follow = Callable[[FloatArray], Step | None]  # a period from a state on; None where the motion stops
+
+
+class MovingSlips(NamedTuple):
+    """The slips that a map is of, and what follows them.
+
+    Attributes
+    ----------
+    places : (k,)
+        Where the slips of closed nodes that move stand in a state.
+    follow : (N, k)
+        What each moves of the state: itself, and open nodes, which stay in equilibrium.
+    """
+
+    places: NDArray[np.intp]
+    follow: FloatArray
+
+    @classmethod
+    def of(cls, stiffness: FloatArray, places: NDArray[np.intp], free: NDArray[np.intp]) -> "MovingSlips":
+        """By the stiffness (N, N), with the places of slips and gaps of open nodes."""
+        follow = np.zeros((len(stiffness), len(places)))
+        follow[places, np.arange(len(places))] = 1.0
+        if len(free):
+            follow[free] = -np.linalg.lstsq(stiffness[np.ix_(free, free)], stiffness[np.ix_(free, places)])[0]
+        return cls(places, follow)
+
+    def is_like(self, other: "MovingSlips") -> bool:
+        """Whether both are of the same slips, with the same nodes open."""
+        return self.follow.shape == other.follow.shape and bool((self.follow == other.follow).all())
+
+
+class Samples(NamedTuple):
+    """What the remainder r is, (i, k) [length], at shares of a way, negative where they lie before it."""
+
+    shares: FloatArray
+    values: FloatArray
+
+    def first(self, count: int) -> "Samples":
+        """The first of them."""
+        return Samples(self.shares[:count], self.values[:count])
+
+    def polynomial(self) -> FloatArray:
+        """Coefficients b, (i, k), so that r = Σ b_i sⁱ⁺¹ there."""
+        powers = self.shares[:, None] ** np.arange(1, len(self.shares) + 1)
+        return np.asarray(np.linalg.solve(powers, self.values), dtype=float)
+
+
+@dataclass(frozen=True)
+class LocalMap:
+    """What a period changes next to a state u: F(u + y) = F + D y + r(y), for changes y of some slips.
+
+    Attributes
+    ----------
+    follow
+        Follows one.
+    measure
+        What counts of a change.
+    start : (N,)
+        u [length].
+    moving
+        Which slips, and what follows them.
+    change : (k,)
+        F [length].
+    slopes : (k, k)
+        D.
+    signature
+        Of the contact states in the period from u.
+    """
+
+    follow: Follow
+    measure: Measure
+    start: FloatArray
+    moving: MovingSlips
+    change: FloatArray
+    slopes: FloatArray
+    signature: int
+
+    def at(self, y: FloatArray) -> FloatArray:
+        """The state u + y."""
+        return np.asarray(self.start + self.moving.follow @ y)
+
+    def size(self, y: FloatArray) -> float:
+        """Of a change, by energy; inf where it is out of all bounds, as drift of very many periods is."""
+        if not np.abs(y).max() <= max(np.abs(self.start).max(), DRIFTS * np.abs(self.change).max()):
+            return np.inf
+        return self.measure.size(self.at(y) - self.start)
+
+    def linear(self, y: FloatArray) -> FloatArray:
+        """F + D y."""
+        return np.asarray(self.change + self.slopes @ y)
+
+    def predicted(self, y: FloatArray, remainder: FloatArray) -> FloatArray:
+        """The change of the state, (N,), in a period from u + y with this remainder [length]."""
+        return np.asarray(self.moving.follow @ (self.linear(y) + remainder))
+
+    def remainder(self, y: FloatArray) -> Step:
+        """r(y), (k,), by a period from there; NaN where none can be followed, or where other nodes slip."""
+        there = self.follow(self.at(y)) if self.size(y) < np.inf else None
+        if there is not None:
+            other = there.change - self.moving.follow @ there.change[self.moving.places]
+            if not other.any() or self.measure.size(other) <= THREE_DIGITS * self.measure.size(there.change):
+                return Step(there.change[self.moving.places] - self.linear(y), there.signature)
+        return Step(np.full_like(y, np.nan), 0)
+
+    def sampled(self, periods: int, polynomial: FloatArray, earlier: Samples) -> tuple[Samples, bool]:
+        """The remainder sampled on a way so many periods long, and earlier; whether no contact state changes.
+
+        Parameters
+        ----------
+        periods
+            The length of the way.
+        polynomial
+            The remainder as far as it is known, which tells where the way leads.
+        earlier
+            Samples from before it.
+        """
+        shares = SHARES[min(len(earlier.shares), len(SHARES) - 1) :]
+        seen = [self.remainder(self.ahead(periods, polynomial, share)) for share in shares]
+        values = np.vstack([[there.change for there in seen], earlier.values])
+        smooth = all(there.signature == self.signature for there in seen)
+        return Samples(np.append(shares, earlier.shares), values), smooth
+
+    def ahead(self, periods: int, polynomial: FloatArray, share: float = 1.0) -> FloatArray:
+        """y after a share of so many periods, if r = Σ b_i sⁱ⁺¹ after the share s of them."""
+        k, powers = len(self.change), len(polynomial) + 1
+        one = np.zeros((k + powers, k + powers))  # a period: of y, 1, j, j², …
+        one[:k, :k] = np.eye(k) + self.slopes
+        one[:k, k] = self.change
+        one[:k, k + 1 :] = (polynomial / float(periods) ** np.arange(1, powers)[:, None]).T
+        one[k:, k:] = PASCAL[:powers, :powers]
+        with np.errstate(over="ignore", invalid="ignore"):
+            return np.asarray(np.linalg.matrix_power(one, int(share * periods))[:k, k])
+
+
+class LeapStart(NamedTuple):
     """Where a leap began: a state (N,), the change (k,) in a period from there of moving slips, and when."""
 
     state: FloatArray
     change: FloatArray
-    moving: Moving
+    moving: MovingSlips
     periods: int
 
 
@@ -43,7 +191,7 @@ class Landing(NamedTuple):
     ----------
     start : (N,)
         The state [length]; the period from there is the last that was followed.
-    unsure
+    error
         How far it may be off [length].
     rate
         Factor per period by which changes shrink.
@@ -52,88 +200,66 @@ class Landing(NamedTuple):
     """
 
     start: FloatArray
-    unsure: float
+    error: float
     rate: float
     change: FloatArray
 
 
 @dataclass
-class FarLeaps:
-    """How far leaps go whose end is foreseen from what periods do on the way and before it.
+class SlopeLeaps:
+    """Leaps along the map of a period: its slopes, and its remainder as states on the way show it.
 
     Attributes
     ----------
     care
-        Share of what leaps may be unsure by otherwise.
+        Share of what leaps may be uncertain by otherwise.
     periods
         How far the next one is tried to go.
     since, wait
         From which cycle on the next one is tried, and how many after the last that led nowhere.
+    probed
+        States at which slopes were seen, with their first period.
+    starts, gone, end
+        Where the last leaps began, how many periods they have gone in all, and to which state.
     """
 
+    MOST_SLIPS: ClassVar[int] = 64  # of moving nodes: each takes a period to see its slope
     SURE: ClassVar[float] = 0.03  # of the change at the end of a leap: what it may miss
     AT_EASE: ClassVar[float] = 0.3  # strain that is aimed at: what is missed, relative to what may be …
-    ORDER: ClassVar[int]  # … as this power of the length of a leap, at least, it grows
+    ORDER: ClassVar[int] = 5  # … as this power of the length of a leap, at least, it grows
     TIMES: ClassVar[tuple[float, ...]] = 0.25, 0.5, 2.0  # as long: least, most after a failure, most
+    SWEEPS: ClassVar[int] = 8  # in which the remainder is sampled, each on the way that the last one leads …
+    SHRINKS: ClassVar[float] = 0.5  # … while they change it so much less than two sweeps before, and never …
+    BENT: ClassVar[float] = 0.5  # … by more than this, relative
+    LEFT: ClassVar[float] = 1e-3  # of the change: less of it is not told from none
+    GROWN: ClassVar[float] = 4.0  # and most: nodes may begin and cease to slip between what is looked at
 
     care: float = 1.0
     periods: int = int(WORTH)
     since: int = 0
     wait: int = 0
-
-    def next_length(self, periods: int, strain: float, failed: bool = False) -> int:
-        """How many periods to try next, after a leap of so many with this strain."""
-        least, less, more = self.TIMES
-        times = (self.AT_EASE / max(strain, EPS)) ** (1.0 / self.ORDER)
-        return min(int(periods * min(max(times, least), less if failed else more)), FARTHEST)
-
-    def sure(self, start: FloatArray, way: float, measure: Measure) -> float:
-        """What the change at the end of a leap may miss, relative to the change at its beginning."""
-        return self.care * max(THREE_DIGITS, PRICE * measure.size(start) / way)
-
-
-@dataclass
-class Along(FarLeaps):
-    """Leaps along the map of a period: its slopes, and what states on the way tell of its bends.
-
-    Attributes
-    ----------
-    trail
-        States at which slopes were seen, with their first period.
-    path, gone, end
-        Where the last leaps began, how many periods they have gone in all, and to which state.
-    """
-
-    MOST_SLIPS: ClassVar[int] = 64  # of moving nodes: each takes a period to see its slope
-    SWEEPS: ClassVar[int] = 8  # in which bends are seen, each time on the way that the last ones lead …
-    SHRINKS: ClassVar[float] = 0.5  # … while they change it so much less than two sweeps before, and never …
-    BENT: ClassVar[float] = 0.5  # … by more than this, relative
-    LEFT: ClassVar[float] = 1e-3  # of the change: less of it is not told from none
-    GROWN: ClassVar[float] = 4.0  # and most: nodes may begin and cease to slip between what is looked at
-    ORDER: ClassVar[int] = 5
-
-    trail: deque[tuple[FloatArray, PeriodStep]] = field(default_factory=lambda: deque(maxlen=TRAIL))
-    path: deque[Waypoint] = field(default_factory=lambda: deque(maxlen=TRAIL))
+    probed: deque[tuple[FloatArray, Step]] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
+    starts: deque[LeapStart] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
     gone: int = 0
     end: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def leap(
         self,
-        period: Period,
+        follow: Follow,
         landed: Callable[[], None],
         start: FloatArray,
-        first: PeriodStep,
-        moving: Moving,
+        first: Step,
+        moving: MovingSlips,
         measure: Measure,
     ) -> Landing | None:
-        """As far as what it foresees comes, again and again by the same slopes; None where that is not far.
+        """As far as what it predicts comes true, again and again by the same slopes; None if that is not far.
 
         Parameters
         ----------
-        period
-            Follows one.
+        follow
+            Follows a period.
         landed
-            Called at every state that was foreseen, after the period from there.
+            Called at every state that was predicted, after the period from there.
         start, first
             A state, (N,) [length], and the period from there.
         moving
@@ -141,56 +267,61 @@ class Along(FarLeaps):
         measure
             What counts of a change.
         """
-        if self.path and not self._follows(start, first, measure):
-            self.path.clear()
-        local = self._seen(period, start, first, moving, measure)
-        landing, unsure = None, 0.0
+        if self.starts and measure.size(start - self.end) > WORTH * measure.size(first.change):
+            self.starts.clear()  # the last leap has not ended here, but for a few periods
+        local = self._local_map(follow, start, first, moving, measure)
+        landing, error = None, 0.0
         while local is not None and self.periods >= WORTH:
             found, strain = self._landing(local, self.periods)
             if found is not None:
                 landed()
-                unsure += found.unsure
-                landing, self.wait = found._replace(unsure=unsure), 0
-                self.path.append(Waypoint(local.start, local.change, moving, self.gone))
+                error += found.error
+                landing, self.wait = found._replace(error=error), 0
+                self.starts.append(LeapStart(local.start, local.change, moving, self.gone))
                 self.gone, self.end = self.gone + self.periods, found.start
                 local = replace(local, start=found.start, change=found.change)
-            self.periods = self.next_length(self.periods, strain, found is None)
+            self.periods = self._next_length(self.periods, strain, found is None)
             if found is None and landing is not None:
-                period(landing.start)  # so that it is the last
+                follow(landing.start)  # so that it is the last
             if strain > self.AT_EASE and landing is not None:
                 break
         if landing is None:
             self.wait = longer(self.wait)
-            self.path.clear()
+            self.starts.clear()
         self.periods = max(self.periods, int(WORTH))
         return landing
 
-    def _follows(self, start: FloatArray, first: PeriodStep, measure: Measure) -> bool:
-        """Whether a state is where the last leap has ended, but for a few periods."""
-        return measure.size(start - self.end) <= WORTH * measure.size(first.change)
+    def _next_length(self, periods: int, strain: float, failed: bool) -> int:
+        """How many periods to try next, after a leap of so many with this strain."""
+        least, less, more = self.TIMES
+        times = (self.AT_EASE / max(strain, EPS)) ** (1.0 / self.ORDER)
+        return min(int(periods * min(max(times, least), less if failed else more)), FARTHEST)
 
-    def _seen(
-        self, period: Period, start: FloatArray, first: PeriodStep, moving: Moving, measure: Measure
+    def _allowed(self, start: FloatArray, way: float, measure: Measure) -> float:
+        """What the change at the end of a leap may miss, relative to the change at its beginning."""
+        return self.care * max(THREE_DIGITS, PRICE * measure.size(start) / way)
+
+    def _local_map(
+        self, follow: Follow, start: FloatArray, first: Step, moving: MovingSlips, measure: Measure
     ) -> LocalMap | None:
         """The map next to a state, from a period of each of the states next to it."""
-        places, follow = moving
+        places, moves = moving
         most = PROBE * measure.size(start)
         least = STATE_ROUND_OFF * float(np.abs(start).max())
-        sizes = np.maximum(most / np.linalg.norm(measure.root @ follow, axis=0), least)
+        sizes = np.maximum(most / np.linalg.norm(measure.root @ moves, axis=0), least)
         change, slopes = first.change[places], np.zeros((len(places), len(places)))
         # A little behind the nodes that creep on: they slip in all the states next to it.
-        toward = change.reshape(-1, measure.directions)
+        toward = change.reshape(-1, len(start) // len(measure.slips) - 1)
         away = np.linalg.norm(toward, axis=1, keepdims=True)
-        ways = (toward / np.where(away > 0.0, away, 1.0)).ravel()
-        behind = start - follow @ (BEHIND * sizes * ways)
+        behind = start - moves @ (BEHIND * sizes * (toward / np.where(away > 0.0, away, 1.0)).ravel())
         here, base = start, first
-        there = period(behind)
+        there = follow(behind)
         if there is not None and there.signature == first.signature:
             here, base = behind, there
         for k, place in enumerate(places):
             for share in TRIED:
-                moved = here + share * sizes[k] * follow[:, k]
-                there = period(moved)
+                moved = here + share * sizes[k] * moves[:, k]
+                there = follow(moved)
                 if there is None:
                     return None
                 slopes[:, k] = (there.change - base.change)[places] / (moved[place] - here[place])
@@ -199,22 +330,17 @@ class Along(FarLeaps):
         rigid = measure.rigid[places]
         if np.linalg.norm(rigid) ** 2 > rigid.shape[1] * (1.0 - THREE_DIGITS):  # all nodes move
             slopes -= (slopes @ rigid) @ rigid.T
-        slopes += self._by_trail(slopes, start, first, moving, measure)
-        self.trail.append((start, first))
-        return LocalMap(period, measure, start, moving, change, slopes, first.signature)
+        slopes += self._correction(slopes, start, first, moving, measure)
+        self.probed.append((start, first))
+        return LocalMap(follow, measure, start, moving, change, slopes, first.signature)
 
-    def _by_trail(
-        self,
-        slopes: FloatArray,
-        start: FloatArray,
-        first: PeriodStep,
-        moving: Moving,
-        measure: Measure,
+    def _correction(
+        self, slopes: FloatArray, start: FloatArray, first: Step, moving: MovingSlips, measure: Measure
     ) -> FloatArray:
-        """What slopes (k, k) lack along the way from an earlier state, if that tells more than probes."""
+        """What slopes (k, k) lack along the way from an earlier state far off: Broyden's update."""
         places, root = moving.places, measure.root @ moving.follow
         far = RESOLVED * PROBE * measure.size(start)
-        for state, there in reversed(self.trail):
+        for state, there in reversed(self.probed):
             way = (start - state)[places]
             seen = root @ way
             if there.signature == first.signature and seen @ seen > far**2:
@@ -224,54 +350,67 @@ class Along(FarLeaps):
 
     def _landing(self, local: LocalMap, periods: int) -> tuple[Landing | None, float]:
         """So many periods ahead, or None, and the strain: what is missed there, relative to what may be."""
-        way, strain = self._bent(local, periods, self._behind(local, periods)), 0.0
-        if way is None:
+        found, strain = self._polynomial(local, periods, self._earlier(local, periods)), 0.0
+        if found is None:
             return None, np.inf
-        now, size, change = local.size(local.change), local.size(way.end), local.change
-        sure, unsure, left = self.sure(local.start, size, local.measure), 0.0, now
-        if way.smooth:
-            strain, unsure = MUCH * local.size(way.miss) / size / sure, MUCH * float(np.abs(way.miss).max())
-        for share in TESTED[-1:] if way.smooth else TESTED:
+        polynomial, missed = found
+        end = local.ahead(periods, polynomial)
+        now, way, change = local.size(local.change), local.size(end), local.change
+        allowed, error, left = self._allowed(local.start, way, local.measure), 0.0, now
+        if missed is not None:
+            strain, error = MUCH * local.size(missed) / way / allowed, MUCH * float(np.abs(missed).max())
+        for share in TESTED if missed is None else TESTED[-1:]:
             if not strain <= 1.0:
                 return None, strain
-            y = way.end if share == 1.0 else local.ahead(periods, way.bends, share)
-            seen = local.seen(y, share ** np.arange(1, len(way.bends) + 1) @ way.bends)
-            if seen is None:
+            y = end if share == 1.0 else local.ahead(periods, polynomial, share)
+            there = local.follow(local.at(y))
+            if there is None:
                 return None, np.inf
-            left = max(local.measure.size(seen.change), self.LEFT * now)
-            strain = max(strain, local.measure.misses(*seen, left) / min(self.SURE, sure * now / left))
-            unsure = max(unsure, float(np.abs(seen.change - seen.foreseen).max()) * size / now)
-            change = seen.change[local.moving.places]
+            predicted = local.predicted(y, share ** np.arange(1, len(polynomial) + 1) @ polynomial)
+            left = max(local.measure.size(there.change), self.LEFT * now)
+            deviation = local.measure.deviation(there.change, predicted, left)
+            strain = max(strain, deviation / min(self.SURE, allowed * now / left))
+            error = max(error, float(np.abs(there.change - predicted).max()) * way / now)
+            change = there.change[local.moving.places]
         if left > self.GROWN * now or not strain <= 1.0:
             return None, strain
         rate = min((left / now) ** (1.0 / periods), 1.0)
-        return Landing(local.at(way.end), unsure, rate, change), strain
+        return Landing(local.at(end), error, rate, change), strain
 
-    def _bent(self, local: LocalMap, periods: int, behind: Behind) -> Way | None:
-        """The way so many periods ahead, by sweep after sweep; None where its bends do not settle."""
-        way = foreseen = local.way(periods, behind.bends)
+    def _polynomial(
+        self, local: LocalMap, periods: int, earlier: Samples
+    ) -> tuple[FloatArray, FloatArray | None] | None:
+        """The remainder on the way so many periods ahead, sampled in sweeps; None where it does not settle.
+
+        Where no contact state changes on it, as far as is seen, and enough lies before it to predict it, also
+        by how much that has predicted another end, (k,) [length].
+        """
+        polynomial = earlier.polynomial()
+        end = first_end = local.ahead(periods, polynomial)
         off = [np.inf, np.inf]
         for _ in range(self.SWEEPS):
-            before, way = way, local.bends(periods, way.bends, behind)
-            size = local.size(way.end)
+            before, (samples, smooth) = end, local.sampled(periods, polynomial, earlier)
+            polynomial, smooth = samples.polynomial(), smooth and len(earlier.shares) == MOST_EARLIER
+            end = local.ahead(periods, polynomial)
+            size = local.size(end)
             if not 0.0 < size < np.inf:
                 return None
-            off.append(local.size(way.end - before.end) / size)
-            if not off[-1] <= self.BENT:  # what lies behind misleads, unless something begins or ends to slip
-                return self._bent(local, periods, behind.first(0)) if way.smooth else None
-            if (
-                off[-1] <= PER_CENT * self.sure(local.start, size, local.measure)
-                or off[-1] > self.SHRINKS * off[-3]
-            ):
+            off.append(local.size(end - before) / size)
+            if not off[-1] <= self.BENT:  # what lies before misleads, unless something begins or ends to slip
+                return self._polynomial(local, periods, earlier.first(0)) if smooth else None
+            settled = off[-1] <= PER_CENT * self._allowed(local.start, size, local.measure)
+            if settled or off[-1] > self.SHRINKS * off[-3]:
                 break
-        return way._replace(miss=way.end - foreseen.end) if off[-1] <= self.SURE else None
+        if not off[-1] <= self.SURE:
+            return None
+        return polynomial, end - first_end if smooth else None
 
-    def _behind(self, local: LocalMap, periods: int) -> Behind:
-        """What the states at which the last leaps began tell of the bends of a way."""
-        shares, rests = [], []
-        for point in reversed(self.path):
+    def _earlier(self, local: LocalMap, periods: int) -> Samples:
+        """What the states at which the last leaps began show of the remainder."""
+        shares, values = [], []
+        for point in reversed(self.starts):
             back = (self.gone - point.periods) / periods
             if 1.0 / NEXT_TO_IT <= back <= NEXT_TO_IT and point.moving.is_like(local.moving):
                 shares.append(-back)
-                rests.append(point.change - local.linear((point.state - local.start)[local.moving.places]))
-        return Behind(np.array(shares), np.array(rests).reshape(-1, len(local.change))).first(BEHIND_IT)
+                values.append(point.change - local.linear((point.state - local.start)[local.moving.places]))
+        return Samples(np.array(shares), np.array(values).reshape(-1, len(local.change))).first(MOST_EARLIER)

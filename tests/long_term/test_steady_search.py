@@ -5,9 +5,9 @@ import pytest
 
 import shakedown
 from shakedown.ground.status import Outcome
-from shakedown.long_term.space.extrapolation import recurrence_of
-from shakedown.long_term.space.return_search import ReturnSearch
-from shakedown.long_term.space.settled import ReturnRules, Settled
+from shakedown.long_term.space.followed_cycles import SearchRules, Settled
+from shakedown.long_term.space.recurrence_leaps import recurrence_of
+from shakedown.long_term.space.steady_search import SteadySearch
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import CycleRecord, State
@@ -22,8 +22,8 @@ def settled(
     """What the search finds, and the length scale."""
     motion = Evolution(problem, load_factor, start)
     length = motion.scale.length
-    rules = ReturnRules(1000, 8, 1e-10 * length, np.ones(problem.n))
-    return ReturnSearch(motion, rules).settle()
+    rules = SearchRules(1000, 8, 1e-10 * length, np.ones(problem.n))
+    return SteadySearch(motion, rules).settle()
 
 
 @pytest.mark.parametrize("name", ["two-node", "three-node", "block-9", "press-fit", "uncoupled"])
@@ -73,7 +73,7 @@ class Turning:
 @pytest.mark.parametrize("rate", [0.5, 0.9])
 def test_a_period_whose_states_differ_by_little_is_told(period, rate):
     motion = Turning(period, 1e-5, rate)
-    found = ReturnSearch(motion, ReturnRules(1000, 8, 1e-10, np.ones(2))).settle()
+    found = SteadySearch(motion, SearchRules(1000, 8, 1e-10, np.ones(2))).settle()
     assert (found.outcome, found.period) == (Outcome.CYCLIC_SLIP, period)
 
 
@@ -81,7 +81,7 @@ def test_a_period_whose_states_differ_by_little_is_told(period, rate):
 def test_states_that_come_together_have_no_longer_period(rate):
     motion = Turning(1, 0.0, rate)
     motion.state = State(np.array([1e-5, 0.0, 0.0, 0.0]), motion.state.contact)
-    found = ReturnSearch(motion, ReturnRules(20000, 8, 1e-10, np.ones(2))).settle()
+    found = SteadySearch(motion, SearchRules(20000, 8, 1e-10, np.ones(2))).settle()
     assert (found.outcome, found.period) == (Outcome.CYCLIC_SLIP, 1)
 
 
@@ -103,8 +103,8 @@ class Parting:
 
 
 def test_a_node_that_comes_to_rest_does_not_hide_one_whose_slip_grows():
-    rules = ReturnRules(20000, 8, 1e-7, np.ones(2))
-    assert ReturnSearch(Parting(1e-7), rules).settle().outcome == Outcome.CYCLIC_SLIP
+    rules = SearchRules(20000, 8, 1e-7, np.ones(2))
+    assert SteadySearch(Parting(1e-7), rules).settle().outcome == Outcome.CYCLIC_SLIP
 
 
 def test_no_leap_leads_from_one_cycle_to_another():

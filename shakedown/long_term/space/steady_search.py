@@ -1,0 +1,280 @@
+"""The search for the long-term state in space: cycles, with leaps along slow approaches, until it is clear.
+
+After every cycle it asks: is the joint at rest, does its state repeat, does it come to a cycle that it has
+all but reached; and if none is so, whether a leap leads on.
+"""
+
+import numpy as np
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import (
+    FOUR_DIGITS,
+    MISJUDGED,
+    NEGLIGIBLE,
+    PER_CENT,
+    SEVEN_DIGITS,
+    SIX_DIGITS,
+    THREE_DIGITS,
+)
+from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
+from shakedown.ground.status import Outcome
+from shakedown.joint.rigid_slips import can_drift, free_stiffness
+from shakedown.long_term.space.decay import Decay, Period
+from shakedown.long_term.space.drift import Drift, is_held
+from shakedown.long_term.space.extrapolation import STUCK, Leaps
+from shakedown.long_term.space.followed_cycles import FollowedCycles, SearchRules, Settled
+from shakedown.long_term.space.measure import STATE_ROUND_OFF
+from shakedown.long_term.state import VARIES_LITTLE, opened_and_closed
+from shakedown.motion.evolution import Evolution
+
+MORE = 3  # budget of extra cycles for slopes, as a multiple of the cycles allowed
+# Change per period, relative to its slip, below which a state counts as periodic: the way to rest is at
+# least half that slip, and would take 1 / (2 PERIODIC) periods.
+PERIODIC = 10 * NEGLIGIBLE
+APART = 4.0  # times the fading part; twice that separates states on both sides of their limit
+NEAR = 1e-5  # what may be left of the way to a cycle along a line, of that so far
+
+
+class SteadySearch:
+    """Search for the long-term state of a motion, from its present state.
+
+    Parameters
+    ----------
+    motion
+        The joint, at the start of a cycle.
+    rules
+        When to end.
+    care
+        What leaps may be uncertain by, as a share of what they may be otherwise.
+    """
+
+    def __init__(self, motion: Evolution, rules: SearchRules, care: float = 1.0) -> None:
+        self.rules, self.layout = rules, motion.problem.layout
+        self.cycles = FollowedCycles(motion, rules.longest_period)
+        self.measure = self.cycles.measure
+        self.leaps = Leaps(self.cycles, rules.longest_period, care)
+        self.none = rules.noise / rules.stiffness  # slip (n,) that counts as none [length]
+        self.repeated = [0] * rules.longest_period  # by period: cycles in a row that end where one has begun
+        self.rest_since = self.cycle_since = 0  # cycle from which on it is expected
+
+    def settle(self) -> Settled:
+        """Follow cycles until the outcome is clear, the motion stops or the cycles allowed are spent."""
+        cycles, most = self.cycles, self.rules.most_cycles
+        while cycles.count < most + min(cycles.probes, MORE * most):
+            if not cycles.follow():
+                return self._undecided(self._why_stopped())
+            found = self._at_rest() or self._repeats() or self._approaches()
+            if found is not None:
+                return found
+            awaits_verdict = any(0 < times <= p for p, times in enumerate(self.repeated, start=1))
+            if self.leaps.try_one(by_slopes=not awaits_verdict):
+                self.repeated = [0] * self.rules.longest_period
+        spent = f"no periodic state within {most} cycles"
+        return self._rest_in_round_off() or self._undecided(spent)
+
+    def _at_rest(self) -> Settled | None:
+        """Whether nothing slips any more: exactly for one cycle, or for two within the accuracy."""
+        last = list(self.cycles.records)[-2:]
+        most = [float((record.slip * self.rules.stiffness).max()) for record in last]
+        exact = most[-1] == 0.0 and not self.cycles.change(1).any()
+        noise = self.rules.noise
+        if not exact and (len(last) < 2 or max(most) > noise or self._grows()):
+            return None
+        if self.cycles.leaps and not exact and most[1] > THREE_DIGITS * noise and self._to_come(1)[0] > noise:
+            return None
+        breathing = np.flatnonzero(last[-1].opened & last[-1].closed)
+        if breathing.size:
+            nodes = nodes_in_words(breathing)
+            return self._found(
+                Outcome.SEPARATION, f"no frictional slip, but opening and closing every cycle: {nodes}", 1
+            )
+        if self.rules.blurred and not exact:
+            return self._undecided(VARIES_LITTLE)
+        how = "in the last cycle" if exact else "beyond the accuracy in the last two cycles"
+        return self._found(Outcome.SHAKEDOWN, f"no frictional slip {how}{self._extrapolated}", 1)
+
+    def _grows(self) -> bool:
+        """Whether a node has slipped more than in the cycle before, which leads away from rest.
+
+        Node by node, as another's slip may hide it. Slip far below the noise that grows is round-off.
+        """
+        before, now = (self.cycles.records[-k].slip for k in (2, 1))
+        return bool((now > np.maximum(before, THREE_DIGITS * self.none)).any())
+
+    def _repeats(self) -> Settled | None:
+        """Cyclic slip or ratchetting with the shortest period over which states repeat, up to rigid slips."""
+        states, measure = self.cycles.states, self.measure
+        most = min(self.rules.longest_period, len(states) - 1)
+        u = np.array([states[-1 - q].u for q in range(most + 1)])
+        changes = np.linalg.norm(measure.seen(u[0] - u[1:]), axis=1)
+        self.leaps.find_period(u)
+        small = PERIODIC * np.linalg.norm(self.cycles.slip(1, most) * measure.slips)
+        round_off, least = STATE_ROUND_OFF * measure.at_most(u[0]), changes.min()
+        if least <= small + round_off:  # a product with the whole stiffness, mostly not needed
+            round_off = STATE_ROUND_OFF * measure.terms(u[0])
+        if least > small + round_off:
+            self.repeated = [0] * self.rules.longest_period
+            return None
+        for p in range(1, most + 1):
+            slip = self.cycles.slip(1, p)
+            size = float(np.linalg.norm(slip * measure.slips))
+            slips = float((slip * self.rules.stiffness).max()) > self.rules.noise
+            if not slips or changes[p - 1] > max(PERIODIC * size, round_off):
+                self.repeated[p - 1] = 0
+                continue
+            self.repeated[p - 1] += 1
+            if self.repeated[p - 1] > p and changes[: p - 1].min(initial=np.inf) > self._may_approach(p):
+                found = self._slips_for_ever(p)
+                if found is not None:
+                    return found
+        return None
+
+    def _may_approach(self, p: int) -> float:
+        """How far the states of a period may still move together, as changes fade [energy norm]."""
+        states = self.cycles.states
+        last, before = (self.measure.size(states[-1 - k].u - states[-1 - k - p].u) for k in (0, p))
+        periods = before / (before - last) if before > last else np.inf
+        return APART * last * min(periods, self.rules.most_cycles)
+
+    def _approaches(self) -> Settled | None:
+        """The outcome where the change falls along a line to a cycle that is next to the state."""
+        p = self.leaps.period
+        if not self.cycles.leaps or len(self.cycles.states) <= p:
+            return None
+        decay, now = self.leaps.last()
+        left = self._share_left(decay.to_come(now, self.measure))
+        if decay.slip_ends(now, self.none) and not self.cycles.records[-1].opened.any():
+            if left <= FOUR_DIGITS and not self.rest_since:
+                self.rest_since = self.cycles.count
+            if left <= SEVEN_DIGITS or self._rests_unseen(now):
+                return self._slip_fades()
+        slip = float(np.linalg.norm(now.slip * self.measure.slips))
+        if now.size > SIX_DIGITS * slip:
+            return None
+        if left <= NEAR and decay.slip_lasts(now):
+            return self._slips_for_ever(p)
+        if not decay.comes_to_a_cycle(now, self.measure, PERIODIC * slip):
+            self.cycle_since = 0
+        elif not self.cycle_since:
+            self.cycle_since = self.cycles.count
+        elif self.cycle_since <= self.cycles.count - STUCK:
+            return self._slips_for_ever(p, long_expected=True)
+        return None
+
+    def _rest_in_round_off(self) -> Settled | None:
+        """Rest, where the slip falls to none with changes that are round-off of the state."""
+        cycles = self.cycles
+        if not cycles.leaps or len(cycles.states) < 2 or cycles.records[-1].opened.any():
+            return None
+        decay, now = self.leaps.decays[0], cycles.last(1)
+        lost = STATE_ROUND_OFF * self.measure.terms(now.state)
+        near = now.size <= lost and self._share_left(decay.to_come(now, self.measure, lost)) <= PER_CENT
+        return self._slip_fades() if near and decay.slip_ends(now, self.none, 0.0) else None
+
+    def _slip_fades(self) -> Settled:
+        """Rest, as it is expected."""
+        return self._found(Outcome.SHAKEDOWN, f"slip fades away with the changes{self._extrapolated}", 1)
+
+    def _share_left(self, ahead: FloatArray | None) -> float:
+        """The largest share that is left of the way of a node, but for ways that count as none; ∞ unknown.
+
+        Relative to its own way since the search began, as another one may have gone far and may hide it.
+        """
+        if ahead is None:
+            return np.inf
+        state = self.cycles.states[-1].u
+        left, come = self.layout.ways(ahead), self.layout.ways(state - self.cycles.start)
+        counts = left > self.none
+        return float((left[counts] / np.maximum(come, self.none)[counts]).max(initial=0.0))
+
+    def _rests_unseen(self, now: Period) -> bool:
+        """Whether rest has long been expected, and no node changes by more than the accuracy of motion."""
+        long = 0 < self.rest_since <= self.cycles.count - STUCK
+        return long and bool((self.layout.ways(now.change) <= self.none).all())
+
+    def _slips_for_ever(self, p: int, long_expected: bool = False) -> Settled | None:
+        """The outcome where the same slip occurs in every period of p cycles, if that is clear.
+
+        Long expected is a cycle whose end the leaps do not come nearer to.
+        """
+        cycles, decay = self.cycles, self.leaps.decays[p - 1]
+        now, every = cycles.last(p), cycles_in_words(p)
+        most = float(now.slip.max())
+        clear = THREE_DIGITS * float((now.slip * self.rules.stiffness).max())
+        error = max(record.error for record in list(cycles.records)[-p:])
+        differs = np.abs(cycles.slip(p + 1, 2 * p) - now.slip).max() > THREE_DIGITS * most
+        if error > clear or differs or decay.slip_ends(now, self.none):
+            return None
+        floats = can_drift(cycles.motion.problem)
+        drift = self._drift(p, decay, now, error) if floats else None
+        walks = drift is not None and drift.of_a_node()
+        cyclic = np.abs(now.change).max() <= SIX_DIGITS * most and not walks
+        if not cyclic and (long_expected or decay.slip_lasts(now)):
+            cyclic = not floats or self._is_held(p, now.slip) or (long_expected and decay.drift_ends(now))
+        if cyclic:
+            return self._found(Outcome.CYCLIC_SLIP, f"slip per {every} constant{self._extrapolated}", p)
+        if walks or (drift is not None and (drift.of_all() or decay.drift_lasts(now))):
+            return self._found(Outcome.RATCHETTING, f"drift per {every} constant{self._extrapolated}", p)
+        return None
+
+    def _drift(self, p: int, decay: Decay, now: Period, error: float) -> Drift:
+        """The drift of the last period of p cycles, each known to an error [length]."""
+        states, stiffness = self.cycles.states, free_stiffness(self.cycles.motion.problem)
+        before = states[-1 - p].u - states[-1 - 2 * p].u
+        known = p * error + STATE_ROUND_OFF * float(np.abs(states[-1].u).max())
+        left = decay.drift_left(now)
+        return Drift(self.layout, stiffness, self.measure, self.none, now, left, before, known)
+
+    def _is_held(self, p: int, slip: FloatArray) -> bool:
+        """Whether nodes that stick, or all but stick, leave no room for a rigid slip, while none opens."""
+        opens = bool(opened_and_closed(list(self.cycles.records)[-p:], self.layout.n)[0].any())
+        if opens or not self.measure.rigid.shape[1]:  # a body that moves only where nodes open
+            return not opens
+        return is_held(self.layout, self.measure.rigid, slip, self.none)
+
+    def _to_come(self, period: int, drifts: bool = False) -> tuple[float, float]:
+        """What later periods may add to a state, and the factor per cycle by which changes fade."""
+        return self.cycles.to_come(period, self.leaps.rate if self.cycles.leaps else None, drifts)
+
+    @property
+    def _extrapolated(self) -> str:
+        """The known cycles that led to the last state."""
+        return "; approach extrapolated" if self.cycles.leaps else ""
+
+    def _found(self, outcome: Outcome, reason: str, period: int) -> Settled:
+        """The answer; for a cycle the period is followed again from the end of the search."""
+        cycles, leaps, drifts = self.cycles, self.leaps, outcome == Outcome.RATCHETTING
+        (left, rate), start = self._to_come(period, drifts), cycles.motion.state
+        if drifts or outcome == Outcome.CYCLIC_SLIP:
+            if cycles.leaps:
+                now = cycles.last(period)
+                farthest = leaps.decays[period - 1].farthest(now, self.layout, self.measure, drifts)
+                left = max(left, MISJUDGED * farthest)
+            if not cycles.follow(period):
+                return self._undecided(f"{self._why_stopped()}, after {reason}")
+        moved, error, rigid_error = cycles.change(period), leaps.error, leaps.rigid_error
+        drift = np.zeros_like(moved)
+        if drifts:  # where it stands on its way says nothing
+            drift, error, rigid_error = moved, leaps.error_apart, 0.0
+        return Settled(
+            outcome=outcome,
+            reason=reason,
+            followed=cycles,
+            start=start,
+            state=cycles.motion.state,
+            period=period,
+            drift=drift[self.layout.slips],
+            contraction=rate,
+            return_error=float(np.abs(moved - drift).max()),
+            error=max(left, self.rules.noise) + cycles.error + error + rigid_error,
+            rigid_error=rigid_error,
+        )
+
+    def _why_stopped(self) -> str:
+        stop = self.cycles.motion.stop
+        return stop.reason if stop else "the motion cannot be followed"
+
+    def _undecided(self, reason: str) -> Settled:
+        motion, nothing = self.cycles.motion, np.full(self.layout.slip_size, np.nan)
+        state = motion.state
+        return Settled(Outcome.UNDECIDED, reason, self.cycles, state, state, nothing, stop=motion.stop)
