@@ -7,10 +7,8 @@ direction of its rows (``stiffness_section``); loads and supports become vectors
 with resultants and rigid motions beside it (``load_evidence``, ``model_evidence``). Impossible input
 is refused; doubtful input becomes a warning of one line that the problem carries with it.
 
-Reading order: ``model_section``, ``contact_nodes``, ``contact_directions``, ``initial_gap``,
-``contact_section`` (all of it), ``joined_contact`` (several patches, friction), ``stiffness_section``,
-``time_function``, ``static_runs``, ``load_section``, ``load_evidence``, ``pair_distances``,
-``contact_faces``, ``bodies``, ``model_fit``, ``model_evidence`` (all of these),
-``bolt_section``, ``configuration`` (its sections, and what they name),
-``import_model`` (the public functions), ``templates`` (files to start from), ``contact_figure``.
+Reading order: ``model_section``, ``contact_directions``, ``contact_section``, ``joined_contact`` (several
+patches, friction), ``stiffness_section``, ``time_function``, ``load_section`` (loads, supports, static runs),
+``contact_checks``, ``model_evidence``, ``bolt_section``, ``load_evidence``, ``import_model`` (the public
+functions), ``templates`` (files to start from), ``contact_figure``.
 """

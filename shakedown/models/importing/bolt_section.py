@@ -13,8 +13,8 @@ from shakedown.ground.shown_values import few
 from shakedown.ground.size_limits import LARGEST_LABEL
 from shakedown.models.condensation.condense import WeldedCase
 from shakedown.models.condensation.load_case import LoadCase
-from shakedown.models.importing.bodies import ModelBody
 from shakedown.models.importing.load_section import LoadSection
+from shakedown.models.importing.model_evidence import ModelBody
 from shakedown.models.importing.model_section import Model
 from shakedown.models.importing.stiffness_section import ImportContext
 from shakedown.models.readers.text import quoted

@@ -16,7 +16,7 @@ _STEEP = np.sqrt(0.5)  # cosine from which on an axis counts as the normal, not 
 Axes = tuple[int, ...]  # two directions that span a plane, or all three
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class ContactDirections:
     """In which directions the gap opens and the nodes slip.
 
@@ -32,7 +32,7 @@ class ContactDirections:
         Whether one direction of slip is only assumed, as the normals lie in the plane of x and y.
     surface : str or None
         The surface of the deck whose faces gave the normals.
-    given : bool
+    normals_are_given : bool
         Whether the configuration gives the normals, not the faces.
     """
 
@@ -41,7 +41,7 @@ class ContactDirections:
     tangent: FloatArray | None = None
     assumed: bool = False
     surface: str | None = None
-    given: bool = False
+    normals_are_given: bool = False
 
 
 def contact_directions(
@@ -82,12 +82,12 @@ def contact_directions(
     along = normals[:, columns] if given is None and said is None else normals
     along = along if given is None else _along(table, given, axes)
     return ContactDirections(
-        axes,
-        np.broadcast_to(along, (len(first), len(axes))).copy(),
-        _tangent(table, model, first, along) if axes == SPACE else None,
+        axes=axes,
+        normals=np.broadcast_to(along, (len(first), len(axes))).copy(),
+        tangent=_tangent(table, model, first, along) if axes == SPACE else None,
         assumed=said is None and axes == PLANE,
         surface=surface,
-        given=given is not None,
+        normals_are_given=given is not None,
     )
 
 

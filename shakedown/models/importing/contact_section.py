@@ -1,48 +1,47 @@
-"""``[contact]``: nodes or pairs, normals into the first body, tangents or a plane, positions."""
+"""``[contact]``: nodes, pairs or surfaces, normals and tangents, positions, the initial gap."""
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
-from shakedown.joint.places import arc_lengths, strips
+from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
+from shakedown.joint.contact_patches import NEIGHBOURS
+from shakedown.joint.places import arc_lengths, faces_among, split_face, strips
 from shakedown.models.condensation.contact_frame import SPACE, check_unique, node_names
 from shakedown.models.condensation.coupled_frame import hat_areas
 from shakedown.models.condensation.node_coupling import NodeCoupling
-from shakedown.models.condensation.surface_coupling import SurfaceCoupling
+from shakedown.models.condensation.surface_coupling import REACH, UNCOVERED, SurfaceCoupling, surface_coupling
+from shakedown.models.condensation.surface_mesh import ContactSurface
 from shakedown.models.condensation.tangent_pairs import patch_positions
-from shakedown.models.importing.contact_directions import Axes, contact_directions, in_space
-from shakedown.models.importing.contact_nodes import contact_nodes, coupled_surfaces, middle_nodes
-from shakedown.models.importing.initial_gap import COORDINATES, initial_gap
+from shakedown.models.importing.contact_directions import ContactDirections, contact_directions, in_space
 from shakedown.models.importing.model_section import Model
 from shakedown.models.readers.input_files import InputFiles
 from shakedown.models.readers.mesh import Mesh
+from shakedown.models.readers.table import read_table
+from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, is_number, shown
 
 Friction = FloatArray | Mapping[str, float]  # () or (n,), or a coefficient for each node set
+COORDINATES = "coordinates"  # the word for a gap between the nodes as the deck places them
+_BESIDE = ("reach", "uncovered", "finer")  # keys that stand beside 'surfaces' only
+_ALONE = ("nodes", "pairs", "surface", "relative", "tied")  # keys that do not stand beside it
 
 
-@dataclass(frozen=True, eq=False)
-class ContactSection:
-    """Where the contact is.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ContactSection(ContactDirections):
+    """Where the contact is, beside its directions.
 
     Attributes
     ----------
     labels : (n,) or (n, 2)
         Contact nodes, or pairs (node of the first body, node of the second).
-    normals : (n, d + 1)
-        Into the first body.
-    axes
-        The two directions that span the plane, or all three where the nodes slip in two directions.
-    tangent : (3,) or (n, 3) or None
-        Towards which the first of two tangents leads, where that is given.
-    assumed : bool
-        Whether nothing says that the nodes slip in one direction only.
     free_out_of_plane : bool
         Whether a third direction moves without friction.
     tied : (n,) or None
@@ -61,16 +60,10 @@ class ContactSection:
         Area that each node stands for [length²], where the faces of the model give it.
     sorted_by_place : bool
         Whether the nodes stand in the order of their places, not in that of the configuration.
-    surface : str or None
-        The surface of the deck whose faces gave the normals.
-    normals_are_given : bool
-        Whether the configuration gives the normals, not the faces.
     middle_nodes : (t, 3)
         Nodes between two corners of quadratic faces of solids, and these corners.
     coupling : SurfaceCoupling or None
         What the nodes of the first of two surfaces follow, whose meshes need not match.
-    clamped : (c,)
-        Nodes that are held in a static run in which both bodies are held apart.
     name : str
         Its name in the configuration; "" where it has none.
     friction : () or (n,) or a mapping, or None
@@ -80,10 +73,6 @@ class ContactSection:
     """
 
     labels: NDArray[np.intp]
-    normals: FloatArray
-    axes: Axes
-    tangent: FloatArray | None
-    assumed: bool
     free_out_of_plane: bool
     tied: NDArray[np.intp] | None
     relative: bool
@@ -93,11 +82,8 @@ class ContactSection:
     gap_is_stated: bool
     area: FloatArray | None
     sorted_by_place: bool
-    surface: str | None
-    normals_are_given: bool
     middle_nodes: NDArray[np.intp]
     coupling: NodeCoupling | None
-    clamped: NDArray[np.intp]
     name: str = ""
     friction: Friction | None = None
     patches: "tuple[ContactSection, ...]" = ()
@@ -124,6 +110,12 @@ class ContactSection:
         if self.coupling is None:
             return own
         return np.array(list(dict.fromkeys([*own.tolist(), *self.coupling.master.tolist()])), dtype=np.intp)
+
+    @property
+    def clamped(self) -> NDArray[np.intp]:
+        """Nodes that are held in a static run in which both bodies are held apart, (c,)."""
+        beside = [part.surfaces.uncovered for part in self.parts if part.surfaces is not None]
+        return np.unique(np.concatenate([self.moved, *beside]))
 
     @property
     def two_bodies(self) -> bool:
@@ -179,62 +171,287 @@ def contact_section(
         the normals are neither given nor known from the model.
     """
     name, friction = table.text("name", "") or "", taken_friction(table, required=False)
-    coupled = coupled_surfaces(table, model)
-    labels, from_sets = contact_nodes(table, model) if coupled is None else (coupled[0].labels, True)
+    coupling, surface = coupled_surfaces(table, model)
+    labels, from_sets = contact_nodes(table, model) if coupling is None else (coupling.labels, True)
     with found_in(table.where.removesuffix(": contact")):
         check_unique(labels)
     first = labels if labels.ndim == 1 else labels[:, 0]
-    given, gap_is_stated = table.content.get("gap"), table.has("gap")
-    of_file = isinstance(given, dict) and "file" in given
-    gap = initial_gap(table, model, files)
-    coupling, slave, surface = (None, None, None) if coupled is None else coupled
     between = middle_nodes(model.mesh, first, table.content.get("surface", surface))
     area = _areas(table, model, first, between, coupling)  # before the normals take 'surface'
     faces = None if coupling is None else in_space(coupling.normals, SPACE[: coupling.normals.shape[1]])
     found = contact_directions(table, model, first, assume_plane=assume_plane, faces=faces)
     contact = ContactSection(
-        labels,
-        found.normals,
-        found.axes,
-        found.tangent,
-        found.assumed,
-        table.flag("free_out_of_plane"),
-        _array(table, "tied", int, (None,)),
-        table.flag("relative"),
-        _array(table, "x", float, (None,) if len(found.axes) == 2 else (None, 2)),
-        None if model.mesh is None else model.mesh.at(first),
-        np.zeros(()),
-        gap_is_stated,
-        area,
-        from_sets and found.axes != SPACE and model.mesh is not None,
-        found.surface or surface,
-        found.given,
-        between,
-        coupling,
-        labels.T.ravel() if slave is None or coupling is None else np.union1d(slave.labels, coupling.master),
-        name,
-        friction,
+        **{**vars(found), "surface": found.surface or surface},
+        labels=labels,
+        free_out_of_plane=table.flag("free_out_of_plane"),
+        tied=_array(table, "tied", int, (None,)),
+        relative=table.flag("relative"),
+        x=_array(table, "x", float, (None,) if len(found.axes) == 2 else (None, 2)),
+        coordinates=None if model.mesh is None else model.mesh.at(first),
+        gap=np.zeros(()),
+        gap_is_stated=table.has("gap"),
+        area=area,
+        sorted_by_place=from_sets and found.axes != SPACE and model.mesh is not None,
+        middle_nodes=between,
+        coupling=coupling,
+        name=name,
+        friction=friction,
     )
-    table.done()
     if contact.relative:
         _check_relative(contact, model, table.where)
-    listed = gap(labels, contact.unit_normals, contact.x) if of_file else given
-    listed = np.asarray(listed) if isinstance(listed, list | np.ndarray) else None
-    check_order(contact, table.where, {"x": contact.x, "gap": listed})
+    check_order(contact, table.where, {"x": contact.x})
     placed = _placed(contact, model.mesh) if found.axes != SPACE else _on_patch(contact)
-    if placed.surfaces is not None and given == COORDINATES:
-        return replace(placed, gap=_drawn(placed.surfaces, placed, table))
-    normals = in_space(placed.normals, placed.axes)
-    return replace(placed, gap=gap(placed.labels, normals, placed.x))
+    placed = replace(placed, gap=_initial_gap(table, placed, model, files))
+    table.done()
+    return placed
 
 
-def _drawn(coupling: SurfaceCoupling, contact: ContactSection, table: TomlTable) -> FloatArray:
-    """The gap between two surfaces as the deck draws them, (n,)."""
-    if not coupling.flat:
+def contact_nodes(table: TomlTable, model: Model) -> tuple[NDArray[np.intp], bool]:
+    """Contact nodes (n,) or pairs (n, 2), and whether sets named them.
+
+    Raises
+    ------
+    ProblemError
+        If there are neither or both, a set is unknown, or the nodes of two sets do not lie on each other.
+    """
+    if table.has("nodes") == table.has("pairs"):
+        found = "both" if table.has("nodes") else "neither"
+        raise table.unfit("one of the keys 'nodes', 'pairs' and 'surfaces'", found)
+    if table.has("nodes"):
+        if isinstance(table.content["nodes"], str):
+            return model.nodes(str(table.text("nodes")), f"{table.where}: key 'nodes'"), True
+        return np.array(table.array("nodes", int, (None,)), dtype=np.intp), False
+    value = table.content["pairs"]
+    if _are_two_names(value):
+        table.take("pairs", "two sets", required=True)
+        where = f"{table.where}: key 'pairs'"
+        first, second = (model.nodes(name, where) for name in value)
+        assert model.mesh is not None  # else the sets would not have been found
+        return _matched(model.mesh, first, second, where), True
+    return np.array(table.array("pairs", int, (None, 2)), dtype=np.intp), False
+
+
+def _are_two_names(value: object) -> bool:
+    return isinstance(value, list) and len(value) == 2 and all(isinstance(name, str) for name in value)
+
+
+def _matched(mesh: Mesh, first: NDArray[np.intp], second: NDArray[np.intp], where: str) -> NDArray[np.intp]:
+    """Pairs of the nodes of two sets that lie on each other."""
+    if len(first) != len(second):
+        more, fewer = (first, second) if len(first) > len(second) else (second, first)
+        alone = more[int(np.argmax(cKDTree(mesh.at(fewer)).query(mesh.at(more))[0]))]
+        raise ProblemError(
+            f"{where}: expected sets of equally many nodes, found {len(first)} and {len(second)}, node "
+            f"{alone} farthest from a partner"
+        )
+    one, two = mesh.at(first), mesh.at(second)
+    distance, partner = cKDTree(two).query(one)
+    spacing = float(np.nan_to_num(spacings(one, mesh.coordinates)).min())
+    far = np.flatnonzero(distance > REACH * spacing)
+    if far.size:
+        k = int(far[0])
+        raise ProblemError(
+            f"{where}: expected nodes that lie on each other (nearer than {REACH:g} of the spacing "
+            f"{spacing:.3g}), "
+            f"found node {first[k]} at a distance of {distance[k]:.3g} from the nearest; give pairs of labels"
+        )
+    (shared, count), *_ = Counter(partner.tolist()).most_common(1)
+    if count > 1:
+        rivals = first[partner == shared]
+        raise ProblemError(
+            f"{where}: expected one partner for each node, found node {second[shared]} nearest to both "
+            f"{rivals[0]} and {rivals[1]}; give pairs of labels"
+        )
+    return np.column_stack([first, second[partner]])
+
+
+def spacings(places: FloatArray, model: FloatArray | None = None) -> FloatArray:
+    """The distance of every node from the nearest one that lies elsewhere, (n,); NaN where there is none.
+
+    For a single node it is taken from the nodes of the whole ``model``, (k, 3).
+    """
+    if len(places) == 1 and model is not None and len(model) > 2:
+        return np.sort(np.linalg.norm(model - places, axis=1))[2:3]  # beyond itself and its partner
+    if len(places) == 1:
+        return np.full(1, np.nan)
+    distance, _ = cKDTree(places).query(places, k=min(len(places), NEIGHBOURS))
+    elsewhere = distance > NEGLIGIBLE * np.ptp(places, axis=0).max()
+    first = np.argmax(elsewhere, axis=1)
+    return np.where(elsewhere.any(axis=1), distance[np.arange(len(places)), first], np.nan)
+
+
+def coupled_surfaces(table: TomlTable, model: Model) -> tuple[SurfaceCoupling | None, str | None]:
+    """The coupling of two surfaces, and the first one's name where it is an element surface.
+
+    Raises
+    ------
+    ProblemError
+        If other keys contradict it, a surface is unknown or has no faces, or the two cannot be coupled.
+    """
+    table.known += ["surfaces", *_BESIDE, "nodes", "pairs"]  # named as expected where another is unknown
+    if not table.has("surfaces"):
+        for key in _BESIDE:
+            if table.has(key):
+                raise ProblemError(f"{table.where}: key '{key}': expected beside 'surfaces' only")
+        return None, None
+    others = [key for key in _ALONE if table.has(key)]
+    if others:
+        raise table.unfit(f"no key '{others[0]}' beside 'surfaces'", "both")
+    names = table.content["surfaces"]
+    if not _are_two_names(names):
+        raise table.wrong("surfaces", "two names, of the first body and of the second", shown(names))
+    table.take("surfaces", "two names", required=True)
+    reach, uncovered = table.number("reach"), table.number("uncovered", UNCOVERED)
+    finer = table.flag("finer")
+    where = f"{table.where}: key 'surfaces'"
+    if model.mesh is None or not model.mesh.elements:
+        raise ProblemError(f"{where}: expected [model] with a deck that has elements, found none")
+    slave, master = (_surface(model.mesh, name, where) for name in names)
+    if slave.dimension != master.dimension:
+        raise ProblemError(f"{where}: expected two plane bodies or two solid ones, found one of each")
+    with found_in(where):
+        found = surface_coupling(
+            slave,
+            master,
+            reach=reach,
+            uncovered=UNCOVERED if uncovered is None else uncovered,
+            finer=finer,
+            revolved=model.axisymmetric,
+        )
+    key = names[0].strip().upper()
+    return found, key if key in model.mesh.surfaces else None
+
+
+def middle_nodes(mesh: Mesh | None, first: NDArray[np.intp], surface: object) -> NDArray[np.intp]:
+    """Nodes between corners of quadratic faces of solids at the contact, and these corners, (t, 3).
+
+    Of a surface where its name is given.
+    """
+    if mesh is None or not mesh.elements:
+        return np.zeros((0, 3), dtype=np.intp)
+    between = {
+        (node, *sorted((facet.corners[k], facet.corners[(k + 1) % len(facet.corners)])))
+        for facet in mesh.boundary(set(first.tolist()), surface if isinstance(surface, str) else None)
+        if len(facet.between) == len(facet.corners) > 2
+        for k, node in enumerate(facet.between)
+    }
+    return np.array(sorted(between), dtype=np.intp).reshape(-1, 3)
+
+
+def faces_between(contact: ContactSection, mesh: Mesh | None) -> NDArray[np.intp] | None:
+    """The corners of a contact's faces in space as numbers of its nodes, (k, 4); None for a plane one."""
+    if mesh is None or contact.axes != SPACE:
+        return None
+    found = [
+        face
+        for part in contact.parts
+        for facet in mesh.boundary(set(part.first.tolist()), part.surface)
+        if len(facet.corners) > 2  # no edge of a plate
+        for face in split_face(facet.corners, facet.between, mesh.at(facet.nodes))
+    ]
+    return faces_among(np.array(found), contact.first.tolist()) if found else None
+
+
+def _surface(mesh: Mesh, name: str, where: str) -> ContactSurface:
+    """The faces of an element surface, or those that have all their corners in a node set."""
+    with found_in(where):
+        labels = mesh.nodes(name)
+    key = name.strip().upper()
+    facets = mesh.boundary(set(labels.tolist()), key if key in mesh.surfaces else None)
+    if not facets:
+        raise ProblemError(f"{where}: expected faces of elements in the set {quoted(name)}, found none")
+    edges = {len(facet.corners) == 2 for facet in facets}
+    if len(edges) > 1:
+        raise ProblemError(
+            f"{where}: expected faces of solids or edges of plane elements in {quoted(name)}, found both"
+        )
+    d = 2 if edges.pop() else 3
+    used = np.array(sorted({node for facet in facets for node in facet.nodes}), dtype=np.intp)
+    inside = [mesh.at(mesh.elements[facet.element][1]).mean(axis=0)[:d] for facet in facets]
+    with found_in(f"{where}: {quoted(name)}"):
+        return ContactSurface(used, mesh.at(used)[:, :d], [facet.nodes for facet in facets], np.array(inside))
+
+
+def _initial_gap(table: TomlTable, contact: ContactSection, model: Model, files: InputFiles) -> FloatArray:
+    """The key ``gap``, () or (n,) [length]: a number, a list, a word or a table; absent it is 0."""
+    given = table.content.get("gap", 0.0)
+    if isinstance(given, str):
+        if table.text("gap") != COORDINATES:
+            raise table.wrong("gap", f"'{COORDINATES}', a number, a list or a table", shown(given))
+        return _drawn_gap(table, contact, model)
+    if isinstance(given, list):
+        gap = np.array(table.array("gap", float, (None,)), dtype=float)
+    elif not isinstance(given, dict):
+        gap = np.array(table.number("gap", 0.0))
+    else:
+        source = table.table("gap")
+        kinds = [key for key in ("points", "nodes", "file") if source.has(key)]
+        if len(kinds) != 1:
+            found = " and ".join(map(repr, kinds)) or "none"
+            raise source.unfit("one of the keys 'points', 'nodes' and 'file'", found)
+        if kinds == ["points"]:
+            return _gap_of_points(table, source, contact.x)
+        if kinds == ["nodes"]:
+            return _gap_of_nodes(table, source, contact, model)
+        name, column = str(source.text("file")), source.key_of_column("column") or 1
+        source.done()
+        gap = files.read(name, lambda path: read_table(path).column(column))
+    check_order(contact, table.where, {"gap": gap})
+    if gap.ndim and len(gap) != len(contact.labels):
+        raise table.wrong("gap", f"one for each of {len(contact.labels)} nodes", len(gap))
+    return gap
+
+
+def _drawn_gap(table: TomlTable, contact: ContactSection, model: Model) -> FloatArray:
+    """The distance of the nodes of each pair, or of two surfaces, as the deck draws them, (n,)."""
+    coupling, labels = contact.surfaces, contact.labels
+    if coupling is not None and not coupling.flat:
         expected = "a number, or of nodes, between curved surfaces, whose facets are chords"
         raise table.wrong("gap", expected, f"'{COORDINATES}'")
-    drawn = dict(zip(coupling.labels.tolist(), coupling.gap.tolist(), strict=True))
-    return np.array([drawn[label] for label in contact.labels.tolist()])
+    if coupling is not None:
+        drawn = dict(zip(coupling.labels.tolist(), coupling.gap.tolist(), strict=True))
+        return np.array([drawn[label] for label in labels.tolist()])
+    if model.mesh is None or labels.ndim == 1:
+        found = "nodes of one body" if labels.ndim == 1 else "no [model]"
+        raise table.wrong("gap", f"pairs in a model with coordinates beside '{COORDINATES}'", found)
+    apart = model.mesh.at(labels[:, 0]) - model.mesh.at(labels[:, 1])
+    return np.asarray((apart * contact.unit_normals).sum(axis=1))
+
+
+def _gap_of_points(table: TomlTable, source: TomlTable, x: FloatArray | None) -> FloatArray:
+    """Straight lines between [position, gap]."""
+    points = np.array(source.array("points", float, (None, 2)), dtype=float)
+    source.done()
+    down = np.flatnonzero(np.diff(points[:, 0]) <= 0)
+    if down.size:
+        before, after = points[down[0] : down[0] + 2, 0]
+        raise source.wrong("points", "[x, gap] with x ascending", f"{after:g} after {before:g}")
+    if x is None:
+        raise table.wrong("gap", "positions ('x', or [model]) beside points", "none")
+    if x.ndim > 1:
+        expected = "points where nodes slip in one direction; give a list, a file, nodes or 'coordinates'"
+        raise table.wrong("gap", expected, "two")
+    return np.interp(x, points[:, 0], points[:, 1])
+
+
+def _gap_of_nodes(table: TomlTable, source: TomlTable, contact: ContactSection, model: Model) -> FloatArray:
+    """Gaps of [node or set, gap] entries; the other nodes touch."""
+    gap, where, seen = np.zeros(len(contact.labels)), f"{source.where}: key 'nodes'", set[int]()
+    for name, value in source.entries("nodes", 2) or []:
+        if not isinstance(name, str | int) or isinstance(name, bool):
+            raise source.wrong("nodes", "a node, or the name of a set", shown([name, value]))
+        if not is_number(value):
+            raise source.wrong("nodes", "a finite number", shown([name, value]))
+        for label in model.nodes(name, where).tolist() if isinstance(name, str) else [name]:
+            if label in seen:
+                raise source.wrong("nodes", "every node once", f"node {label} twice")
+            seen.add(label)
+            place = (contact.labels.reshape(len(gap), -1) == label).any(axis=1)
+            if not place.any():
+                raise table.wrong("gap", "contact nodes", f"node {label}")
+            gap[place] = value
+    source.done()
+    return gap
 
 
 def _array(table: TomlTable, key: str, kind: type, shape: tuple[int | None, ...]) -> NDArray[Any] | None:

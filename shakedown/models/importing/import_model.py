@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
+from shakedown.ground.tolerances import DEFAULT
 from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
 from shakedown.joint.doubtful_data import doubtful_data
 from shakedown.joint.places import bearing_no_pressure
@@ -20,10 +21,9 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.units import units_in
 from shakedown.models.condensation.condense import Condensation, condensed_stiffness
-from shakedown.models.condensation.contact_frame import friction_left_out
+from shakedown.models.condensation.contact_frame import SPACE, friction_left_out
 from shakedown.models.condensation.load_case import without_closing
 from shakedown.models.condensation.shanks import with_shanks
-from shakedown.models.importing.bodies import rigid_motions_of_bodies
 from shakedown.models.importing.bolt_section import (
     BoltSection,
     bolt_doubts,
@@ -32,16 +32,10 @@ from shakedown.models.importing.bolt_section import (
     check_bolts,
     check_held,
 )
-from shakedown.models.importing.configuration import (
-    Configuration,
-    keeps_stiffness,
-    read_model,
-    taken_configuration,
-)
+from shakedown.models.importing.contact_checks import check_contact
 from shakedown.models.importing.contact_directions import in_space
-from shakedown.models.importing.contact_faces import faces_between
-from shakedown.models.importing.contact_section import ContactSection
-from shakedown.models.importing.joined_contact import friction_of
+from shakedown.models.importing.contact_section import ContactSection, Friction, faces_between, taken_friction
+from shakedown.models.importing.joined_contact import contact_of, friction_of
 from shakedown.models.importing.load_evidence import (
     LoadEvidence,
     Resultants,
@@ -52,24 +46,27 @@ from shakedown.models.importing.load_evidence import (
 from shakedown.models.importing.load_section import (
     LoadSection,
     absent_before,
+    held_keys,
     held_rows,
     load_section,
+    static_run,
     uneven,
     vary_loads,
 )
 from shakedown.models.importing.model_evidence import (
     ModelEvidence,
-    check_contact,
     model_evidence,
+    rigid_motions_of_bodies,
     source_text,
 )
-from shakedown.models.importing.static_runs import static_run
-from shakedown.models.importing.stiffness_section import ImportContext
+from shakedown.models.importing.model_section import Model, model_section
+from shakedown.models.importing.stiffness_section import ImportContext, stiffness_section
+from shakedown.models.readers.calculix_storage import NUMBERED
 from shakedown.models.readers.circumference import circumference_notes
 from shakedown.models.readers.input_files import InputFiles, sha256
-from shakedown.models.readers.mesh import SOLIDS, Mesh
+from shakedown.models.readers.mesh import CALCULIX, SOLIDS, Mesh
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.toml_table import change_number, read_toml
+from shakedown.models.readers.toml_table import TomlTable, change_number, read_toml
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -196,6 +193,24 @@ class Import(Result):
     def format(self) -> str:
         """What the stiffness file was found to be."""
         return self.stiffness.format
+
+
+class Configuration(NamedTuple):
+    """What a configuration says, section by section; the files that it names are not read yet."""
+
+    name: str
+    units: str
+    steps: int | None
+    friction: Friction | None
+    loads: list[TomlTable]
+    where: str
+    stiffness_file: str
+    stiffness: TomlTable
+    contacts: list[TomlTable]
+    bolts: list[TomlTable]
+    model: TomlTable
+    supports: TomlTable
+    check: TomlTable
 
 
 @checked
@@ -391,7 +406,7 @@ def import_model(
         *evidence.warnings,
         *without,
         *closing,
-        *load_doubts(acting, names, condensed.stiffness, evidence.held),
+        *load_doubts(acting, names, condensed.stiffness),
         *bolt_doubts(bolts, names[len(asked.loads) :], evidence.bodies, normals, stiffness.dofs),
         *pulled_open(bare, np.asarray(contact.gap)),
     )
@@ -488,3 +503,75 @@ def _contact_notes(context: ImportContext) -> Iterator[str]:
     said = [contact.first[0], across] in context.stiffness.dofs.tolist()  # by the condensation
     if not said and not solid.isdisjoint(contact.first.tolist()):
         yield friction_left_out(across, "has no rows in the matrix")
+
+
+def taken_configuration(root: TomlTable) -> Configuration:
+    """The sections of a configuration; ``ProblemError`` where it has other keys."""
+    name, units, steps = root.text("name", ""), root.text("units", ""), root.integer("steps")
+    stiffness, contacts = root.table("stiffness"), root.one_or_more("contact")
+    friction = taken_friction(root, required=not all(table.has("friction") for table in contacts))
+    sections = [root.table(key, required=False) for key in ("model", "supports", "check")]
+    loads, bolts = root.tables("load"), root.tables("bolt") if root.has("bolt") else []
+    root.done()
+    file = str(stiffness.content.get("file"))
+    words = name or "", units or ""
+    return Configuration(
+        *words, steps, friction, loads, root.where, file, stiffness, contacts, bolts, *sections
+    )
+
+
+def read_model(
+    asked: Configuration, files: InputFiles, kept: tuple[Mesh | None, Stiffness] | None
+) -> ImportContext:
+    """The model, its contact and its stiffness; mesh and stiffness are not read where they were kept."""
+    if kept is None:
+        model = model_section(asked.model, files, asked.stiffness.copy().integer("superelement"))
+    else:
+        model = Model(kept[0])
+    contact, where = contact_of(asked.contacts, model, files), asked.contacts[0].where
+    stiffness = stiffness_section(asked.stiffness, contact, model, files) if kept is None else kept[1]
+    _check_directions(contact, stiffness, model.mesh, where)
+    if contact.assumed and _moves_across(contact, stiffness, held_keys(asked.supports, asked.loads, model)):
+        contact = contact_of(asked.contacts, model, files, assume_plane=False)
+    return ImportContext(stiffness, contact, model, files, asked.steps, bool(asked.check.content))
+
+
+def keeps_stiffness(key: str) -> bool:
+    """Whether a change at a key leaves the matrix, the held rows and the contact nodes as they are."""
+    table, *more = key.split(".")
+    if table == "load":
+        return len(more) > 1 and more[1] != "displacements"
+    if table == "contact":
+        return bool({"gap", "friction"} & set(more[:2]))
+    return table in ("friction", "steps") or (table == "bolt" and more[1:] == ["preload"])
+
+
+def _check_directions(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | None, where: str) -> None:
+    """Refuse contact nodes whose rows are not along x, y, z.
+
+    CalculiX stores them along x, y, z even in a ``*TRANSFORM``; but a ``*BOUNDARY`` there removes a row that
+    is along none of them.
+    """
+    turned = [label for label in contact.moved.tolist() if mesh is not None and label in mesh.rotated]
+    if not turned or mesh is None:
+        return
+    if mesh.matrix_by != CALCULIX or stiffness.format != NUMBERED:
+        raise ProblemError(
+            f"{where}: expected contact nodes with directions x, y, z (or MATRIXSTORAGE of CalculiX, which "
+            f"has them), found node {turned[0]} in a *TRANSFORM"
+        )
+    labels, count = np.unique(stiffness.dofs[:, 0], return_counts=True)
+    rows = dict(zip(labels.tolist(), count.tolist(), strict=True))
+    partly = [label for label in turned if rows.get(label, 0) != len(SPACE)]
+    if partly:
+        raise ProblemError(
+            f"{where}: expected three rows of a contact node in a *TRANSFORM, found {rows.get(partly[0], 0)} "
+            f"of node {partly[0]} (a *BOUNDARY takes one away that is none of x, y, z)"
+        )
+
+
+def _moves_across(contact: ContactSection, stiffness: Stiffness, held: set[tuple[int, int]]) -> bool:
+    """Whether a contact node can move along z, so that the plane of x and y, only assumed, does not hold."""
+    rows = np.isin(stiffness.dofs[:, 0], contact.labels) & (stiffness.dofs[:, 1] == 3)
+    rows &= stiffness.K.diagonal() < DEFAULT.constrained_diagonal
+    return not set(map(tuple, stiffness.dofs[rows].tolist())) <= held

@@ -150,7 +150,6 @@ def _joined(parts: Sequence[ContactSection]) -> ContactSection:
         sorted_by_place=any(part.sorted_by_place for part in parts),
         surface=None,
         coupling=coupling,
-        clamped=np.unique(np.concatenate([part.clamped for part in parts])),
         name="",
         friction=None,
         patches=tuple(parts),

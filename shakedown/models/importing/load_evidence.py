@@ -14,11 +14,10 @@ from shakedown.joint.result import Result
 from shakedown.models.condensation.condense import Condensation, WeldedCase
 from shakedown.models.condensation.contact_frame import ContactFrame
 from shakedown.models.condensation.load_case import MEAN_ROUND_OFF, LoadCase, histories
-from shakedown.models.importing.bodies import ModelBody, places_of_rows
 from shakedown.models.importing.bolt_section import BoltSection, with_pulls
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.load_section import LoadSection
-from shakedown.models.importing.model_evidence import ModelEvidence
+from shakedown.models.importing.model_evidence import ModelBody, ModelEvidence, places_of_rows
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.text import quoted
@@ -201,66 +200,44 @@ class Resultants:
         return LoadPart(what, wrench[[axis - 1 for axis in axes]], wrench[[2 + axis for axis in about]])
 
 
-def load_doubts(
-    acting: ActingLoads, names: Sequence[str], stiffness: FloatArray, held: NDArray[np.bool_]
-) -> tuple[str, ...]:
-    """Warnings about single loads, and about all of them together, on a model with κ and held rows (N,)."""
+def load_doubts(acting: ActingLoads, names: Sequence[str], stiffness: FloatArray) -> Iterator[str]:
+    """Warnings about single loads, and about all of them together, on a model with κ."""
     factors = histories(acting.cases)
-    means = factors.means
     steps, stiff = len(factors.period), float(np.abs(stiffness).max())
-    warnings, still = [], []
+    noise = MEAN_ROUND_OFF * np.maximum(np.abs(factors.period).max(axis=0), np.abs(factors.means))
+    still = np.abs(factors.period - factors.means).max(axis=0) <= noise
     for k, (load, name) in enumerate(zip(acting.loads, names, strict=True)):
-        case, factor, mean = load.case, factors.period[:, k], means[k]
-        found = [f": {doubt}" for doubt in load.doubts]
-        still.append(np.abs(factor - mean).max() <= MEAN_ROUND_OFF * max(np.abs(factor).max(), abs(mean)))
-        if still[-1] and (case.history is None or case.history.ndim):
+        case, factor = load.case, factors.period[:, k]
+        yield from (f"load {quoted(name)}: {doubt}" for doubt in load.doubts)
+        if still[k] and (case.history is None or case.history.ndim):
             value = "0" if not factor.any() else f"{factor[0]:.4g}"
-            found.append(f" does not vary: its factor is {value} at every one of {steps} load step(s)")
-        found += [f" {how}" for how in _unfelt(case, acting.reactions[k], stiff, held)]
-        if case.mean is not None and not factor.min() <= mean <= factor.max():
-            found.append(
-                f" swings about a mean of {mean:.4g} that it never passes: its factors lie between "
-                f"{factor.min():.4g} and {factor.max():.4g}"
-            )
-        warnings += [f"load {quoted(name)}{doubt}" for doubt in found]
-    if all(still):
-        warnings.append(
+            still_at = f"its factor is {value} at every one of {steps} load step(s)"
+            yield f"load {quoted(name)} does not vary: {still_at}"
+        sizes = [(case.force, 1.0), (case.reactions, 1.0), (case.displacement, stiff), (case.opened, stiff)]
+        size = max(each * np.abs(part).max(initial=0.0) for part, each in sizes if part is not None)
+        if size == 0 and case.displacement is None:  # a displacement of zero holds its rows
+            yield f"load {quoted(name)} is zero: it has no effect"
+        elif np.abs(acting.reactions[k]).max() <= NEGLIGIBLE * size and size > 0:  # round-off
+            yield f"load {quoted(name)} reaches no contact node: the welded contact carries nothing of it"
+    if still.all():
+        yield (
             f"no load varies over the {steps} load step(s): the periodic part is zero, and every load factor "
             "leaves the joint as it is"
         )
-    return tuple(warnings)
 
 
-def _unfelt(case: LoadCase, reactions: FloatArray, stiff: float, held: NDArray[np.bool_]) -> list[str]:
-    """How a load fails to reach the contact; nothing where it does."""
-    acting = [
-        part for part in (case.force, case.displacement, case.reactions, case.opened) if part is not None
-    ]
-    if not any(part.any() for part in acting):  # a displacement of zero holds its rows
-        return [] if case.displacement is not None else ["is zero: it has no effect"]
-    sizes = [np.abs(part).max(initial=0.0) for part in (case.force, case.reactions) if part is not None]
-    sizes += [stiff * np.abs(part).max() for part in (case.displacement, case.opened) if part is not None]
-    # welded reactions that are round-off of the condensation
-    if np.abs(reactions).max() > NEGLIGIBLE * max(sizes):
-        return []
-    if case.force is not None and len(acting) == 1 and not case.force[~held].any():
-        return ["acts on held rows only, and reaches no contact node"]
-    return ["reaches no contact node: the welded contact carries nothing of it"]
-
-
-def pulled_open(problem: Problem, gap: FloatArray) -> tuple[str, ...]:
-    """A warning about a mean load that does not press the contact together or does not close a gap."""
+def pulled_open(problem: Problem, gap: FloatArray) -> Iterator[str]:
+    """A warning about a mean load that pulls the contact open or does not close a gap."""
     p_mean = problem.p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean
     if p_mean.sum() < 0 and gap.max() > 0:
-        return (
+        yield (
             f"the mean load leaves an initial gap of up to {gap.max():.3g} open: 'gap' is positive where the "
-            "bodies lie apart and negative where they interfere",
+            "bodies lie apart and negative where they interfere"
         )
-    if p_mean.sum() < 0:
-        return (
+    elif p_mean.sum() < 0:
+        yield (
             "the mean load pulls the welded contact open: the normals must point into the (first) body and "
-            "reactions must be the forces on it",
+            "reactions must be the forces on it"
         )
-    if not p_mean.any():
-        return ("no mean load presses the contact together",)
-    return ()
+    elif not p_mean.any():
+        yield "no mean load presses the contact together"

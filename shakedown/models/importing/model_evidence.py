@@ -1,37 +1,59 @@
-"""What an import finds of the model itself, whatever loads it: bodies, patches, pairs, warnings."""
+"""What an import finds of the model itself, whatever loads it: bodies, patches, whether its files fit."""
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from shakedown import __version__
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.round_off import FOUR_DIGITS, MUCH, NEGLIGIBLE, RESOLVED, SIX_DIGITS
 from shakedown.ground.size_limits import BLOCK
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.result import Result
-from shakedown.models.importing.bodies import (
-    ModelBody,
-    bodies_of,
-    contact_patches,
-    rigid_residual,
-)
-from shakedown.models.importing.contact_faces import contact_doubts
+from shakedown.models.condensation.loose_motion import motions_in_words
+from shakedown.models.importing.contact_checks import PairDistances, distances_of
 from shakedown.models.importing.contact_section import ContactSection
-from shakedown.models.importing.model_fit import model_doubts
-from shakedown.models.importing.pair_distances import (
-    PairDistances,
-    check_distances,
-    check_gap,
-    distances_of,
-    drawn_apart,
-)
-from shakedown.models.readers.mesh import Mesh
+from shakedown.models.readers.mesh import CALCULIX, SOLIDS, Mesh
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import quoted
+from shakedown.models.readers.text import LOOKED_AT
+
+_ORDER = ("first", "second")
+_UNALIKE = 200.0  # ratio beyond which units differ: mm for m gives 1,000, element shapes or ν = 0.499 less
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ModelBody(Result):
+    """One connected part of the model.
+
+    Attributes
+    ----------
+    name : str
+        "first body" and "second body" where there are no more; else bodies are numbered.
+    nodes : (k,)
+        Labels of its nodes that have rows in the matrix.
+    free : tuple of str
+        Rigid motions that nothing but the contact resists, in words: "along x", "turning about z".
+    contact_nodes : int
+        How many of its nodes are contact nodes.
+    """
+
+    name: str
+    nodes: NDArray[np.intp]
+    free: tuple[str, ...]
+    contact_nodes: int
+
+    def to_dict(self) -> dict[str, object]:
+        """What ``shakedown-bounds import --check --json`` writes of it."""
+        count = {"nodes": len(self.nodes), "contact_nodes": self.contact_nodes}
+        return {"name": self.name, **count, "free": list(self.free)}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -40,8 +62,6 @@ class ModelEvidence(Result):
 
     Attributes
     ----------
-    held : (N,)
-        Which rows of the matrix are held: by the configuration, or marked so in the matrix.
     bodies : tuple of ModelBody
         The connected parts of the model, with the rigid motions that nothing but the contact resists.
     patches : (n,)
@@ -56,7 +76,6 @@ class ModelEvidence(Result):
         What is doubtful.
     """
 
-    held: NDArray[np.bool_]
     bodies: tuple[ModelBody, ...]
     patches: NDArray[np.intp]
     pairs: tuple[PairDistances | None, ...]
@@ -81,25 +100,6 @@ class ModelEvidence(Result):
         return tuple(notes)
 
 
-def check_contact(contact: ContactSection, mesh: Mesh | None, where: str) -> tuple[str, ...]:
-    """Warnings about every patch of a contact in its model, from the positions of its nodes alone.
-
-    Raises
-    ------
-    ProblemError
-        If it cannot be meant so: pairs too far apart, normals out of the body.
-    """
-    if contact.patches:
-        every = (
-            (part.name, check_contact(part, mesh, f"{where}: {quoted(part.name)}")) for part in contact.parts
-        )
-        return tuple(f"{name}: {doubt}" for name, doubts in every for doubt in doubts)
-    pairs = distances_of(contact, mesh)
-    apart = () if pairs is None else check_distances(pairs, where, gap_is_stated=contact.gap_is_stated)
-    coupled = () if contact.surfaces is None else (*contact.surfaces.warnings, *drawn_apart(contact))
-    return (*apart, *coupled, *check_gap(contact), *contact_doubts(contact, mesh, where))
-
-
 def model_evidence(
     stiffness: Stiffness,
     contact: ContactSection,
@@ -111,7 +111,6 @@ def model_evidence(
     held = np.asarray(stiffness.K.diagonal() >= DEFAULT.constrained_diagonal)
     held[rows] = True
     return ModelEvidence(
-        held=held,
         bodies=bodies_of(stiffness, held, contact, mesh),
         patches=contact_patches(contact, stiffness, mesh),
         pairs=tuple(distances_of(part, mesh) for part in contact.parts),
@@ -138,3 +137,263 @@ def source_text(
         "warnings": list(warnings),
     }
     return json.dumps({key: value for key, value in about.items() if value})
+
+
+def bodies_of(
+    stiffness: Stiffness, held: NDArray[np.bool_], contact: ContactSection, mesh: Mesh | None
+) -> tuple[ModelBody, ...]:
+    """The bodies, those of the contact first.
+
+    Parameters
+    ----------
+    held : (N,)
+        Rows that are held.
+    contact
+        The contact, of which nodes on either side may have no rows (held).
+    """
+    part = stiffness.parts
+    labels, index = np.unique(stiffness.dofs[:, 0], return_index=True)
+    of_node = dict(zip(labels.tolist(), part[index].tolist(), strict=True))
+    met = [of_node[label] for label in contact.moved.tolist() if label in of_node]
+    order = [own for own in dict.fromkeys([*met, *part.tolist()]) if own >= 0]
+    two = contact.two_bodies and len(set(met)) == 2 == len(order)
+    places, axial = places_of_rows(stiffness, mesh), mesh is not None and mesh.axisymmetric
+    bodies = []
+    for number, which in enumerate(order):
+        rows = np.flatnonzero(part == which)
+        name = f"{_ORDER[number]} body" if two else "body" if len(order) == 1 else f"body {number + 1}"
+        motions = free_motions(stiffness, rows, held, places, axial=axial)
+        own = stiffness.are_displacements[rows]
+        words = motions_in_words(motions[own], stiffness.dofs[rows[own]], places) if motions.size else ()
+        nodes = np.unique(stiffness.dofs[rows, 0])
+        nodes = nodes[nodes > 0]  # without internal ones
+        bodies.append(ModelBody(name, nodes, tuple(words), met.count(which)))
+    return tuple(bodies)
+
+
+def contact_patches(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | None) -> NDArray[np.intp]:
+    """Which patch every contact node belongs to, (n,), from 0.
+
+    Where the configuration names several patches, they are these. Else two nodes of the first body lie on one
+    patch if they share a face (or an entry of the matrix, where no faces are known), their normals point the
+    same way, and the nodes opposite belong to one body.
+    """
+    if contact.patches:
+        return contact.numbers
+    first, n = contact.first, contact.first.size
+    place = dict(zip(first.tolist(), range(n), strict=True))
+    if mesh is not None and mesh.elements:
+        faces = [[place[node] for node in face.nodes if node in place] for face in mesh.boundary(set(place))]
+        edges = [(face[0], other) for face in faces for other in face[1:]]
+    else:
+        rows = np.flatnonzero(np.isin(stiffness.dofs[:, 0], first))
+        K = stiffness.K[rows][:, rows].tocoo()
+        nodes = stiffness.dofs[rows, 0]
+        edges = [(place[a], place[b]) for a, b in zip(*(nodes[k].tolist() for k in K.coords), strict=True)]
+    pairs = np.array(edges, dtype=np.intp).reshape(-1, 2)
+    normals = contact.unit_normals
+    alike = (normals[pairs[:, 0]] * normals[pairs[:, 1]]).sum(axis=1) > 0
+    if contact.two_bodies:
+        body = dict(zip(stiffness.dofs[:, 0].tolist(), stiffness.parts.tolist(), strict=True))
+        opposite = np.array([body.get(node, -1) for node in contact.facing[:, 1].tolist()])
+        alike &= opposite[pairs[:, 0]] == opposite[pairs[:, 1]]
+    a, b = pairs[alike].T
+    graph = sparse.coo_array((np.ones(len(a)), (a, b)), shape=(n, n))
+    found = connected_components(graph, directed=False)[1]
+    return np.unique(found, return_index=True)[1].argsort().argsort()[found]  # in the order of the nodes
+
+
+def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: Sequence[int]) -> float:
+    """Largest force that a rigid motion of the whole model meets, relative to max |K| times the motion.
+
+    A plane problem moves in its plane, a body of revolution along its axis only. NaN where the mesh does not
+    know the coordinates of every node with rows, or the rows are not displacements (multipliers, modes).
+    """
+    moving = np.isin(stiffness.dofs[:, 1], axes)
+    if mesh is not None and mesh.matrix_by == CALCULIX:  # sections of bolts and incompatible modes stay
+        moving &= stiffness.dofs[:, 0] > 0
+    places = places_of_rows(stiffness, mesh)
+    if places is None or mesh is None:
+        return float("nan")
+    xyz = np.zeros((len(moving), 3))
+    xyz[moving] = [places[node] for node in stiffness.dofs[moving, 0].tolist()]
+    xyz[moving] -= xyz[moving].mean(axis=0)
+    size = max(float(np.abs(xyz[:, [axis - 1 for axis in axes]]).max()), np.finfo(float).tiny)
+    motions = rigid_motions(stiffness.dofs, xyz / size, [2] if mesh.axisymmetric else axes)
+    marked = stiffness.K.diagonal() >= DEFAULT.constrained_diagonal
+    entries = np.abs(stiffness.K[moving].data)
+    scale = float(entries[entries < DEFAULT.constrained_diagonal].max(initial=np.finfo(float).tiny))
+    return float(np.abs((stiffness.K @ motions)[~marked]).max(initial=0.0) / scale)
+
+
+def places_of_rows(stiffness: Stiffness, mesh: Mesh | None) -> Mapping[int, Sequence[float]] | None:
+    """Node → (x, y, z), or None where the coordinates of a node that moves are not known."""
+    labels = stiffness.dofs[stiffness.are_displacements, 0]
+    return mesh.places if mesh is not None and mesh.places.keys() >= set(labels.tolist()) else None
+
+
+def rigid_motions_of_bodies(stiffness: Stiffness, held: NDArray[np.bool_], mesh: Mesh | None) -> FloatArray:
+    """The rigid motions of every body that nothing but the contact resists, (N, k), up to printed digits."""
+    part, places = stiffness.parts, places_of_rows(stiffness, mesh)
+    found = [np.zeros((len(part), 0))]
+    for own in np.unique(part[part >= 0]):
+        rows = np.flatnonzero(part == own)
+        axial = mesh is not None and mesh.axisymmetric
+        motions = free_motions(stiffness, rows, held, places, axial=axial)
+        found.append(np.zeros((len(part), motions.shape[1])))
+        found[-1][rows] = motions
+    return np.hstack(found)
+
+
+def rigid_motions(dofs: NDArray[np.intp], xyz: FloatArray, axes: Sequence[int]) -> FloatArray:
+    """Rigid motions of nodes at (N, 3), one per row: along the axes, then turned within them, (N, k).
+
+    Turning is by one radian per length; rows of rotations (directions 4, 5, 6) turn along, internal nodes
+    (labels below 0) stay.
+
+    Examples
+    --------
+    >>> rigid_motions(np.array([(7, 1), (7, 2)]), np.array([[3.0, 4.0, 0.0]] * 2), (1, 2)).tolist()
+    [[1.0, 0.0, -4.0], [0.0, 1.0, 3.0]]
+    """
+    direction = np.where(dofs[:, 0] > 0, dofs[:, 1], 0)  # internal nodes stay as they are
+    columns = [np.where(direction == axis, 1.0, 0.0) for axis in axes]
+    moving = np.flatnonzero(np.isin(direction, axes))
+    for about in (1, 2, 3) if len(axes) == 3 else sorted({1, 2, 3} - set(axes)) if len(axes) == 2 else ():
+        turned = np.where(direction == 3 + about, 1.0, 0.0)
+        turned[moving] = np.cross(np.eye(3)[about - 1], xyz[moving])[
+            np.arange(len(moving)), direction[moving] - 1
+        ]
+        columns.append(turned)
+    return np.column_stack(columns)
+
+
+def free_motions(
+    stiffness: Stiffness,
+    rows: NDArray[np.intp],
+    held: NDArray[np.bool_],
+    places: Mapping[int, Sequence[float]] | None,
+    *,
+    axial: bool = False,
+) -> FloatArray:
+    """Rigid motions of the nodes of some rows that meet no resistance and move no held row, (rows, k).
+
+    Where places are not known none is a rotation; a body of revolution (``axial``) moves along its
+    axis only.
+    """
+    dofs = stiffness.dofs[rows]
+    own = stiffness.are_displacements[rows]  # multipliers, pressures and modes stay as they are
+    axes = [2] if axial else sorted({1, 2, 3} & set(dofs[own, 1].tolist()))
+    xyz = np.zeros((own.sum(), 3))
+    if places is not None:
+        xyz = np.array([places[node] for node in dofs[own, 0].tolist()])
+        xyz = (xyz - xyz.mean(axis=0)) / max(float(np.ptp(xyz, axis=0).max()), np.finfo(float).tiny)
+    moved = rigid_motions(dofs[own], xyz, axes) if axes else np.zeros((len(xyz), 0))
+    moved = moved[:, np.abs(moved).max(axis=0, initial=0.0) > DEFAULT.symmetry]
+    motions = np.zeros((len(rows), moved.shape[1]))
+    motions[own] = moved
+    loose = ~held[rows]
+    K = stiffness.K[rows[loose]][:, rows[loose]]
+    met = np.vstack([K @ motions[loose] / (abs(K).max() if K.nnz else 1.0), motions[~loose]])
+    _, size, modes = np.linalg.svd(np.linalg.qr(met, mode="r"))
+    # a motion is free if it meets no more than round-off
+    null = modes[size <= max(NEGLIGIBLE, 10.0 * (stiffness.accuracy or 0.0)) * np.sqrt(len(rows))].T
+    return motions @ null
+
+
+def model_doubts(stiffness: Stiffness, contact: ContactSection, mesh: Mesh | None) -> Iterator[str]:
+    """Warnings where matrix, row map and deck hardly belong together, or nodes that touch are no pairs."""
+    if mesh is None:
+        return
+    yield from _touching(stiffness, contact, mesh)
+    if not mesh.elements or stiffness.superelement or mesh.relative or mesh.rotated:
+        return
+    nodes = stiffness.dofs[stiffness.dofs[:, 0] > 0, 0]
+    unknown = nodes[~np.isin(nodes, mesh.labels)]
+    if len(unknown) > MUCH * len(nodes):
+        yield (
+            f"{len(unknown)} of {len(nodes)} rows are of nodes that are none of the deck, first "
+            f"{unknown[0]}: are matrix, row map and deck of one run?"
+        )
+    inside = _inside(stiffness, mesh)
+    if inside.any():
+        yield from _resisting(stiffness, mesh, inside)
+        yield from _out_of_size(stiffness, mesh, inside)
+
+
+def _out_of_size(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) -> Iterator[str]:
+    """A warning where stiffnesses are far from those of the materials and elements of the deck.
+
+    The diagonal of a row is about E in the plane, E times a length in space, E times the circumference of
+    a body of revolution; ``inside`` says which rows, (N,).
+    """
+    if not mesh.young:
+        return
+    size = np.ones(1)
+    if mesh.axisymmetric:
+        size = 2 * np.pi * mesh.at(stiffness.dofs[inside, 0])[:, 0]
+    elif any(shape in SOLIDS for shape, _ in mesh.elements.values()):
+        measured = list(mesh.elements.values())[:LOOKED_AT]
+        size = np.array([np.ptp(mesh.at(nodes), axis=0).mean() for _, nodes in measured])
+    length = max(float(np.median(size)), np.finfo(float).tiny)
+    found = float(np.median(stiffness.K.diagonal()[inside])) / length
+    low, high = min(mesh.young), max(mesh.young)
+    if not low / _UNALIKE <= found <= high * _UNALIKE:
+        yield (
+            f"the stiffness is {found / (high if found > high else low):.1g} times what Young's modulus and "
+            "the elements of the deck make: are they in the same units, is 'scale' right?"
+        )
+
+
+def _resisting(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) -> Iterator[str]:
+    """A warning where rigid motions meet resistance in rows (N,) inside the model."""
+    xyz = np.array([mesh.places.get(label, [0.0] * 3) for label in stiffness.dofs[:, 0].tolist()])
+    axes = [2] if mesh.axisymmetric else sorted({1, 2, 3} & set(stiffness.dofs[:, 1].tolist()))
+    motions = rigid_motions(stiffness.dofs, xyz - xyz.mean(axis=0), axes)
+    terms = abs(stiffness.K) @ np.abs(motions)
+    met = (np.abs(stiffness.K @ motions) / np.maximum(terms, np.finfo(float).tiny)).max(axis=1)
+    most = max(FOUR_DIGITS, RESOLVED * (stiffness.accuracy or 0.0))
+    nodes, resisting = (set(stiffness.dofs[rows, 0].tolist()) for rows in (inside, inside & (met > most)))
+    if resisting:
+        far = len(resisting) > MUCH * len(nodes)
+        yield (
+            f"rigid motions of the deck's nodes meet resistance at {len(resisting)} of {len(nodes)} nodes "
+            f"inside the model, most at {stiffness.dofs[np.argmax(met * inside), 0]}: "
+            + ("are matrix, row map and deck of one run?" if far else "springs, or damaged entries?")
+        )
+
+
+def _touching(stiffness: Stiffness, contact: ContactSection, mesh: Mesh) -> Iterator[str]:
+    """A warning about nodes of two bodies at one place that are no pair of the contact."""
+    body = dict(zip(stiffness.dofs[:, 0].tolist(), stiffness.parts.tolist(), strict=True))
+    labels, part = np.array(list(body)), np.array(list(body.values()))
+    if contact.relative or not set(labels.tolist()) <= set(mesh.labels.tolist()):
+        return
+    places = mesh.at(labels)
+    size = float(np.ptp(places, axis=0).max())
+    close = cKDTree(places).query_pairs(SIX_DIGITS * size, output_type="ndarray")
+    close = close[part[close[:, 0]] != part[close[:, 1]]]
+    pairs = {frozenset(pair) for pair in contact.facing.tolist()}
+    coupled = [set(patch.clamped.tolist()) for patch in contact.parts if patch.surfaces is not None]
+    alone = [
+        pair
+        for pair in labels[close].tolist()
+        if frozenset(pair) not in pairs and not any(own.issuperset(pair) for own in coupled)
+    ]
+    if alone:
+        yield (
+            f"nodes of two bodies lie at one place and are no pair of the contact ({len(alone)} times, first "
+            f"{alone[0][0]} and {alone[0][1]}): the bodies pass through each other there"
+        )
+
+
+def _inside(stiffness: Stiffness, mesh: Mesh) -> NDArray[np.bool_]:
+    """Rows of nodes of elements all of whose nodes have free rows in all their directions, (N,)."""
+    dofs = stiffness.dofs
+    free = (stiffness.K.diagonal() < DEFAULT.constrained_diagonal) & np.isin(dofs[:, 1], (1, 2, 3))
+    labels, count = np.unique(dofs[free, 0], return_counts=True)
+    there = set(labels[count == count.max(initial=0)].tolist())
+    elements = [nodes for _, nodes in mesh.elements.values()]
+    lacking = {node for nodes in elements if not there.issuperset(nodes) for node in nodes}
+    known = {node for nodes in elements for node in nodes} & there
+    return np.isin(dofs[:, 0], list(known - lacking))

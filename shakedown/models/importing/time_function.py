@@ -109,19 +109,12 @@ def _harmonics(table: TomlTable, t: FloatArray) -> TimeFunction:
     m, sampled = len(t), at(t)
     highest = max((order for order, *parts in terms if any(parts)), default=0)
     aliases = tuple(
-        f"{_alias(order, m)} at {m} load step(s): 'steps' above {2 * order} shows it"
+        f"{m} load step(s) do not show its harmonic of order {order}: 'steps' above {2 * order} does"
         for order, cos, sin in terms
         if (cos or sin) and (2 * order > m or (2 * order == m and sin))
     )
     fine = np.linspace(0.0, 1.0, DIRECTIONS * min(highest, MANY // DIRECTIONS) + 1)
     return TimeFunction(sampled, aliases or _missed(sampled, at(fine)))
-
-
-def _alias(order: int, m: int) -> str:
-    """What a harmonic that m load steps do not show looks like."""
-    if 2 * order == m:
-        return f"the sine of order {order} is 0"
-    return f"a harmonic of order {order} cannot be told from one of order {abs(order - m * round(order / m))}"
 
 
 def _missed(sampled: FloatArray, peaks: FloatArray) -> tuple[str, ...]:

@@ -147,11 +147,7 @@ WARNED = {
     "a normal askew": (contact(f"pairs = {labels()}\n{UP.replace('[0, 1]', '[1, 1]', 1)}"), "turned by 45° from the faces"),
     "a node left out": (
         contact(f"pairs = {labels([1, 2, 3, 5, 6, 7, 8, 9], [1073, 1074, 1075, *range(1077, 1082)])}\nnormal = [0, 1]"),
-        "1 node(s) within the contact are no contact nodes, first 4",
-    ),
-    "a pair the other way round": (
-        contact(f"pairs = {labels([1, 2, 3, 1076, *range(5, 10)], [1073, 1074, 1075, 4, *range(1077, 1082)])}\nnormal = [0, 1]"),
-        "1 pair(s), first 1076/4, name the bodies the other way round",
+        "lie at one place and are no pair of the contact (1 times, first 4 and 1076)",
     ),
     "ends left out": (
         contact(f"pairs = {labels(range(2, 9), range(1074, 1081))}"),
@@ -167,16 +163,12 @@ WARNED = {
     "another shape": (placed(lambda x, y: (x, 2 * y - 1), range(1, 2000)), "meet resistance at 45 of 96 nodes inside"),
     "another unit": (changed('"punch.sti"', '"punch.sti"\nscale = 1000'), "is 'scale' right?"),
     "seconds for milliseconds": (slower_clock, "covers 0.19 % of the period of 1000"),
-    "an alias": (push(WAVE.replace("order = 1", "order = 48")), "order 48 cannot be told from one of order 0 at 48 load step(s)"),
-    "an alias that still moves": (push(WAVE.replace("order = 1", "order = 47")), "order 47 cannot be told from one of order 1"),
-    "a wave of two steps": (push(WAVE.replace("order = 1", "order = 24")), "the sine of order 24 is 0 at 48 load step(s)"),
+    "an alias": (push(WAVE.replace("order = 1", "order = 48")), "48 load step(s) do not show its harmonic of order 48: 'steps' above 96 does"),
+    "an alias that still moves": (push(WAVE.replace("order = 1", "order = 47")), "48 load step(s) do not show its harmonic of order 47"),
+    "a wave of two steps": (push(WAVE.replace("order = 1", "order = 24")), "48 load step(s) do not show its harmonic of order 24"),
     "peaks between the steps": (push("points = [[0, 0], [0.01, 5], [0.02, 0], [0.5, 1], [1, 0]]"), "miss 80 % of its range"),
     "a jump at the end": (push("points = [[0, 0], [1, 1]]"), "miss 2.1 % of its range"),
     "a wave of no size": (push(WAVE.replace("1.0", "0.0")), "'pushed to and fro' does not vary: its factor is 0 at every"),
-    "a mean beyond the swing": (
-        lambda text, deck: (text.replace(f"{{ {WAVE} }}", f"{{ {WAVE} }}\nmean = 3", 1), deck),
-        "swings about a mean of 3 that it never passes",
-    ),
     "no force": (lambda text, deck: (text.replace('1, 10.0', '1, 0.0'), deck), "'pushed to and fro' is zero"),
     "one load step": (lambda text, deck: (text.replace("steps = 48", "steps = 1"), deck), "no load varies over the 1 load step"),
     "a gap that stays open": (
@@ -197,7 +189,7 @@ WARNED = {
             text.replace('["PUNCH_TOP", 1, 10.0]', "[40, 1, 10.0]") + "\n[supports]\nfixed = [[40, 1]]\n",
             deck,
         ),
-        "'pushed to and fro' acts on held rows only, and reaches no contact node",
+        "'pushed to and fro' reaches no contact node: the welded contact carries nothing of it",
     ),
 }  # fmt: skip
 
