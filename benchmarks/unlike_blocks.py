@@ -110,7 +110,7 @@ def at_contact(
     assert coupling is not None
     opening = coupling.opening(lambda nodes: np.array([moved[node] for node in nodes.tolist()]))
     u = np.array([moved[node][direction - 1] for node, direction in dofs.tolist()])
-    forces = (made.stiffness.K @ u)[frame.rows[:, 0, :]]
+    forces = (made.stiffness.K @ u)[frame.rows]
     return u, frame.to_local(opening), frame.to_local(forces)
 
 

@@ -23,9 +23,9 @@ from shakedown.joint.places import arc_lengths, bearing_no_pressure, without_can
 from shakedown.joint.problem import Problem
 from shakedown.models.condensation.condense import Condensation, condensed_stiffness
 from shakedown.models.condensation.contact_frame import node_names
-from shakedown.models.condensation.coupled_frame import hat_areas
 from shakedown.models.condensation.load_case import LoadCase, without_closing
-from shakedown.models.condensation.shanks import with_shanks
+from shakedown.models.condensation.node_coupling import hat_areas
+from shakedown.models.condensation.stiffness_checks import with_shanks
 from shakedown.models.condensation.surface_coupling import SurfaceCoupling, surface_coupling
 from shakedown.models.condensation.tangent_pairs import patch_positions
 

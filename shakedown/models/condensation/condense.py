@@ -26,10 +26,9 @@ from shakedown.models.condensation.contact_frame import (
     out_of_plane_notes,
     with_guides,
 )
-from shakedown.models.condensation.coupled_frame import coupled_frame
 from shakedown.models.condensation.factorised_interior import Interior, WeldedLoad, interior_of
 from shakedown.models.condensation.load_case import LoadCase, histories, stated_loads
-from shakedown.models.condensation.node_coupling import NodeCoupling, weighted_nodes
+from shakedown.models.condensation.node_coupling import NodeCoupling
 from shakedown.models.condensation.stiffness_checks import (
     asymmetry,
     check_against_run,
@@ -115,8 +114,8 @@ class Condensation(Result):
         """Normal stiffness, (n, n) [force/length]."""
         return self.layout.blocks(self.stiffness)[2]
 
-    def welded_reactions(self, case: LoadCase) -> FloatArray:
-        """Reactions (q_w, p_w), ((d + 1) n,) [force], of a load case at factor 1 with all nodes welded.
+    def welded(self, case: LoadCase) -> WeldedCase:
+        """What a load case at factor 1 does with all nodes welded; the interior is solved: worth keeping.
 
         Raises
         ------
@@ -124,10 +123,6 @@ class Condensation(Result):
             If an array of the case does not fit the model, or a displacement is
             prescribed at a row that is not held.
         """
-        return self.welded(case).reactions
-
-    def welded(self, case: LoadCase) -> WeldedCase:
-        """These reactions, and the load on the model, for which its interior is solved: worth keeping."""
         total, expected = self.layout.zeros(), (self.n, self.layout.d + 1)
         for key in ("reactions", "opened"):
             given = getattr(case, key)
@@ -164,7 +159,7 @@ class Condensation(Result):
     def _opened(self, apart: FloatArray) -> FloatArray:
         """Displacements of the contact nodes (n, d + 1), with a coupling û₁ − P u₂, as slips and gaps."""
         frame = self.frame
-        return frame.to_local(apart if frame.followed is not None else frame.weighted(apart))
+        return frame.to_local(apart if frame.coupled else frame.weighted(apart))
 
     def check_against_run(
         self, displacement: ArrayLike, reactions: ArrayLike, *, what: str = "static run"
@@ -425,8 +420,9 @@ def condensed_stiffness(
     """
     table = checked_dofs(dofs)
     matrix, constrained = checked_matrix(K, table)
-    frame = contact_frame(table, contact, normals, axes=axes, tangent=tangent)
-    frame = coupled_frame(frame, table, axes, coupling, middle_nodes)
+    frame = contact_frame(
+        table, contact, normals, axes=axes, tangent=tangent, coupling=coupling, middle_nodes=middle_nodes
+    )
     held = _held_rows(fixed, constrained, len(table))
     frame, guided = with_guides(frame, table, held)
     across = out_of_plane_notes(frame, table, held, axes, free_out_of_plane)
@@ -455,11 +451,7 @@ def condensed_stiffness(
         zero_modes=modes,
         asymmetry=error,
         residual=residual,
-        notes=(
-            *_notes(frame, guided, constrained, empty, modes),
-            *(weighted_nodes(frame.between.shape[0]) if coupling is None else coupling.notes),
-            *across,
-        ),
+        notes=(*_notes(frame, guided, constrained, empty, modes), *across),
         _model=interior,
     )
 
@@ -501,5 +493,10 @@ def _notes(
         notes.append(
             f"floating: {modes} rigid motion(s) of the contact nodes meet no resistance; the body is held "
             "by the contact alone"
+        )
+    if weighted := len(frame.middle_nodes):
+        notes.append(
+            f"quadratic faces: slips, gaps and forces at {weighted} node(s) between corners are weighted "
+            "ones, so that every node carries a share of a pressure (docs/mortar.md)"
         )
     return tuple(notes)

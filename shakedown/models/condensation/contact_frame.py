@@ -1,17 +1,18 @@
 """Contact nodes of an elastic model and the change to slip and gap variables."""
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
-from scipy.sparse.linalg import spsolve
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.layout import Layout
-from shakedown.models.condensation.facet_shapes import ALPHA
+from shakedown.models.condensation.facet_shapes import corner_basis
+from shakedown.models.condensation.node_coupling import NodeCoupling, own_basis
 from shakedown.models.condensation.tangent_pairs import guided_pairs, tangent_pairs
 
 IntArray = NDArray[np.intp]
@@ -26,28 +27,33 @@ class ContactFrame:
     ----------
     labels : (n,) or (n, 2)
         Contact node of the first body, or pairs (first body, second body).
-    rows : (n, b, d + 1)
-        Row of the stiffness matrix of node j, body b, direction (x, y) or (x, y, z); b is 1
-        against a rigid obstacle, 2 for two bodies.
+    rows : (n, d + 1)
+        Row of the stiffness matrix of node j of the first body, direction (x, y) or (x, y, z).
     normals : (n, d + 1)
         Unit normals; they point into the first body, the way the gap opens.
     tangents : (n, 2) or (n, 2, 3)
         In the plane unit tangents (n_y, −n_x): normal (0, 1) gives the slip direction (1, 0). In space
         a perpendicular pair for every node, t₁ × t₂ = n.
-    followed : (n (d + 1), N) or None
-        For surfaces that do not match: how the nodes move with the second body while slip and gap are zero.
-    between : (t, 3, d + 1)
-        For quadratic faces: the rows of each node between two corners and of these corners. In the basis û of
-        u = T û, u_middle = α (u_corner + u_corner) + (1 − 2 α) û_middle, every node has a share of a pressure
-        (docs/mortar.md); slips and forces there are those of û. A row that is missing is −1.
+    followed : (n (d + 1), N)
+        How the nodes move with the second body while slip and gap are zero; zero without one.
+    coupled : bool
+        Whether they follow a surface with another mesh.
+    middle_nodes : (t, 3)
+        For quadratic faces: nodes between two corners, and these corners. In the basis û of u = T û,
+        u_middle = α (u_corner + u_corner) + (1 − 2 α) û_middle, every node has a share of a pressure
+        (docs/mortar.md); slips and forces there are those of û.
+    between : (t (d + 1), 3)
+        Their rows, direction by direction; −1 where one is missing.
     """
 
     labels: IntArray
     rows: IntArray
     normals: FloatArray
     tangents: FloatArray
-    followed: sparse.csr_array | None = None
-    between: IntArray = field(default_factory=lambda: np.zeros((0, 3, 0), dtype=np.intp))
+    followed: sparse.csr_array
+    coupled: bool
+    middle_nodes: IntArray
+    between: IntArray
 
     @property
     def n(self) -> int:
@@ -90,68 +96,41 @@ class ContactFrame:
         rest : (r,)
             Those rows.
         """
-        first = self.rows[:, 0, :]
+        first = self.rows.ravel()
         slips, gaps = self.layout.split(np.arange(self.layout.size))
         columns = [*self.layout.by_node(slips).T, gaps]
         entries = [
-            (first[:, a], columns[k], axis[:, a])
+            (self.rows[:, a], columns[k], axis[:, a])
             for k, axis in enumerate((*self.slip_axes.transpose(1, 0, 2), self.normals))
             for a in range(self.directions + 1)
         ]
         row, column, value = (np.concatenate(part) for part in zip(*entries, strict=True))
         T_c = sparse.csr_array((value, (row, column)), shape=(size, self.layout.size))
         rest = np.setdiff1d(np.arange(size), first)
-        row, column = rest, np.arange(len(rest))
-        if self.rows.shape[1] == 2:
-            follower, leader = first.ravel(), self.rows[:, 1, :].ravel()
-            row = np.concatenate([row, follower])
-            column = np.concatenate([column, np.searchsorted(rest, leader)])
-        T_r = sparse.csr_array((np.ones(len(row)), (row, column)), shape=(size, len(rest)))
-        if not self.between.size and self.followed is None:
-            return T_c, T_r, rest
-        T = self._change(size)
-        if self.followed is None:  # T_r has u₂ itself
-            return sparse.csr_array(T @ T_c), T_r, rest
-        own = sparse.csr_array(
-            (np.ones(first.size), (first.ravel(), np.arange(first.size))), shape=(size, first.size)
-        )
-        T_r = T_r + own @ self.followed[:, rest]
-        return sparse.csr_array(T @ T_c), sparse.csr_array(T @ T_r), rest
-
-    def _change(self, size: int) -> sparse.csr_array:
-        """T with u = T û on all rows."""
-        middle, *corners = self.between.transpose(1, 0, 2).reshape(3, -1)
-        diagonal = np.ones(size)
-        diagonal[middle] = 1 - 2 * ALPHA
-        rows, columns = np.concatenate([middle, middle]), np.concatenate(corners)
-        there = columns >= 0
-        mixed = (np.full(there.sum(), ALPHA), (rows[there], columns[there]))
-        return sparse.csr_array(sparse.diags_array(diagonal) + sparse.csr_array(mixed, shape=(size, size)))
-
-    def _own_change(self) -> sparse.csr_array:
-        """T of the contact nodes among themselves, (n, n)."""
-        place = {row: k for k, row in enumerate(self.rows[:, 0, 0].tolist())}
-        three = [
-            [place.get(row, -1) for row in rows] for rows in self.between[..., :1].reshape(-1, 3).tolist()
-        ]
-        own = np.array([found for found in three if min(found) >= 0], dtype=np.intp).reshape(-1, 3)
-        diagonal = np.ones(self.n)
-        diagonal[own[:, 0]] = 1 - 2 * ALPHA
-        mixed = (np.full(2 * len(own), ALPHA), (np.tile(own[:, 0], 2), own[:, 1:].T.ravel()))
-        return sparse.csc_array(sparse.diags_array(diagonal) + sparse.csc_array(mixed, shape=(self.n,) * 2))
+        unit = sparse.eye_array(size, format="csr")
+        T_r = unit[:, rest] + unit[:, first] @ self.followed[:, rest]
+        if self.between.size:
+            T = corner_basis(self.between, size)
+            T_c, T_r = T @ T_c, T @ T_r if self.coupled else T_r  # of pairs T_r has u₂ itself
+        return sparse.csr_array(T_c), sparse.csr_array(T_r), rest
 
     @property
     def layout(self) -> Layout:
         """Where the slip and the gap of a node stand."""
         return Layout(self.n, self.directions)
 
+    @property
+    def first(self) -> IntArray:
+        """Labels of the contact nodes of the first body, (n,)."""
+        return self.labels.reshape(self.n, -1)[:, 0]
+
     def carried(self, forces: FloatArray) -> FloatArray:
         """Nodal forces (n, …) in the basis of the contact: Tᵀ r."""
-        return np.asarray(self._own_change().T @ forces) if self.between.size else forces
+        return np.asarray(own_basis(self.first, self.middle_nodes).T @ forces)
 
     def weighted(self, values: FloatArray) -> FloatArray:
         """Displacements or gaps at the nodes (n, …) in the basis of the contact: T⁻¹ u."""
-        return np.asarray(spsolve(self._own_change(), values)) if self.between.size else values
+        return np.asarray(own_basis(self.first, self.middle_nodes, inverse=True) @ values)
 
     def to_local(self, vectors: FloatArray) -> FloatArray:
         """Components (x, y[, z]) per node, (n, d + 1), in the local frame: (tangential…, normal…)."""
@@ -177,6 +156,8 @@ def contact_frame(
     *,
     axes: tuple[int, int] = PLANE,
     tangent: ArrayLike | None = None,
+    coupling: NodeCoupling | None = None,
+    middle_nodes: ArrayLike | None = None,
 ) -> ContactFrame:
     """Find contact nodes in a (node, direction) map and set up their local frames.
 
@@ -192,18 +173,24 @@ def contact_frame(
         The two directions that span the plane of a plane problem.
     tangent : (3,) or (n, 3) or (n, 2, 3), optional
         In space, as :func:`~shakedown.models.condensation.tangent_pairs.tangent_pairs` takes it.
+    coupling
+        The coupling to a surface with another mesh; None where nodes face nodes, or an obstacle.
+    middle_nodes : (t, 3), optional
+        (node between two corners, these corners) of faces whose corners would carry no pressure otherwise; a
+        coupling brings its own.
 
     Raises
     ------
     ProblemError
         If a contact node has no row for one of the directions, occurs twice, or
-        a normal is zero or of the wrong shape, or a tangent leads along a normal.
+        a normal is zero or of the wrong shape, or a tangent leads along a normal; if the contact nodes are
+        not those of the coupling, or none of its second body's nodes has a row.
 
     Examples
     --------
     >>> frame = contact_frame([(7, 1), (7, 2), (9, 1), (9, 2)], [9], [0.0, 2.0])
     >>> frame.rows.tolist(), frame.tangents.tolist()
-    ([[[2, 3]]], [[1.0, -0.0]])
+    ([[2, 3]], [[1.0, -0.0]])
     """
     table = checked_dofs(dofs)
     labels = np.asarray(contact)
@@ -233,9 +220,59 @@ def contact_frame(
             + ("; of a plane problem the normals have two components" if len(own) == 3 else "")
         )
     rows = np.array([index[key] for key in wanted]).reshape(len(labels), bodies.shape[1], len(own))
-    if unit.shape[1] == 2:
-        return ContactFrame(labels, rows, unit, np.column_stack([unit[:, 1], -unit[:, 0]]))
-    return ContactFrame(labels, rows, unit, tangent_pairs(unit, tangent))
+    if coupling is not None:
+        followed, given = _followed(coupling, labels, index, own, len(table)), coupling.middle_nodes
+        given = given[np.isin(given[:, 0], labels)]
+    else:  # the other side is a basis of its own: nothing but contact nodes may be mixed
+        leaders = rows[:, 1:].ravel()
+        where = np.arange(len(leaders)), leaders
+        shape = (rows[:, 0].size, len(table))
+        followed = sparse.csr_array((np.ones(len(leaders)), where), shape=shape)
+        given = np.zeros((0, 3), np.intp) if middle_nodes is None else np.asarray(middle_nodes, dtype=np.intp)
+        given = given.reshape(-1, 3)
+        given = given[np.isin(given, bodies[:, 0]).all(axis=1)]
+    between = [[index.get((node, axis), -1) for node in three] for three in given.tolist() for axis in own]
+    plane = unit.shape[1] == 2
+    return ContactFrame(
+        labels=labels,
+        rows=rows[:, 0],
+        normals=unit,
+        tangents=np.column_stack([unit[:, 1], -unit[:, 0]]) if plane else tangent_pairs(unit, tangent),
+        followed=followed,
+        coupled=coupling is not None,
+        middle_nodes=given,
+        between=np.array(between, dtype=np.intp).reshape(-1, 3),
+    )
+
+
+def _followed(
+    coupling: NodeCoupling,
+    labels: IntArray,
+    index: Mapping[tuple[int, int], int],
+    own: tuple[int, ...],
+    size: int,
+) -> sparse.csr_array:
+    """P by rows of the model, (n (d + 1), N): the motion of the contact nodes without slip and gap."""
+    d = coupling.normals.shape[1]
+    place = {label: k for k, label in enumerate(coupling.labels.tolist())}
+    alien = [label for label in labels.ravel().tolist() if label not in place]
+    if alien or labels.ndim != 1 or max(own) > d:
+        found = "pairs" if labels.ndim != 1 else f"node {alien[0]}" if alien else f"directions {own}"
+        raise ProblemError(
+            f"coupling: expected contact nodes of its first surface in {d} dimensions, found {found}"
+        )
+    rows = [d * place[label] + axis - 1 for label in labels.tolist() for axis in own]
+    master = coupling.master.tolist()
+    target = np.array([index.get((node, axis), -1) for node in master for axis in range(1, d + 1)])
+    if (target < 0).all():
+        raise ProblemError(
+            f"coupling: expected rows of the nodes of the second surface, first {master[0]}, found none"
+        )
+    there = target >= 0  # a missing row is held
+    where = np.flatnonzero(there), target[there]
+    return sparse.csr_array(
+        coupling.P[rows] @ sparse.csr_array((np.ones(there.sum()), where), shape=(len(target), size))
+    )
 
 
 def with_guides(
@@ -250,21 +287,20 @@ def with_guides(
     ProblemError
         If a contact node of the first body is held in any other way.
     """
-    first = held[frame.rows[:, 0, :]]
+    first = held[frame.rows]
     across = np.abs(frame.normals) <= DEFAULT.symmetry
     blocked = np.any(first & ~across, axis=1) | np.all(first, axis=1)
     if blocked.any():
         j = int(np.argmax(blocked))
-        node, direction = table[frame.rows[j, 0, int(np.argmax(first[j]))]]
+        node, direction = table[frame.rows[j, int(np.argmax(first[j]))]]
         raise ProblemError(
             f"contact: expected free contact nodes, found direction {direction} of node {node} held "
             "(release the contact nodes in the model before the matrix is written)"
         )
     if frame.directions > 1:
         frame = replace(frame, tangents=guided_pairs(frame.normals, frame.tangents, first))
-    if frame.followed is not None:  # a held row follows nothing
-        moving = sparse.diags_array((~first).ravel().astype(float))
-        frame = replace(frame, followed=sparse.csr_array(moving @ frame.followed))
+    moving = sparse.diags_array((~first).ravel().astype(float))  # a held row follows nothing
+    frame = replace(frame, followed=sparse.csr_array(moving @ frame.followed))
     along = np.abs(frame.slip_axes) >= 1.0 - DEFAULT.symmetry
     return frame, np.any(along & first[:, None, :], axis=2).ravel()
 

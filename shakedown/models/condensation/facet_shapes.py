@@ -4,6 +4,8 @@ The nodes of a facet are its corners in order, then the nodes between them, then
 """
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import ITERATIONS
@@ -44,11 +46,24 @@ def changed_shapes(kind: tuple[int, int], place: FloatArray) -> FloatArray:
 def basis_change(kind: tuple[int, int]) -> FloatArray:
     """T with u = T û on one facet, (k, k)."""
     corners = CORNERS[kind]
-    T = np.eye(kind[1])
-    for k in range(corners):
-        T[corners + k, [k, (k + 1) % corners]] = ALPHA
-        T[corners + k, corners + k] = 1 - 2 * ALPHA
-    return T
+    between = [(corners + k, k, (k + 1) % corners) for k in range(corners)]
+    return np.asarray(corner_basis(np.array(between), kind[1]).toarray())
+
+
+def corner_basis(between: NDArray[np.intp], size: int, *, inverse: bool = False) -> sparse.csr_array:
+    """T with u = T û, (size, size), or T⁻¹.
+
+    ``between`` (t, 3) has an unknown between two corners, and those of the corners; −1 is one that is not
+    there.
+    """
+    own, mixed = (1 / (1 - 2 * ALPHA), -ALPHA / (1 - 2 * ALPHA)) if inverse else (1 - 2 * ALPHA, ALPHA)
+    middle, corners = between[:, :1], between[:, 1:]
+    diagonal = np.ones(size)
+    diagonal[middle] = own
+    there = corners >= 0
+    where = np.broadcast_to(middle, corners.shape)[there], corners[there]
+    parts = sparse.csr_array((np.full(there.sum(), mixed), where), shape=(size, size))
+    return sparse.csr_array(sparse.diags_array(diagonal) + parts)
 
 
 def local_places(corners: FloatArray, points: FloatArray) -> FloatArray:

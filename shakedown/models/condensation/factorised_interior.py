@@ -15,16 +15,14 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.condensation.contact_frame import ContactFrame
-from shakedown.models.condensation.dissection import dissection
-from shakedown.models.condensation.fronts import FrontFactors, announced, elimination, factorised
+from shakedown.models.condensation.fronts import FrontFactors, announced, dissection, elimination, factorised
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.condensation.loose_motion import Places, loose_motion
 
 _COLUMNS = 64  # right-hand sides solved at a time, which limits the dense workspace to 64 vectors
 _WORTH_THREADS = 1e12  # multiplications, a minute of one core; in fewer, threads wait for each other
-# From so many rows on a solid interior is dissected by the positions of its nodes (``dissection``,
-# ``fronts``). SuperLU, which does not know these, needs larger factors, and a right-hand side for every
-# contact displacement.
+# From so many rows on a solid interior is dissected by the positions of its nodes (``fronts``). SuperLU,
+# which does not know these, needs larger factors, and a right-hand side for every contact displacement.
 _LARGE = 4000
 
 

@@ -15,7 +15,7 @@ from shakedown.ground.size_limits import EACH_SHOWN, MANY_ROWS
 Places = Mapping[int, Sequence[float]]  # node → (x, y, z)
 _SAME = 1e-5  # part of a motion that must lie outside the free ones for it not to be one of them
 _MOST_MODES = 12
-_AXES = "xyz"
+_WORDS = [f"{how} {axis}" for how in ("along", "turning about") for axis in "xyz"]
 
 
 def loose_motion(K: sparse.csc_array, dofs: NDArray[np.intp], places: Places | None = None) -> str:
@@ -63,20 +63,19 @@ def _null_space(K: sparse.csc_array) -> FloatArray:
     return np.asarray(modes[:, order[:null]])
 
 
-def motions_in_words(modes: FloatArray, dofs: NDArray[np.intp], places: Places | None = None) -> list[str]:
+def motions_in_words(modes: FloatArray, dofs: NDArray[np.intp], places: Places | None) -> list[str]:
     """The motions of one part, (N, k), in words: along axes, turning about them, other ways."""
     left, singular, _ = np.linalg.svd(modes, full_matrices=False)
     free = left[:, singular > _SAME * singular[0]]
-    words, told = [], np.zeros((len(dofs), 0))
-    for direction in sorted(set(dofs[:, 1].tolist()) & {1, 2, 3}):
-        along = (dofs[:, 1] == direction).astype(float)
-        if _inside(along, free):
-            words.append(f"along {_AXES[direction - 1]}")
-            told = np.column_stack([told, along])
-    for axis, turned in _turns(dofs, places):
-        if _inside_up_to(turned, free, dofs):
-            words.append(f"turning about {_AXES[axis]}")
-            told = np.column_stack([told, turned])
+    rigid = _rigid(dofs, places)
+    size = np.linalg.norm(rigid, axis=0)
+    outside = rigid - free @ (free.T @ rigid)
+    # a rotation about some point: one about the middle, and what moves the middle
+    moved = outside[:, :3] * (np.linalg.norm(outside[:, :3], axis=0) > _SAME * size[:3])
+    outside[:, 3:] -= moved @ np.linalg.lstsq(moved, outside[:, 3:], rcond=_SAME)[0]
+    found = np.flatnonzero((size > _SAME) & (np.linalg.norm(outside, axis=0) <= _SAME * size))
+    words = [_WORDS[k] for k in found.tolist()]
+    told = rigid[:, found]
     rest = free - told @ np.linalg.lstsq(told, free, rcond=None)[0] if told.shape[1] else free
     more = free.shape[1] - len(words)
     if more > 0:
@@ -86,39 +85,39 @@ def motions_in_words(modes: FloatArray, dofs: NDArray[np.intp], places: Places |
     return words
 
 
-def _inside(motion: FloatArray, free: FloatArray) -> bool:
-    """Whether a motion is a combination of free ones."""
-    outside = motion - free @ (free.T @ motion)
-    return bool(np.linalg.norm(outside) <= _SAME * np.linalg.norm(motion))
-
-
-def _inside_up_to(turned: FloatArray, free: FloatArray, dofs: NDArray[np.intp]) -> bool:
-    """Whether the part turns about some point: a rotation plus what moves its centre is free."""
-    shifts = np.column_stack([dofs[:, 1] == d for d in (1, 2, 3)]).astype(float)
-    outside = turned - free @ (free.T @ turned)
-    moved = shifts - free @ (free.T @ shifts)
-    rest = outside - moved @ np.linalg.lstsq(moved, outside, rcond=1e-9)[0]
-    return bool(np.linalg.norm(rest) <= _SAME * np.linalg.norm(turned))
-
-
-def _turns(dofs: NDArray[np.intp], places: Places | None) -> list[tuple[int, FloatArray]]:
-    """Rotations about x, y, z through the middle of a part that has a size, as (axis, motion)."""
-    if places is None or not set(dofs[:, 0].tolist()) <= set(places):
-        return []
-    xyz = np.array([places[node] for node in dofs[:, 0].tolist()], dtype=float)
-    xyz = xyz - xyz.mean(axis=0)
+def _rigid(dofs: NDArray[np.intp], places: Places | None) -> FloatArray:
+    """Motions along x, y, z, and where places are known turns about them, (N, 3 or 6)."""
+    known = places is not None and set(dofs[:, 0].tolist()) <= set(places)
+    xyz = np.zeros((len(dofs), 3))
+    if places is not None and known:
+        xyz = np.array([places[node] for node in dofs[:, 0].tolist()], dtype=float)
+        xyz = xyz - xyz.mean(axis=0)
     size = float(np.abs(xyz).max())
-    if size == 0:
-        return []
-    found = []
-    for axis in range(3):
-        shift = np.cross(np.eye(3)[axis], xyz / size)
-        own = np.arange(len(dofs)), np.clip(dofs[:, 1] - 1, 0, 2)
-        turned = np.where((dofs[:, 1] >= 1) & (dofs[:, 1] <= 3), shift[own], 0.0)
-        turned += (dofs[:, 1] == 4 + axis) / size
-        if np.linalg.norm(turned) > _SAME:
-            found.append((axis, turned))
-    return found
+    found = rigid_motions(dofs, xyz, (1, 2, 3))
+    return found / np.repeat([1.0, size], 3) if size > 0 else found[:, :3]
+
+
+def rigid_motions(dofs: NDArray[np.intp], xyz: FloatArray, axes: Sequence[int]) -> FloatArray:
+    """Rigid motions of nodes at (N, 3), one per row: along the axes, then turned within them, (N, k).
+
+    Turning is by one radian per length; rows of rotations (directions 4, 5, 6) turn along, internal nodes
+    (labels below 0) stay.
+
+    Examples
+    --------
+    >>> rigid_motions(np.array([(7, 1), (7, 2)]), np.array([[3.0, 4.0, 0.0]] * 2), (1, 2)).tolist()
+    [[1.0, 0.0, -4.0], [0.0, 1.0, 3.0]]
+    """
+    direction = np.where(dofs[:, 0] >= 0, dofs[:, 1], 0)  # internal nodes stay as they are
+    columns = [np.where(direction == axis, 1.0, 0.0) for axis in axes]
+    moving = np.flatnonzero(np.isin(direction, axes))
+    for about in (1, 2, 3) if len(axes) == 3 else sorted({1, 2, 3} - set(axes)) if len(axes) == 2 else ():
+        turned = np.where(direction == 3 + about, 1.0, 0.0)
+        turned[moving] = np.cross(np.eye(3)[about - 1], xyz[moving])[
+            np.arange(len(moving)), direction[moving] - 1
+        ]
+        columns.append(turned)
+    return np.column_stack(columns)
 
 
 def _nodes(labels: list[int]) -> str:

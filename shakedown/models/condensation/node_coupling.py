@@ -10,7 +10,7 @@ from scipy import sparse
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF
 from shakedown.joint.result import Result
-from shakedown.models.condensation.facet_shapes import ALPHA
+from shakedown.models.condensation.facet_shapes import corner_basis
 
 IntArray = NDArray[np.intp]
 
@@ -33,8 +33,6 @@ class NodeCoupling(Result):
         Nodes between two corners of quadratic facets whose basis is changed, and these two corners.
     partner : (n,)
         The node of the second body with the largest weight; where there is none the node itself.
-    notes : tuple of str
-        What a user should know.
     """
 
     labels: IntArray
@@ -43,18 +41,15 @@ class NodeCoupling(Result):
     normals: FloatArray
     middle_nodes: IntArray
     partner: IntArray
-    notes: tuple[str, ...]
 
     def opening(self, displacement: Callable[[IntArray], FloatArray]) -> FloatArray:
         """û₁ − P u₂, (n, d), of displacements (k, d) by the labels of k nodes."""
-        own = displacement(self.labels)
-        place = {label: k for k, label in enumerate(self.labels.tolist())}
-        if len(self.middle_nodes):
-            corners = displacement(self.middle_nodes[:, 1]) + displacement(self.middle_nodes[:, 2])
-            rows = [place[label] for label in self.middle_nodes[:, 0].tolist()]
-            own[rows] = (own[rows] - ALPHA * corners) / (1 - 2 * ALPHA)
-        followed = (self.P @ displacement(self.master).ravel()) if len(self.master) else np.zeros(own.size)
-        return np.asarray(own - followed.reshape(own.shape))
+        every = np.union1d(self.labels, self.middle_nodes)
+        changed = own_basis(every, self.middle_nodes, inverse=True) @ displacement(every)
+        own = changed[np.searchsorted(every, self.labels)]
+        if len(self.master):
+            own -= (self.P @ displacement(self.master).ravel()).reshape(own.shape)
+        return np.asarray(own)
 
     def on_master(self, forces: FloatArray) -> FloatArray:
         """Forces (m, d) on the nodes of the second body where the contact nodes carry (n, d): −Pᵀ r."""
@@ -75,19 +70,14 @@ def coupling_of_nodes(labels: IntArray, normals: FloatArray, middle_nodes: IntAr
     first, *second = labels.reshape(len(labels), -1).T
     between = middle_nodes[np.isin(middle_nodes, first).all(axis=1)]
     n, d = normals.shape
-    weights = sparse.eye_array(n).tolil()
-    place = {label: k for k, label in enumerate(first.tolist())}
-    for middle, *corners in between.tolist():
-        weights[place[middle], place[middle]] = 1 / (1 - 2 * ALPHA)
-        weights[place[middle], [place[corner] for corner in corners]] = -ALPHA / (1 - 2 * ALPHA)
+    weights = own_basis(first, between, inverse=True) if second else sparse.csr_array((n, 0))
     return NodeCoupling(
         labels=first,
         master=second[0] if second else first[:0],
-        P=sparse.csr_array(sparse.kron(weights if second else sparse.csr_array((n, 0)), sparse.eye_array(d))),
+        P=sparse.csr_array(sparse.kron(weights, sparse.eye_array(d))),
         normals=normals,
         middle_nodes=between,
         partner=second[0] if second else first,
-        notes=weighted_nodes(len(between)),
     )
 
 
@@ -98,17 +88,20 @@ def joined_couplings(parts: Sequence[NodeCoupling]) -> NodeCoupling:
         for key in ("labels", "master", "normals", "middle_nodes", "partner")
     )
     P = sparse.csr_array(sparse.block_diag([part.P for part in parts]))
-    return NodeCoupling(labels, master, P, normals, between, partner, weighted_nodes(len(between)))
+    return NodeCoupling(labels, master, P, normals, between, partner)
 
 
-def weighted_nodes(count: int) -> tuple[str, ...]:
-    """A note on quadratic facets: at ``count`` nodes between corners slips and forces are weighted ones."""
-    if not count:
-        return ()
-    return (
-        f"quadratic faces: slips, gaps and forces at {count} node(s) between corners are weighted ones, so "
-        "that every node carries a share of a pressure (docs/mortar.md)",
-    )
+def own_basis(labels: IntArray, middle_nodes: IntArray, *, inverse: bool = False) -> sparse.csr_array:
+    """T of nodes (n,) among themselves, or T⁻¹: of nodes between corners that are all among them, (t, 3)."""
+    place = {label: k for k, label in enumerate(labels.tolist())}
+    inside = middle_nodes[np.isin(middle_nodes, labels).all(axis=1)]
+    between = np.array([[place[node] for node in three] for three in inside.tolist()], dtype=np.intp)
+    return corner_basis(between.reshape(-1, 3), len(labels), inverse=inverse)
+
+
+def hat_areas(area: FloatArray, labels: IntArray, middle_nodes: IntArray) -> FloatArray:
+    """∫N̂ of nodes (n,) from their ∫N: nodes between corners pass on a part of theirs to the corners."""
+    return np.asarray(own_basis(labels, middle_nodes).T @ area)
 
 
 def rigid_rows(arms: FloatArray) -> FloatArray:

@@ -1,5 +1,6 @@
-"""Checks of a stiffness matrix from another program."""
+"""Checks of a stiffness matrix from another program, and springs of bolts in it."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -173,3 +174,19 @@ def without_resistance(stiffness: FloatArray, motions: FloatArray) -> FloatArray
     left = stiffness - (stiffness @ basis) @ basis.T
     left = left - basis @ (basis.T @ left)
     return np.asarray(0.5 * (left + left.T))
+
+
+def with_shanks(K: sparse.csr_array, shanks: Sequence[tuple[float, FloatArray]]) -> sparse.csr_array:
+    """K + Σ k e eᵀ, of shanks with stiffness k that get shorter by e · u.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> with_shanks(sparse.csr_array((2, 2)), [(3.0, np.array([1.0, -1.0]))]).toarray().tolist()
+    [[3.0, -3.0], [-3.0, 3.0]]
+    """
+    for stiffness, shortening in shanks:
+        if stiffness:
+            e = sparse.csr_array(shortening[None])
+            K = K + stiffness * (e.T @ e)
+    return K

@@ -11,10 +11,8 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, PER_CENT, ROUND_OFF, SIX_DIGITS
-from shakedown.models.condensation.dual_basis import DualBasis, dual_basis
-from shakedown.models.condensation.facet_shapes import ALPHA
-from shakedown.models.condensation.node_coupling import NodeCoupling, exact_rotations, weighted_nodes
-from shakedown.models.condensation.overlaps import facet_pairs
+from shakedown.models.condensation.dual_basis import DualBasis, dual_basis, facet_pairs
+from shakedown.models.condensation.node_coupling import NodeCoupling, exact_rotations, own_basis
 from shakedown.models.condensation.surface_mesh import ContactSurface, IntArray
 
 REACH = 0.25  # in sizes of slave facets, or spacings of pairs: farther away another partner may be meant
@@ -29,7 +27,7 @@ class SurfaceCoupling(NodeCoupling):
 
     Attributes
     ----------
-    labels, master, P, normals, middle_nodes, partner, notes
+    labels, master, P, normals, middle_nodes, partner
         As :class:`~shakedown.models.condensation.node_coupling.NodeCoupling` has them; the contact nodes are
         those of the slave that are covered.
     area : (n,)
@@ -165,7 +163,8 @@ def surface_coupling(
 def _coupling(
     slave: ContactSurface, master: ContactSurface, found: DualBasis, reach: float
 ) -> SurfaceCoupling:
-    places, P, d = hat_places(slave)[found.nodes], found.P, slave.dimension
+    P, d = found.P, slave.dimension
+    places = (own_basis(slave.labels, slave.middle_nodes, inverse=True) @ slave.places)[found.nodes]
     normals = _nodal_normals(slave)[found.nodes]
     apart = places - P @ master.places
     gap = (apart * normals).sum(axis=1)
@@ -196,7 +195,6 @@ def _coupling(
         finer=slave.size / size,
         size=slave.size,
         reach=reach,
-        notes=weighted_nodes(len(middle_nodes)),
         warnings=(),
     )
 
@@ -212,24 +210,11 @@ def _by_direction(P: sparse.csr_array, blocks: FloatArray) -> sparse.csr_array:
     return found
 
 
-def hat_places(surface: ContactSurface) -> FloatArray:
-    """Positions that belong to the unknowns û of the changed basis: T⁻¹ times the positions of the nodes."""
-    places = surface.places.copy()
-    position = dict(zip(surface.labels.tolist(), range(len(places)), strict=True))
-    for node, *corners in surface.middle_nodes.tolist():
-        ends = surface.places[[position[corner] for corner in corners]].sum(axis=0)
-        k = position[node]
-        places[k] = (surface.places[k] - ALPHA * ends) / (1 - 2 * ALPHA)
-    return places
-
-
 def _nodal_normals(surface: ContactSurface) -> FloatArray:
     """Unit normals into the body at all nodes: the means of their facets, weighted by area."""
-    total = np.zeros_like(surface.places)
-    for _, nodes, numbers in surface.blocks:
-        weighted = (surface.areas[:, None] * surface.normals)[numbers]
-        np.add.at(total, nodes, weighted[:, None, :])
-    return total / np.maximum(np.linalg.norm(total, axis=1), np.finfo(float).tiny)[:, None]
+    total = np.zeros((len(surface.labels) + 1, surface.dimension))
+    np.add.at(total, surface.nodes, (surface.areas[:, None] * surface.normals)[:, None, :])
+    return total[:-1] / np.maximum(np.linalg.norm(total[:-1], axis=1), np.finfo(float).tiny)[:, None]
 
 
 def _is_flat(slave: ContactSurface, used: NDArray[np.bool_], along: FloatArray) -> bool:
@@ -237,13 +222,9 @@ def _is_flat(slave: ContactSurface, used: NDArray[np.bool_], along: FloatArray) 
     size = max(float(np.ptp(slave.places, axis=0).max()), np.finfo(float).tiny)
     if np.abs(along).max() > SIX_DIGITS * size:
         return False
-    normals = _nodal_normals(slave)
-    for _, nodes, numbers in slave.blocks:
-        own = numbers[used[numbers]]
-        turned = normals[nodes[used[numbers]]] - slave.normals[own][:, None, :]
-        if np.abs(turned).max(initial=0.0) > SIX_DIGITS:
-            return False
-    return True
+    facet, column = np.nonzero((slave.nodes < len(slave.labels)) & used[:, None])
+    turned = _nodal_normals(slave)[slave.nodes[facet, column]] - slave.normals[facet]
+    return bool(np.abs(turned).max(initial=0.0) <= SIX_DIGITS)
 
 
 def _nothing(slave: ContactSurface, master: ContactSurface, reach: float) -> str:

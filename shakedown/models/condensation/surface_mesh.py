@@ -110,6 +110,14 @@ class ContactSurface(Result):
         )
 
     @cached_property
+    def nodes(self) -> IntArray:
+        """The nodes of every facet, (F, k), as positions in the labels; beyond its own their number."""
+        found = np.full((len(self.facets), max(map(len, self.facets))), len(self.labels))
+        for kind, nodes, numbers in self.blocks:
+            found[numbers, : kind[1]] = nodes
+        return found
+
+    @cached_property
     def frames(self) -> FloatArray:
         """Middle, unit normal into the body and radius of every facet, (F, 2 d + 1)."""
         d, found = self.dimension, np.zeros((len(self.facets), 2 * self.dimension + 2))

@@ -15,8 +15,7 @@ from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.joint.contact_patches import NEIGHBOURS
 from shakedown.joint.places import arc_lengths, faces_among, split_face, strips
 from shakedown.models.condensation.contact_frame import SPACE, check_unique, node_names
-from shakedown.models.condensation.coupled_frame import hat_areas
-from shakedown.models.condensation.node_coupling import NodeCoupling
+from shakedown.models.condensation.node_coupling import NodeCoupling, hat_areas
 from shakedown.models.condensation.surface_coupling import REACH, UNCOVERED, SurfaceCoupling, surface_coupling
 from shakedown.models.condensation.surface_mesh import ContactSurface
 from shakedown.models.condensation.tangent_pairs import patch_positions

@@ -23,7 +23,7 @@ from shakedown.joint.units import units_in
 from shakedown.models.condensation.condense import Condensation, condensed_stiffness
 from shakedown.models.condensation.contact_frame import SPACE, friction_left_out
 from shakedown.models.condensation.load_case import without_closing
-from shakedown.models.condensation.shanks import with_shanks
+from shakedown.models.condensation.stiffness_checks import with_shanks
 from shakedown.models.importing.bolt_section import (
     BoltSection,
     bolt_doubts,

@@ -18,7 +18,7 @@ from shakedown.ground.round_off import FOUR_DIGITS, MUCH, NEGLIGIBLE, RESOLVED, 
 from shakedown.ground.size_limits import BLOCK
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.result import Result
-from shakedown.models.condensation.loose_motion import motions_in_words
+from shakedown.models.condensation.loose_motion import motions_in_words, rigid_motions
 from shakedown.models.importing.contact_checks import PairDistances, distances_of
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.readers.mesh import CALCULIX, SOLIDS, Mesh
@@ -243,29 +243,6 @@ def rigid_motions_of_bodies(stiffness: Stiffness, held: NDArray[np.bool_], mesh:
         found.append(np.zeros((len(part), motions.shape[1])))
         found[-1][rows] = motions
     return np.hstack(found)
-
-
-def rigid_motions(dofs: NDArray[np.intp], xyz: FloatArray, axes: Sequence[int]) -> FloatArray:
-    """Rigid motions of nodes at (N, 3), one per row: along the axes, then turned within them, (N, k).
-
-    Turning is by one radian per length; rows of rotations (directions 4, 5, 6) turn along, internal nodes
-    (labels below 0) stay.
-
-    Examples
-    --------
-    >>> rigid_motions(np.array([(7, 1), (7, 2)]), np.array([[3.0, 4.0, 0.0]] * 2), (1, 2)).tolist()
-    [[1.0, 0.0, -4.0], [0.0, 1.0, 3.0]]
-    """
-    direction = np.where(dofs[:, 0] > 0, dofs[:, 1], 0)  # internal nodes stay as they are
-    columns = [np.where(direction == axis, 1.0, 0.0) for axis in axes]
-    moving = np.flatnonzero(np.isin(direction, axes))
-    for about in (1, 2, 3) if len(axes) == 3 else sorted({1, 2, 3} - set(axes)) if len(axes) == 2 else ():
-        turned = np.where(direction == 3 + about, 1.0, 0.0)
-        turned[moving] = np.cross(np.eye(3)[about - 1], xyz[moving])[
-            np.arange(len(moving)), direction[moving] - 1
-        ]
-        columns.append(turned)
-    return np.column_stack(columns)
 
 
 def free_motions(

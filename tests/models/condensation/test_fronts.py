@@ -9,8 +9,7 @@ from shakedown import ProblemError
 from shakedown.fem import ElasticBody, Force, Material, Support, brick_mesh, contact_problem
 from shakedown.models.condensation import factorised_interior, fronts
 from shakedown.models.condensation.condense import condensed_stiffness
-from shakedown.models.condensation.dissection import LEAF, dissection
-from shakedown.models.condensation.fronts import FrontFactors, elimination, factorised
+from shakedown.models.condensation.fronts import LEAF, FrontFactors, dissection, elimination, factorised
 
 KEPT = 12
 

@@ -143,13 +143,13 @@ def test_a_static_run_is_compared_in_three_directions():
     reactions = (dense_schur(K, np.arange(9)) @ moved.ravel()).reshape(3, 3)
     assert found.check_against_run(moved, reactions) < 1e-12
     case = LoadCase(history=1.0, reactions=reactions)
-    np.testing.assert_allclose(found.welded_reactions(case), found.frame.to_local(reactions))
+    np.testing.assert_allclose(found.welded(case).reactions, found.frame.to_local(reactions))
     opened = LoadCase(history=1.0, opened=-moved)
-    np.testing.assert_allclose(found.welded_reactions(opened), found.welded_reactions(case), atol=1e-12)
+    np.testing.assert_allclose(found.welded(opened).reactions, found.welded(case).reactions, atol=1e-12)
     with pytest.raises(ProblemError, match="they differ by the factor -1 "):
         found.check_against_run(moved, -reactions)
     with pytest.raises(ProblemError, match=r"reactions: expected shape \(3, 3\), found \(3, 2\)"):
-        found.welded_reactions(LoadCase(history=1.0, reactions=reactions[:, :2]))
+        found.welded(LoadCase(history=1.0, reactions=reactions[:, :2]))
 
 
 @pytest.mark.parametrize(
