@@ -41,9 +41,10 @@ def doubtful_data(problem: Problem) -> list[str]:
 
 def _units_in_doubt(problem: Problem) -> Iterator[str]:
     """Inconsistent numbers, as where one file is in mm and another one in m."""
-    tangential = float(np.abs(problem.A).max())
-    normal = tangential if problem.C is None else float(np.abs(problem.C).max())
-    for key, size, least in (("C", normal, 1.0 / UNALIKE), ("B", float(np.abs(problem.B).max()), 0.0)):
+    # on as many feet as hold a body it moves without strain, so that C may be zero
+    C, strained = problem.A if problem.C is None else problem.C, problem.n > problem.directions + 1
+    tangential, normal, coupling = (float(np.abs(each).max()) for each in (problem.A, C, problem.B))
+    for key, size, least in (("C", normal, strained / UNALIKE), ("B", coupling, 0.0)):
         if tangential > 0 and not least <= size / tangential <= UNALIKE:
             yield (
                 f"The largest stiffness in {key} is {size / tangential:.3g} times the largest in A: are both "

@@ -28,7 +28,7 @@ def import_sheet(made: Import, *, check: bool) -> Sheet:
     reduced = made.condensation
     doubts = count(len(made.doubts), "warning")
     go_on = "GO ON: no warnings. Compare bodies, loads and normals below with the model."
-    stop = f"STOP: {doubts} to clear up before any number is trusted."
+    stop = f'STOP: {doubts} to clear up, or to accept (accept = ["its words"]), before any number is trusted.'
     facts = [Fact("note", note) for note in made.notes]
     facts.append(
         Fact("read from", made.format, note=f"{reduced.interior} rows condensed, {reduced.held} held")

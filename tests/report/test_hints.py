@@ -123,6 +123,14 @@ def test_blocks_in_different_units_make_no_stiffness(name, factors):
         of(shakedown.example(name), **factors)
 
 
+def test_a_body_on_three_feet_moves_without_strain(tmp_path):
+    """Its normal stiffness is round-off, which is no other unit; that of four feet would be one."""
+    for feet, hints in ((3, 0), (4, 1)):
+        loads = {"q_w": np.ones((2, 2 * feet)), "p_w": np.ones((2, feet))}
+        stiffness = {"A": np.eye(2 * feet), "B": np.zeros((feet, 2 * feet)), "C": 1e-8 * np.eye(feet)}
+        assert len(doubtful_data(shakedown.Problem(**stiffness, **loads, f=0.3))) == hints
+
+
 @pytest.mark.parametrize("scale", [1e-12, 1e12])
 def test_hints_do_not_depend_on_units(scale):
     for name in JOINTS:

@@ -53,7 +53,7 @@ class NodeCoupling(Result):
 
     def on_master(self, forces: FloatArray) -> FloatArray:
         """Forces (m, d) on the nodes of the second body where the contact nodes carry (n, d): −Pᵀ r."""
-        return -(self.P.T @ forces.ravel()).reshape(len(self.master), -1)
+        return -(self.P.T @ forces.ravel()).reshape(-1, self.normals.shape[1])
 
 
 def coupling_of_nodes(labels: IntArray, normals: FloatArray, middle_nodes: IntArray) -> NodeCoupling:

@@ -97,7 +97,7 @@ def surface_coupling(
     master: ContactSurface,
     *,
     reach: float | None = None,
-    uncovered: float = UNCOVERED,
+    uncovered: float | None = None,
     finer: bool = False,
     revolved: bool = False,
 ) -> SurfaceCoupling:
@@ -110,7 +110,8 @@ def surface_coupling(
     reach
         Largest distance of facets that meet, by default a quarter of a facet of the slave [length].
     uncovered
-        Share of the slave's area that may lie beside the master without a warning.
+        Share of the slave's area that may lie beside the master without a warning, by default 0.02; where it
+        is given, nodes of which hardly anything is covered are no warning either.
     finer
         Whether the slave may have the finer facets without a warning.
     revolved
@@ -143,7 +144,7 @@ def surface_coupling(
         )
     if reach is not None and not 0 < reach < np.inf:
         raise ProblemError(f"reach: expected a length > 0, found {reach:g}")
-    if not 0 <= uncovered <= 1:
+    if uncovered is not None and not 0 <= uncovered <= 1:
         raise ProblemError(f"uncovered: expected a share from 0 to 1, found {uncovered:g}")
     longest = REACH * slave.size if reach is None else reach
     found = dual_basis(slave, master, facet_pairs(slave, master, longest), longest, revolved=revolved)
@@ -244,10 +245,10 @@ def _nothing(slave: ContactSurface, master: ContactSurface, reach: float) -> str
     )
 
 
-def _warnings(made: SurfaceCoupling, accepted: float, weak: IntArray, finer: bool) -> Iterator[str]:
+def _warnings(made: SurfaceCoupling, accepted: float | None, weak: IntArray, finer: bool) -> Iterator[str]:
     """Warnings about the coupling."""
     without, extent = 1 - made.share[0], "area" if made.normals.shape[1] == 3 else "length"
-    if without > accepted + NEGLIGIBLE:
+    if without > (UNCOVERED if accepted is None else accepted) + NEGLIGIBLE:
         more = f", {len(made.uncovered)} node(s), first {made.uncovered[0]}" if made.uncovered.size else ""
         yield (
             f"{100 * without:.2g} % of the {extent} of the first surface lies beside the second or too far "
@@ -264,8 +265,9 @@ def _warnings(made: SurfaceCoupling, accepted: float, weak: IntArray, finer: boo
             "from given or every initial slip is less than with the surfaces the other way round; name the "
             "coarser first, or say finer = true"
         )
-    if weak.size:
+    if weak.size and accepted is None:
         yield (
             f"{weak.size} node(s) of the first surface, first {weak[0]}, are covered by less than "
-            f"{100 * PER_CENT:g} % of their {extent} at the edge of the second: tractions there are coarse"
+            f"{100 * PER_CENT:g} % of their {extent} at the edge of the second: tractions there are coarse; "
+            "'uncovered' accepts it"
         )

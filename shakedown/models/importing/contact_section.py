@@ -15,8 +15,8 @@ from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.joint.contact_patches import NEIGHBOURS
 from shakedown.joint.places import arc_lengths, faces_among, split_face, strips
 from shakedown.models.condensation.contact_frame import SPACE, check_unique, node_names
-from shakedown.models.condensation.node_coupling import NodeCoupling, hat_areas
-from shakedown.models.condensation.surface_coupling import REACH, UNCOVERED, SurfaceCoupling, surface_coupling
+from shakedown.models.condensation.node_coupling import NodeCoupling, coupling_of_nodes, hat_areas
+from shakedown.models.condensation.surface_coupling import REACH, SurfaceCoupling, surface_coupling
 from shakedown.models.condensation.surface_mesh import ContactSurface
 from shakedown.models.condensation.tangent_pairs import patch_positions
 from shakedown.models.importing.contact_directions import ContactDirections, contact_directions, in_space
@@ -103,12 +103,21 @@ class ContactSection(ContactDirections):
         return self.labels if self.labels.ndim == 1 else self.labels[:, 0]
 
     @property
+    def met(self) -> NodeCoupling:
+        """What the nodes of the first body follow: nodes of the second, a surface, or a rigid obstacle."""
+        if self.coupling is not None:
+            return self.coupling
+        return coupling_of_nodes(self.labels, self.unit_normals, self.middle_nodes)
+
+    def positions(self, labels: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Where nodes of the first body stand in it."""
+        place = {label: k for k, label in enumerate(self.first.tolist())}
+        return np.array([place[label] for label in labels.tolist()], dtype=np.intp)
+
+    @property
     def moved(self) -> NDArray[np.intp]:
         """Nodes that unit displacements move: those of the first body, then those of the second."""
-        own = self.labels.T.ravel()
-        if self.coupling is None:
-            return own
-        return np.array(list(dict.fromkeys([*own.tolist(), *self.coupling.master.tolist()])), dtype=np.intp)
+        return np.array(list(dict.fromkeys([*self.first.tolist(), *self.met.master.tolist()])), dtype=np.intp)
 
     @property
     def clamped(self) -> NDArray[np.intp]:
@@ -123,11 +132,10 @@ class ContactSection(ContactDirections):
 
     @property
     def facing(self) -> NDArray[np.intp]:
-        """Every node and its partner, (n, 1 or 2); on surfaces the partner is that of the largest weight."""
-        if self.coupling is None:
-            return self.labels.reshape(len(self.labels), -1)
-        partner = dict(zip(self.coupling.labels.tolist(), self.coupling.partner.tolist(), strict=True))
-        return np.array([[label, partner[label]] for label in self.labels.tolist()], dtype=np.intp)
+        """Every node and its partner, (n, 2): the node of the largest weight, or without one itself."""
+        found = np.column_stack([self.first, self.first])
+        found[self.positions(self.met.labels), 1] = self.met.partner
+        return found
 
     @property
     def unit_normals(self) -> FloatArray:
@@ -300,7 +308,7 @@ def coupled_surfaces(table: TomlTable, model: Model) -> tuple[SurfaceCoupling | 
     if not _are_two_names(names):
         raise table.wrong("surfaces", "two names, of the first body and of the second", shown(names))
     table.take("surfaces", "two names", required=True)
-    reach, uncovered = table.number("reach"), table.number("uncovered", UNCOVERED)
+    reach, uncovered = table.number("reach"), table.number("uncovered")
     finer = table.flag("finer")
     where = f"{table.where}: key 'surfaces'"
     if model.mesh is None or not model.mesh.elements:
@@ -313,7 +321,7 @@ def coupled_surfaces(table: TomlTable, model: Model) -> tuple[SurfaceCoupling | 
             slave,
             master,
             reach=reach,
-            uncovered=UNCOVERED if uncovered is None else uncovered,
+            uncovered=uncovered,
             finer=finer,
             revolved=model.axisymmetric,
         )
@@ -408,8 +416,9 @@ def _drawn_gap(table: TomlTable, contact: ContactSection, model: Model) -> Float
         expected = "a number, or of nodes, between curved surfaces, whose facets are chords"
         raise table.wrong("gap", expected, f"'{COORDINATES}'")
     if coupling is not None:
-        drawn = dict(zip(coupling.labels.tolist(), coupling.gap.tolist(), strict=True))
-        return np.array([drawn[label] for label in labels.tolist()])
+        drawn = np.zeros(len(labels))
+        drawn[contact.positions(coupling.labels)] = coupling.gap
+        return drawn
     if model.mesh is None or labels.ndim == 1:
         found = "nodes of one body" if labels.ndim == 1 else "no [model]"
         raise table.wrong("gap", f"pairs in a model with coordinates beside '{COORDINATES}'", found)

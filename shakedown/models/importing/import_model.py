@@ -1,7 +1,7 @@
 """From the files of a finite-element code to a problem, steered by a TOML configuration."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -96,6 +96,8 @@ class Import(Result):
         SHA-256 of the configuration and of every file that was read.
     warnings : tuple of str
         What is doubtful, and would make numbers wrong: the problem carries it with it.
+    accepted : tuple of str
+        Words of warnings that the configuration accepts; these are notes.
     notes : tuple of str
         What else a user should know about the import.
     path : str
@@ -112,6 +114,7 @@ class Import(Result):
     loads: tuple[LoadEvidence, ...]
     sources: dict[str, str]
     warnings: tuple[str, ...]
+    accepted: tuple[str, ...]
     notes: tuple[str, ...]
     path: str
 
@@ -127,7 +130,7 @@ class Import(Result):
     @property
     def doubts(self) -> tuple[str, ...]:
         """The warnings, and what is unusual in the data of the problem: signs, units, per cent for one."""
-        return (*self.warnings, *doubtful_data(self.problem))
+        return (*self.warnings, *_parted(doubtful_data(self.problem), self.accepted)[0])
 
     @property
     def ready(self) -> bool:
@@ -200,6 +203,7 @@ class Configuration(NamedTuple):
 
     name: str
     units: str
+    accepted: tuple[str, ...]
     steps: int | None
     friction: Friction | None
     loads: list[TomlTable]
@@ -251,6 +255,7 @@ def import_model(
     Keys of the configuration (those in brackets are optional)::
 
         [name], [units]            shown in reports
+        [accept]                   ["words of a warning", …]: what is meant so, and no longer a warning
         friction                   a number, or one per contact node, or a table of node sets
                                    {pads = 0.3, spacer = 0.15}
         [steps]                    load steps m, where a time function is sampled; lists of factors have
@@ -402,7 +407,7 @@ def import_model(
     names = tuple(shortened(visible(name), LONGEST_NAME - 1) for name in plain_names)
     without = () if contact.area is None else bearing_no_pressure(contact.area, contact.names)
     normals = in_space(frame.normals, contact.axes)
-    warnings = (
+    doubts = (
         *evidence.warnings,
         *without,
         *closing,
@@ -410,6 +415,7 @@ def import_model(
         *bolt_doubts(bolts, names[len(asked.loads) :], evidence.bodies, normals, stiffness.dofs),
         *pulled_open(bare, np.asarray(contact.gap)),
     )
+    warnings, accepted = _parted(doubts, asked.accepted)
     typed = [*([command] if command else []), *(f"{key}={value!r}" for key, value in (changes or {}).items())]
     problem = replace(
         bare,
@@ -432,10 +438,15 @@ def import_model(
         mesh=mesh,
         static_run=difference,
         evidence=evidence,
-        loads=tuple(map(resultants.of, cases, names, acting.reactions, acting.pulls.T)),
+        loads=tuple(
+            resultants.of(case, name, welded.reactions, pulls)
+            for case, name, welded, pulls in zip(cases, names, acting.welded, acting.pulls.T, strict=True)
+        ),
         sources=sources,
         warnings=warnings,
+        accepted=asked.accepted,
         notes=(
+            *(f"accepted: {doubt}" for doubt in accepted),
             *condensed.notes,
             *evidence.notes,
             *_contact_notes(context),
@@ -446,6 +457,14 @@ def import_model(
         ),
         path=os.fspath(config_path),
     )
+
+
+def _parted(doubts: Iterable[str], accepted: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The doubts that have none of some words, and those that have."""
+    found: tuple[list[str], list[str]] = [], []
+    for doubt in doubts:
+        found[any(words in doubt for words in accepted)].append(doubt)
+    return tuple(found[0]), tuple(found[1])
 
 
 def _reduced(
@@ -508,16 +527,21 @@ def _contact_notes(context: ImportContext) -> Iterator[str]:
 def taken_configuration(root: TomlTable) -> Configuration:
     """The sections of a configuration; ``ProblemError`` where it has other keys."""
     name, units, steps = root.text("name", ""), root.text("units", ""), root.integer("steps")
+    accepted = root.take("accept", "a list of texts, words of warnings", fits=_are_texts)
     stiffness, contacts = root.table("stiffness"), root.one_or_more("contact")
     friction = taken_friction(root, required=not all(table.has("friction") for table in contacts))
     sections = [root.table(key, required=False) for key in ("model", "supports", "check")]
     loads, bolts = root.tables("load"), root.tables("bolt") if root.has("bolt") else []
     root.done()
     file = str(stiffness.content.get("file"))
-    words = name or "", units or ""
+    words = name or "", units or "", tuple(accepted or ())
     return Configuration(
         *words, steps, friction, loads, root.where, file, stiffness, contacts, bolts, *sections
     )
+
+
+def _are_texts(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(words, str) and words for words in value)
 
 
 def read_model(

@@ -15,9 +15,10 @@ from shakedown.models.condensation.condense import Condensation, WeldedCase
 from shakedown.models.condensation.contact_frame import ContactFrame
 from shakedown.models.condensation.load_case import MEAN_ROUND_OFF, LoadCase, histories
 from shakedown.models.importing.bolt_section import BoltSection, with_pulls
+from shakedown.models.importing.contact_directions import in_space
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.load_section import LoadSection
-from shakedown.models.importing.model_evidence import ModelBody, ModelEvidence, places_of_rows
+from shakedown.models.importing.model_evidence import ModelEvidence, places_of_rows
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.text import quoted
@@ -76,18 +77,9 @@ class ActingLoads(NamedTuple):
     """
 
     loads: list[LoadSection]
+    cases: list[LoadCase]
     welded: list[WeldedCase]
     pulls: FloatArray
-
-    @property
-    def cases(self) -> list[LoadCase]:
-        """The load cases alone."""
-        return [load.case for load in self.loads]
-
-    @property
-    def reactions(self) -> FloatArray:
-        """The welded reactions of every load, (L, (d + 1) n) [force]."""
-        return np.array([each.reactions for each in self.welded])
 
 
 def acting_loads(
@@ -98,7 +90,9 @@ def acting_loads(
     every = [*loads, *(bolt.load(unit, force_unit) for bolt, unit in zip(bolts, units, strict=True))]
     welded = [reduced.welded(load.case) for load in every]
     pulls = [[bolt.pull(unit, each) for each in welded] for bolt, unit in zip(bolts, units, strict=True)]
-    return ActingLoads(every, welded, np.reshape(pulls, (len(bolts), len(every))))
+    return ActingLoads(
+        every, [load.case for load in every], welded, np.reshape(pulls, (len(bolts), len(every)))
+    )
 
 
 class Resultants:
@@ -128,70 +122,55 @@ class Resultants:
         welded = (layout.by_node(q)[..., None] * frame.slip_axes).sum(axis=1) + p[:, None] * frame.normals
         force = np.zeros(len(self.dofs)) if case.force is None else case.force
         applied = np.array([force[self.dofs[:, 1] == axis].sum() for axis in self.contact.axes])
-        parts = tuple(self._parts(case, with_pulls(force, pulls, self.bolts), welded))
-        return LoadEvidence(name, applied, welded.sum(axis=0), parts)
+        parts = self._parts(case, with_pulls(force, pulls, self.bolts), in_space(welded, self.contact.axes))
+        return LoadEvidence(name, applied, welded.sum(axis=0), tuple(parts))
 
     def _parts(self, case: LoadCase, force: FloatArray, welded: FloatArray) -> Iterator[LoadPart]:
-        keys = [axis - 1 for axis in self.contact.axes]
-        spread = np.zeros((len(welded), 3))
-        spread[:, keys] = welded
-        acting = {body.name: self._of_rows(force, body.nodes) for body in self.bodies}
+        first, met = self.contact.first, self.contact.met
+        d = met.normals.shape[1]
+        on_second = np.zeros((len(met.master), 3))
+        on_second[:, :d] = met.on_master(welded[self.contact.positions(met.labels), :d])
+        rows = (force != 0) & (self.dofs[:, 0] > 0) & np.isin(self.dofs[:, 1], range(1, 7))
+        nodes, direction = self.dofs[rows].T
+        along = force[rows, None] * (direction[:, None] == np.arange(1, 7))
+        acting = {body.name: self._wrench(nodes, along, body.nodes) for body in self.bodies}
         for name, wrench in acting.items():
             if wrench[:3].any() or np.nan_to_num(wrench[3:]).any():
                 yield self._part(f"applied, {name}", wrench)
         count = int(self.patches.max()) + 1
         for patch in range(count):
-            on = np.flatnonzero(self.patches == patch)
+            on = self.patches == patch
             which = f"contact, patch {patch + 1}" if count > 1 else f"contact, {self.bodies[0].name}"
             if self.contact.patches:
                 which = f"contact, {self.contact.patches[patch].name}"
-            yield self._part(which, self._of_nodes(self.contact.first[on], spread[on]))
+            yield self._part(which, self._wrench(first[on], welded[on]))
         if case.reactions is not None or case.opened is not None:
             return  # what acts on the bodies besides is not known
+        keys = [axis - 1 for axis in self.contact.axes]
         size = max(np.abs(force).max(initial=0.0), np.abs(welded).max())
         for body in self.bodies:
-            carried = -acting[body.name] - self._on_body(body, spread)
+            carried = -acting[body.name] - self._wrench(first, welded, body.nodes)
+            carried -= self._wrench(met.master, on_second, body.nodes)
             if self.axisymmetric:  # the hoop stress carries the radial rest
                 carried[0] = np.nan
-            met = body.contact_nodes or np.any(acting[body.name])
+            bears = body.contact_nodes or np.any(acting[body.name])
             # only round-off is left for a body without supports
-            if (met and not body.free) or np.nanmax(np.abs(carried[keys])) > SIX_DIGITS * size:
+            if (bears and not body.free) or np.nanmax(np.abs(carried[keys])) > SIX_DIGITS * size:
                 yield self._part(f"supports, {body.name}", carried)
 
-    def _on_body(self, body: ModelBody, spread: FloatArray) -> FloatArray:
-        """What the contact does to a body while it is welded."""
-        first, *second = self.contact.labels.reshape(len(spread), -1).T
-        acting = [(first, spread), *((own, -spread) for own in second)]
-        coupling = self.contact.coupling
-        if coupling is not None:
-            place = {node: k for k, node in enumerate(first.tolist())}
-            order = [place[node] for node in coupling.labels.tolist()]
-            on_master = np.zeros((len(coupling.master), 3))
-            on_master[:, : coupling.normals.shape[1]] = coupling.on_master(
-                spread[order, : coupling.normals.shape[1]]
-            )
-            acting.append((coupling.master, on_master))
+    def _wrench(
+        self, nodes: NDArray[np.intp], forces: FloatArray, among: NDArray[np.intp] | None = None
+    ) -> FloatArray:
+        """Force and moment, (6,), of forces (k, 3), or with moments (k, 6), at nodes, or at some of them."""
+        if among is not None:
+            nodes, forces = nodes[own := np.isin(nodes, among)], forces[own]
         total = np.zeros(6)
-        for nodes, forces in acting:
-            on = np.isin(nodes, body.nodes)
-            total += self._of_nodes(nodes[on], forces[on])
-        return total
-
-    def _of_nodes(self, nodes: NDArray[np.intp], forces: FloatArray) -> FloatArray:
-        """Force and moment, (6,), of forces (k, 3) at nodes."""
-        moment = np.full(3, np.nan)
-        if self.places is not None:
+        total[: forces.shape[1]] = forces.sum(axis=0)
+        if self.places is None:
+            total[3:] = np.nan
+        else:
             arms = np.array([self.places[node] for node in nodes.tolist()]).reshape(-1, 3) - self.middle
-            moment = np.cross(arms, forces).sum(axis=0)
-        return np.concatenate([forces.sum(axis=0), moment])
-
-    def _of_rows(self, force: FloatArray, nodes: NDArray[np.intp]) -> FloatArray:
-        """Force and moment, (6,), of what acts on the rows of some nodes."""
-        rows = np.flatnonzero(np.isin(self.dofs[:, 0], nodes) & (force != 0) & (self.dofs[:, 0] > 0))
-        direction = self.dofs[rows, 1]
-        forces, moments = (force[rows, None] * (direction[:, None] == np.arange(3) + k) for k in (1, 4))
-        total = self._of_nodes(self.dofs[rows, 0], forces)
-        total[3:] += moments.sum(axis=0)
+            total[3:] += np.cross(arms, forces[:, :3]).sum(axis=0)
         return total
 
     def _part(self, what: str, wrench: FloatArray) -> LoadPart:
@@ -217,7 +196,7 @@ def load_doubts(acting: ActingLoads, names: Sequence[str], stiffness: FloatArray
         size = max(each * np.abs(part).max(initial=0.0) for part, each in sizes if part is not None)
         if size == 0 and case.displacement is None:  # a displacement of zero holds its rows
             yield f"load {quoted(name)} is zero: it has no effect"
-        elif np.abs(acting.reactions[k]).max() <= NEGLIGIBLE * size and size > 0:  # round-off
+        elif np.abs(acting.welded[k].reactions).max() <= NEGLIGIBLE * size and size > 0:  # round-off
             yield f"load {quoted(name)} reaches no contact node: the welded contact carries nothing of it"
     if still.all():
         yield (

@@ -351,14 +351,15 @@ def _opened_run(table: TomlTable, context: ImportContext) -> FloatArray | None:
     source.done()
     with found_in(source.where):
         if coupling is None:
-            bodies = contact.labels.reshape(len(contact.labels), -1).T
-            first, *second = (run.vectors[run.places(nodes)] for nodes in bodies)
+            first, *second = (
+                run.vectors[run.places(nodes)] for nodes in contact.labels.reshape(len(contact.labels), -1).T
+            )
             apart = first - sum(second)
         else:
             d = coupling.normals.shape[1]
-            apart = coupling.opening(lambda nodes: run.vectors[run.places(nodes)][:, :d])
-            place = {node: k for k, node in enumerate(coupling.labels.tolist())}
-            apart = apart[[place[node] for node in contact.labels.tolist()]]
+            apart = np.zeros((len(contact.labels), d))
+            found = coupling.opening(lambda nodes: run.vectors[run.places(nodes)][:, :d])
+            apart[contact.positions(coupling.labels)] = found
     if np.abs(apart).max() <= SIX_DIGITS * np.abs(run.vectors).max():  # nothing but printed digits
         raise source.unfit(
             "displacements with the contact open",
@@ -393,13 +394,13 @@ def static_run(table: TomlTable, reduced: Condensation, context: ImportContext, 
         alone = [what for what, value in both if value is not None]
         found = "reactions of both bodies, clamped" if clamped is not None else [*alone, "neither"][0]
         raise table.unfit("the keys 'displacements' and 'reactions' (of the first body)", found)
-    labels = contact.first.tolist()
     displacement = np.zeros((reduced.n, len(contact.axes)))
     for (node, direction), value in moved.items():
-        if node not in labels or direction not in contact.axes:
+        here = contact.first == node
+        if not here.any() or direction not in contact.axes:
             expected = f"contact nodes and directions {contact.axes}"
             raise table.wrong("displacements", expected, f"node {node}, direction {direction}")
-        displacement[labels.index(node), contact.axes.index(direction)] = value
+        displacement[here, contact.axes.index(direction)] = value
     if context.model.axisymmetric and not displacement[:, 0].any():
         expected = (
             "a contact node that moves radially (direction 1), because an axisymmetric model is checked"

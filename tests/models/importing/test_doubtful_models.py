@@ -337,6 +337,27 @@ def test_friction_in_per_cent_stops_the_check(example):
     assert "STOP: 1 warning to clear up" in out
 
 
+@pytest.mark.parametrize("case", ["shifted along the surface", "far apart", "another unit", "no force"])
+def test_a_warning_that_is_meant_is_accepted_by_its_words(example, case):
+    change, words = WARNED[case]
+    doubted = made(example, change).warnings
+
+    def accepting(*texts):
+        return lambda text, deck: (f"accept = {[*texts]}\n{change(text, deck)[0]}", change(text, deck)[1])
+
+    found = made(example, accepting(words, "what nothing says"))
+    assert found.warnings == found.problem.warnings == tuple(each for each in doubted if words not in each)
+    assert [note for note in found.notes if words in note]
+    assert made(example, accepting(*doubted)).ready
+    with pytest.raises(ProblemError, match="key 'accept': expected a list of texts, words of warnings"):
+        made(example, lambda text, deck: (f"accept = true\n{text}", deck))
+
+
+def test_friction_that_is_meant_is_accepted(example):
+    found = made(example, changed("friction = 0.3", 'friction = 30\naccept = ["is it in percent?"]'))
+    assert found.ready
+
+
 def test_a_matrix_that_is_not_elastic_is_refused(example):
     folder, text, _ = example
     lines = (folder / "punch.sti").read_text().splitlines()
