@@ -146,8 +146,8 @@ def _before_it_gives_way(made: Import, pull: dict[tuple[int, int], float]) -> fl
     """The force in the shank of which the preload is left once the closed contact has given way."""
     force = np.zeros(len(made.stiffness.dofs))
     force[made.stiffness.rows(list(pull))] = list(pull.values())
-    case = LoadCase(history=1.0, force=force)
-    return PRELOAD / (1.0 - SHANK * made.condensation.conjugate(case, case))
+    welded = made.condensation.welded(LoadCase(history=1.0, force=force))
+    return PRELOAD / (1.0 - SHANK * welded.conjugate(welded))
 
 
 def _shank(pull: dict[tuple[int, int], float]) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """Static condensation of an elastic model to its contact nodes."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -137,14 +137,6 @@ class Condensation(Result):
         welded = self._model.welded(case)
         elsewhere = case.reactions is not None or case.opened is not None
         return WeldedCase(total + welded.reactions, None if elsewhere else welded)
-
-    def conjugate(self, one: LoadCase, other: LoadCase) -> float:
-        """The displacement conjugate to load ``one`` under load ``other`` while the contact is welded.
-
-        For forces F it is F · u with the displacements u under ``other``, for a prescribed displacement minus
-        the force that holds it there. NaN where a load was run elsewhere.
-        """
-        return self.welded(one).conjugate(self.welded(other))
 
     def motions(self, open_nodes: Sequence[int] = (), *, released: bool = False) -> sparse.csr_array:
         """The motions, (N, k), that the model has while its contact sticks but for some open nodes.
@@ -477,26 +469,24 @@ def _notes(
     constrained: NDArray[np.bool_],
     empty: NDArray[np.bool_],
     modes: int,
-) -> tuple[str, ...]:
-    notes = []
+) -> Iterator[str]:
     on_planes = np.flatnonzero(frame.layout.by_node(guided).any(axis=1))
     if on_planes.size:
-        notes.append(
+        yield (
             f"{on_planes.size} contact node(s) are held along a tangent (a plane of symmetry), the first "
             f"{frame.names[on_planes[0]]}: these slips are coupled to nothing and stay zero"
         )
     if constrained.any():
-        notes.append(f"{constrained.sum()} rows carry 1e36 on the diagonal and were taken as held")
+        yield f"{constrained.sum()} rows carry 1e36 on the diagonal and were taken as held"
     if empty.any():
-        notes.append(f"{empty.sum()} rows without any stiffness were taken as held")
+        yield f"{empty.sum()} rows without any stiffness were taken as held"
     if modes:
-        notes.append(
+        yield (
             f"floating: {modes} rigid motion(s) of the contact nodes meet no resistance; the body is held "
             "by the contact alone"
         )
     if weighted := len(frame.middle_nodes):
-        notes.append(
+        yield (
             f"quadratic faces: slips, gaps and forces at {weighted} node(s) between corners are weighted "
             "ones, so that every node carries a share of a pressure (docs/mortar.md)"
         )
-    return tuple(notes)

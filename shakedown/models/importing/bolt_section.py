@@ -1,6 +1,6 @@
 """``[[bolt]]``: a preload, and what keeps it: a shank between two node sets, or a section of the deck."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -100,9 +100,8 @@ def bolt_section(table: TomlTable, context: ImportContext) -> BoltSection:
 
 def check_bolts(tables: Sequence[TomlTable], others: Sequence[TomlTable], model: Model, where: str) -> None:
     """Refuse a section of the deck without its bolt, and a static run in which a shank was missing."""
-    sections = () if model.mesh is None else model.mesh.sections
     named = [table.content.get("section") for table in tables]
-    lacking = [node for node in sections if node not in named]
+    lacking = [node for node in model.mesh.sections if node not in named]
     if lacking:
         raise ProblemError(
             f"{where}: expected a [[bolt]] with section = {lacking[0]} and its preload, for the *PRE-TENSION "
@@ -131,23 +130,21 @@ def with_pulls(force: FloatArray, pulls: FloatArray, bolts: Sequence[BoltSection
 
 def bolt_notes(
     bolts: Sequence[BoltSection], names: Sequence[str], welded: Sequence[WeldedCase], pulls: FloatArray
-) -> tuple[str, ...]:
+) -> Iterator[str]:
     """What every load adds to the force in every bolt, whose own loads are the last ones.
 
     ``pulls`` has a row for every bolt, a column for every load.
     """
-    found = []
     for own, (bolt, added_by) in enumerate(zip(bolts, pulls, strict=True), len(names) - len(bolts)):
         added = [
             f"{quoted(name)} adds {few(_without_round_off(pull, load), 3)}"
             for k, (name, load, pull) in enumerate(zip(names, welded, added_by.tolist(), strict=True))
             if k != own and load.load is not None
         ]
-        found.append(
+        yield (
             f"bolt {quoted(names[own])} carries {few(bolt.preload, 4)}{_way(bolt)} once tightened; while "
             f"the contact stays closed and sticks, {', '.join(added) or 'nothing else acts'} at factor 1"
         )
-    return tuple(found)
 
 
 def check_held(bolts: Sequence[BoltSection], held: NDArray[np.intp], dofs: NDArray[np.intp]) -> None:
@@ -167,23 +164,21 @@ def bolt_doubts(
     bodies: Sequence[ModelBody],
     normals: FloatArray,
     dofs: NDArray[np.intp],
-) -> tuple[str, ...]:
+) -> Iterator[str]:
     """Warnings about shanks that lean for want of an axis, or do not press the bodies on each other."""
-    found = []
     for bolt, name in zip(bolts, names, strict=True):
         if bolt.along is None or bolt.unit.force is None:
             continue
         cosine = float(np.abs(normals @ bolt.along).max())
         if bolt.guessed and LEANS > cosine > STANDS:
             angle = np.degrees(np.arccos(cosine))
-            found.append(
+            yield (
                 f"bolt {quoted(name)} leans by {angle:.0f}° against the normals of the contact, from the "
                 "middle of its head to that of its nut: slip would tighten it; give its 'axis'"
             )
         pulled = dofs[bolt.unit.force != 0, 0]
         if abs(bolt.unit.force.sum()) < 0.5 and any(np.isin(pulled, body.nodes).all() for body in bodies):
-            found.append(f"bolt {quoted(name)} has head and nut on one body: it presses no contact")
-    return tuple(found)
+            yield f"bolt {quoted(name)} has head and nut on one body: it presses no contact"
 
 
 def _way(bolt: BoltSection) -> str:
@@ -201,7 +196,7 @@ def _without_round_off(pull: float, load: WeldedCase) -> float:
 def _row(section: int, where: str, context: ImportContext) -> NDArray[np.intp]:
     """The row of a section's node: by how much the section is shortened."""
     mesh = context.model.mesh
-    if mesh is None or section not in mesh.sections:
+    if section not in mesh.sections:
         raise ProblemError(
             f"{where}: key 'section': expected the node of a *PRE-TENSION SECTION of the deck, found "
             f"{section}"
@@ -235,7 +230,6 @@ def _shortening(table: TomlTable, context: ImportContext) -> tuple[FloatArray, F
     """e of the shank's shortening e · u (how far its ends approach), (N,); its axis; if that is guessed."""
     ends = [_end(table, key, context) for key in ("head", "nut")[: 1 + table.has("nut")]]
     axis = table.array("axis", float, (3,), required=False)
-    assert context.model.mesh is not None  # there are ends
     places, shares = [context.model.mesh.at(labels) for labels, _ in ends], [share for _, share in ends]
     along, guessed = (np.array(axis), False) if axis is not None else _across_head(places, shares, context)
     if not np.linalg.norm(along) > 0:
@@ -311,8 +305,8 @@ def _end(table: TomlTable, key: str, context: ImportContext) -> tuple[NDArray[np
     value = table.take(key, "a node set, or a node", required=True)
     where = f"{table.where}: key '{key}'"
     mesh = context.model.mesh
-    if mesh is None or not isinstance(value, str | int) or isinstance(value, bool):
-        found = "no [model]" if mesh is None else shown(value)
+    if not context.model.is_known or not isinstance(value, str | int) or isinstance(value, bool):
+        found = shown(value) if context.model.is_known else "no [model]"
         raise ProblemError(f"{where}: expected a node set of the deck in [model], or a node, found {found}")
     if isinstance(value, int) and not 0 < value <= LARGEST_LABEL:
         raise ProblemError(f"{where}: expected the number of a node, 1 or more, found {shown(value)}")

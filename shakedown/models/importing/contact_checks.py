@@ -59,15 +59,13 @@ class PairDistances(Result):
         return {key: {"largest": each.max(), "mean": each.mean()} for key, each in values.items()}
 
 
-def distances_of(contact: ContactSection, mesh: Mesh | None) -> PairDistances | None:
+def distances_of(contact: ContactSection, mesh: Mesh) -> PairDistances | None:
     """Distances of the pairs of a contact, or of those that equations make; None where there are none."""
-    if mesh is None:
-        return None
     pairs = contact.labels
     if contact.relative:
         keys = [(label, contact.axes[0]) for label in contact.first.tolist()]
         pairs = np.array([mesh.relative[key] for key in keys if key in mesh.relative])
-    if len(pairs) < contact.first.size or pairs.ndim == 1:
+    if contact.coordinates is None or len(pairs) < contact.first.size or pairs.ndim == 1:
         return None
     first, units = mesh.at(pairs[:, 0]), contact.unit_normals
     between = first - mesh.at(pairs[:, 1])
@@ -76,7 +74,7 @@ def distances_of(contact: ContactSection, mesh: Mesh | None) -> PairDistances | 
     return PairDistances(along, across, spacings(first, mesh.coordinates))
 
 
-def check_contact(contact: ContactSection, mesh: Mesh | None, where: str) -> tuple[str, ...]:
+def check_contact(contact: ContactSection, mesh: Mesh, where: str) -> tuple[str, ...]:
     """Warnings about every patch of a contact in its model, from the positions of its nodes alone.
 
     Raises
@@ -100,7 +98,7 @@ def check_contact(contact: ContactSection, mesh: Mesh | None, where: str) -> tup
     )
 
 
-def _distances(contact: ContactSection, mesh: Mesh | None, where: str) -> Iterator[str]:
+def _distances(contact: ContactSection, mesh: Mesh, where: str) -> Iterator[str]:
     """Refuse or doubt pairs that do not lie on each other; without a stated gap they should touch."""
     pairs, names = distances_of(contact, mesh), contact.names
     if pairs is None:
@@ -163,12 +161,12 @@ def _gap(contact: ContactSection) -> Iterator[str]:
         )
 
 
-def _normals(contact: ContactSection, mesh: Mesh | None, where: str) -> Iterator[str]:
+def _normals(contact: ContactSection, mesh: Mesh, where: str) -> Iterator[str]:
     """Refuse normals out of the first body; doubt those unlike the faces, and nodes that are left out.
 
     Where no faces are known, nothing is said. The faces of the second body must look at the first one's.
     """
-    if mesh is None or contact.coordinates is None or not mesh.elements:
+    if contact.coordinates is None or not mesh.elements:
         return
     names, given = contact.names, contact.unit_normals
     if contact.normals_are_given:

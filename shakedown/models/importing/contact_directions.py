@@ -141,8 +141,6 @@ def _check_axisymmetric(table: TomlTable, axes: list[int], number: int | None, m
         raise table.wrong("directions", "1 of an axisymmetric model", found)
     if axes != [1, 2]:
         raise table.wrong("axes", "[1, 2] (radius, axis) of an axisymmetric model", axes)
-    if model.mesh is None:
-        return
     k = int(np.argmin(model.mesh.coordinates[:, 0]))
     if model.mesh.coordinates[k, 0] < 0:
         raise ProblemError(
@@ -211,7 +209,7 @@ def _of_faces(
     table: TomlTable, model: Model, first: NDArray[np.intp], axes: Axes, faces: FloatArray | None
 ) -> FloatArray:
     """Normals from the faces of the model, or of the surface that ``surface`` names."""
-    if model.mesh is None or not model.mesh.elements:
+    if not model.mesh.elements:
         raise table.unfit("one of 'normal' and 'normals', or [model] with a deck that has elements", "none")
     twin = TomlTable(dict(table.content), table.where)
     with found_in(table.where):
@@ -240,7 +238,7 @@ def _by_system(
     name: str, where: str, model: Model, first: NDArray[np.intp], normals: FloatArray
 ) -> FloatArray:
     """The first axis of a local system at every node, (n, 3); the second where the first is the normal."""
-    if model.mesh is None:
+    if not model.is_known:
         raise ProblemError(
             f"{where}: key 'tangent': expected [x, y, z], or [model] with a deck that has the *ORIENTATION "
             f"'{name}', found no [model]"

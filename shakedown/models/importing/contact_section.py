@@ -194,11 +194,11 @@ def contact_section(
         tied=_array(table, "tied", int, (None,)),
         relative=table.flag("relative"),
         x=_array(table, "x", float, (None,) if len(found.axes) == 2 else (None, 2)),
-        coordinates=None if model.mesh is None else model.mesh.at(first),
+        coordinates=model.mesh.at(first) if model.is_known else None,
         gap=np.zeros(()),
         gap_is_stated=table.has("gap"),
         area=area,
-        sorted_by_place=from_sets and found.axes != SPACE and model.mesh is not None,
+        sorted_by_place=from_sets and found.axes != SPACE and model.is_known,
         middle_nodes=between,
         coupling=coupling,
         name=name,
@@ -233,7 +233,6 @@ def contact_nodes(table: TomlTable, model: Model) -> tuple[NDArray[np.intp], boo
         table.take("pairs", "two sets", required=True)
         where = f"{table.where}: key 'pairs'"
         first, second = (model.nodes(name, where) for name in value)
-        assert model.mesh is not None  # else the sets would not have been found
         return _matched(model.mesh, first, second, where), True
     return np.array(table.array("pairs", int, (None, 2)), dtype=np.intp), False
 
@@ -311,7 +310,7 @@ def coupled_surfaces(table: TomlTable, model: Model) -> tuple[SurfaceCoupling | 
     reach, uncovered = table.number("reach"), table.number("uncovered")
     finer = table.flag("finer")
     where = f"{table.where}: key 'surfaces'"
-    if model.mesh is None or not model.mesh.elements:
+    if not model.mesh.elements:
         raise ProblemError(f"{where}: expected [model] with a deck that has elements, found none")
     slave, master = (_surface(model.mesh, name, where) for name in names)
     if slave.dimension != master.dimension:
@@ -329,12 +328,12 @@ def coupled_surfaces(table: TomlTable, model: Model) -> tuple[SurfaceCoupling | 
     return found, key if key in model.mesh.surfaces else None
 
 
-def middle_nodes(mesh: Mesh | None, first: NDArray[np.intp], surface: object) -> NDArray[np.intp]:
+def middle_nodes(mesh: Mesh, first: NDArray[np.intp], surface: object) -> NDArray[np.intp]:
     """Nodes between corners of quadratic faces of solids at the contact, and these corners, (t, 3).
 
     Of a surface where its name is given.
     """
-    if mesh is None or not mesh.elements:
+    if not mesh.elements:
         return np.zeros((0, 3), dtype=np.intp)
     between = {
         (node, *sorted((facet.corners[k], facet.corners[(k + 1) % len(facet.corners)])))
@@ -345,9 +344,9 @@ def middle_nodes(mesh: Mesh | None, first: NDArray[np.intp], surface: object) ->
     return np.array(sorted(between), dtype=np.intp).reshape(-1, 3)
 
 
-def faces_between(contact: ContactSection, mesh: Mesh | None) -> NDArray[np.intp] | None:
+def faces_between(contact: ContactSection, mesh: Mesh) -> NDArray[np.intp] | None:
     """The corners of a contact's faces in space as numbers of its nodes, (k, 4); None for a plane one."""
-    if mesh is None or contact.axes != SPACE:
+    if contact.axes != SPACE:
         return None
     found = [
         face
@@ -419,7 +418,7 @@ def _drawn_gap(table: TomlTable, contact: ContactSection, model: Model) -> Float
         drawn = np.zeros(len(labels))
         drawn[contact.positions(coupling.labels)] = coupling.gap
         return drawn
-    if model.mesh is None or labels.ndim == 1:
+    if contact.coordinates is None or labels.ndim == 1:
         found = "nodes of one body" if labels.ndim == 1 else "no [model]"
         raise table.wrong("gap", f"pairs in a model with coordinates beside '{COORDINATES}'", found)
     apart = model.mesh.at(labels[:, 0]) - model.mesh.at(labels[:, 1])
@@ -484,7 +483,7 @@ def _areas(
             "none, because the areas of an axisymmetric model are 2 pi r times a length",
             f"{thickness:g}",
         )
-    if model.mesh is None or not model.mesh.elements:
+    if not model.mesh.elements:
         return None
     if coupling is not None:
         return coupling.area * (thickness if coupling.normals.shape[1] == 2 else 1.0)
@@ -497,7 +496,7 @@ def _check_relative(contact: ContactSection, model: Model, where: str) -> None:
     """Refuse ``relative`` unless the deck's equations make the rows of contact nodes u₁ − u₂."""
     if contact.labels.ndim != 1:
         raise ProblemError(f"{where}: key 'relative': expected 'nodes' (u1 - u2), found 'pairs'")
-    if model.mesh is None or not model.mesh.elements:
+    if not model.mesh.elements:
         return
     for label in contact.labels.tolist():
         for axis in contact.axes:
@@ -508,9 +507,9 @@ def _check_relative(contact: ContactSection, model: Model, where: str) -> None:
                 )
 
 
-def _placed(contact: ContactSection, mesh: Mesh | None) -> ContactSection:
+def _placed(contact: ContactSection, mesh: Mesh) -> ContactSection:
     """The nodes in order along the contact, where sets named them, with their positions."""
-    if contact.coordinates is None or mesh is None:
+    if contact.coordinates is None:
         return contact
     units, places = contact.unit_normals, contact.coordinates
     across = np.cross(*np.eye(3)[[axis - 1 for axis in contact.axes]])

@@ -59,7 +59,7 @@ from shakedown.models.importing.model_evidence import (
     rigid_motions_of_bodies,
     source_text,
 )
-from shakedown.models.importing.model_section import Model, model_section
+from shakedown.models.importing.model_section import NOTHING, Model, model_section
 from shakedown.models.importing.stiffness_section import ImportContext, stiffness_section
 from shakedown.models.readers.calculix_storage import NUMBERED
 from shakedown.models.readers.circumference import circumference_notes
@@ -435,7 +435,7 @@ def import_model(
         condensation=condensed,
         stiffness=stiffness,
         contact=contact,
-        mesh=mesh,
+        mesh=mesh if context.model.is_known else None,
         static_run=difference,
         evidence=evidence,
         loads=tuple(
@@ -496,7 +496,7 @@ def _reduced(
             allow_sparse=stiffness.superelement,  # checked as a whole when it was read
             coupling=contact.coupling,
             middle_nodes=contact.middle_nodes,
-            places=None if mesh is None else mesh.places,
+            places=mesh.places,
             rigid=None if stiffness.accuracy is None else rigid_motions_of_bodies(pulled, marks, mesh),
             announce=announce,
         )
@@ -510,12 +510,13 @@ def _contact_notes(context: ImportContext) -> Iterator[str]:
     if contact.labels.ndim > 1 and contact.coordinates is None:
         yield "pairs and normals are not checked, because [model] does not say where the nodes are"
     if contact.relative:
-        known = mesh is not None and mesh.elements
         found = (
-            ", as the equations of the deck say" if known else ": stated, not checked (no deck in [model])"
+            ", as the equations of the deck say"
+            if mesh.elements
+            else ": stated, not checked (no deck in [model])"
         )
         yield f"the contact displacements are relative, u1 - u2{found}"
-    if contact.directions > 1 or mesh is None:
+    if contact.directions > 1:
         return
     (across,) = {1, 2, 3} - set(contact.axes)
     solid = {node for shape, nodes in mesh.elements.values() if shape in SOLIDS for node in nodes}
@@ -551,7 +552,7 @@ def read_model(
     if kept is None:
         model = model_section(asked.model, files, asked.stiffness.copy().integer("superelement"))
     else:
-        model = Model(kept[0])
+        model = Model(kept[0] or NOTHING)
     contact, where = contact_of(asked.contacts, model, files), asked.contacts[0].where
     stiffness = stiffness_section(asked.stiffness, contact, model, files) if kept is None else kept[1]
     _check_directions(contact, stiffness, model.mesh, where)
@@ -570,14 +571,14 @@ def keeps_stiffness(key: str) -> bool:
     return table in ("friction", "steps") or (table == "bolt" and more[1:] == ["preload"])
 
 
-def _check_directions(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | None, where: str) -> None:
+def _check_directions(contact: ContactSection, stiffness: Stiffness, mesh: Mesh, where: str) -> None:
     """Refuse contact nodes whose rows are not along x, y, z.
 
     CalculiX stores them along x, y, z even in a ``*TRANSFORM``; but a ``*BOUNDARY`` there removes a row that
     is along none of them.
     """
-    turned = [label for label in contact.moved.tolist() if mesh is not None and label in mesh.rotated]
-    if not turned or mesh is None:
+    turned = [label for label in contact.moved.tolist() if label in mesh.rotated]
+    if not turned:
         return
     if mesh.matrix_by != CALCULIX or stiffness.format != NUMBERED:
         raise ProblemError(

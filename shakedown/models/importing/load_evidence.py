@@ -104,12 +104,12 @@ class Resultants:
         contact: ContactSection,
         frame: ContactFrame,
         evidence: ModelEvidence,
-        mesh: Mesh | None,
+        mesh: Mesh,
         bolts: Sequence[BoltSection] = (),
     ) -> None:
         self.dofs, self.contact, self.frame, self.bolts = stiffness.dofs, contact, frame, bolts
         self.bodies, self.patches = evidence.bodies, evidence.patches
-        self.axisymmetric = mesh is not None and mesh.axisymmetric
+        self.axisymmetric = mesh.axisymmetric
         self.places = None if self.axisymmetric else places_of_rows(stiffness, mesh)
         self.middle = np.zeros(3)
         if self.places is not None:

@@ -1,6 +1,6 @@
 """``[[load]]``, ``[supports]`` and ``[check]``: what acts, what is held, static runs of other codes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -39,20 +39,15 @@ class LoadSection:
 
 def load_section(table: TomlTable, context: ImportContext) -> LoadSection:
     """Take one load case from its table."""
-    size = len(context.stiffness.dofs)
-    force, moved = _forces(table, context), context.model.values(table, "displacements")
-    displacement = np.zeros(size)
+    listed, moved = _forces(table, context), context.model.values(table, "displacements")
+    displacement = np.zeros(len(context.stiffness.dofs))
     rows = context.rows(f"{table.where}: key 'displacements'", moved or {})
     displacement[rows] = list((moved or {}).values())
     _check_circumference(table, context)
     reactions, clamped = _clamped_run(table, context)
-    if clamped is not None:  # both bodies held: each node carries minus its reaction
-        held = _spread(f"{table.where}: key 'reactions'", clamped, context)
-        force = (np.zeros(size) if force is None else force) - held
-    thermal = _thermal_forces(table, context)
+    acting = [each for each in (listed, clamped, _thermal_forces(table, context)) if each is not None]
+    force = np.sum(acting, axis=0) if acting else None
     opened = _opened_run(table, context)
-    if thermal is not None:
-        force = thermal if force is None else force + thermal
     limits = table.array("range", float, (2,), required=False)
     course = None if limits is not None else time_function(table, context.steps, context.files)
     case = LoadCase(
@@ -123,26 +118,22 @@ def _set_constant(table: dict[str, Any], value: float, where: str) -> None:
             table[key] = scaled if isinstance(table[key], list) else scaled[0]
 
 
-def absent_before(cases: Sequence[LoadCase], names: Sequence[str]) -> tuple[str, ...]:
+def absent_before(cases: Sequence[LoadCase], names: Sequence[str]) -> Iterator[str]:
     """A note: which load cases have no factors for the load steps before the first period, if others have."""
     silent = [name for case, name in zip(cases, names, strict=True) if case.transient is None]
-    if not silent or len(silent) == len(cases):
-        return ()
-    absent = ", ".join(quoted(name) for name in silent)
-    return (f"transient: not given for {absent} and so absent from the load steps before the first period",)
+    if 0 < len(silent) < len(cases):
+        absent = ", ".join(map(quoted, silent))
+        yield f"transient: not given for {absent} and so absent from the load steps before the first period"
 
 
-def uneven(cases: Sequence[LoadCase]) -> tuple[str, ...]:
+def uneven(cases: Sequence[LoadCase]) -> Iterator[str]:
     """Notes on stated loads that go further one way than the other: mean ± amplitude then covers more."""
-    factors, found = histories(cases), []
+    factors = histories(cases)
     for case, mean, column in zip(cases, factors.means, factors.period.T, strict=True):
         ends = (1.0 if case.value is None else case.value) * (np.array([column.min(), column.max()]) - mean)
         if case.is_stated and abs(ends.sum()) > PER_CENT * np.abs(ends).max():
             departs = f"departs from its mean by {ends.min():+.4g} and {ends.max():+.4g} {case.unit}".rstrip()
-            found.append(
-                f"{quoted(case.name)} {departs}: its amplitude is the larger; key 'mean' moves the mean"
-            )
-    return tuple(found)
+            yield f"{quoted(case.name)} {departs}: its amplitude is the larger; key 'mean' moves the mean"
 
 
 def _forces(table: TomlTable, context: ImportContext) -> FloatArray | None:
@@ -241,19 +232,22 @@ def _run_of(source: TomlTable, what: What, context: ImportContext) -> NodalVecto
             raise source.wrong("steps", f"[step, factor] with steps 1 to {len(runs)}", f"{number:g}")
     chosen, mesh = [runs[int(number) - 1] for number, _ in pairs], context.model.mesh
     local = frozenset().union(*(run.local for run in chosen))
-    unknown = sorted(local if mesh is None else local - set(mesh.rotated))
+    unknown = sorted(local - set(mesh.rotated))
     if unknown:
         raise source.unfit(
             f"{what} along x, y, z, or the *TRANSFORM of the deck in [model]",
             f"those of node {unknown[0]} in directions of its own (*NODE PRINT, GLOBAL=YES writes x, y, z)",
         )
-    if mesh is not None:
+    if context.model.is_known:
         chosen = [in_model_directions(run, mesh.directions_of) for run in chosen]
     return combined(chosen, [scale * factor for _, factor in pairs])
 
 
-def _clamped_run(table: TomlTable, context: ImportContext) -> tuple[FloatArray | None, Values | None]:
-    """``reactions``: at the nodes of the first body, (n, d + 1), or at those of both bodies held apart."""
+def _clamped_run(table: TomlTable, context: ImportContext) -> tuple[FloatArray | None, FloatArray | None]:
+    """``reactions``: at the nodes of the first body, (n, d + 1); or forces (N,) of both bodies held apart.
+
+    Each node then carries minus its reaction.
+    """
     contact = context.contact
     if not isinstance(table.content.get("reactions"), dict):
         listed = table.array("reactions", float, (None, len(contact.axes)), required=False)
@@ -280,7 +274,8 @@ def _clamped_run(table: TomlTable, context: ImportContext) -> tuple[FloatArray |
         return run.at(contact.first, contact.axes, contact.tied), None
     forces = run.at(contact.clamped, contact.axes)
     keys = [(int(node), axis) for node in contact.clamped for axis in contact.axes]
-    return None, dict(zip(keys, forces.ravel().tolist(), strict=True))
+    values = dict(zip(keys, (-forces).ravel().tolist(), strict=True))
+    return None, _spread(f"{table.where}: key 'reactions'", values, context)
 
 
 def _thermal_forces(table: TomlTable, context: ImportContext) -> FloatArray | None:
@@ -319,8 +314,7 @@ def _thermal_forces(table: TomlTable, context: ImportContext) -> FloatArray | No
             "zeros (weight, pressure and forces leave none in CalculiX where every node is held: use "
             "'forces' or 'open')",
         )
-    rotated = () if context.model.mesh is None else context.model.mesh.rotated
-    turned = [node for node in dofs[force != 0, 0].tolist() if node in rotated]
+    turned = [node for node in dofs[force != 0, 0].tolist() if node in context.model.mesh.rotated]
     if turned:
         raise source.unfit("nodes with directions x, y, z", f"node {turned[0]} in a *TRANSFORM")
     return force

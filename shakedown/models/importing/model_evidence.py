@@ -84,27 +84,24 @@ class ModelEvidence(Result):
     warnings: tuple[str, ...]
 
     @property
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> Iterator[str]:
         """Notes on parts of the model that the contact does not touch, and rows that are left out."""
-        apart, notes = [body.nodes for body in self.bodies if not body.contact_nodes], []
+        apart = [body.nodes for body in self.bodies if not body.contact_nodes]
         if apart:
-            size, first = len(apart[0]), apart[0][0]
-            notes.append(
-                f"{len(apart)} part(s) of the model have no contact node, one of {size} node(s) from {first}"
-            )
+            one = f"one of {len(apart[0])} node(s) from {apart[0][0]}"
+            yield f"{len(apart)} part(s) of the model have no contact node, {one}"
         if len(self.alone):
-            notes.append(
+            yield (
                 f"{len(self.alone)} row(s), first of point {self.alone[0, 0]}, couple with no displacement "
                 "(component modes of a fixed boundary) and are left out"
             )
-        return tuple(notes)
 
 
 def model_evidence(
     stiffness: Stiffness,
     contact: ContactSection,
     rows: NDArray[np.intp],
-    mesh: Mesh | None,
+    mesh: Mesh,
     warnings: tuple[str, ...],
 ) -> ModelEvidence:
     """What is found of a model with held ``rows``, beside ``warnings`` of its contact."""
@@ -140,7 +137,7 @@ def source_text(
 
 
 def bodies_of(
-    stiffness: Stiffness, held: NDArray[np.bool_], contact: ContactSection, mesh: Mesh | None
+    stiffness: Stiffness, held: NDArray[np.bool_], contact: ContactSection, mesh: Mesh
 ) -> tuple[ModelBody, ...]:
     """The bodies, those of the contact first.
 
@@ -157,7 +154,7 @@ def bodies_of(
     met = [of_node[label] for label in contact.moved.tolist() if label in of_node]
     order = [own for own in dict.fromkeys([*met, *part.tolist()]) if own >= 0]
     two = contact.two_bodies and len(set(met)) == 2 == len(order)
-    places, axial = places_of_rows(stiffness, mesh), mesh is not None and mesh.axisymmetric
+    places, axial = places_of_rows(stiffness, mesh), mesh.axisymmetric
     bodies = []
     for number, which in enumerate(order):
         rows = np.flatnonzero(part == which)
@@ -171,7 +168,7 @@ def bodies_of(
     return tuple(bodies)
 
 
-def contact_patches(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | None) -> NDArray[np.intp]:
+def contact_patches(contact: ContactSection, stiffness: Stiffness, mesh: Mesh) -> NDArray[np.intp]:
     """Which patch every contact node belongs to, (n,), from 0.
 
     Where the configuration names several patches, they are these. Else two nodes of the first body lie on one
@@ -182,7 +179,7 @@ def contact_patches(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | 
         return contact.numbers
     first, n = contact.first, contact.first.size
     place = dict(zip(first.tolist(), range(n), strict=True))
-    if mesh is not None and mesh.elements:
+    if mesh.elements:
         faces = [[place[node] for node in face.nodes if node in place] for face in mesh.boundary(set(place))]
         edges = [(face[0], other) for face in faces for other in face[1:]]
     else:
@@ -203,17 +200,17 @@ def contact_patches(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | 
     return np.unique(found, return_index=True)[1].argsort().argsort()[found]  # in the order of the nodes
 
 
-def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: Sequence[int]) -> float:
+def rigid_residual(stiffness: Stiffness, mesh: Mesh, axes: Sequence[int]) -> float:
     """Largest force that a rigid motion of the whole model meets, relative to max |K| times the motion.
 
     A plane problem moves in its plane, a body of revolution along its axis only. NaN where the mesh does not
     know the coordinates of every node with rows, or the rows are not displacements (multipliers, modes).
     """
     moving = np.isin(stiffness.dofs[:, 1], axes)
-    if mesh is not None and mesh.matrix_by == CALCULIX:  # sections of bolts and incompatible modes stay
+    if mesh.matrix_by == CALCULIX:  # sections of bolts and incompatible modes stay
         moving &= stiffness.dofs[:, 0] > 0
     places = places_of_rows(stiffness, mesh)
-    if places is None or mesh is None:
+    if places is None:
         return float("nan")
     xyz = np.zeros((len(moving), 3))
     xyz[moving] = [places[node] for node in stiffness.dofs[moving, 0].tolist()]
@@ -226,20 +223,19 @@ def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: Sequence[int])
     return float(np.abs((stiffness.K @ motions)[~marked]).max(initial=0.0) / scale)
 
 
-def places_of_rows(stiffness: Stiffness, mesh: Mesh | None) -> Mapping[int, Sequence[float]] | None:
+def places_of_rows(stiffness: Stiffness, mesh: Mesh) -> Mapping[int, Sequence[float]] | None:
     """Node → (x, y, z), or None where the coordinates of a node that moves are not known."""
     labels = stiffness.dofs[stiffness.are_displacements, 0]
-    return mesh.places if mesh is not None and mesh.places.keys() >= set(labels.tolist()) else None
+    return mesh.places if mesh.places.keys() >= set(labels.tolist()) else None
 
 
-def rigid_motions_of_bodies(stiffness: Stiffness, held: NDArray[np.bool_], mesh: Mesh | None) -> FloatArray:
+def rigid_motions_of_bodies(stiffness: Stiffness, held: NDArray[np.bool_], mesh: Mesh) -> FloatArray:
     """The rigid motions of every body that nothing but the contact resists, (N, k), up to printed digits."""
     part, places = stiffness.parts, places_of_rows(stiffness, mesh)
     found = [np.zeros((len(part), 0))]
     for own in np.unique(part[part >= 0]):
         rows = np.flatnonzero(part == own)
-        axial = mesh is not None and mesh.axisymmetric
-        motions = free_motions(stiffness, rows, held, places, axial=axial)
+        motions = free_motions(stiffness, rows, held, places, axial=mesh.axisymmetric)
         found.append(np.zeros((len(part), motions.shape[1])))
         found[-1][rows] = motions
     return np.hstack(found)
@@ -278,10 +274,8 @@ def free_motions(
     return motions @ null
 
 
-def model_doubts(stiffness: Stiffness, contact: ContactSection, mesh: Mesh | None) -> Iterator[str]:
+def model_doubts(stiffness: Stiffness, contact: ContactSection, mesh: Mesh) -> Iterator[str]:
     """Warnings where matrix, row map and deck hardly belong together, or nodes that touch are no pairs."""
-    if mesh is None:
-        return
     yield from _touching(stiffness, contact, mesh)
     if not mesh.elements or stiffness.superelement or mesh.relative or mesh.rotated:
         return

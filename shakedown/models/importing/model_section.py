@@ -19,6 +19,7 @@ from shakedown.models.readers.nastran_bulk import is_bulk_data, read_grids
 from shakedown.models.readers.text import quoted, read_lines
 from shakedown.models.readers.toml_table import TomlTable, shown
 
+NOTHING = Mesh("", np.zeros(0, dtype=np.intp), np.zeros((0, 3)))
 Values = dict[tuple[int, int], float]  # {(node, direction): value}
 
 
@@ -28,20 +29,25 @@ class Model:
 
     Attributes
     ----------
-    mesh : Mesh or None
-        Nodes, sets and faces; None where the configuration names no file.
+    mesh : Mesh
+        Nodes, sets and faces; without nodes where the configuration names no file.
     frames : dict
         Directions of nodes that have their own (Nastran), as
         :meth:`shakedown.models.readers.Stiffness.in_basic_directions` takes them.
     """
 
-    mesh: Mesh | None = None
+    mesh: Mesh = NOTHING
     frames: dict[int, FloatArray] = field(default_factory=dict)
 
     @property
     def axisymmetric(self) -> bool:
         """Whether a deck says that the model is a section of a body of revolution."""
-        return self.mesh is not None and self.mesh.axisymmetric
+        return self.mesh.axisymmetric
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the configuration names a file of the model."""
+        return bool(self.mesh.labels.size)
 
     def nodes(self, name: str, where: str) -> NDArray[np.intp]:
         """Labels of a node set or surface.
@@ -51,7 +57,7 @@ class Model:
         ProblemError
             If there is no model, or no such set.
         """
-        if self.mesh is None:
+        if not self.is_known:
             raise ProblemError(
                 f"{where}: expected node labels, or [model] with a deck that names sets, found "
                 f"{quoted(name)} and no [model]"

@@ -96,10 +96,8 @@ def stiffness_section(
     )
 
 
-def _with_internal_nodes(dofs: NDArray[np.intp], mesh: Mesh | None, where: str) -> NDArray[np.intp]:
+def _with_internal_nodes(dofs: NDArray[np.intp], mesh: Mesh, where: str) -> NDArray[np.intp]:
     """The rows, those that are no displacements as internal nodes: bolts' sections, incompatible modes."""
-    if mesh is None:
-        return dofs
     if mesh.sections and mesh.matrix_by != CALCULIX:
         raise ProblemError(
             f"{where}: expected a *PRE-TENSION SECTION in decks of CalculiX only, found one of "
@@ -164,7 +162,7 @@ def _matrix(
             map_name,
             lambda rows: files.read(name, lambda path: read(path, dof_map=_rows(rows, superelement))),
         )
-        if model.mesh is None and stiffness.format == "Nastran OUTPUT4":
+        if not model.is_known and stiffness.format == "Nastran OUTPUT4":
             frames = files.read(map_name, lambda path: _frames(path, superelement))
     with found_in(files.path(name)):
         return stiffness.in_basic_directions(frames)
