@@ -9,7 +9,12 @@ from typing import Any
 import click
 
 import shakedown
-from shakedown.models.importing.templates import import_template, import_template_names, write_import_example
+from shakedown.models.importing.templates import (
+    import_template,
+    import_template_names,
+    write_import_example,
+    write_import_template,
+)
 from shakedown.report.import_facts import import_sheet
 
 from .claims import PICTURES, OutputFile, reads
@@ -99,18 +104,10 @@ def _write_template(kind: str, config: Path | None, output: Path | None) -> None
         for path in write_import_example(output):
             say(f"wrote {path}")
         return
-    text = import_template(kind)
     if output is None:
-        click.echo(text, nl=False)
-        return
-    try:
-        with open(output, "x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        raise shakedown.ProblemError(f"{output}: expected no such file, found one") from None
-    except OSError as error:
-        raise shakedown.ProblemError(f"{output}: cannot be written ({error.strerror})") from None
-    say(f"wrote {output}")
+        click.echo(import_template(kind), nl=False)
+    else:
+        say(f"wrote {write_import_template(kind, output)}")
 
 
 def _document(made: shakedown.Import, output: Path | None, check: bool) -> dict[str, Any]:

@@ -1,8 +1,8 @@
 """Static condensation of an elastic model to its contact nodes."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,7 +26,7 @@ from shakedown.models.condensation.contact_frame import (
     out_of_plane_notes,
     with_guides,
 )
-from shakedown.models.condensation.factorised_interior import Interior, WeldedLoad, interior_of
+from shakedown.models.condensation.factorised_interior import Interior, WeldedCase, interior_of
 from shakedown.models.condensation.load_case import LoadCase, histories, stated_loads
 from shakedown.models.condensation.node_coupling import NodeCoupling
 from shakedown.models.condensation.stiffness_checks import (
@@ -36,21 +36,6 @@ from shakedown.models.condensation.stiffness_checks import (
     checked_matrix,
     without_resistance,
 )
-
-
-class WeldedCase(NamedTuple):
-    """What a load case at factor 1 does while all contact nodes are welded.
-
-    The reactions (q_w, p_w) at the contact, ((d + 1) n,) [force], and the load on the whole model; None where
-    that is not known because the load was run elsewhere.
-    """
-
-    reactions: FloatArray
-    load: WeldedLoad | None
-
-    def conjugate(self, other: "WeldedCase") -> float:
-        """The displacement conjugate to this load under another one; NaN where a load was run elsewhere."""
-        return float("nan") if self.load is None or other.load is None else self.load.conjugate(other.load)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -132,11 +117,13 @@ class Condensation(Result):
             total += self.frame.to_local(self.frame.carried(case.reactions))
         if case.opened is not None:  # reactions that close the contact again: 0 = κ u + r_w
             total -= self.stiffness @ self._opened(case.opened)
-        if case.force is None and case.displacement is None:
-            return WeldedCase(total, None)
-        welded = self._model.welded(case)
         elsewhere = case.reactions is not None or case.opened is not None
-        return WeldedCase(total + welded.reactions, None if elsewhere else welded)
+        if case.force is not None or case.displacement is not None:
+            welded = self._model.welded(case)
+            if not elsewhere:
+                return welded
+            total += welded.reactions
+        return WeldedCase(total, *[np.full(self._model.K.shape[0], np.nan)] * 4)
 
     def motions(self, open_nodes: Sequence[int] = (), *, released: bool = False) -> sparse.csr_array:
         """The motions, (N, k), that the model has while its contact sticks but for some open nodes.
@@ -227,13 +214,10 @@ class Condensation(Result):
             load_compliance=_compliance(welded),
             load_frequency=_frequencies(loads),
             load_path=DOMAIN if any(case.range is not None for case in loads) else LOOP,
-            **self._directions(),
             **stated_loads(loads, factors),
         )
-        return self._with_gap(touching, gap)
-
-    def _with_gap(self, touching: Problem, gap: ArrayLike | Callable[[FloatArray], ArrayLike]) -> Problem:
-        """The joint with an initial gap, given as to :meth:`problem`."""
+        if self.layout.d > 1:
+            touching = replace(touching, normal=self.frame.normals, tangents=self.frame.tangents)
         if callable(gap):
             if touching.x is None:
                 raise ProblemError("gap: expected positions x for a function of position, found none")
@@ -243,19 +227,11 @@ class Condensation(Result):
             initial = self.frame.weighted(initial)
         return with_initial_gap(touching, initial) if initial.any() else touching
 
-    def _directions(self) -> dict[str, Any]:
-        """Normals and tangents as fields of a problem in space; a plane one has none here."""
-        if self.layout.d == 1:
-            return {}
-        return {"normal": self.frame.normals, "tangents": self.frame.tangents}
-
 
 def _compliance(welded: Sequence[WeldedCase]) -> FloatArray | None:
     """The displacement conjugate to each load under a unit of each, (L, L); None unless all are known."""
-    if any(each.load is None for each in welded):
-        return None
     S = np.array([[one.conjugate(other) for other in welded] for one in welded])
-    return np.asarray(0.5 * (S + S.T))
+    return None if np.isnan(S).any() else np.asarray(0.5 * (S + S.T))
 
 
 def _frequencies(loads: Sequence[LoadCase]) -> list[float] | None:

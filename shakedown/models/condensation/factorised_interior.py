@@ -26,11 +26,12 @@ _WORTH_THREADS = 1e12  # multiplications, a minute of one core; in fewer, thread
 _LARGE = 4000
 
 
-class WeldedLoad(NamedTuple):
-    """What a load does to the welded model.
+class WeldedCase(NamedTuple):
+    """What a load case at factor 1 does while all contact nodes are welded.
 
-    The contact reactions T_cᵀ (K u − F), the nodal forces F and prescribed displacements of the load, the
-    displacements u, and the forces K u − F that hold the model.
+    The reactions (q_w, p_w) at the contact, ((d + 1) n,) [force]; the nodal forces F and prescribed
+    displacements of the load, the displacements u, and the forces K u − F that hold the model, (N,). All but
+    the reactions are NaN where the load was run elsewhere.
     """
 
     reactions: FloatArray
@@ -39,10 +40,11 @@ class WeldedLoad(NamedTuple):
     u: FloatArray
     left: FloatArray
 
-    def conjugate(self, other: "WeldedLoad") -> float:
+    def conjugate(self, other: "WeldedCase") -> float:
         """The displacement conjugate to this load under the other: forces times the other's displacements.
 
-        Less prescribed displacements times the forces that hold the model under the other.
+        Less prescribed displacements times the forces that hold the model under the other; NaN where a load
+        was run elsewhere.
         """
         return float(self.force @ other.u - self.prescribed @ other.left)
 
@@ -115,7 +117,7 @@ class Interior:
         empty = gram.diagonal() == 0  # slips that are guided
         return np.asarray(splu(gram + sparse.diags_array(empty.astype(float))).solve(self.T_c.T @ apart))
 
-    def welded(self, case: LoadCase) -> "WeldedLoad":
+    def welded(self, case: LoadCase) -> WeldedCase:
         """What a load case at factor 1 does with slip and gap zero and the interior in equilibrium."""
         size = self.K.shape[0]
         force, displacement = np.zeros(size), np.zeros(size)
@@ -135,7 +137,7 @@ class Interior:
         if self.lu is not None:
             u = u + self.T_i @ self.lu.solve(self.T_i.T @ (force - self.K @ u))
         left = self.K @ u - force
-        return WeldedLoad(np.asarray(self.T_c.T @ left), force, displacement, np.asarray(u), np.asarray(left))
+        return WeldedCase(np.asarray(self.T_c.T @ left), force, displacement, np.asarray(u), np.asarray(left))
 
 
 def interior_of(

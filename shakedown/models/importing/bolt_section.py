@@ -11,7 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.shown_values import few
 from shakedown.ground.size_limits import LARGEST_LABEL
-from shakedown.models.condensation.condense import WeldedCase
+from shakedown.models.condensation.factorised_interior import WeldedCase
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.importing.load_section import LoadSection
 from shakedown.models.importing.model_evidence import ModelBody
@@ -139,7 +139,7 @@ def bolt_notes(
         added = [
             f"{quoted(name)} adds {few(_without_round_off(pull, load), 3)}"
             for k, (name, load, pull) in enumerate(zip(names, welded, added_by.tolist(), strict=True))
-            if k != own and load.load is not None
+            if k != own and not np.isnan(pull)
         ]
         yield (
             f"bolt {quoted(names[own])} carries {few(bolt.preload, 4)}{_way(bolt)} once tightened; while "

@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
@@ -89,7 +88,7 @@ def _coefficients(given: Friction, contact: ContactSection, model: Model, where:
         return given
     where = f"{where}: key 'friction'"
     bodies = contact.facing
-    inside = {name: _inside(model.nodes(name, where), bodies) for name in given}
+    inside = {name: np.asarray(np.isin(bodies, model.nodes(name, where)).any(axis=1)) for name in given}
     for name, own in inside.items():
         if not own.any():
             raise ProblemError(f"{where}: expected contact nodes in the set {quoted(name)}, found none")
@@ -101,10 +100,6 @@ def _coefficients(given: Friction, contact: ContactSection, model: Model, where:
             f"{where}: expected every contact node in one of the sets, found {contact.names[k]} in {found}"
         )
     return np.asarray(sum(value * inside[name] for name, value in given.items()), dtype=float)
-
-
-def _inside(nodes: NDArray[np.intp], bodies: NDArray[np.intp]) -> NDArray[np.bool_]:
-    return np.asarray(np.isin(bodies, nodes).any(axis=1))
 
 
 def _check_apart(parts: Sequence[ContactSection], where: Sequence[str]) -> None:

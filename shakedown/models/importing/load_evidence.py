@@ -11,8 +11,9 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.models.condensation.condense import Condensation, WeldedCase
+from shakedown.models.condensation.condense import Condensation
 from shakedown.models.condensation.contact_frame import ContactFrame
+from shakedown.models.condensation.factorised_interior import WeldedCase
 from shakedown.models.condensation.load_case import MEAN_ROUND_OFF, LoadCase, histories
 from shakedown.models.importing.bolt_section import BoltSection, with_pulls
 from shakedown.models.importing.contact_directions import in_space

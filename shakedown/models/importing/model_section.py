@@ -79,7 +79,12 @@ class Model:
         found: Values = {}
         where = f"{table.where}: key '{key}'"
         for entry in entries:
-            value = self._value(entry, valued, where)
+            for k, what in enumerate(("node (a whole number, or the name of a set)", "whole direction")):
+                if not (_is_label(entry[k]) or (k == 0 and isinstance(entry[k], str))):
+                    raise ProblemError(f"{where}: expected a {what}, found {shown(entry)}")
+            value = entry[2] if valued else 0.0
+            if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 1e308:
+                raise ProblemError(f"{where}: expected a finite number, found {shown(entry)}")
             labels = self.nodes(entry[0], where).tolist() if isinstance(entry[0], str) else [int(entry[0])]
             for label in labels:
                 if (label, int(entry[1])) in found:
@@ -87,22 +92,8 @@ class Model:
                         f"{where}: expected every (node, direction) once, found ({label}, "
                         f"{int(entry[1])}) twice"
                     )
-                found[label, int(entry[1])] = value
+                found[label, int(entry[1])] = float(value)
         return found
-
-    @staticmethod
-    def _value(entry: list[Any], valued: bool, where: str) -> float:
-        checks = (
-            (entry[0], "a node (a whole number, or the name of a set)"),
-            (entry[1], "a whole direction"),
-        )
-        for k, (item, expected) in enumerate(checks):
-            if not (_is_label(item) or (k == 0 and isinstance(item, str))):
-                raise ProblemError(f"{where}: expected {expected}, found {shown(entry)}")
-        value = entry[2] if valued else 0.0
-        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 1e308:
-            raise ProblemError(f"{where}: expected a finite number, found {shown(entry)}")
-        return float(value)
 
 
 def _is_label(item: Any) -> bool:

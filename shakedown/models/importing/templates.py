@@ -42,6 +42,20 @@ def import_template(kind: str) -> str:
 
 
 @checked
+def write_import_template(kind: str, path: str | os.PathLike[str]) -> Path:
+    """Write :func:`import_template` to a new file.
+
+    Raises
+    ------
+    UsageError
+        If there is none of that kind.
+    ProblemError
+        If the file is there already or cannot be written.
+    """
+    return _written(Path(path), import_template(kind))
+
+
+@checked
 def write_import_example(folder: str | os.PathLike[str]) -> list[Path]:
     """Write a whole example: a CalculiX deck, what CalculiX made of it, and the configuration.
 
@@ -55,19 +69,20 @@ def write_import_example(folder: str | os.PathLike[str]) -> list[Path]:
     ProblemError
         If a file is there already or cannot be written.
     """
-    target, written = Path(folder), []
+    sources = sorted(files("shakedown.models.importing").joinpath("example").iterdir(), key=lambda s: s.name)
+    return [_written(Path(folder) / source.name, source.read_text(encoding="utf-8")) for source in sources]
+
+
+def _written(path: Path, text: str) -> Path:
+    """Write a file, in a folder that is made if need be; ``ProblemError`` if it is there or cannot be."""
     try:
-        target.mkdir(parents=True, exist_ok=True)
-        for source in sorted(
-            files("shakedown.models.importing").joinpath("example").iterdir(), key=lambda s: s.name
-        ):
-            with open(target / source.name, "x", encoding="utf-8") as file:
-                file.write(source.read_text(encoding="utf-8"))
-            written.append(target / source.name)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with open(path, "x", encoding="utf-8") as file:
+            file.write(text)
     except FileExistsError as error:
         raise ProblemError(
-            f"{error.filename}: expected no such file, found one; give another folder"
+            f"{error.filename}: expected no such file, found one; give another folder or name"
         ) from None
     except OSError as error:
-        raise ProblemError(f"{folder}: cannot be written ({error.strerror})") from None
-    return written
+        raise ProblemError(f"{path}: cannot be written ({error.strerror})") from None
+    return path

@@ -130,18 +130,21 @@ def _missed(sampled: FloatArray, peaks: FloatArray) -> tuple[str, ...]:
     )
 
 
+def _sampled(t: FloatArray, times: FloatArray, values: FloatArray, *, whole: bool) -> TimeFunction:
+    """Straight lines between values; closed from the last to the first, unless they are ``whole`` periods."""
+    found = np.interp(t, times, values, period=None if whole else 1.0)
+    return TimeFunction(found, _missed(found, values))
+
+
 def _points(table: TomlTable, t: FloatArray) -> TimeFunction:
-    points = np.array(table.array("points", float, (None, 2)), dtype=float)
-    times = points[:, 0]
+    times, values = np.array(table.array("points", float, (None, 2)), dtype=float).T
     down = np.flatnonzero(np.diff(times) < 0)
     if times.min() < 0 or times.max() > 1 or down.size:
         found = f"t from {times.min():g} to {times.max():g}"
         if down.size:
             found = f"t = {times[down[0] + 1]:g} after {times[down[0]]:g}"
         raise table.unfit("points with 0 <= t <= 1 in ascending order", found)
-    whole = times[-1] == 1 and times[0] == 0
-    sampled = np.interp(t, times, points[:, 1], period=None if whole else 1.0)
-    return TimeFunction(sampled, _missed(sampled, points[:, 1]))
+    return _sampled(t, times, values, whole=times[-1] == 1 and times[0] == 0)
 
 
 def _from_file(table: TomlTable, steps: int | None, files: InputFiles) -> TimeFunction:
@@ -178,9 +181,7 @@ def _resampled(
             f"{rows.name}: expected times in ascending order within one period of {period:g}, found {found}"
         )
     passed = (times - times[0]) / period
-    whole = abs(passed[-1] - 1.0) <= SIX_DIGITS
-    sampled = np.interp(t, passed, values, period=None if whole else 1.0)
-    doubts = _missed(sampled, values)
+    sampled, doubts = _sampled(t, passed, values, whole=abs(passed[-1] - 1.0) <= SIX_DIGITS)
     unrecorded = 1.0 - passed[-1]
     if unrecorded > max(_UNRECORDED, 2 * np.diff(passed).max(initial=0.0)):
         doubts += (
