@@ -180,17 +180,16 @@ class Condensation(Result):
         f: ArrayLike,
         *,
         x: ArrayLike | None = None,
-        gap: ArrayLike | Callable[[FloatArray], ArrayLike] = 0.0,
+        gap: ArrayLike = 0.0,
         name: str = "",
         units: str = "",
         welded: Sequence[WeldedCase] | None = None,
     ) -> Problem:
         """The problem with these loads and friction coefficients, () or (n,), and an initial gap.
 
-        The gap [length] is a number, one per node or pair, or a function of the
-        positions ``x``; negative is interference. Where a load has a range, the load steps
-        are the corners of a load domain (``load_path``). ``welded`` is what :meth:`welded` has found of the
-        loads, where that is known already.
+        The gap [length] is a number, or one per node or pair; negative is interference. Where a
+        load has a range, the load steps are the corners of a load domain (``load_path``). ``welded`` is what
+        :meth:`welded` has found of the loads, where that is known already.
         """
         factors = histories(loads)
         welded = [self.welded(case) for case in loads] if welded is None else welded
@@ -218,10 +217,6 @@ class Condensation(Result):
         )
         if self.layout.d > 1:
             touching = replace(touching, normal=self.frame.normals, tangents=self.frame.tangents)
-        if callable(gap):
-            if touching.x is None:
-                raise ProblemError("gap: expected positions x for a function of position, found none")
-            gap = gap(touching.x)
         initial = np.asarray(gap)
         if initial.ndim == 1 and len(initial) == self.n:
             initial = self.frame.weighted(initial)
@@ -251,7 +246,7 @@ def condense(
     f: ArrayLike,
     *,
     x: ArrayLike | None = None,
-    gap: ArrayLike | Callable[[FloatArray], ArrayLike] = 0.0,
+    gap: ArrayLike = 0.0,
     name: str = "",
     units: str = "",
     **options: Any,
@@ -268,7 +263,7 @@ def condense(
         Load cases, each with its time function.
     f : () or (n,)
         Friction coefficient(s) [–].
-    gap : () or (n,), or a function of ``x``
+    gap : () or (n,)
         Initial gap per node or pair [length]; negative is interference.
     x, name, units
         As in :class:`shakedown.Problem`.
