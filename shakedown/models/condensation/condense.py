@@ -1,7 +1,7 @@
 """Static condensation of an elastic model to its contact nodes."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -194,7 +194,8 @@ class Condensation(Result):
         factors = histories(loads)
         welded = [self.welded(case) for case in loads] if welded is None else welded
         unit = np.array([each.reactions for each in welded])
-        acting: dict[str, Any] = {}
+        in_space = {"normal": self.frame.normals, "tangents": self.frame.tangents}
+        acting: dict[str, Any] = in_space if self.layout.d > 1 else {}
         for part, factor in (("w", factors.period), ("mean", factors.mean), ("transient", factors.transient)):
             if factor is not None:
                 acting[f"q_{part}"], acting[f"p_{part}"] = self.layout.split(factor @ unit)
@@ -215,8 +216,6 @@ class Condensation(Result):
             load_path=DOMAIN if any(case.range is not None for case in loads) else LOOP,
             **stated_loads(loads, factors),
         )
-        if self.layout.d > 1:
-            touching = replace(touching, normal=self.frame.normals, tangents=self.frame.tangents)
         initial = np.asarray(gap)
         if initial.ndim == 1 and len(initial) == self.n:
             initial = self.frame.weighted(initial)
