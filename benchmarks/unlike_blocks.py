@@ -8,7 +8,7 @@ import numpy as np
 import shakedown
 from benchmarks import calculix_peer
 from shakedown.fem import ElasticBody, Material, brick_mesh
-from shakedown.fem.mesh import KINDS
+from shakedown.fem.body import KINDS
 from shakedown.ground.float_array import FloatArray
 
 SIZE, PRESS, SHEAR = (

@@ -5,7 +5,7 @@ import writers
 from scipy import sparse
 
 from shakedown.fem import ElasticBody, Force, Material, Support, brick_mesh
-from shakedown.fem.mesh import KINDS
+from shakedown.fem.body import KINDS
 
 STEEL = Material(210e3, 0.3)
 LOADS = """
@@ -21,7 +21,7 @@ history = [1.0, 0.0, -1.0, 0.0]
 
 
 def nodes_as_in_decks(body):
-    kind = "hexahedron" if body.dimension == 3 else "quad"
+    kind = "hexahedron" if body.dimension == 3 else "quadrilateral"
     cells = np.empty_like(body.mesh.t)
     cells[KINDS[kind].order] = body.mesh.t
     return cells.T

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshHex
 
-from shakedown.fem.mesh import KINDS
+from shakedown.fem.body import KINDS
 from shakedown.ground.float_array import FloatArray
 
 

@@ -19,11 +19,10 @@ of a joint:
 """
 
 try:  # what the extra brings
-    import meshio as meshio
     import skfem as skfem
 except ImportError as error:
     raise ImportError(
-        f"shakedown.fem needs scikit-fem and meshio ({error}): pip install 'shakedown-bounds[fem]'"
+        f"shakedown.fem needs scikit-fem ({error}): pip install 'shakedown-bounds[fem]'"
     ) from None
 
 from shakedown.fem.body import ElasticBody, Material, Support

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
-from typing import Literal, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,21 +40,56 @@ from shakedown.models.condensation.node_coupling import rigid_rows
 IntArray = NDArray[np.intp]
 AXES = "xyz"
 CLOCKWISE = np.array([[0.0, -1.0], [1.0, 0.0]])  # normals times it are tangents with the body on their left
-ELEMENTS = {
-    MeshQuad: (ElementQuad1, ElementQuad2),
-    MeshTri: (ElementTriP1, ElementTriP2),
-    MeshHex: (ElementHex1, ElementHex2),
-    MeshTet: (ElementTetP1, ElementTetP2),
+
+
+class ElementKind(NamedTuple):
+    """What an element shape is in scikit-fem, by the order of the element where there are two of a thing.
+
+    Attributes
+    ----------
+    mesh
+        The class of the mesh.
+    order
+        Places of its corners among those of the shape as decks number them.
+    elements
+        The elements.
+    degrees
+        The degree of polynomials that is integrated exactly; None: what scikit-fem takes. In solids it takes
+        two or three Gauss points along each side of a hexahedron (two are those of C3D8), and as many as the
+        constant Jacobian of a tetrahedron needs; scikit-fem takes 64 points where 8 are enough.
+    names
+        The two orders and the plural of the shape, in words.
+    """
+
+    mesh: type[Mesh]
+    order: list[int]
+    elements: tuple[type, type]
+    degrees: tuple[int | None, int | None]
+    names: tuple[str, str, str]
+
+
+KINDS = {
+    "hexahedron": ElementKind(
+        MeshHex,
+        [0, 4, 3, 1, 7, 5, 2, 6],
+        (ElementHex1, ElementHex2),
+        (3, 5),
+        ("trilinear", "triquadratic", "hexahedra"),
+    ),
+    "tetrahedron": ElementKind(
+        MeshTet, [0, 1, 2, 3], (ElementTetP1, ElementTetP2), (2, 3), ("linear", "quadratic", "tetrahedra")
+    ),
+    "triangle": ElementKind(
+        MeshTri, [0, 1, 2], (ElementTriP1, ElementTriP2), (None, None), ("linear", "quadratic", "triangles")
+    ),
+    "quadrilateral": ElementKind(
+        MeshQuad,
+        [0, 1, 2, 3],
+        (ElementQuad1, ElementQuad2),
+        (None, None),
+        ("bilinear", "biquadratic", "quadrilaterals"),
+    ),
 }
-# The degree of polynomials that is integrated exactly in solids, for elements of first and second order: it
-# takes two or three Gauss points along each side of a hexahedron (two are those of C3D8), and as many as the
-# constant Jacobian of a tetrahedron needs. By default scikit-fem takes 64 points where 8 are enough.
-DEGREES = {MeshHex: (3, 5), MeshTet: (2, 3)}
-
-
-def kind_of(mesh: Mesh) -> type[Mesh]:
-    """The kind of a mesh: the key of :data:`ELEMENTS` that it is an instance of."""
-    return next(kind for kind in ELEMENTS if isinstance(mesh, kind))
 
 
 @dataclass(frozen=True)
@@ -175,8 +210,8 @@ class ElasticBody:
             raise ProblemError(f"order: expected 1 or 2, found {self.order}")
         if not 0 < self.thickness < inf:
             raise ProblemError(f"thickness: expected a finite one > 0, found {self.thickness}")
-        if not isinstance(self.mesh, tuple(ELEMENTS)):
-            known = ", ".join(kind.__name__ for kind in ELEMENTS)
+        if not any(isinstance(self.mesh, kind.mesh) for kind in KINDS.values()):
+            known = ", ".join(kind.mesh.__name__ for kind in KINDS.values())
             raise ProblemError(f"mesh: expected one of {known}, found {type(self.mesh).__name__}")
         if self.dimension == 3 and (self.plane != "strain" or self.thickness != 1.0):
             raise ProblemError("plane, thickness: expected of a plane body only, found a solid one")
@@ -192,15 +227,19 @@ class ElasticBody:
         return int(self.mesh.dim())
 
     @cached_property
+    def kind(self) -> ElementKind:
+        """What its elements are."""
+        return next(kind for kind in KINDS.values() if isinstance(self.mesh, kind.mesh))
+
+    @cached_property
     def basis(self) -> Basis:
         """scikit-fem's basis of the displacements."""
-        degrees = DEGREES.get(kind_of(self.mesh))
-        return Basis(self.mesh, self.element, intorder=degrees and degrees[self.order - 1])
+        return Basis(self.mesh, self.element, intorder=self.kind.degrees[self.order - 1])
 
     @cached_property
     def element(self) -> ElementVector:
         """scikit-fem's vector element."""
-        return ElementVector(ELEMENTS[kind_of(self.mesh)][self.order - 1]())
+        return ElementVector(self.kind.elements[self.order - 1]())
 
     @cached_property
     def stiffness(self) -> sparse.csr_array:

@@ -5,27 +5,20 @@ import json
 import os
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from skfem import Mesh, MeshHex, MeshQuad, MeshTet, MeshTri
+from skfem import Mesh
 
-from shakedown.fem.body import AXES, BodyLoad, ElasticBody, Material, Support, kind_of
+from shakedown import __version__
+from shakedown.fem.body import AXES, BodyLoad, ElasticBody, Material, Support
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.size_limits import EACH_SHOWN
 
 MADE_BY = "shakedown.fem.contact_problem"
 FILE = "read_from"  # attribute of a mesh: name and SHA-256 of the file that it was read from
-KINDS = {
-    MeshQuad: ("bilinear", "biquadratic", "quadrilaterals"),
-    MeshTri: ("linear", "quadratic", "triangles"),
-    MeshHex: ("trilinear", "triquadratic", "hexahedra"),
-    MeshTet: ("linear", "quadratic", "tetrahedra"),
-}
-
 Entry = dict[str, Any]  # of a JSON object
 
 
@@ -74,7 +67,7 @@ def origin_text(
     files = [getattr(body.mesh, FILE) for body, _ in bodies if hasattr(body.mesh, FILE)]
     gap = contact.gap if callable(contact.gap) or np.any(np.asarray(contact.gap)) else "none"
     about: Entry = {
-        "toolkit": f"shakedown-bounds {_version()}",
+        "toolkit": f"shakedown-bounds {__version__}",
         "made_by": MADE_BY,
         "friction": _told(contact.f),
         "steps": contact.steps,
@@ -90,13 +83,6 @@ def origin_text(
     return json.dumps({key: value for key, value in about.items() if value not in (None, [])})
 
 
-def _version() -> str:
-    try:
-        return version("shakedown-bounds")
-    except PackageNotFoundError:  # a copy that was never installed
-        return "unknown"
-
-
 def _body(body: ElasticBody, boundary: str, steps: int | None) -> Entry:
     parts = {"whole body": body.material} if isinstance(body.material, Material) else body.material
     plane = {"plane": body.plane, "thickness": float(body.thickness)} if body.dimension == 2 else {}
@@ -105,14 +91,7 @@ def _body(body: ElasticBody, boundary: str, steps: int | None) -> Entry:
         "contact": boundary,
         **plane,
         **rigid,
-        "materials": {
-            name: {
-                key: float(value)
-                for key in ("young", "poisson", "density")
-                if (value := getattr(material, key)) is not None
-            }
-            for name, material in parts.items()
-        },
+        "materials": {name: _fields(material) for name, material in parts.items()},
         "mesh": _mesh(body),
         "supports": [_support(support, body.dimension) for support in body.supports],
         "loads": [_load(load, steps) for load in body.loads],
@@ -121,7 +100,7 @@ def _body(body: ElasticBody, boundary: str, steps: int | None) -> Entry:
 
 def _mesh(body: ElasticBody) -> Entry:
     mesh = body.mesh
-    *orders, shape = KINDS[kind_of(mesh)]
+    *orders, shape = body.kind.names
     low, high = mesh.p.min(axis=1).tolist(), mesh.p.max(axis=1).tolist()
     return {
         "elements": int(mesh.nelements),

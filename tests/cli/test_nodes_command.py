@@ -4,7 +4,7 @@ import csv
 from dataclasses import replace
 from xml.etree import ElementTree
 
-import meshio
+import meshlane
 import numpy as np
 import pandas
 import pytest
@@ -89,10 +89,10 @@ def test_labels_are_quoted_and_no_spreadsheet_runs_them(named, tmp_path):
     assert pandas.read_csv(path)["label"].tolist() == found
 
 
-def test_meshio_reads_the_grid(tmp_path):
+def test_meshlane_reads_the_grid(tmp_path):
     path = tmp_path / "nodes.vtu"
     found = document("nodes", *AT_TWO, "-o", str(path))
-    mesh = meshio.read(path)
+    mesh = meshlane.read(path)
     assert np.array_equal(mesh.points, found["coordinates"])
     assert [(cells.type, len(cells.data)) for cells in mesh.cells] == [("vertex", 9)]
     for heading in [*(h for h in MILLIMETRES if h not in ("label", "status")), *TRACTIONS]:
@@ -135,7 +135,7 @@ def test_nodes_without_a_place_stand_in_a_row_and_whole_labels_are_numbers(tmp_p
     problem = shakedown.example("two-node")
     shakedown.save_problem(path, replace(problem, label=("1007", "12")))
     assert run("nodes", str(path), "--load-factor", "0.9", "-o", str(tmp_path / "n.vtu"))[0] == 0
-    mesh = meshio.read(tmp_path / "n.vtu")
+    mesh = meshlane.read(tmp_path / "n.vtu")
     assert mesh.points.tolist() == [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
     assert mesh.point_data["label"].tolist() == [1007, 12]
     assert np.isnan(mesh.point_data["area"]).all()

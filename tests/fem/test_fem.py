@@ -6,7 +6,7 @@ import subprocess
 import sys
 from functools import cache
 
-import meshio
+import meshlane
 import numpy as np
 import pytest
 from bodies import STEEL, pair
@@ -387,7 +387,7 @@ def test_decks_are_read_as_an_import_reads_them(tmp_path):
 def test_nastran_meshes_are_read(tmp_path):
     path = tmp_path / "block.bdf"
     source = block_mesh(2.0, 1.0, 4, 2)
-    meshio.write(path, meshio.Mesh(np.pad(source.p.T, ((0, 0), (0, 1))), [("quad", source.t.T)]))
+    meshlane.write(path, meshlane.Mesh(np.pad(source.p.T, ((0, 0), (0, 1))), [("quad", source.t.T)]))
     mesh = read_mesh(path)
     assert (mesh.nvertices, mesh.nelements) == (15, 8)
 
@@ -395,9 +395,9 @@ def test_nastran_meshes_are_read(tmp_path):
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
-        ("absent.msh", None, "cannot be read"),
+        ("absent.msh", None, "no such file"),
         ("prose.xyz", "hello", "cannot be read as a mesh"),
-        ("broken.msh", "$MeshFormat\n9.9 0 8\n", "cannot be read|meshio reads"),
+        ("broken.msh", "$MeshFormat\n9.9 0 8\n", "cannot be read as a mesh"),
         (
             "bent.inp",
             "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,1,1,1\n*ELEMENT,TYPE=CPS3\n1,1,2,3\n2,2,3,4\n",

@@ -3,7 +3,7 @@
 import hashlib
 import json
 
-import meshio
+import meshlane
 import numpy as np
 import pytest
 
@@ -91,17 +91,17 @@ def test_a_history_that_stays_is_told_as_one_number():
 
 
 def test_the_file_of_a_mesh_is_told_with_its_digest(tmp_path):
-    mesh, path = block_mesh(2.0, 1.0, 4, 2), tmp_path / "block.inp"
+    mesh, path = block_mesh(2.0, 1.0, 4, 2), tmp_path / "block.med"
     sets = {name: np.unique(mesh.facets[:, facets]) for name, facets in mesh.boundaries.items()}
     points = np.column_stack([mesh.p.T, np.zeros(mesh.nvertices)])
-    meshio.write(path, meshio.Mesh(points, [("quad", mesh.t.T)], point_sets=sets))
+    meshlane.write(path, meshlane.Mesh(points, [("quad", mesh.t.T)], point_sets=sets))
     keys = {key.lower(): key for key in read_mesh(path).boundaries}
     press = Pressure(keys["top"], 2.0, history=1.0)
     made = contact_problem(
         ElasticBody(read_mesh(path), Material(1.0, 0.3), loads=[press]), keys["bottom"], 0.5
     )
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    assert told(made)["files"] == [{"name": "block.inp", "sha256": digest}]
+    assert told(made)["files"] == [{"name": "block.med", "sha256": digest}]
 
 
 def test_the_source_survives_a_file_and_a_gap(tmp_path):

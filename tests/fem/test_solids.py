@@ -2,7 +2,7 @@
 
 import json
 
-import meshio
+import meshlane
 import numpy as np
 import pytest
 import solids
@@ -303,9 +303,9 @@ def test_solid_meshes_from_files_keep_their_sets(tmp_path, kind, suffix):
             "cell_data": {"gmsh:physical": tags, "gmsh:geometrical": tags},
             "field_data": {"steel": np.array([1, 3]), "foot": np.array([2, 2])},
         }
-    mesh = meshio.Mesh(source.p.T, blocks, point_sets=sets, **more)
+    mesh = meshlane.Mesh(source.p.T, blocks, point_sets=sets, **more)
     path = tmp_path / f"brick{suffix}"
-    meshio.write(path, mesh, **({"file_format": "gmsh22", "binary": False} if suffix == ".msh" else {}))
+    meshlane.write(path, mesh, **({"file_format": "gmsh22", "binary": False} if suffix == ".msh" else {}))
     found = contact_condensation(ElasticBody(read_mesh(path), STEEL), "foot")
     expected = contact_condensation(ElasticBody(source, STEEL), "bottom")
     np.testing.assert_allclose(

@@ -9,7 +9,10 @@ import random
 import threading
 import time
 import tracemalloc
+from contextlib import redirect_stderr, redirect_stdout
+from functools import partial
 
+import meshlane
 import numpy as np
 import pytest
 import writers
@@ -21,10 +24,9 @@ from shakedown import ProblemError, import_model
 from shakedown.models.importing.model_section import read_model
 from shakedown.models.readers.abaqus_matrix import read_nodal_loads
 from shakedown.models.readers.abaqus_substructure import read_substructure_load
-from shakedown.models.readers.coordinates import read_coordinates
-from shakedown.models.readers.nastran_bulk import pyyeti_module, read_analysis_set, read_grids
+from shakedown.models.readers.formats import formats
+from shakedown.models.readers.nastran_bulk import pyyeti_module, read_analysis_set
 from shakedown.models.readers.nastran_op4 import read_op4_columns
-from shakedown.models.readers.reactions_table import read_nodal_vectors
 from shakedown.models.readers.row_map import read_row_map
 from shakedown.models.readers.sniff import read_stiffness
 from shakedown.models.readers.table import read_table
@@ -114,54 +116,113 @@ def stiffness(path):
     return read_stiffness(path, dof_map=np.array(DOFS))
 
 
-def labelled(path):
-    return read_stiffness(path)
+UNV = """    -1
+  2411
+         1         1         1        11
+   0.0000000000000000E+00   0.0000000000000000E+00   0.0000000000000000E+00
+         2         1         1        11
+   1.0000000000000000D+00   0.0000000000000000E+00   0.0000000000000000E+00
+         3         1         1        11
+   0.0000000000000000E+00   1.0000000000000000E+00   0.0000000000000000E+00
+    -1
+    -1
+  2412
+         1        41         2         1         7         3
+         1         2         3
+         2        11         2         1         7         2
+         0         1         1
+         1         2
+    -1
+    -1
+  2467
+         1         0         0         0         0         0         0         2
+FOOT
+         8         2         0         0         7         1         0         0
+    -1
+"""
+TRIANGLE = {
+    "points": np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+    "cells": [("triangle", [[0, 1, 2]]), ("line", [[0, 1]])],
+    "cell_sets": {"FOOT": [[], [0]]},
+}
+GMSH = """$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+1
+1 1 "FOOT"
+$EndPhysicalNames
+$Nodes
+3
+1 0 0 0
+2 1 0 0
+3 0 1 0
+$EndNodes
+$Elements
+2
+1 1 2 1 1 1 2
+2 2 2 2 1 1 2 3
+$EndElements
+"""
 
 
-def numbers(path):
-    return read_stiffness(path, dof_map=np.array(DOFS[:2]))
+def mesh_bytes(folder, suffix):
+    """A mesh with a group as meshlane writes it."""
+    path = folder / f"written.{suffix}"
+    with redirect_stdout(None), redirect_stderr(None):
+        meshlane.Mesh(**TRIANGLE).write(path)
+    return path.read_bytes()
 
 
+def numpy_bytes(folder):
+    np.save(folder / "map.npy", np.array(DOFS))
+    return (folder / "map.npy").read_bytes()
+
+
+STEPS = [([1, 2], np.ones((2, 3)))]
+FILES = {  # of every format, by its name: texts, bytes or what writes some
+    "abaqus-matrix": [writers.abaqus_matrix(K, DOFS)],
+    "substructure": [SLOAD],
+    "dmig": [writers.nastran_dmig(K, DOFS), writers.nastran_dmig(K, DOFS, style="free")],
+    "matrix-market": [writers.matrix_market(K), writers.matrix_market(K, layout="array")],
+    "numbered": [writers.calculix_storage(K, DOFS)[0]],
+    "op4": [
+        *(writers.nastran_op4(K, **style) for style in ({}, {"style": "sparse"}, {"style": "bigmat"})),
+        *(
+            partial(op4_bytes, binary=True, **layout)
+            for layout in ({"endian": "<"}, {"endian": ">"}, {"sparse": "bigmat"}, {"sparse": "nonbigmat"})
+        ),
+    ],
+    "harwell-boeing": [HARWELL],
+    "rows": [writers.dof_map(DOFS)],
+    "npy": [numpy_bytes],
+    "node vector": ["%%MatrixMarket matrix array integer general\n3 1\n11\n12\n21\n"],
+    "bulk": [PUNCH],
+    "deck": [DECK],
+    "archive": [ARCHIVE],
+    "unv": [UNV],
+    "gmsh": [GMSH],
+    "med": [partial(mesh_bytes, suffix="med")],
+    "vtu": [partial(mesh_bytes, suffix="vtu")],
+    "coordinates": ["Node\tX\tY\tZ\n1\t0,5\t1,e-001\t0\n2\t1\t2\t3\n"],
+    "reactions": [writers.calculix_reactions(STEPS), "step,node,fx,fy\n1,1,2.0,3.0\n2,1,4.0,5.0\n"],
+    "displacements": [writers.calculix_displacements(STEPS)],
+    "vectors": ["1,1,2.0,3.0\n2,1,4.0,5.0\n"],
+    "frd": [writers.calculix_frd(STEPS), (HEAT / "open_binary.frd").read_bytes()],
+}
+ARGUMENTS = {  # by what a file holds
+    "stiffness": {"rows": np.array(DOFS), "matrix": None, "superelement": None},
+    "mesh": {"superelement": None},
+    "rows": {"size": 6},
+    "vectors": {"what": "displacements"},
+}
 TEXTS = {
-    "abaqus matrix": (writers.abaqus_matrix(K, DOFS), labelled),
-    "substructure": (SLOAD, labelled),
     "substructure load": (SLOAD, read_substructure_load),
-    "dmig": (writers.nastran_dmig(K, DOFS), labelled),
-    "dmig free": (writers.nastran_dmig(K, DOFS, style="free"), labelled),
-    "matrix market": (writers.matrix_market(K), stiffness),
-    "matrix market array": (writers.matrix_market(K, layout="array"), stiffness),
-    "numbered": (writers.calculix_storage(K, DOFS)[0], stiffness),
-    "op4 dense": (writers.nastran_op4(K), stiffness),
-    "op4 sparse": (writers.nastran_op4(K, style="sparse"), stiffness),
-    "op4 bigmat": (writers.nastran_op4(K, style="bigmat"), stiffness),
-    "harwell-boeing": (HARWELL, numbers),
-    "row map": (writers.dof_map(DOFS), lambda path: read_row_map(path, 6)),
-    "row map of a deck": (DECK, lambda path: read_row_map(path, 8)),
-    "node vector": (
-        "%%MatrixMarket matrix array integer general\n3 1\n11\n12\n21\n",
-        lambda p: read_row_map(p, 6),
-    ),
     "analysis set": (PUNCH, read_analysis_set),
-    "grids": (PUNCH, read_grids),
-    "deck": (DECK, read_model),
-    "archive": (ARCHIVE, read_model),
-    "coordinates": ("Node\tX\tY\tZ\n1\t0,5\t1,e-001\t0\n2\t1\t2\t3\n", read_coordinates),
+    "deck as map": (DECK, lambda path: read_row_map(path, 8)),
     "table": ("time;factor\n0,0;1\n0,5;2\n", read_table),
-    "reactions": (writers.calculix_reactions([([1, 2], np.ones((2, 3)))]), read_nodal_vectors),
-    "displacements": (
-        writers.calculix_displacements([([1, 2], np.ones((2, 3)))]),
-        lambda path: read_nodal_vectors(path, "displacements"),
-    ),
-    "result file": (writers.calculix_frd([([1, 2], np.ones((2, 3)))]), read_nodal_vectors),
-    "reactions table": ("step,node,fx,fy\n1,1,2.0,3.0\n2,1,4.0,5.0\n", read_nodal_vectors),
     "nodal loads": ("*CLOAD\n1,2,3.0\n2,2,1.0\n", read_nodal_loads),
     "configuration": (TOML, read_toml),
-}
-BINARY = {
-    "op4 little endian": {"endian": "<"},
-    "op4 big endian": {"endian": ">"},
-    "op4 binary bigmat": {"sparse": "bigmat"},
-    "op4 binary nonbigmat": {"sparse": "nonbigmat"},
 }
 
 
@@ -222,19 +283,14 @@ def test_damaged_text_ends_in_an_answer_or_one_line(tmp_path, kind):
     batter(tmp_path, text.encode(), reader)
 
 
-def test_damaged_maps_of_numpy_end_in_an_answer_or_one_line(tmp_path):
-    np.save(tmp_path / "map.npy", np.array(DOFS))
-    batter(tmp_path, (tmp_path / "map.npy").read_bytes(), lambda path: read_row_map(path, 6))
-
-
-@pytest.mark.parametrize("kind", BINARY)
-def test_damaged_output4_ends_in_an_answer_or_one_line(tmp_path, kind):
-    batter(tmp_path, op4_bytes(tmp_path, binary=True, **BINARY[kind]), stiffness)
-
-
-def test_damaged_binary_results_end_in_an_answer_or_one_line(tmp_path):
-    content = (HEAT / "open_binary.frd").read_bytes()
-    batter(tmp_path, content, lambda path: read_nodal_vectors(path, "displacements"))
+@pytest.mark.parametrize("format", formats(), ids=lambda format: f"{format.name}: {format.title}"[:30])
+def test_every_registered_reader_ends_in_an_answer_or_one_line(tmp_path, format):
+    for holds, reader in format.reads.items():
+        given = ARGUMENTS[holds]
+        own = given if holds in ("rows", "vectors") else {key: given[key] for key in format.takes}
+        for file in FILES[format.name]:
+            content = file(tmp_path) if callable(file) else file.encode() if isinstance(file, str) else file
+            batter(tmp_path, content, partial(reader, **own))
 
 
 def test_damaged_configurations_end_in_an_answer_or_one_line(tmp_path):
@@ -259,7 +315,7 @@ LIES = {
 
 @pytest.mark.parametrize("kind", LIES)
 def test_headers_that_claim_much_cost_little(tmp_path, kind):
-    readers = {"set": read_model, "thru": read_analysis_set, "substructure": labelled}
+    readers = {"set": read_model, "thru": read_analysis_set, "substructure": read_stiffness}
     reader = readers.get(kind, stiffness)
     (tmp_path / "lie").write_text(LIES[kind])
     tracemalloc.start()

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from xml.etree import ElementTree
 
-import meshio
+import meshlane
 import numpy as np
 import pytest
 from command import run
@@ -39,7 +39,7 @@ def test_every_instant_is_a_file_with_the_path_at_its_time(state, tmp_path):
     begin, end = state.history.cycle[[0, -1]]
     at = state.history.at(begin + times * (end - begin))
     for k, path in enumerate(written[1:]):
-        found = meshio.read(path)
+        found = meshlane.read(path)
         np.testing.assert_array_equal(found.points, state.problem.coordinates)
         np.testing.assert_array_equal(found.point_data["v [mm]"], at.v[k].reshape(4, 2) @ TURNED)
         np.testing.assert_array_equal(found.point_data["q [N]"], at.q[k].reshape(4, 2) @ TURNED)

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from xml.etree import ElementTree
 
-import meshio
+import meshlane
 import numpy as np
 import pytest
 from vtk_arrays import arrays
@@ -30,7 +30,7 @@ def state(flange):
 
 def test_the_faces_are_cells_and_the_other_nodes_vertices(flange, state, tmp_path):
     shakedown.node_results(state).save(tmp_path / "n.vtu")
-    mesh = meshio.read(tmp_path / "n.vtu")
+    mesh = meshlane.read(tmp_path / "n.vtu")
     cells = {block.type: block.data for block in mesh.cells}
     assert np.sort(cells["triangle"]).tolist() == np.sort(flange.faces[:1, :3]).tolist()
     assert np.sort(cells["quad"]).tolist() == np.sort(flange.faces[1:]).tolist()

@@ -10,13 +10,10 @@ from numpy.typing import NDArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.size_limits import LARGEST_LABEL
-from shakedown.models.readers.ansys_archive import is_ansys_archive, read_ansys_archive
-from shakedown.models.readers.coordinates import read_coordinates
-from shakedown.models.readers.deck import is_deck, read_deck
 from shakedown.models.readers.input_files import InputFiles
 from shakedown.models.readers.mesh import Mesh
-from shakedown.models.readers.nastran_bulk import is_bulk_data, read_grids
-from shakedown.models.readers.text import quoted, read_lines
+from shakedown.models.readers.sniff import read_any_mesh
+from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, shown
 
 NOTHING = Mesh("", np.zeros(0, dtype=np.intp), np.zeros((0, 3)))
@@ -116,12 +113,6 @@ def model_section(table: TomlTable, files: InputFiles, superelement: int | None 
 
 
 def read_model(path: Path, superelement: int | None = None) -> Model:
-    """A deck, an archive of Ansys, Nastran bulk data or a list of nodes; its content decides."""
-    lines = read_lines(path)
-    if is_deck(lines):
-        return Model(read_deck(path))
-    if is_ansys_archive(lines):
-        return Model(read_ansys_archive(path))
-    if is_bulk_data(lines):
-        return Model(*read_grids(path, superelement))
-    return Model(read_coordinates(path))
+    """A deck, Nastran bulk data, a list of nodes …: whatever its content is."""
+    mesh = read_any_mesh(path, superelement)
+    return Model(mesh, dict(mesh.frames))

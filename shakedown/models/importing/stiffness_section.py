@@ -187,7 +187,7 @@ def _frames(path: Path, superelement: int | None) -> dict[int, FloatArray]:
     lines = of_superelement(lines, superelement, str(path))
     if not any(card == "GRID" for _, card, _ in cards(lines)):
         return {}
-    return read_grids(path, superelement)[1]
+    return dict(read_grids(path, superelement).frames)
 
 
 def _unit_displacements(

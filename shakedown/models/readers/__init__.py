@@ -15,9 +15,9 @@ Reading order:
   models);
 - ``nodal_vectors`` (reactions and displacements), by ``calculix_reactions``, ``calculix_frd`` or
   ``reactions_table``;
-- ``mesh``, by ``deck`` (its local systems: ``coordinate_system``), ``nastran_bulk``, ``ansys_archive`` or
-  ``coordinates``; ``cells``: a mesh as other programs have it;
-- ``sniff``, which chooses: a new format of stiffness files is a module that ends in its registration
-  (``formats``);
+- ``mesh``, by ``deck`` (its local systems: ``coordinate_system``), ``nastran_bulk``, ``ansys_archive``,
+  ``mesh_files`` (Gmsh, MED, VTU, UNV) or ``coordinates``;
+- ``formats``, which recognises a file: a new format is a module that ends in its ``FORMATS``; ``sniff``,
+  which reads a stiffness or a mesh of any format;
 - ``toml_table`` and ``input_files``: a configuration, and the files that it names.
 """

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator
 
 from shakedown.ground.errors import ProblemError
-from shakedown.models.readers.formats import Format, register
+from shakedown.models.readers.formats import Format, has
 from shakedown.models.readers.stiffness import Stiffness, from_entries
 from shakedown.models.readers.text import (
     REAL,
@@ -84,4 +84,4 @@ def _data_lines(path: str | os.PathLike[str]) -> Iterator[tuple[int, str]]:
             yield k, text
 
 
-register(Format("abaqus-matrix", "Abaqus MATRIX INPUT", read_abaqus_matrix, line=_LINE))
+FORMATS = (Format("abaqus-matrix", "Abaqus MATRIX INPUT", has(_LINE), {"stiffness": read_abaqus_matrix}),)

@@ -1,22 +1,21 @@
 """Abaqus ``*SUBSTRUCTURE MATRIX OUTPUT`` with load cases, and what CalculiX writes under that keyword."""
 
-import itertools
 import os
 import re
-from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.ground.errors import ProblemError
 from shakedown.models.condensation.contact_frame import checked_dofs
 from shakedown.models.readers.abaqus_matrix import NodalLoads
-from shakedown.models.readers.formats import Format, register
+from shakedown.models.readers.formats import Format, has
 from shakedown.models.readers.stiffness import Stiffness, printed_accuracy
 from shakedown.models.readers.text import integers, listed, number, quoted, read_lines
 
 ELEMENT = re.compile(r"\s*\*USER ELEMENT\b", re.IGNORECASE)
+_NODES = re.compile(r"\*\*\s*ELEMENT NODES", re.IGNORECASE)
+_STIFFNESS = re.compile(r"\*MATRIX\s*,.*TYPE\s*=\s*STIFFNESS", re.IGNORECASE)
 _LOAD = re.compile(r"\*\*\s*SUBSTRUCTURE LOAD\b(?:.*?(?:CASE|VECTOR)\W+(?=\w+\s*$))?(.*)$", re.IGNORECASE)
 
 
@@ -29,25 +28,22 @@ def read_abaqus_substructure(path: str | os.PathLike[str]) -> Stiffness:
         If the block is incomplete, or the count of numbers is neither that of
         the lower triangle nor (UNSYM) that of the full matrix.
     """
-    name, lines = os.fspath(path), read_lines(path)
-    start, stop, labels = _block(lines, name)
-    dofs = _dofs(lines, start, stop, labels, name)
-    N, full = len(dofs), ",UNSYM" in _header(lines, start)
-    rows = itertools.takewhile(lambda row: not row[1].startswith("*"), _stripped(lines, stop + 1))
-    fields = [(field, f"{name}: line {k}") for k, text in rows for field in text.split(",") if field.strip()]
+    element = _Element(path)
+    N, full = len(element.dofs), ",UNSYM" in element.header
+    fields = [(field, where) for where, own in element.stiffness for field in own]
     data = np.array([number(*field) for field in fields])
     expected = N * N if full else N * (N + 1) // 2
     if len(data) != expected:
         raise ProblemError(
-            f"{name}: expected {expected} numbers for {N} dofs "
+            f"{element.name}: expected {expected} numbers for {N} dofs "
             f"({'full matrix' if full else 'lower triangle'}), found {len(data)}"
         )
     K = data.reshape(N, N).T if full else np.zeros((N, N))
     if not full:
         lower = np.tril_indices(N)
         K[lower] = K.T[lower] = data
-    format, accuracy = "substructure matrix", printed_accuracy(data)
-    return Stiffness(sparse.csr_array(K), checked_dofs(dofs), format, superelement=True, accuracy=accuracy)
+    dofs, accuracy = checked_dofs(np.array(element.dofs, dtype=np.intp)), printed_accuracy(data)
+    return Stiffness(sparse.csr_array(K), dofs, "substructure matrix", superelement=True, accuracy=accuracy)
 
 
 def read_substructure_load(path: str | os.PathLike[str], case: str | None = None) -> NodalLoads:
@@ -69,8 +65,7 @@ def read_substructure_load(path: str | os.PathLike[str], case: str | None = None
     ProblemError
         If there is no such case, or a line of it is malformed.
     """
-    name, lines = os.fspath(path), read_lines(path)
-    _, _, labels = _block(lines, name)
+    name, lines, labels = os.fspath(path), read_lines(path), _Element(path).labels
     found = {
         (match[1] or "").strip().upper(): k for k, line in enumerate(lines) if (match := _LOAD.match(line))
     }
@@ -100,64 +95,73 @@ def read_substructure_load(path: str | os.PathLike[str], case: str | None = None
     return loads
 
 
-def _stripped(lines: list[str], start: int, stop: int | None = None) -> Iterator[tuple[int, str]]:
-    """Numbers, from 1, and texts of lines."""
-    return ((k, line.strip()) for k, line in enumerate(lines[start:stop], start=start + 1))
+class _Element:
+    """A ``*USER ELEMENT`` with its stiffness.
 
+    Attributes
+    ----------
+    name, header
+        The file, and the line of the keyword in upper case without blanks.
+    labels
+        The labels of its nodes, which stand in comments.
+    dofs
+        (node, direction) of every row; a dof list holds from its node on, up to that of the next list.
+    stiffness
+        The fields of the data lines of the stiffness, and where each line stands.
+    """
 
-def _header(lines: list[str], start: int) -> str:
-    return lines[start].upper().replace(" ", "")
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.name, self.labels = os.fspath(path), list[int]()
+        lists: list[tuple[str, list[str]]] = []
+        self.stiffness: list[tuple[str, list[str]]] = []
+        self.header, into, listed_nodes = "", None, False
+        for k, line in enumerate(read_lines(path), start=1):
+            text, where = line.strip(), f"{self.name}: line {k}"
+            fields = [field.strip() for field in text.lstrip("*").split(",") if field.strip()]
+            if text.startswith("**"):
+                if listed_nodes and all(re.fullmatch(r"-?\d+", field) for field in fields):
+                    self.labels += integers(fields, where)
+                else:
+                    listed_nodes = bool(self.header) and not self.labels and _NODES.match(text) is not None
+                continue
+            listed_nodes = False
+            if text.startswith("*"):
+                into = None
+                if ELEMENT.match(text) and not self.header:
+                    self.header, into = text.upper().replace(" ", ""), lists
+                elif _STIFFNESS.match(text) and self.header and not self.stiffness:
+                    into = self.stiffness
+            elif into is not None and fields:
+                into.append((where, fields))
+        self._check()
+        self.dofs = self._dofs(lists)
 
-
-def _block(lines: list[str], name: str) -> tuple[int, int, list[int]]:
-    """Where the element and its stiffness begin, and the labels of its nodes, which stand in comments."""
-    start = _find(lines, r"\*USER ELEMENT\b", name)
-    count = re.search(r"NODES=(\d+)", _header(lines, start))
-    if count is None:
-        raise ProblemError(f"{name}: line {start + 1}: expected NODES=<number>, found {quoted(lines[start])}")
-    labels: list[int] = []
-    for k, text in _stripped(lines, _find(lines, r"\*\*\s*ELEMENT NODES", name, start) + 1):
-        fields = [field.strip() for field in text.lstrip("*").split(",") if field.strip()]
-        if not text.startswith("**") or not all(re.fullmatch(r"-?\d+", field) for field in fields):
-            break
-        labels += integers(fields, f"{name}: line {k}")
-    if str(len(labels)) != count[1].lstrip("0"):
-        raise ProblemError(
-            f"{name}: expected {quoted(count[1])[1:-1]} node labels in the comments after '** ELEMENT "
-            f"NODES', found {len(labels)}"
-        )
-    return start, _find(lines, r"\*MATRIX\s*,.*TYPE\s*=\s*STIFFNESS", name, start), labels
-
-
-def _find(lines: list[str], pattern: str, name: str, start: int = 0) -> int:
-    for k in range(start, len(lines)):
-        if re.match(pattern, lines[k].strip(), re.IGNORECASE):
-            return k
-    keyword = pattern.split("\\b")[0].replace("\\s*", "").replace(".*", " ").replace("\\", "")
-    raise ProblemError(f"{name}: expected the keyword {keyword}, found none")
-
-
-def _dofs(lines: list[str], start: int, stop: int, labels: list[int], name: str) -> NDArray[np.intp]:
-    """(node, direction) of every row; a dof list holds from its node on, up to that of the next list."""
-    lists: list[list[int]] = [[] for _ in labels]
-    position, seen = 1, False
-    for k, text in _stripped(lines, start + 1, stop):
-        if not text or text.startswith("*"):
-            continue
-        where = f"{name}: line {k}"
-        fields = integers([field for field in text.split(",") if field.strip()], where)
-        if seen:
-            position, fields = fields[0], fields[1:]
-        if not 1 <= position <= len(labels) or not fields:
+    def _check(self) -> None:
+        for keyword, there in (("*USER ELEMENT", self.header), ("*MATRIX, TYPE=STIFFNESS", self.stiffness)):
+            if not there:
+                raise ProblemError(f"{self.name}: expected the keyword {keyword}, found none")
+        count = re.search(r"NODES=(\d+)", self.header)
+        if count is None or str(len(self.labels)) != count[1].lstrip("0"):
+            expected = "NODES=<number>" if count is None else quoted(count[1])[1:-1]
             raise ProblemError(
-                f"{where}: expected 'position, dof, …' with position 1 to {len(labels)}, found {quoted(text)}"
+                f"{self.name}: expected {expected} node labels in the comments after '** ELEMENT NODES', "
+                f"found {len(self.labels)}"
             )
-        lists[position - 1 :] = [fields] * (len(labels) - position + 1)
-        seen = True
-    if not seen:
-        raise ProblemError(f"{name}: expected dof lists after *USER ELEMENT, found none")
-    rows = [(label, d) for label, own in zip(labels, lists, strict=True) for d in own]
-    return np.array(rows, dtype=np.intp)
+
+    def _dofs(self, lists: list[tuple[str, list[str]]]) -> list[tuple[int, int]]:
+        own: list[list[int]] = [[] for _ in self.labels]
+        for number_of, (where, fields) in enumerate(lists):
+            position, *directions = integers(fields if number_of else ["1", *fields], where)
+            if not 1 <= position <= len(own) or not directions:
+                raise ProblemError(
+                    f"{where}: expected 'position, dof, …' with position 1 to {len(own)}, found "
+                    f"{quoted(', '.join(fields))}"
+                )
+            own[position - 1 :] = [directions] * (len(own) - position + 1)
+        if not lists:
+            raise ProblemError(f"{self.name}: expected dof lists after *USER ELEMENT, found none")
+        return [(label, d) for label, every in zip(self.labels, own, strict=True) for d in every]
 
 
-register(Format("substructure", "Abaqus substructure", read_abaqus_substructure, line=ELEMENT))
+_READS = {"stiffness": read_abaqus_substructure}
+FORMATS = (Format("substructure", "Abaqus substructure", has(ELEMENT, "*"), _READS),)

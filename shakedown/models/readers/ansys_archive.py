@@ -6,17 +6,13 @@ import re
 import numpy as np
 
 from shakedown.ground.errors import ProblemError
+from shakedown.models.readers.formats import OF_MODEL, Format, has
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import integers, number, quoted, read_lines
 
 _BLOCK = re.compile(r"(NBLOCK|CMBLOCK)\s*,\s*([^,]*)(?:,\s*([A-Z]*))?", re.IGNORECASE)
 _LAYOUT = re.compile(r"\((\d{1,2})i(\d{1,2})(?:,(\d{1,2})[eg](\d{1,2}))?", re.IGNORECASE)
 _MOST = 10_000_000  # nodes of a component
-
-
-def is_ansys_archive(lines: list[str]) -> bool:
-    """Whether a text is an archive: it has a block of nodes."""
-    return any(line[:6].upper() == "NBLOCK" for line in lines)
 
 
 def read_ansys_archive(path: str | os.PathLike[str]) -> Mesh:
@@ -70,3 +66,7 @@ def _component(members: list[int], known: set[int], where: str) -> np.ndarray:
     if absent:
         raise ProblemError(f"{where}: expected nodes, found {absent[0]}, which is none")
     return np.array(nodes, dtype=np.intp)
+
+
+_NODES = re.compile("NBLOCK", re.IGNORECASE)
+FORMATS = (Format("archive", f"an archive of Ansys {OF_MODEL}", has(_NODES), {"mesh": read_ansys_archive}),)

@@ -9,6 +9,7 @@ import numpy as np
 
 from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.calculix_reactions import LETTERS, step_of
+from shakedown.models.readers.formats import Format, begins
 from shakedown.models.readers.nodal_vectors import NodalVectors, What
 from shakedown.models.readers.text import integers, number, numbers, quoted, read_bytes
 
@@ -18,11 +19,6 @@ _BINARY = "2"  # the format of single precision
 _WIDTH = 12  # characters per number; numbers are not separated
 _BEGIN, _RESULTS = "    1C", b"  100C"  # how a file begins, and results
 _TIME, _COUNT, _FORMAT, _DERIVED = slice(12, 24), slice(24, 36), slice(73, 75), slice(33, 38)
-
-
-def is_frd(text: str) -> bool:
-    """Whether a text begins as a ``.frd`` file does."""
-    return text.startswith(_BEGIN)
 
 
 def read_frd(path: str | os.PathLike[str], what: What = "displacements") -> list[NodalVectors]:
@@ -103,3 +99,7 @@ def _records(raw: bytes, place: int, count: int, where: str) -> list[list[float]
             f"{where}: expected nodes from 1 with finite numbers, found node {node} with {vector.tolist()}"
         )
     return np.column_stack([table["node"], table["vector"].astype(float)]).tolist()
+
+
+_TITLE = "the results of a CalculiX run (.frd); they are of a load: its key 'open', 'reactions' or 'thermal'"
+FORMATS = (Format("frd", _TITLE, begins(lambda text: text.startswith(_BEGIN)), {"vectors": read_frd}),)

@@ -3,7 +3,7 @@
 import os
 import re
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,8 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import SEVEN_DIGITS
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.condensation.stiffness_checks import asymmetry
-from shakedown.models.readers.nodal_vectors import NodalVectors, What
+from shakedown.models.readers.formats import Format, has
+from shakedown.models.readers.nodal_vectors import NodalVectors, What, refuse_as_stiffness
 from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.text import integers, number, numbers, quoted, read_lines
 
@@ -30,9 +31,13 @@ _WORDS = {2: "two", 3: "three"}
 Order = Literal["node-by-node", "direction-by-direction"]
 
 
-def is_calculix_output(lines: list[str]) -> bool:
-    """Whether the lines are those of a ``.dat`` file with reactions or displacements."""
-    return any(heading.match(line) for line in lines for heading in HEADINGS.values())
+class _Table(NamedTuple):
+    """A table as it is read: its node set, time and rows, and the nodes with directions of their own."""
+
+    node_set: str
+    time: float
+    rows: list[list[float]]
+    local: set[int]
 
 
 def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions") -> list[NodalVectors]:
@@ -45,42 +50,32 @@ def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions")
     ProblemError
         If there is no table, or a line of one is malformed.
     """
-    name = os.fspath(path)
-    steps: list[NodalVectors] = []
-    rows: list[list[float]] | None = None  # of the table that is read
-    node_set, time, local = "", 0.0, set[int]()
-
-    def end() -> None:
-        """Add the table that was read as a step, or to the last step, if that is of the same time."""
-        if rows is None:
-            return
-        table = replace(step_of(what, (node_set,), time, rows, name), local=frozenset(local))
-        if steps and time == steps[-1].time and node_set not in steps[-1].node_sets:
-            table = _merged(steps.pop(), table)
-        steps.append(table)
-
+    name, tables = os.fspath(path), list[_Table]()
+    inside = False
     for k, line in enumerate(read_lines(path), start=1):
         where, fields = f"{name}: line {k}", line.split()
         if heading := HEADINGS[what].match(line):
-            end()
-            node_set, time, rows, local = heading[1], number(heading[2], where), [], set()
-        elif rows is not None and fields:
-            if not fields[0].isdigit():  # another kind of output
-                end()
-                rows = None
-                continue
+            tables.append(_Table(heading[1], number(heading[2], where), [], set()))
+            inside = True
+        elif fields and not fields[0].isdigit():  # another kind of output
+            inside = False
+        elif fields and inside:
             own = fields[4:] == [LOCAL]
             if len(fields) != 4 + own:
                 raise ProblemError(f"{where}: expected '{COLUMNS[what]}', found {quoted(line)}")
-            rows.append([*integers(fields[:1], where), *numbers(fields[1:4], where)])
-            if own:
-                local.add(int(fields[0]))
-    end()
-    if not steps:
+            tables[-1].rows.append([*integers(fields[:1], where), *numbers(fields[1:4], where)])
+            tables[-1].local.update([int(fields[0])] if own else [])
+    if not tables:
         raise ProblemError(
             f"{name}: expected {what} (*NODE PRINT, {LETTERS[what]}), found no table of "
             f"{'forces' if what == 'reactions' else what}"
         )
+    steps: list[NodalVectors] = []
+    for node_set, time, rows, local in tables:
+        step = replace(step_of(what, (node_set,), time, rows, name), local=frozenset(local))
+        if steps and time == steps[-1].time and node_set not in steps[-1].node_sets:
+            step = _merged(steps.pop(), step)
+        steps.append(step)
     return steps
 
 
@@ -202,3 +197,9 @@ def _with_rigid_motions(K: FloatArray) -> FloatArray:
     if not rigid.any():
         return K
     return K - (modes[:, rigid] * eigenvalues[rigid]) @ modes[:, rigid].T
+
+
+FORMATS = tuple(
+    Format(what, what, has(heading), {"vectors": read_calculix_output, **more})
+    for (what, heading), more in zip(HEADINGS.items(), ({"stiffness": refuse_as_stiffness}, {}), strict=True)
+)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from shakedown.models.readers.formats import Format, register
+from shakedown.models.readers.formats import Format
 from shakedown.models.readers.row_map import Rows, read_row_map, row_map
 from shakedown.models.readers.stiffness import Stiffness, checked, completed, numbered_entries
 from shakedown.models.readers.text import REAL, read_lines
@@ -52,5 +52,5 @@ def read_calculix_storage(path: str | os.PathLike[str], rows: Rows = None) -> St
     return checked(completed(entries), dofs, NUMBERED)
 
 
-_TITLE = "Abaqus COORDINATE, CalculiX .sti"
-register(Format("numbered", _TITLE, read_calculix_storage, ("rows",), line=_LINE))
+_TITLE, _READS = "Abaqus COORDINATE, CalculiX .sti", {"stiffness": read_calculix_storage}
+FORMATS = (Format("numbered", _TITLE, lambda content: _LINE.match(content.first), _READS, ("rows",)),)

@@ -78,20 +78,15 @@ def coordinate_system(name: str, parameters: dict[str, str], data: list[Line]) -
         If it is of another kind (a table of directions, spherical), or turned once more.
     """
     kind = parameters.get("SYSTEM", "RECTANGULAR").upper()
-    where, fields = data[0] if data else (name, [])
-    fields = [text for text in fields if text]
     plain = parameters.get("DEFINITION", "COORDINATES").upper() == "COORDINATES"
-    if kind not in ("RECTANGULAR", "CYLINDRICAL") or not plain or len(fields) not in (6, 9):
-        raise ProblemError(
-            f"{where}: expected *ORIENTATION of SYSTEM=RECTANGULAR or CYLINDRICAL with two points (or "
-            f"three), found {quoted(', '.join([kind, *fields]))}"
-        )
+    expected = "*ORIENTATION of SYSTEM=RECTANGULAR or CYLINDRICAL with two points (or three)"
+    known = ("RECTANGULAR", "CYLINDRICAL") if plain else ()
+    where, points = _points(data[:1], kind, known, (6, 9), expected, name)
     for place, turned in data[1:2]:
         if any(number(text, place) for text in turned[1:] if text):
             raise ProblemError(
                 f"{place}: expected no further turn of *ORIENTATION, found {quoted(', '.join(turned))}"
             )
-    points = np.array([number(text, where) for text in fields]).reshape(-1, 3)
     origin = points[2] if len(points) == 3 and kind == "RECTANGULAR" else np.zeros(3)
     return CoordinateSystem(
         f"{where}: *ORIENTATION {quoted(name)}", kind == "CYLINDRICAL", points[0] - origin, points[1] - origin
@@ -110,12 +105,19 @@ def nodal_system(parameters: dict[str, str], data: list[Line], name: str) -> Coo
     ProblemError
         If it is of another kind, or there are not six numbers.
     """
-    kind, where = parameters.get("TYPE", "R").strip().upper(), data[0][0] if data else name
-    fields = [text for _, own in data for text in own if text]
-    if kind not in ("R", "C") or len(fields) != 6:
-        raise ProblemError(
-            f"{where}: expected *TRANSFORM of TYPE=R or C with two points, found "
-            f"{quoted(', '.join([kind, *fields]))}"
-        )
-    first, second = np.array([number(text, where) for text in fields]).reshape(2, 3)
+    kind = parameters.get("TYPE", "R").strip().upper()
+    expected = "*TRANSFORM of TYPE=R or C with two points"
+    where, (first, second) = _points(data, kind, ("R", "C"), (6,), expected, name)
     return CoordinateSystem(f"{where}: *TRANSFORM", kind == "C", first, second)
+
+
+def _points(
+    data: list[Line], kind: str, known: tuple[str, ...], counts: tuple[int, ...], expected: str, name: str
+) -> tuple[str, FloatArray]:
+    """Where the points of a system stand, and the points, (k, 3)."""
+    where = data[0][0] if data else name
+    fields = [text for _, own in data for text in own if text]
+    if kind not in known or len(fields) not in counts:
+        found = quoted(", ".join([kind, *fields]))
+        raise ProblemError(f"{where}: expected {expected}, found {found}")
+    return where, np.array([number(text, where) for text in fields]).reshape(-1, 3)

@@ -6,6 +6,7 @@ import re
 import numpy as np
 
 from shakedown.ground.errors import ProblemError
+from shakedown.models.readers.formats import Format
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.table import number_table
 from shakedown.models.readers.text import read_lines
@@ -46,3 +47,6 @@ def read_coordinates(path: str | os.PathLike[str]) -> Mesh:
     xyz = np.zeros((len(table.values), 3))
     xyz[:, : min(count - 1, 3)] = table.values[:, 1:4]
     return Mesh.of_nodes(np.array(table.whole(1), dtype=np.intp), xyz, name)
+
+
+FORMATS = (Format("coordinates", "a list of nodes", None, {"mesh": read_coordinates}),)

@@ -3,7 +3,8 @@
 import os
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,7 +14,9 @@ from numpy.typing import NDArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.models.readers.coordinate_system import Line
+from shakedown.models.readers.formats import Format, has
 from shakedown.models.readers.mesh import ABAQUS, CALCULIX, FACES, Element, Mesh, Orientation
+from shakedown.models.readers.row_map import implied_rows
 from shakedown.models.readers.text import integers, number, quoted, read_lines
 
 _SHAPES = {  # of elements with so many nodes
@@ -27,7 +30,17 @@ _REVOLVED = re.compile(r"(CG?|S|MG?|R|SFMG?)AX\d")  # element types of bodies of
 _OPENING = re.compile(r"\s*\*(NODE\s*(,|$)|INCLUDE\s*,|HEADING)", re.IGNORECASE)
 _INCLUDE = re.compile(r"\*INCLUDE\s*(?:,\s*INPUT\s*=\s*\"?([^\",]+))?", re.IGNORECASE)
 _DEEPEST, _MOST_FILES, _MOST_LINES = 8, 1000, 1 << 24  # of the files that a deck includes, in all
-_TAKEN = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "EQUATION")
+_IN_A_FILE = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "EQUATION")  # may stand in a file of their own
+_READ = (
+    *_IN_A_FILE,
+    "TRANSFORM",
+    "ORIENTATION",
+    "ELASTIC",
+    "PART",
+    "INSTANCE",
+    "SYSTEM",
+)  # whose lines count
+_STORAGE = "MATRIXSTORAGE"
 _MAKERS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY")  # make nodes and elements of others
 
 Labels = NDArray[np.intp]
@@ -54,11 +67,6 @@ class _Members(NamedTuple):
     generate: bool = False
 
 
-def is_deck(lines: list[str]) -> bool:
-    """Whether a text is an input deck: it has a keyword line ``*NODE`` or ``*INCLUDE``."""
-    return any(_OPENING.match(line) for line in lines if "*" in line)
-
-
 def read_deck(path: str | os.PathLike[str]) -> Mesh:
     """Read the nodes of an input deck, with its sets, surfaces and equations.
 
@@ -81,10 +89,7 @@ def read_deck(path: str | os.PathLike[str]) -> Mesh:
     >>> mesh.nodes("TOP").tolist(), mesh.at([9]).tolist()
     ([7, 9], [[2.0, 1.0, 0.0]])
     """
-    deck = _Deck(os.fspath(path))
-    for card in _Text().cards(Path(path)):
-        deck.take(card)
-    return deck.mesh()
+    return _Deck(os.fspath(path), list(_Text().cards(Path(path)))).mesh()
 
 
 @dataclass
@@ -96,23 +101,21 @@ class _Text:
 
     def cards(self, path: Path) -> Iterator[Card]:
         """Every keyword with its data lines, which may stand in a file of their own (INPUT=)."""
-        card: Card | None = None
+        card = Card("", {}, [])
         for where, text in self.of(path):
             if not text.startswith("*"):
-                if card is not None:
+                if card.keyword in _READ:
                     card.data.append((where, _fields(text)))
                 continue
-            if card is not None:
-                yield card
+            yield card
             head, *rest = text[1:].split(",")
             pairs = (part.partition("=") for part in rest if part.strip())
             parameters = {key.strip().upper(): value.strip().strip('"') for key, _, value in pairs}
             card = Card(" ".join(head.upper().split()), parameters, [])
-            if card.keyword in _TAKEN and (beside := parameters.get("INPUT")):
+            if card.keyword in _IN_A_FILE and (beside := parameters.get("INPUT")):
                 own = self.of(path.parent / beside)
                 card.data.extend((place, _fields(line)) for place, line in own if not line.startswith("*"))
-        if card is not None:
-            yield card
+        yield card
 
     def of(self, path: Path, depth: int = 0) -> Iterator[tuple[str, str]]:
         """(where, line) without remarks and blank lines; keywords on one line, included files in place."""
@@ -149,229 +152,232 @@ def _point(fields: list[str], where: str) -> FloatArray:
     return np.array([*found, 0.0, 0.0, 0.0][:3])
 
 
-@dataclass
 class _Deck:
-    """What has been read so far; sets are resolved at the end, when all nodes are known."""
+    """The keywords of a deck."""
 
-    name: str
-    nodes: dict[int, FloatArray] = field(default_factory=dict)
-    moved: list[int] = field(default_factory=list)  # nodes of the part, which its instance moves
-    shift: FloatArray = field(default_factory=lambda: np.zeros(3))
-    inside: bool = False  # a part or an instance
-    count: dict[str, int] = field(default_factory=lambda: {"PART": 0, "INSTANCE": 0})
-    elements: dict[int, Element] = field(default_factory=dict)
-    others: list[int] = field(default_factory=list)  # labels of elements without faces
-    revolved: str = ""  # an axisymmetric element type that occurs
-    flat: str = ""  # another plane or solid type that occurs
-    matrix_by: str = ""
-    young: list[float] = field(default_factory=list)  # 0 for a material that is not isotropic
-    systems: dict[str, Orientation] = field(default_factory=dict)
-    node_lists: dict[str, list[_Members]] = field(default_factory=dict)
-    nodes_of_elements: list[tuple[str, str]] = field(default_factory=list)  # (node set, element set)
-    element_lists: dict[str, list[_Members]] = field(default_factory=dict)
-    sides: dict[str, list[tuple[str, str, int]]] = field(default_factory=dict)
-    surface_nodes: dict[str, list[_Members]] = field(default_factory=dict)
-    sections: list[str] = field(default_factory=list)
-    incompatible: int = 0  # how many elements C3D8I
-    rotated: list[Card] = field(default_factory=list)
-    equations: list[Line] = field(default_factory=list)
-    spelled: dict[str, str] = field(default_factory=dict)
-
-    def take(self, card: Card) -> None:
-        """Take one keyword with its data lines; those that say nothing about the mesh are passed over."""
-        parameters, data = card.parameters, card.data
-        for key in ("NSET", "ELSET", "NAME"):
-            self.spelled.setdefault(card.name(key), parameters.get(key, ""))
-        match card.keyword:
-            case "NODE":
-                self._nodes(card)
-            case "ELEMENT":
-                self._elements(card)
-            case "NSET":
-                _add(self.node_lists, card.name("NSET"), card)
-                if "ELSET" in parameters:
-                    self.nodes_of_elements.append((card.name("NSET"), card.name("ELSET")))
-            case "ELSET":
-                _add(self.element_lists, card.name("ELSET"), card)
-            case "SURFACE":
-                self._surface(card)
-            case "TRANSFORM":
-                self.rotated.append(card)
-            case "ORIENTATION":
-                self.systems[card.name("NAME")] = (parameters, data)
-            case "EQUATION" if "REMOVE" not in parameters:
-                self._equations(data)
-            case "PRE-TENSION SECTION":
-                self.sections.append(card.name("NODE"))
-            case "ELASTIC" if data:
-                isotropic = parameters.get("TYPE", "ISO").upper().startswith("ISO")
-                self.young.append(number(data[0][1][0], data[0][0]) if isotropic else 0.0)
-            case "PART" | "INSTANCE":
-                self._begin(card)
-            case "END PART" | "END INSTANCE":
-                self.inside = False
-            case "SYSTEM" if data:
+    def __init__(self, name: str, cards: list[Card]) -> None:
+        self.name, self.cards = name, cards
+        for card in cards:
+            if card.keyword in _MAKERS:
                 raise ProblemError(
-                    f"{data[0][0]}: expected coordinates x, y, z, found *SYSTEM; write a flat deck"
-                )
-            case keyword if keyword in _MAKERS:
-                raise ProblemError(
-                    f"{self.name}: expected every node and element to be listed, found *{keyword}, which "
+                    f"{name}: expected every node and element to be listed, found *{card.keyword}, which "
                     "makes some; let the code write a flat deck"
                 )
-            case "MATRIX GENERATE" | "MATRIX OUTPUT":
-                self.matrix_by = ABAQUS
-            case _ if card.name("SOLVER") == "MATRIXSTORAGE":  # of *FREQUENCY or *STATIC
-                self.matrix_by = CALCULIX
+            if card.keyword == "SYSTEM" and card.data:
+                raise ProblemError(
+                    f"{card.data[0][0]}: expected coordinates x, y, z, found *SYSTEM; write a flat deck"
+                )
 
-    def _begin(self, card: Card) -> None:
-        """A part, or an instance with what moves it."""
-        self.inside = True
-        self.count[card.keyword] += 1
-        if self.count[card.keyword] > 1:
-            raise ProblemError(
-                f"{self.name}: expected one part instance, found several, whose labels are not those of the "
-                "matrix; write a flat deck (*PREPRINT, or no parts and assemblies)"
-            )
-        if len(card.data) > 1:
-            raise ProblemError(f"{card.data[1][0]}: expected an instance that is moved only, found it turned")
-        if card.keyword == "INSTANCE" and card.data:
-            where, fields = card.data[0]
-            self.shift = _point(fields, where)
-
-    def _nodes(self, card: Card) -> None:
-        system, labels = card.name("SYSTEM") or "R", []
-        if system not in ("R", "C") and card.data:
-            raise ProblemError(
-                f"{card.data[0][0]}: expected coordinates of SYSTEM=R or C, found {quoted(system)}; write x, "
-                "y, z"
-            )
-        for where, fields in card.data:
-            label = integers(fields[:1], where)[0]
-            if label in self.nodes:
-                raise ProblemError(f"{where}: expected every node once, found node {label} twice")
-            point = _point(fields[1:], where)
-            if system == "C":
-                angle = np.radians(point[1])
-                point = np.array([point[0] * np.cos(angle), point[0] * np.sin(angle), point[2]])
-            self.nodes[label] = point
-            labels.append(fields[0])
-            if self.inside:
-                self.moved.append(label)
-        if "NSET" in card.parameters and card.data:
-            self.node_lists.setdefault(card.name("NSET"), []).append(_Members(card.data[0][0], labels))
-
-    def _elements(self, card: Card) -> None:
-        kind, labels = card.name("TYPE"), []
-        match = _TYPE.match(kind)
-        count = int(match[2]) if match else 0
-        shape = _SHAPES["solid" if match and match[1] == "C3D" else "plane"].get(count, "")
-        if _REVOLVED.match(kind):
-            self.revolved = kind
-        elif match:
-            self.flat = kind
-        read: list[str] = []
-        for where, fields in card.data:
-            read += [text for text in fields if text]
-            if (shape and len(read) <= count) or (not shape and not fields[-1]):
-                continue  # goes on in the next line
-            if not read:
-                continue
-            own = integers(read if shape else read[:1], where)
-            if shape and len(own) != count + 1:
-                raise ProblemError(f"{where}: expected {count} nodes of an element, found {len(own) - 1}")
-            if own[0] in self.elements:
-                raise ProblemError(f"{where}: expected every element once, found element {own[0]} twice")
-            if shape:
-                self.elements[own[0]] = (shape, tuple(own[1:]))
-            else:
-                self.others.append(own[0])
-            labels.append(read[0])
-            read = []
-        self.incompatible += len(labels) * kind.startswith("C3D8I")
-        if read and shape:
-            raise ProblemError(
-                f"{card.data[-1][0]}: expected {count} nodes of an element, found {len(read) - 1}"
-            )
-        if "ELSET" in card.parameters and card.data:
-            self.element_lists.setdefault(card.name("ELSET"), []).append(_Members(card.data[0][0], labels))
-
-    def _surface(self, card: Card) -> None:
-        name = card.name("NAME")
-        if card.name("TYPE") == "NODE":
-            _add(self.surface_nodes, name, card._replace(data=[(w, f[:1]) for w, f in card.data]))
-            return
-        for where, fields in card.data:
-            side = re.fullmatch(r"S([1-6])", fields[1].upper() if len(fields) > 1 else "")
-            if side:  # shells (SPOS, SNEG) have no faces here
-                self.sides.setdefault(name, []).append((where, fields[0], int(side[1])))
-
-    def _equations(self, data: list[Line]) -> None:
-        read: list[str] = []
-        count = 0
-        for where, fields in data:
-            own = [text for text in fields if text]
-            if not count:
-                count = integers(own[:1] or [""], where)[0]
-                continue
-            read += own
-            if len(read) >= 3 * count:
-                self.equations.append((where, read))
-                read, count = [], 0
+    def of(self, *keywords: str) -> list[Card]:
+        """The cards of some keywords."""
+        return [card for card in self.cards if card.keyword in keywords]
 
     def mesh(self) -> Mesh:
-        """The mesh, with all sets resolved."""
-        if not self.nodes:
+        """The mesh, with all sets resolved when the nodes and elements are known."""
+        nodes, made = self._nodes()
+        if not nodes:
             raise ProblemError(f"{self.name}: expected nodes (*NODE), found none")
-        if self.revolved and self.flat:
-            raise ProblemError(
-                f"{self.name}: expected axisymmetric elements only, or none, found {quoted(self.revolved)} "
-                f"and {quoted(self.flat)}"
-            )
-        for label in self.moved:
-            self.nodes[label] = self.nodes[label] + self.shift
-        labels = np.array(list(self.nodes), dtype=np.intp)
-        element_sets = resolved(self.element_lists, np.array([*self.elements, *self.others], dtype=np.intp))
-        node_sets = resolved(self.node_lists, labels)
-        for name, elements in self.nodes_of_elements:
-            node_sets[name] = np.union1d(node_sets[name], self._nodes_of(elements, element_sets))
-        node_sets |= resolved(self.surface_nodes, labels, node_sets)
+        elements, own = self._elements()
+        labels = np.array(list(nodes), dtype=np.intp)
+        known = np.array(list(chain(*own.values())), dtype=np.intp)
+        element_sets = resolved(self._lists("ELSET", own), known)
+        node_sets = resolved(self._lists("NSET", made), labels)
+        for card in self.of("NSET"):
+            if "ELSET" in card.parameters:
+                found = self._named(card.name("ELSET"), element_sets, "element set", "*NSET").tolist()
+                more = [node for element in found if element in elements for node in elements[element][1]]
+                node_sets[card.name("NSET")] = np.union1d(node_sets[card.name("NSET")], more).astype(np.intp)
+        of_nodes: dict[str, list[_Members]] = {}
+        for card in self.of("SURFACE"):
+            if card.name("TYPE") == "NODE":
+                of_nodes.setdefault(card.name("NAME"), []).extend(_members(card, 1))
+        node_sets |= resolved(of_nodes, labels, node_sets)
         rotated: dict[int, Orientation] = {}
-        for card in self.rotated:
-            name = card.name("NSET")
-            if name not in node_sets:
-                raise ProblemError(
-                    f"{self.name}: expected the node set {quoted(name)} of *TRANSFORM, found none"
-                )
-            rotated |= dict.fromkeys(node_sets[name].tolist(), (card.parameters, card.data))
-        surfaces, unusable = {}, {}
-        for name, sides in self.sides.items():
-            try:
-                surfaces[name] = self._faces(sides, element_sets)
-            except ProblemError as error:  # it matters only if somebody asks for it
-                unusable[name] = str(error)
+        for card in self.of("TRANSFORM"):
+            turned = self._named(card.name("NSET"), node_sets, "node set", "*TRANSFORM")
+            rotated |= dict.fromkeys(turned.tolist(), (card.parameters, card.data))
+        surfaces, unusable = self._surfaces(elements, element_sets)
+        young = [self._young(card) for card in self.of("ELASTIC") if card.data]
         return Mesh(
             self.name,
             labels,
-            np.array(list(self.nodes.values())),
+            np.array(list(nodes.values())),
             node_sets,
             surfaces,
-            self.elements,
-            rotated,
-            relative_displacements(self.equations, node_sets),
-            bool(self.revolved),
-            self.matrix_by,
-            self.systems,
-            tuple(self.young) if all(value > 0 for value in self.young) else (),
-            tuple(self._section(name, node_sets) for name in self.sections),
-            self.incompatible,
-            unusable,
-            element_sets,
-            self.spelled,
+            elements,
+            rotated=rotated,
+            relative=relative_displacements(self._equations(), node_sets),
+            axisymmetric=self._axisymmetric(),
+            matrix_by=self._matrix_by(),
+            systems={card.name("NAME"): (card.parameters, card.data) for card in self.of("ORIENTATION")},
+            young=tuple(young) if all(young) else (),
+            sections=tuple(self._section(card, node_sets) for card in self.of("PRE-TENSION SECTION")),
+            incompatible=sum(len(own[k]) for k in own if self.cards[k].name("TYPE").startswith("C3D8I")),
+            unusable=unusable,
+            element_sets=element_sets,
+            spelled={
+                card.name(key): card.parameters[key]
+                for card in reversed(self.cards)
+                for key in ("NSET", "ELSET", "NAME")
+                if key in card.parameters
+            },
         )
 
-    def _section(self, name: str, node_sets: Sets) -> int:
+    def _named(self, name: str, sets: Sets, what: str, by: str) -> Labels:
+        if name not in sets:
+            raise ProblemError(f"{self.name}: expected the {what} {quoted(name)} of {by}, found none")
+        return sets[name]
+
+    def _lists(self, key: str, made: Mapping[int, list[int]]) -> dict[str, list[_Members]]:
+        """Members of the sets of a keyword, and of those that the nodes and elements of a card make up."""
+        found: dict[str, list[_Members]] = {}
+        for k, card in enumerate(self.cards):
+            if card.keyword == key:
+                found.setdefault(card.name(key), []).extend(_members(card))
+            elif made.get(k) and key in card.parameters:
+                labels = _Members(card.data[0][0], [str(label) for label in made[k]])
+                found.setdefault(card.name(key), []).append(labels)
+        return found
+
+    def _nodes(self) -> tuple[dict[int, FloatArray], dict[int, list[int]]]:
+        """Where every node is, those of a part moved with its instance; and the labels of every card."""
+        nodes: dict[int, FloatArray] = {}
+        made: dict[int, list[int]] = {}
+        shift, inside = self._shift()
+        for k, card in enumerate(self.cards):
+            if card.keyword != "NODE":
+                continue
+            made[k], system = [], card.name("SYSTEM") or "R"
+            if system not in ("R", "C") and card.data:
+                raise ProblemError(
+                    f"{card.data[0][0]}: expected coordinates of SYSTEM=R or C, found {quoted(system)}; "
+                    "write x, y, z"
+                )
+            for where, fields in card.data:
+                label = integers(fields[:1], where)[0]
+                if label in nodes:
+                    raise ProblemError(f"{where}: expected every node once, found node {label} twice")
+                point = _point(fields[1:], where)
+                if system == "C":
+                    angle = np.radians(point[1])
+                    point = np.array([point[0] * np.cos(angle), point[0] * np.sin(angle), point[2]])
+                nodes[label] = point + shift if k in inside else point
+                made[k].append(label)
+        return nodes, made
+
+    def _shift(self) -> tuple[FloatArray, set[int]]:
+        """What moves the part's nodes, and the places of the cards inside of the part and its instance."""
+        shift, inside, within = np.zeros(3), set[int](), False
+        for keyword in ("PART", "INSTANCE"):
+            if len(self.of(keyword)) > 1:
+                raise ProblemError(
+                    f"{self.name}: expected one part instance, found several, whose labels are not those of "
+                    "the matrix; write a flat deck (*PREPRINT, or no parts and assemblies)"
+                )
+        for k, card in enumerate(self.cards):
+            within = card.keyword in ("PART", "INSTANCE") or (within and not card.keyword.startswith("END "))
+            if within:
+                inside.add(k)
+            if card.keyword in ("PART", "INSTANCE") and len(card.data) > 1:
+                where = card.data[1][0]
+                raise ProblemError(f"{where}: expected an instance that is moved only, found it turned")
+            if card.keyword == "INSTANCE" and card.data:
+                shift = _point(card.data[0][1], card.data[0][0])
+        return shift, inside
+
+    def _elements(self) -> tuple[dict[int, Element], dict[int, list[int]]]:
+        """Every solid or plane element, and the labels of the elements of every card, whatever they are."""
+        elements: dict[int, Element] = {}
+        made: dict[int, list[int]] = {}
+        for k, card in enumerate(self.cards):
+            if card.keyword != "ELEMENT":
+                continue
+            match, made[k] = _TYPE.match(card.name("TYPE")), []
+            count = int(match[2]) if match else 0
+            shape = _SHAPES["solid" if match and match[1] == "C3D" else "plane"].get(count, "")
+            read: list[str] = []
+            for where, fields in card.data:
+                read += [text for text in fields if text]
+                if not read or (len(read) <= count if shape else not fields[-1]):
+                    continue  # goes on in the next line
+                label, *nodes = integers(read if shape else read[:1], where)
+                if shape and len(nodes) != count:
+                    raise ProblemError(f"{where}: expected {count} nodes of an element, found {len(nodes)}")
+                if label in elements:
+                    raise ProblemError(f"{where}: expected every element once, found element {label} twice")
+                if shape:
+                    elements[label] = (shape, tuple(nodes))
+                made[k].append(label)
+                read = []
+            if read and shape:
+                where = card.data[-1][0]
+                raise ProblemError(f"{where}: expected {count} nodes of an element, found {len(read) - 1}")
+        return elements, made
+
+    def _surfaces(
+        self, elements: Mapping[int, Element], element_sets: Sets
+    ) -> tuple[dict[str, tuple[tuple[int, int], ...]], dict[str, str]]:
+        """The faces of every surface of faces, and why others are none, which matters if one is asked for."""
+        sides: dict[str, list[tuple[str, str, int]]] = {}
+        for card in self.of("SURFACE"):
+            for where, fields in card.data if card.name("TYPE") != "NODE" else ():
+                side = re.fullmatch(r"S([1-6])", fields[1].upper() if len(fields) > 1 else "")
+                if side:  # shells (SPOS, SNEG) have no faces here
+                    sides.setdefault(card.name("NAME"), []).append((where, fields[0], int(side[1])))
+        surfaces: dict[str, tuple[tuple[int, int], ...]] = {}
+        unusable: dict[str, str] = {}
+        for name, own in sides.items():
+            try:
+                surfaces[name] = tuple(face for side in own for face in _faces(*side, elements, element_sets))
+            except ProblemError as error:
+                unusable[name] = str(error)
+        return surfaces, unusable
+
+    def _equations(self) -> list[Line]:
+        """The terms of every equation, three fields each."""
+        found: list[Line] = []
+        for card in self.of("EQUATION"):
+            read, count = list[str](), 0
+            for where, fields in card.data if "REMOVE" not in card.parameters else ():
+                own = [text for text in fields if text]
+                if not count:
+                    count = integers(own[:1] or [""], where)[0]
+                    continue
+                read += own
+                if len(read) >= 3 * count:
+                    found.append((where, read))
+                    read, count = [], 0
+        return found
+
+    def _axisymmetric(self) -> bool:
+        """Whether the elements are axisymmetric."""
+        kinds = [card.name("TYPE") for card in self.of("ELEMENT")]
+        revolved = [kind for kind in kinds if _REVOLVED.match(kind)]
+        flat = [kind for kind in kinds if _TYPE.match(kind) and not _REVOLVED.match(kind)]
+        if revolved and flat:
+            raise ProblemError(
+                f"{self.name}: expected axisymmetric elements only, or none, found {quoted(revolved[-1])} "
+                f"and {quoted(flat[-1])}"
+            )
+        return bool(revolved)
+
+    def _matrix_by(self) -> str:
+        """The code that the last keyword for a matrix belongs to; SOLVER is one of *FREQUENCY or *STATIC."""
+        writers = {"MATRIX GENERATE": ABAQUS, "MATRIX OUTPUT": ABAQUS}
+        asked = [card for card in self.cards if card.keyword in writers or card.name("SOLVER") == _STORAGE]
+        by = [writers.get(card.keyword, CALCULIX) for card in asked]
+        return by[-1] if by else ""
+
+    @staticmethod
+    def _young(card: Card) -> float:
+        """Young's modulus; 0 for a material that is not isotropic."""
+        where, fields = card.data[0]
+        isotropic = card.parameters.get("TYPE", "ISO").upper().startswith("ISO")
+        return max(number(fields[0], where), 0.0) if isotropic else 0.0
+
+    def _section(self, card: Card, node_sets: Sets) -> int:
         """The node of a ``*PRE-TENSION SECTION``, which may be a set of one."""
+        name = card.name("NODE")
         own = node_sets.get(name)
         if name.isdigit() or own is None:
             return integers([name], f"{self.name}: *PRE-TENSION SECTION: NODE")[0]
@@ -382,36 +388,27 @@ class _Deck:
             )
         return int(own[0])
 
-    def _nodes_of(self, name: str, element_sets: Sets) -> list[int]:
-        """Nodes of the elements of a set (``*NSET, ELSET=``)."""
-        if name not in element_sets:
-            raise ProblemError(f"{self.name}: expected the element set {quoted(name)} of *NSET, found none")
-        members = element_sets[name].tolist()
-        return [node for element in members if element in self.elements for node in self.elements[element][1]]
 
-    def _faces(self, sides: list[tuple[str, str, int]], element_sets: Sets) -> tuple[tuple[int, int], ...]:
-        faces = []
-        for where, name, side in sides:
-            named = name.upper() in element_sets and not _is_label(name, self.elements)
-            for element in element_sets[name.upper()].tolist() if named else integers([name], where):
-                if side > len(FACES.get(self.elements.get(element, ("", ()))[0], ())):
-                    raise ProblemError(
-                        f"{where}: expected a face of element {element}, found none of number {side}"
-                    )
-                faces.append((element, side))
-        return tuple(faces)
+def _members(card: Card, most: int | None = None) -> list[_Members]:
+    """The members on the data lines of a card, the first ``most`` of each line."""
+    lines = ((where, [text for text in fields[:most] if text]) for where, fields in card.data)
+    return [_Members(*line, "GENERATE" in card.parameters) for line in lines]
+
+
+def _faces(
+    where: str, name: str, side: int, elements: Mapping[int, Element], element_sets: Sets
+) -> Iterator[tuple[int, int]]:
+    """(element, face) of a line of a surface."""
+    named = name.upper() in element_sets and not _is_label(name, elements)
+    for element in element_sets[name.upper()].tolist() if named else integers([name], where):
+        if side > len(FACES.get(elements.get(element, ("", ()))[0], ())):
+            raise ProblemError(f"{where}: expected a face of element {element}, found none of number {side}")
+        yield element, side
 
 
 def _is_label(text: str, known: Mapping[int, object]) -> bool:
     """Whether a text is the label of what there is; CalculiX takes a number for one beside such a set."""
     return text.isascii() and text.isdigit() and int(text[:18]) in known
-
-
-def _add(lists: dict[str, list[_Members]], name: str, card: Card) -> None:
-    """Append the members on the data lines of a card to a list."""
-    generate = "GENERATE" in card.parameters
-    own = lists.setdefault(name, [])
-    own += [_Members(where, [text for text in fields if text], generate) for where, fields in card.data]
 
 
 def resolved(lists: Mapping[str, list[_Members]], known: Labels, others: Sets | None = None) -> Sets:
@@ -481,3 +478,12 @@ def _term(fields: list[str], where: str, node_sets: Mapping[str, Labels]) -> tup
         return None
     node = integers([name], where)[0] if own is None else int(own[0])
     return node, integers(fields[1:2], where)[0], number(fields[2], where)
+
+
+def _rows(path: str | os.PathLike[str], size: int | None) -> Labels:
+    """The map of a matrix that has the nodes of a deck in their order."""
+    return implied_rows(read_deck(path).labels, size, os.fspath(path))
+
+
+_TITLE = "an input deck (it may be the 'map' of a matrix, or the file of [model])"
+FORMATS = (Format("deck", _TITLE, has(_OPENING, "*"), {"mesh": read_deck, "rows": _rows}),)

@@ -9,7 +9,7 @@ from scipy import sparse
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.models.readers.formats import Format, register
+from shakedown.models.readers.formats import Format, begins
 from shakedown.models.readers.row_map import Rows, row_map
 from shakedown.models.readers.stiffness import Stiffness, check_entries_once, checked, completed
 from shakedown.models.readers.text import integers, numbers, quoted, read_lines
@@ -55,16 +55,15 @@ def read_harwell_boeing(path: str | os.PathLike[str], rows: Rows = None) -> Stif
             f"{N} x {columns}"
         )
     lengths = integers([*lines[1].split(), "0"][1:5], f"{name}: line 2")
-    layouts = _FORMAT.findall(lines[3].replace(" ", ""))
-    if len(lengths) < 4 or len(layouts) < 3 or any(int(n or 1) * int(width) < 1 for n, width in layouts):
+    layouts = [(int(n or 1), int(width)) for n, width in _FORMAT.findall(lines[3].replace(" ", ""))]
+    if len(lengths) < 4 or len(layouts) < 3 or any(n * width < 1 for n, width in layouts):
         raise ProblemError(
             f"{name}: lines 2, 4: expected the lengths and Fortran formats, like (8I10), of three sections, "
             f"found {quoted(lines[1])} and {quoted(lines[3])}"
         )
-    at, sections = 5 if lengths[3] > 0 else 4, []
-    for length, (repeat, width), size in zip(lengths[:3], layouts, (N + 1, count, count), strict=False):
-        sections.append(_section(lines, at, length, (int(repeat or 1), int(width)), size, name))
-        at += length
+    begins = np.cumsum([5 if lengths[3] > 0 else 4, *lengths[:2]])
+    parts = zip(begins.tolist(), lengths, layouts, (N + 1, count, count), strict=False)
+    sections = [_section(lines, *part, name) for part in parts]
     pointers, index = (found.astype(np.intp) - 1 for found in sections[:2])
     if pointers[0] != 0 or pointers[-1] != count or (np.diff(pointers) < 0).any():
         found = f"{pointers.min() + 1} to {pointers.max() + 1}"
@@ -96,4 +95,5 @@ def _section(
     return np.array(numbers(fields, f"{name}: from line {at + 1} on"))
 
 
-register(Format("harwell-boeing", "Harwell-Boeing", read_harwell_boeing, ("rows",), begins=is_harwell_boeing))
+_READS = {"stiffness": read_harwell_boeing}
+FORMATS = (Format("harwell-boeing", "Harwell-Boeing", begins(is_harwell_boeing), _READS, ("rows",)),)

@@ -7,8 +7,8 @@ import numpy as np
 from scipy import sparse
 
 from shakedown.ground.errors import ProblemError
-from shakedown.models.readers.formats import Format, register
-from shakedown.models.readers.row_map import Rows, row_map
+from shakedown.models.readers.formats import Format, begins
+from shakedown.models.readers.row_map import Rows, is_matrix_market, row_map
 from shakedown.models.readers.stiffness import Stiffness, checked, completed, numbered_entries
 from shakedown.models.readers.text import integers, numbers, quoted, read_lines
 
@@ -16,11 +16,6 @@ _BANNER = re.compile(
     r"%%matrixmarket\s+matrix\s+(coordinate|array)\s+(?:real|integer)\s+(general|symmetric)\s*$",
     re.IGNORECASE,
 )
-
-
-def is_matrix_market(text: str) -> bool:
-    """Whether a text begins as this format does."""
-    return text.lstrip().lower().startswith("%%matrixmarket")
 
 
 def read_matrix_market(path: str | os.PathLike[str], rows: Rows = None) -> Stiffness:
@@ -72,4 +67,5 @@ def read_matrix_market(path: str | os.PathLike[str], rows: Rows = None) -> Stiff
     return checked(sparse.csr_array(full), dofs, "Matrix Market")
 
 
-register(Format("matrix-market", "Matrix Market", read_matrix_market, ("rows",), begins=is_matrix_market))
+_READS = {"stiffness": read_matrix_market}
+FORMATS = (Format("matrix-market", "Matrix Market", begins(is_matrix_market), _READS, ("rows",)),)

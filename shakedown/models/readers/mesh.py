@@ -94,6 +94,8 @@ class Mesh:
         Why a surface is none of faces of solids or plane elements, by its name in upper case.
     element_sets : mapping
         Element labels of each set, by its name in upper case.
+    frames : mapping
+        For nodes whose output directions are not x, y, z (Nastran), the (3, 3) matrix R with u_own = R u.
     spelled : mapping
         The names of sets and surfaces as the deck writes them first, by those in upper case.
     """
@@ -115,6 +117,7 @@ class Mesh:
     unusable: Mapping[str, str] = field(default_factory=dict)
     element_sets: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
     spelled: Mapping[str, str] = field(default_factory=dict)
+    frames: Mapping[int, FloatArray] = field(default_factory=dict)
 
     @classmethod
     def of_nodes(cls, labels: NDArray[np.intp], coordinates: FloatArray, name: str) -> "Mesh":
@@ -316,6 +319,16 @@ class Mesh:
             return None
         return [[wanted[node] for node in facet.nodes if node in wanted] for facet in found]
 
+    def faces_with(self, corners: set[frozenset[int]]) -> dict[frozenset[int], tuple[int, int]]:
+        """(element, face from 1) of those of some sets of corners that are the corners of a face."""
+        nodes, found = set().union(*corners), dict[frozenset[int], tuple[int, int]]()
+        for element, (_, own) in self.elements.items():
+            if not nodes.isdisjoint(own):
+                for k, facet in enumerate(self._facets_of(element), start=1):
+                    if (key := frozenset(facet.corners)) in corners:
+                        found.setdefault(key, (element, k))
+        return found
+
     def outer_faces(self, nodes: set[int]) -> list[frozenset[int]]:
         """Corners of the faces of the boundary that have some of the nodes."""
         seen = Counter[frozenset[int]]()
@@ -358,10 +371,12 @@ class Mesh:
         return normal if normal @ inside > 0 else -normal
 
 
-_GAUSS = np.sqrt(0.6)
-_LINE = np.array([-_GAUSS, 0.0, _GAUSS]), np.array([5.0, 8.0, 5.0]) / 9
-_TRIANGLE = np.array([[1 / 6, 1 / 6], [2 / 3, 1 / 6], [1 / 6, 2 / 3]]), np.full(3, 1 / 6)
-_SIGNS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])  # corners of a square
+_GAUSS, _WEIGHT = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)]), np.array([5.0, 8.0, 5.0]) / 9
+_POINTS = {  # local places and weights of integration points, by the number of corners
+    2: (_GAUSS[:, None], _WEIGHT),
+    3: (np.array([[1 / 6, 1 / 6], [2 / 3, 1 / 6], [1 / 6, 2 / 3]]), np.full(3, 1 / 6)),
+    4: (np.array([(s, t) for t in _GAUSS for s in _GAUSS]), np.outer(_WEIGHT, _WEIGHT).ravel()),
+}
 
 
 def face_shares(points: FloatArray, corners: int, *, revolved: bool = False) -> FloatArray | None:
@@ -394,29 +409,13 @@ def face_shares(points: FloatArray, corners: int, *, revolved: bool = False) -> 
     kind = (2 if corners == 2 else 3, len(points))
     if FACET_CORNERS.get(kind) != corners or (revolved and corners != 2):
         return None
-    places, weight = (_edge, _triangle, _square)[corners - 2](points)
-    if revolved:
-        weight = weight * 2 * np.pi * (shapes((2, 2), places) @ points[:2, 0])
-    return np.asarray(shapes(kind, places).T @ weight)
-
-
-def _edge(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Local places and weights of integration points on an edge; for the other faces likewise."""
-    xi, weight = _LINE
-    return xi[:, None], 0.5 * float(np.linalg.norm(points[1] - points[0])) * weight
-
-
-def _triangle(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    places, weight = _TRIANGLE
-    return places, float(np.linalg.norm(np.cross(points[1] - points[0], points[2] - points[0]))) * weight
-
-
-def _square(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    xi, eta = (axis.ravel() for axis in np.meshgrid(_LINE[0], _LINE[0]))
-    along, across = 1 + xi * _SIGNS[:, :1], 1 + eta * _SIGNS[:, 1:]
-    sides = [
-        0.25 * (_SIGNS[:, :1] * across).T @ points[:4],  # ∂x/∂ξ
-        0.25 * (_SIGNS[:, 1:] * along).T @ points[:4],
+    places, weight = _POINTS[corners]
+    straight = (kind[0], corners)  # linear along each local direction, so that differences are slopes
+    slopes = [
+        0.5 * (shapes(straight, places + step) - shapes(straight, places - step)) @ points[:corners]
+        for step in np.eye(places.shape[1])
     ]
-    weight = np.outer(_LINE[1], _LINE[1]).ravel() * np.linalg.norm(np.cross(*sides), axis=1)
-    return np.column_stack([xi, eta]), weight
+    weight = weight * np.linalg.norm(slopes[0] if corners == 2 else np.cross(slopes[0], slopes[1]), axis=1)
+    if revolved:
+        weight = weight * 2 * np.pi * (shapes(straight, places) @ points[:2, 0])
+    return np.asarray(shapes(kind, places).T @ weight)

@@ -3,39 +3,29 @@
 import importlib
 import os
 import re
-import struct
 import warnings
-from collections import Counter
-from collections.abc import Iterator
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from io import StringIO
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
+from shakedown.models.readers.formats import Format
 from shakedown.models.readers.mesh import Mesh
-from shakedown.models.readers.nastran_cards import Card, card_fields, cards, of_superelement
-from shakedown.models.readers.text import integers, quoted, read_lines
+from shakedown.models.readers.nastran_cards import cards, of_superelement, spans
+from shakedown.models.readers.text import UNREADABLE, integers, quoted, read_lines
 
-_PAIRS = ("ASET", "BSET", "CSET", "QSET")  # id, components, id, components, …
-_LISTS = tuple(f"{name}1" for name in _PAIRS)  # components, id, id, … or id THRU id
-_ROWS = (*_PAIRS, *_LISTS, "EXTRN", "USET", "USET1", "SECONCT")
+# Cards of the analysis set, those that say more first: pairs id, components; lists components, id, id, ….
+_SETS = ("ASET", "BSET", "CSET", "QSET")
+_ROWS = ((("EXTRN",), ()), (_SETS, tuple(f"{name}1" for name in _SETS)), (("USET",), ("USET1",)))
+_GRIDS = ("GRID", "CORD2R", "CORD2C", "CORD2S")
 _CARD = re.compile(
     r"(EXTRN|[ABCQ]SET1?|USET1?|GRID|SPOINT|CORD\d[RCS]|SECONCT|BEGIN (SUPER|BULK)|DMIG|DTI)\s*[\*, \d]"
-)
-# What pyYeti raises on a damaged file; anything else is an error of the program.
-UNREADABLE = (
-    ValueError,
-    TypeError,
-    LookupError,
-    ArithmeticError,
-    RuntimeError,
-    MemoryError,
-    Warning,
-    struct.error,
-    EOFError,
 )
 _MOST_POINTS = 10_000_000  # largest number of points that a THRU may name
 
@@ -68,32 +58,30 @@ def read_analysis_set(path: str | os.PathLike[str], superelement: int | None = N
     [[3, 1], [3, 2], [9, 0]]
     """
     name = os.fspath(path)
-    lines = of_superelement(read_lines(path), superelement, name)
-    found = [card for card in cards(lines) if card[1] in (*_ROWS, "GRID", "SPOINT")]
-    by_name: dict[str, list[Card]] = {}
-    for card in found:
-        by_name.setdefault(card[1], []).append(card)
-    if "EXTRN" in by_name:
-        return _unique([row for card in by_name["EXTRN"] for row in _pairs(card, name)], name)
-    rows = [row for key in _PAIRS for card in by_name.get(key, []) for row in _pairs(card, name)]
-    rows += [row for key in _LISTS for card in by_name.get(key, []) for row in _list(card, name)]
-    if not rows:
-        for key, read in (("USET", _pairs), ("USET1", _list)):
-            for k, own, fields in by_name.get(key, []):
-                rows += read((k, own, fields[1:]), name)
-    if rows:
-        return _unique([list(row) for row in sorted({tuple(row) for row in rows})], name)
-    if "SECONCT" in by_name:
-        return _connected(by_name, name)
-    raise ProblemError(
-        f"{name}: expected the rows of the analysis set (EXTRN, ASET, BSET, QSET, USET or SECONCT "
-        "cards), found none"
-    )
+    found: dict[str, list[tuple[str, list[str]]]] = defaultdict(list)
+    for k, card, fields in cards(of_superelement(read_lines(path), superelement, name)):
+        found[card].append((f"{name}: line {k}", fields[1:] if card in ("USET", "USET1") else fields))
+    for pairs, lists in _ROWS:
+        rows = [row for card in pairs for own in found[card] for row in _of_pairs(*own)]
+        rows += [row for card in lists for own in found[card] for row in _of_list(*own)]
+        if rows:
+            return _once(rows if pairs == ("EXTRN",) else sorted(set(rows)), name)
+    if not found["SECONCT"]:
+        raise ProblemError(
+            f"{name}: expected the rows of the analysis set (EXTRN, ASET, BSET, QSET, USET or SECONCT "
+            "cards), found none"
+        )
+    grids = {integers(fields[:1], where)[0] for where, fields in found["GRID"]}
+    connected = ((where, [field for field in fields[8::2] if field]) for where, fields in found["SECONCT"])
+    points = [point for where, fields in connected for point in integers(fields, where)]
+    rows = [(point, component) for point in points for component in (range(1, 7) if point in grids else (0,))]
+    return _once(rows, name)
 
 
-def _unique(rows: list[list[int]], name: str) -> NDArray[np.intp]:
-    if len({tuple(row) for row in rows}) < len(rows):
-        (point, component), _ = Counter(map(tuple, rows)).most_common(1)[0]
+def _once(rows: list[tuple[int, int]], name: str) -> NDArray[np.intp]:
+    """The rows, none of them twice."""
+    (point, component), times = Counter(rows).most_common(1)[0]
+    if times > 1:
         raise ProblemError(
             f"{name}: expected every point and component once, found component {component} of point {point} "
             "twice"
@@ -109,61 +97,32 @@ def _components(text: str, where: str) -> list[int]:
     return [int(digit) for digit in text] or [0]
 
 
-def _pairs(card: Card, name: str) -> list[list[int]]:
-    """id, components, id, components, …"""
-    k, _, fields = card
-    where, rows = f"{name}: line {k}", []
+def _of_pairs(where: str, fields: list[str]) -> Iterator[tuple[int, int]]:
+    """Rows of id, components, id, components, …"""
     for point, text in zip(fields[::2], fields[1::2], strict=False):
-        if point:
-            label = integers([point], where)[0]
-            rows += [[label, component] for component in _components(text, where)]
-    return rows
+        for label in integers([point] if point else [], where):
+            yield from ((label, component) for component in _components(text, where))
 
 
-def _list(card: Card, name: str) -> list[list[int]]:
-    """components, id, id, … or components, id, THRU, id."""
-    k, _, (text, *fields) = card
-    components = _components(text, f"{name}: line {k}")
-    return [[point, component] for point in _points(fields, f"{name}: line {k}") for component in components]
-
-
-def _points(fields: list[str], where: str) -> list[int]:
-    fields = [field for field in fields if field]
-    if len(fields) == 3 and fields[1].upper() == "THRU":
-        first, last = integers([fields[0], fields[2]], where)
+def _of_list(where: str, fields: list[str]) -> Iterator[tuple[int, int]]:
+    """Rows of components, id, id, … or components, id, THRU, id."""
+    components, given = _components(fields[0], where), [field for field in fields[1:] if field]
+    points: Iterable[int]
+    if len(given) == 3 and given[1].upper() == "THRU":
+        first, last = integers(given[::2], where)
         if not 0 <= last - first < _MOST_POINTS:
             raise ProblemError(f"{where}: expected 'first THRU last', found {first} THRU {last}")
-        return list(range(first, last + 1))
-    return integers(fields, where)
+        points = range(first, last + 1)
+    else:
+        points = integers(given, where)
+    return ((point, component) for point in points for component in components)
 
 
-def _connected(by_name: dict[str, list[Card]], name: str) -> NDArray[np.intp]:
-    """Rows of the points that SECONCT pairs with those of the superelement."""
-    grids = {int(integers(fields[:1], f"{name}: line {k}")[0]) for k, _, fields in by_name.get("GRID", [])}
-    rows: list[list[int]] = []
-    for k, _, fields in by_name["SECONCT"]:
-        points = integers([field for field in fields[8::2] if field], f"{name}: line {k}")
-        rows += [
-            [point, component] for point in points for component in (range(1, 7) if point in grids else (0,))
-        ]
-    return _unique(rows, name)
-
-
-def read_grids(
-    path: str | os.PathLike[str], superelement: int | None = None
-) -> tuple[Mesh, dict[int, FloatArray]]:
-    """Grid points in the basic system, and the output directions of those that have their own.
+def read_grids(path: str | os.PathLike[str], superelement: int | None = None) -> Mesh:
+    """Grid points in the basic system, with the output directions (``frames``) of those that have their own.
 
     Read by pyYeti (the extra ``nastran``): GRID with CORD2R, CORD2C and CORD2S. Of a file
     with several superelements the one to take must be named.
-
-    Returns
-    -------
-    mesh : Mesh
-        The grid points.
-    frames : dict
-        For each grid point whose directions are not the basic ones, the (3, 3)
-        matrix R with u_own = R u_basic.
 
     Raises
     ------
@@ -172,14 +131,15 @@ def read_grids(
     """
     name = os.fspath(path)
     lines = of_superelement(read_lines(path), superelement, name)
-    own = [line for _, line in _lines_of(lines, ("GRID", "CORD2R", "CORD2C", "CORD2S"))]
-    if not any(line.upper().startswith("GRID") for line in own):
+    found = [(card[1], lines[card[0] - 1 : last]) for card, last in spans(lines) if card[1] in _GRIDS]
+    own = [line.split("$")[0].rstrip() for _, lines in found for line in lines]
+    if not any(card == "GRID" for card, _ in found):
         raise ProblemError(f"{name}: expected GRID cards, found none")
     bulk, n2p = pyyeti_module("bulk", name), pyyeti_module("n2p", name)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            uset, _ = bulk.bulk2uset(StringIO("\n".join(own) + "\n"))
+            uset, _ = bulk.bulk2uset(StringIO("\n".join(filter(None, own)) + "\n"))
             rigid = np.asarray(n2p.rbgeom_uset(uset), dtype=float)
             labels = uset.index.get_level_values(0).to_numpy()[::6].astype(np.intp)
             xyz = np.array(uset.iloc[::6, 1:4], dtype=float)
@@ -195,21 +155,7 @@ def read_grids(
         )
     frames = {int(label): rigid[6 * k : 6 * k + 3, :3] for k, label in enumerate(labels)}
     turned = {label: R for label, R in frames.items() if not np.array_equal(R, np.eye(3))}
-    return Mesh.of_nodes(labels, xyz, name), turned
-
-
-def _lines_of(lines: list[str], names: tuple[str, ...]) -> Iterator[tuple[int, str]]:
-    """Lines of the named cards, their continuations included."""
-    inside = False
-    for k, line in enumerate(lines, start=1):
-        text = line.split("$")[0].rstrip()
-        if not text:
-            continue
-        first = card_fields(text)[0]
-        if first[:1] not in ("", "*", "+"):
-            inside = first.rstrip("*").strip().upper() in names
-        if inside:
-            yield k, text
+    return replace(Mesh.of_nodes(labels, xyz, name), frames=turned)
 
 
 def pyyeti_module(module: str, name: str) -> ModuleType:
@@ -223,3 +169,11 @@ def pyyeti_module(module: str, name: str) -> ModuleType:
             f"{name}: expected pyYeti, which reads Nastran files, found it not installed "
             "(pip install 'shakedown-bounds[nastran]')"
         ) from None
+
+
+_TITLE = "Nastran bulk data without a DMIG matrix (it may be the 'map' of an OUTPUT4 file)"
+_READS: dict[str, Callable[..., Any]] = {
+    "mesh": read_grids,
+    "rows": lambda path, size: read_analysis_set(path),
+}
+FORMATS = (Format("bulk", _TITLE, lambda content: is_bulk_data(content.lines), _READS, ("superelement",)),)

@@ -1,11 +1,12 @@
 """Nastran cards in small, large or free fields, and those of one superelement of a file with several."""
 
 import re
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from shakedown.ground.errors import ProblemError
-from shakedown.models.readers.text import integers, listed
+from shakedown.models.readers.text import integers, listed, quoted
 
 Card = tuple[int, str, list[str]]  # line number, name, data fields
 _BEGIN = re.compile(r"BEGIN\b\s*(?:BULK\b\s*)?(?:SUPER\b\s*=?\s*(\d{1,18}))?", re.IGNORECASE)
@@ -28,6 +29,12 @@ def cards(lines: list[str]) -> Iterator[Card]:
         card = k, first.rstrip("*").strip().upper(), fields
     if card is not None:
         yield card
+
+
+def spans(lines: list[str]) -> Iterator[tuple[Card, int]]:
+    """Every card, and the number of the last of its lines or of the remarks behind it."""
+    for card, (after, _, _) in pairwise([*cards(lines), (len(lines) + 1, "", [])]):
+        yield card, after - 1
 
 
 def card_fields(text: str) -> tuple[str, list[str]]:
@@ -93,8 +100,57 @@ def _owners(lines: list[str], name: str) -> list[int | None]:
     if any(owner):
         return [number or 0 for number in owner]
     owner = [None] * len(lines)
-    found = [*cards(lines), (len(lines) + 1, "", [])]
-    for (k, card, fields), (after, _, _) in pairwise(found):
+    for (k, card, fields), last in spans(lines):
         if card == "SECONCT":
-            owner[k - 1 : after - 1] = [integers(fields[:1], f"{name}: line {k}")[0]] * (after - k)
+            owner[k - 1 : last] = [integers(fields[:1], f"{name}: line {k}")[0]] * (last - k + 1)
     return owner
+
+
+def chosen_matrix(names: list[str], matrix: str | None, where: str, scalars: Sequence[int] = ()) -> int:
+    """The place of a matrix among those of a file.
+
+    Parameters
+    ----------
+    names
+        Theirs, in upper case.
+    matrix
+        The name of the one to take, with ``(k)`` behind it for the k-th of that name; by default the only one
+        whose name begins with K, or the only one at all.
+    where
+        The file, for messages.
+    scalars
+        Places of those that are no stiffness, being of size 1 × 1.
+
+    Raises
+    ------
+    ProblemError
+        If there is none, or several.
+
+    Examples
+    --------
+    >>> chosen_matrix(["KAAX", "MAAX", "MAAX"], "maax(2)", "a file")
+    2
+    """
+    wanted = (matrix or "").strip().upper()
+    counted = re.fullmatch(r"(.+)\((\d{1,9})\)", wanted)
+    if matrix is not None:
+        places = [k for k, own in enumerate(names) if own == (counted[1] if counted else wanted)]
+    else:
+        stiff = [k for k, own in enumerate(names) if own.startswith("K") and k not in scalars]
+        places = [0] if len(names) == 1 else stiff
+    if counted and places:
+        if not 1 <= int(counted[2]) <= len(places):
+            known = f"{counted[1]}(1) to {counted[1]}({len(places)})"
+            raise ProblemError(f"{where}: expected {known}, found {quoted(wanted)}")
+        return places[int(counted[2]) - 1]
+    (often, times), *_ = [*Counter(names[k] for k in places).most_common(1), ("", 0)]
+    if times > 1:
+        ways = " or ".join(f"'{often}({k})'" for k in range(1, min(times, 3) + 1))
+        raise ProblemError(
+            f"{where}: expected every matrix once, found {often} {times} times (several superelements?); "
+            f"name the one to take: matrix = {ways}"
+        )
+    if len(places) != 1:
+        what = "one stiffness matrix" if matrix is None else f"the matrix {quoted(matrix)}"
+        raise ProblemError(f"{where}: expected {what}, found {listed(names)}; name the one to take")
+    return places[0]

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from shakedown.ground.errors import ProblemError
-from shakedown.models.readers.formats import Format, register
-from shakedown.models.readers.nastran_cards import cards, of_superelement
+from shakedown.models.readers.formats import Format, has
+from shakedown.models.readers.nastran_cards import cards, chosen_matrix, of_superelement
 from shakedown.models.readers.stiffness import Stiffness, from_entries
 from shakedown.models.readers.text import integers, listed, number, read_lines
 
@@ -44,7 +44,8 @@ def read_nastran_dmig(
     name = os.fspath(path)
     lines = of_superelement(read_lines(path), superelement, name)
     found = [(k, fields) for k, card, fields in cards(lines) if card == "DMIG"]
-    chosen = _chosen({fields[0] for _, fields in found}, matrix, name)
+    known = sorted({fields[0] for _, fields in found})
+    chosen = known[chosen_matrix(known, matrix, name)]
     own = [(k, fields) for k, fields in found if fields[0] == chosen]
     header = [(k, fields) for k, fields in own if fields[1] == "0"]
     if len(header) != 1:
@@ -62,14 +63,8 @@ def read_nastran_dmig(
     entries = list(_entries([card for card in own if card not in header], name))
     if not entries:
         raise ProblemError(f"{name}: expected entries of {shown}, found none")
-    rows, columns, values = zip(*entries, strict=True)
-    return from_entries(
-        np.array(rows, dtype=np.intp),
-        np.array(columns, dtype=np.intp),
-        np.array(values),
-        name,
-        "Nastran DMIG",
-    )
+    rows, columns, values = map(np.array, zip(*entries, strict=True))
+    return from_entries(rows, columns, values, name, "Nastran DMIG")
 
 
 def _entries(own: list[tuple[int, list[str]]], name: str) -> Iterator[tuple[list[int], list[int], float]]:
@@ -83,19 +78,5 @@ def _entries(own: list[tuple[int, list[str]]], name: str) -> Iterator[tuple[list
                 yield integers([node, direction or "0"], where), column, number(value, where)
 
 
-def _chosen(found: set[str], matrix: str | None, name: str) -> str:
-    if matrix is not None:
-        if matrix not in found:
-            raise ProblemError(
-                f"{name}: expected the matrix {listed([matrix])}, found {listed(sorted(found))}"
-            )
-        return matrix
-    candidates = [one for one in found if one.startswith("K")] if len(found) > 1 else list(found)
-    if len(candidates) != 1:
-        raise ProblemError(
-            f"{name}: expected one matrix, found {listed(sorted(found))}; name the one to take"
-        )
-    return candidates[0]
-
-
-register(Format("dmig", "Nastran DMIG", read_nastran_dmig, ("matrix", "superelement"), line=_LINE))
+_TAKES = ("matrix", "superelement")
+FORMATS = (Format("dmig", "Nastran DMIG", has(_LINE), {"stiffness": read_nastran_dmig}, _TAKES),)

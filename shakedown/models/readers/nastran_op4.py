@@ -3,7 +3,7 @@
 import os
 import re
 import warnings
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from scipy import sparse
@@ -11,11 +11,12 @@ from scipy import sparse
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.size_limits import TIMES_A_FILE
-from shakedown.models.readers.formats import Format, register
-from shakedown.models.readers.nastran_bulk import UNREADABLE, pyyeti_module
+from shakedown.models.readers.formats import Format, begins
+from shakedown.models.readers.nastran_bulk import pyyeti_module
+from shakedown.models.readers.nastran_cards import chosen_matrix
 from shakedown.models.readers.row_map import Rows, row_map
 from shakedown.models.readers.stiffness import Stiffness, checked
-from shakedown.models.readers.text import listed, quoted, read_bytes
+from shakedown.models.readers.text import UNREADABLE, quoted, read_bytes
 
 _HEADER = re.compile(
     rb"^([ \d-]{8}|[ \d-]{16})([ \d-]{8}|[ \d-]{16})([ \d]{8})([ \d]{8})([A-Za-z_]\S{0,7}) *(\S*)\r?$",
@@ -23,14 +24,6 @@ _HEADER = re.compile(
 )
 _HEADS = {24: 4, 48: 8}  # bytes of a binary header record: width of its integers
 _REAL = (1, 2)  # types: single and double precision
-
-
-class _Matrix(NamedTuple):
-    """One matrix of a file as pyYeti reads it, dense or sparse."""
-
-    name: str
-    values: Any
-    type: int
 
 
 def is_op4(text: str) -> bool:
@@ -63,22 +56,21 @@ def read_nastran_op4(path: str | os.PathLike[str], rows: Rows = None, matrix: st
         installed, or the file is damaged.
     """
     name = os.fspath(path)
-    chosen = _chosen(_matrices(path, name), matrix, name)
-    size, columns = chosen.values.shape
+    values = _matrix(path, matrix)
+    size, columns = values.shape
     if size != columns:
-        raise ProblemError(f"{name}: expected {chosen.name} to be square, found {size} x {columns}")
+        raise ProblemError(f"{name}: expected a square matrix, found {size} x {columns}")
     table = row_map(rows, size, name, "Nastran OUTPUT4")
-    return checked(sparse.csr_array(chosen.values), table, "Nastran OUTPUT4")
+    return checked(sparse.csr_array(values), table, "Nastran OUTPUT4")
 
 
 def read_op4_columns(path: str | os.PathLike[str], matrix: str) -> FloatArray:
     """One real matrix of an OUTPUT4 file as a dense array, for load vectors; see :func:`read_nastran_op4`."""
-    name = os.fspath(path)
-    found = _chosen(_matrices(path, name), matrix, name).values
+    found = _matrix(path, matrix)
     if 8 * found.shape[0] * found.shape[1] > _most(path):
         raise ProblemError(
-            f"{name}: expected at most {TIMES_A_FILE} times the size of the file in loads, found a header "
-            f"that claims {found.shape[0]} x {found.shape[1]}"
+            f"{os.fspath(path)}: expected at most {TIMES_A_FILE} times the size of the file in loads, found "
+            f"a header that claims {found.shape[0]} x {found.shape[1]}"
         )
     return np.asarray(found.toarray() if sparse.issparse(found) else found, dtype=float)
 
@@ -88,24 +80,30 @@ def _most(path: str | os.PathLike[str]) -> int:
     return TIMES_A_FILE * max(os.stat(path).st_size, 1 << 16)
 
 
-def _matrices(path: str | os.PathLike[str], name: str) -> list[_Matrix]:
-    """All matrices of a file; sparse where a header claims far more than the file holds."""
-    raw = read_bytes(path)
+def _matrix(path: str | os.PathLike[str], matrix: str | None) -> Any:
+    """The matrix of a name as pyYeti reads it; sparse where a header claims far more than the file holds."""
+    name, raw = os.fspath(path), read_bytes(path)
     if not is_op4(raw[:256].decode("latin-1")):
         raise ProblemError(f"{name}: expected an OUTPUT4 file, found no header of one")
     large = 8 * _largest(raw, name) > _most(path)
-    op4 = pyyeti_module("op4", name)
+    reader = pyyeti_module("op4", name).OP4()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            reader = op4.OP4()
-            try:
-                names, values, _, types = reader.load(os.fspath(path), into="list", sparse=large)
-            finally:
-                reader._op4close()
+            names, values, _, types = reader.load(name, into="list", sparse=large)
     except UNREADABLE as error:
         raise ProblemError(f"{name}: expected whole matrices, found {quoted(str(error))}") from None
-    return [_Matrix(*found) for found in zip(map(str.upper, names), values, types, strict=True)]
+    finally:
+        reader._op4close()
+    scalars = [k for k, own in enumerate(values) if own.shape == (1, 1)]
+    k = chosen_matrix([own.upper() for own in names], matrix, name, scalars)
+    if types[k] not in _REAL:
+        raise ProblemError(f"{name}: expected {names[k]} to be real (type 1 or 2), found type {types[k]}")
+    data = values[k].data if sparse.issparse(values[k]) else values[k]
+    if not np.isfinite(data).all():
+        found = data[~np.isfinite(data)][0]
+        raise ProblemError(f"{name}: expected finite numbers in {names[k]}, found {found}")
+    return values[k]
 
 
 def _largest(raw: bytes, name: str) -> int:
@@ -129,50 +127,5 @@ def _largest(raw: bytes, name: str) -> int:
     return claimed
 
 
-def _chosen(found: list[_Matrix], matrix: str | None, name: str) -> _Matrix:
-    if matrix is None:
-        stiff = [one for one in found if one.name.startswith("K") and one.values.shape != (1, 1)]
-        candidates = found if len(found) == 1 else stiff
-    else:
-        candidates = _of_name(found, matrix, name)
-    repeated = [one.name for one in candidates if sum(one.name == other.name for other in candidates) > 1]
-    if repeated:
-        ways = " or ".join(f"'{repeated[0]}({k})'" for k in range(1, min(len(repeated), 3) + 1))
-        raise ProblemError(
-            f"{name}: expected every matrix once, found {repeated[0]} {len(repeated)} times (several "
-            f"superelements?); name the one to take: matrix = {ways}"
-        )
-    if len(candidates) != 1:
-        what = "one stiffness matrix" if matrix is None else f"the matrix {quoted(matrix)}"
-        raise ProblemError(
-            f"{name}: expected {what}, found {listed(one.name for one in found)}; name the one to take"
-        )
-    chosen = candidates[0]
-    if chosen.type not in _REAL:
-        raise ProblemError(
-            f"{name}: expected {chosen.name} to be real (type 1 or 2), found type {chosen.type}"
-        )
-    data = chosen.values.data if sparse.issparse(chosen.values) else chosen.values
-    if not np.isfinite(data).all():
-        raise ProblemError(
-            f"{name}: expected finite numbers in {chosen.name}, found {data[~np.isfinite(data)][0]}"
-        )
-    return chosen
-
-
-def _of_name(found: list[_Matrix], matrix: str, name: str) -> list[_Matrix]:
-    """The matrices of a name, or the k-th of them where the name ends in (k)."""
-    wanted = matrix.strip().upper()
-    counted = re.fullmatch(r"(.+)\((\d{1,9})\)", wanted)
-    same = [one for one in found if one.name == (counted[1] if counted else wanted)]
-    if counted is None or not same:
-        return same
-    place = int(counted[2])
-    if not 1 <= place <= len(same):
-        raise ProblemError(
-            f"{name}: expected {same[0].name}(1) to {same[0].name}({len(same)}), found {quoted(matrix)}"
-        )
-    return [same[place - 1]]
-
-
-register(Format("op4", "Nastran OUTPUT4", read_nastran_op4, ("rows", "matrix"), begins=is_op4))
+_READS = {"stiffness": read_nastran_op4}
+FORMATS = (Format("op4", "Nastran OUTPUT4", begins(is_op4), _READS, ("rows", "matrix")),)

@@ -1,8 +1,10 @@
 """What a static step gave at nodes: reactions or displacements, of one step or of several together."""
 
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from pathlib import Path
+from typing import Literal, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,12 +94,9 @@ def combined(steps: Sequence[NodalVectors], factors: Sequence[float]) -> NodalVe
     first = steps[0]
     places = [step.places(first.nodes, "node") for step in steps]
     pairs = list(zip(steps, places, factors, strict=True))
-    return NodalVectors(
-        first.what,
-        first.node_sets,
-        first.time,
-        first.nodes,
-        np.sum([factor * step.vectors[place] for step, place, factor in pairs], axis=0),
+    return replace(
+        first,
+        vectors=np.sum([factor * step.vectors[place] for step, place, factor in pairs], axis=0),
         by_calculix=any(step.by_calculix for step in steps),
         local=frozenset().union(*(step.local for step in steps)),
     )
@@ -122,3 +121,11 @@ def in_model_directions(
     vectors = run.vectors.copy()
     vectors[own] = np.einsum("ki,kij->kj", vectors[own], directions(run.nodes[own]))
     return replace(run, vectors=vectors, local=frozenset())
+
+
+def refuse_as_stiffness(path: str | os.PathLike[str]) -> NoReturn:
+    """Say that reactions alone are no stiffness."""
+    raise ProblemError(
+        f"{os.fspath(path)}: expected a matrix, found reactions; they make a stiffness only with the list of "
+        f"contact nodes that were moved (import {Path(path).name} with a configuration)"
+    )

@@ -1,59 +1,46 @@
 """Reactions or displacements as a table that any report tool can write: step, node, fx, fy and maybe fz."""
 
 import os
-from pathlib import Path
+import re
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from shakedown.ground.errors import ProblemError
-from shakedown.models.readers.calculix_frd import is_frd, read_frd
-from shakedown.models.readers.calculix_reactions import HEADINGS, is_calculix_output, read_calculix_output
-from shakedown.models.readers.formats import Format, register
-from shakedown.models.readers.nodal_vectors import NodalVectors, What
-from shakedown.models.readers.stiffness import Stiffness
+from shakedown.models.readers.formats import Format, begins, format_of
+from shakedown.models.readers.nodal_vectors import NodalVectors, What, refuse_as_stiffness
 from shakedown.models.readers.table import NumberTable, read_table
-from shakedown.models.readers.text import read_bytes, read_lines
 
-_PLACE = [
-    {"step", "load step", "loadstep", "frame", "run"},
-    {"node", "node label", "label", "node number", "nid"},
-]
-_NAMES: dict[What, list[set[str]]] = {  # accepted headings of the columns
-    "reactions": [
-        *_PLACE,
-        *({f"f{x}", f"rf{k}", f"rf.rf{k}", f"reaction {x}"} for k, x in enumerate("xyz", start=1)),
-    ],
-    "displacements": [
-        *_PLACE,
-        *({f"u{x}", f"u{k}", f"u.u{k}", f"displacement {x}"} for k, x in enumerate("xyz", start=1)),
-    ],
+_HEADINGS = {  # of the columns, by regular expressions
+    what: [
+        r"step|load ?step|frame|run",
+        r"node|(node )?label|node number|nid",
+        *(rf"{letter}{x}|({full}\.)?{full}{k}|{word} {x}" for k, x in enumerate("xyz", start=1)),
+    ]
+    for what, letter, full, word in (
+        ("reactions", "f", "rf", "reaction"),
+        ("displacements", "u", "u", "displacement"),
+    )
 }
 _EXPECTED: dict[What, str] = {
     "reactions": "step, node, fx, fy and maybe fz",
     "displacements": "step, node, ux, uy and maybe uz",
 }
 
-_HEAD = 80  # bytes that show a .frd file
-
 
 def is_reactions_table(text: str) -> bool:
     """Whether the first line of a text names the columns step, node, fx, fy."""
     lines = (line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#"))
     first = next(lines, "").casefold()
-    splits = [{field.strip().strip('"') for field in first.split(mark)} for mark in ("\t", ";", ",")]
-    return any(
-        all(headings & names for names in _NAMES["reactions"][:4])
-        for headings in [*splits, set(first.split())]
-    )
+    splits = [[field.strip().strip('"') for field in first.split(mark)] for mark in ("\t", ";", ",", None)]
+    wanted = [re.compile(pattern).fullmatch for pattern in _HEADINGS["reactions"][:4]]
+    return any(all(any(map(fits, headings)) for fits in wanted) for headings in splits)
 
 
 def read_nodal_vectors(path: str | os.PathLike[str], what: What = "reactions") -> list[NodalVectors]:
     """Read reactions or displacements: a ``.dat`` or ``.frd`` file of CalculiX, or a table: by content."""
-    if is_frd(read_bytes(path, _HEAD).decode("utf-8-sig", errors="replace")):
-        return read_frd(path, what)
-    if is_calculix_output(read_lines(path)):
-        return read_calculix_output(path, what)
-    return read_vectors_table(path, what)
+    return format_of(path, "vectors").reads["vectors"](path, what)
 
 
 def read_vectors_table(path: str | os.PathLike[str], what: What = "reactions") -> list[NodalVectors]:
@@ -105,8 +92,8 @@ def _keys(table: NumberTable, what: What) -> list[str | int]:
             raise ProblemError(f"{table.name}: expected the columns {expected}, found {width}")
         return list(range(1, width + 1))
     found: list[str | int] = []
-    for k, names in enumerate(_NAMES[what]):
-        own = [heading for heading in table.columns if heading.casefold() in names]
+    for k, pattern in enumerate(_HEADINGS[what]):
+        own = [heading for heading in table.columns if re.fullmatch(pattern, heading.casefold())]
         if len(own) > 1 or (not own and k < 4):
             one = expected.replace(" and maybe", ",").split(", ")[k]
             raise ProblemError(f"{table.name}: expected one column '{one}', found {len(own)} ({expected})")
@@ -114,11 +101,8 @@ def _keys(table: NumberTable, what: What) -> list[str | int]:
     return found
 
 
-def _refuse(path: str | os.PathLike[str]) -> Stiffness:
-    raise ProblemError(
-        f"{os.fspath(path)}: expected a matrix, found reactions; they make a stiffness only with the list of "
-        f"contact nodes that were moved (import {Path(path).name} with a configuration)"
-    )
-
-
-register(Format("reactions", "reactions", _refuse, begins=is_reactions_table, line=HEADINGS["reactions"]))
+_READS: dict[str, Callable[..., Any]] = {"stiffness": refuse_as_stiffness, "vectors": read_vectors_table}
+FORMATS = (
+    Format("reactions", "reactions", begins(is_reactions_table), _READS),
+    Format("vectors", "a table", None, {"vectors": read_vectors_table}),
+)

@@ -1,30 +1,20 @@
 """Which node and direction each row of a matrix belongs to, from the files that say it."""
 
 import os
+import re
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.files.npy import read_array, read_header
 from shakedown.ground.errors import ProblemError, found_in
-from shakedown.models.readers.deck import is_deck, read_deck
-from shakedown.models.readers.nastran_bulk import is_bulk_data, read_analysis_set
-from shakedown.models.readers.text import (
-    LARGEST_WHOLE,
-    open_input,
-    quoted,
-    read_bytes,
-    read_lines,
-    whole_number,
-)
+from shakedown.models.readers.formats import Format, begins, format_of
+from shakedown.models.readers.text import LARGEST_WHOLE, open_input, quoted, read_lines, whole_number
 
 Rows = str | os.PathLike[str] | NDArray[np.intp] | None  # a map file, its content, or none
 DIRECTIONS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
-HEADINGS = {  # of the columns of such lists
-    "matrix", "eqn", "eq", "equation", "row", "no", "number", "node", "label", "dof", "direction", "dir",
-}  # fmt: skip
+_HEADING = re.compile("matrix|eqn?|equation|row|no|number|node|label|dof|dir(ection)?", re.IGNORECASE)
 _COMMENT = "#%$!*"
-_NPY = b"\x93NUMPY"
 
 
 def row_map(rows: Rows, size: int, where: str, format: str) -> NDArray[np.intp]:
@@ -87,21 +77,12 @@ def read_row_map(path: str | os.PathLike[str], size: int | None = None) -> NDArr
     >>> read_row_map(path).tolist()
     [[7, 1], [7, 2]]
     """
+    return format_of(path, "rows").reads["rows"](path, size)
+
+
+def _array(path: str | os.PathLike[str], size: int | None) -> NDArray[np.intp]:
+    """The map of the numbers of an ``.npy`` file."""
     name = os.fspath(path)
-    if read_bytes(path, len(_NPY)) == _NPY:
-        return _of_columns(_array(path, name), size, name)
-    lines = read_lines(path)
-    if is_bulk_data(lines):
-        return read_analysis_set(path)
-    if is_deck(lines):
-        return _implied(read_deck(path).labels, size, name)
-    if lines[0].lower().startswith("%%matrixmarket"):
-        return _implied(_node_vector(lines, name), size, name)
-    return _of_columns(_listed(lines, name), size, name)
-
-
-def _array(path: str | os.PathLike[str], name: str) -> NDArray[np.float64]:
-    """The numbers of an ``.npy`` file, one row per row of the matrix."""
     with open_input(path) as file, found_in(name):
         header = read_header(file)
         file.seek(0)
@@ -111,21 +92,21 @@ def _array(path: str | os.PathLike[str], name: str) -> NDArray[np.float64]:
             f"{name}: expected numbers (node, direction) of every row, found {found.dtype} of shape "
             f"{found.shape}"
         )
-    return found.astype(float).reshape(len(found), -1)
+    return _of_columns(found.astype(float).reshape(len(found), -1), size, name)
 
 
-def _listed(lines: list[str], name: str) -> NDArray[np.float64]:
-    """Lines of one to three numbers each, of which the last may be the name of a direction.
+def _listed(path: str | os.PathLike[str], size: int | None) -> NDArray[np.intp]:
+    """The map of lines of one to three numbers each, of which the last may be the name of a direction.
 
     Blank lines, a line of headings (node, dof …) at the head, and lines that start with ``#``, ``%``,
     ``$``, ``!`` or ``*`` are skipped.
     """
-    table: list[list[int]] = []
-    for k, line in enumerate(lines, start=1):
+    name, table = os.fspath(path), list[list[int]]()
+    for k, line in enumerate(read_lines(path), start=1):
         fields = line.replace(",", " ").split()
         if not fields or fields[0][0] in _COMMENT:
             continue
-        if not table and HEADINGS.issuperset(word.lower() for word in fields):
+        if not table and all(map(_HEADING.fullmatch, fields)):
             continue
         if len(fields) == 1 and fields[0].replace(".", "").isdigit():
             fields = fields[0].split(".")  # 'node.direction'
@@ -137,7 +118,7 @@ def _listed(lines: list[str], name: str) -> NDArray[np.float64]:
         table.append([DIRECTIONS.get(text.upper()) or whole_number(text, where) for text in fields])
     if not table:
         raise ProblemError(f"{name}: expected a map of rows, found no line")
-    return np.array(table, dtype=float)
+    return _of_columns(np.array(table, dtype=float), size, name)
 
 
 def _of_columns(table: NDArray[np.float64], size: int | None, name: str) -> NDArray[np.intp]:
@@ -146,7 +127,7 @@ def _of_columns(table: NDArray[np.float64], size: int | None, name: str) -> NDAr
         raise ProblemError(f"{name}: expected whole numbers in one to three columns, found others")
     found = table.astype(np.intp)
     if found.shape[1] == 1:
-        return _implied(found[:, 0], size, name)
+        return implied_rows(found[:, 0], size, name)
     if found.shape[1] == 3:
         first = int(found[:, 0].min() != 0)
         order = np.argsort(found[:, 0], kind="stable")
@@ -162,20 +143,21 @@ def _of_columns(table: NDArray[np.float64], size: int | None, name: str) -> NDAr
     return found
 
 
-def _node_vector(lines: list[str], name: str) -> NDArray[np.intp]:
-    """The whole numbers of a Matrix Market array with one column."""
-    size, *body = [line for line in lines if line.strip() and line[0] != "%"] or [""]
+def _node_vector(path: str | os.PathLike[str], size: int | None) -> NDArray[np.intp]:
+    """The map of the whole numbers of a Matrix Market array with one column."""
+    name, lines = os.fspath(path), read_lines(path)
+    head, *body = [line for line in lines if line.strip() and line[0] != "%"] or [""]
     found = np.array([whole_number(text, name) for line in body for text in line.split()], dtype=np.intp)
-    expected = sorted(whole_number(text, name) for text in size.split())
+    expected = sorted(whole_number(text, name) for text in head.split())
     if lines[0].lower().split()[2:4] != ["array", "integer"] or expected != sorted((1, len(found))):
         raise ProblemError(
             f"{name}: expected a node vector ('array integer', one column): expected "
             f"{max(expected, default=0)} nodes, found {len(found)} below {quoted(lines[0])}"
         )
-    return found
+    return implied_rows(found, size, name)
 
 
-def _implied(nodes: NDArray[np.intp], size: int | None, name: str) -> NDArray[np.intp]:
+def implied_rows(nodes: NDArray[np.intp], size: int | None, name: str) -> NDArray[np.intp]:
     """Nodes without directions: each has the same number of rows, in the order x, y, z."""
     if size is None:
         raise ProblemError(f"{name}: expected rows 'node direction', found nodes without directions")
@@ -198,3 +180,15 @@ def _implied(nodes: NDArray[np.intp], size: int | None, name: str) -> NDArray[np
     directions = np.empty(size, dtype=np.intp)
     directions[np.argsort(place.ravel(), kind="stable")] = np.tile(np.arange(1, each + 1), len(counts))
     return np.column_stack([nodes, directions])
+
+
+def is_matrix_market(text: str) -> bool:
+    """Whether a text begins as Matrix Market does."""
+    return text.lstrip().lower().startswith("%%matrixmarket")
+
+
+FORMATS = (
+    Format("npy", "an array of NumPy", begins(re.compile("\x93NUMPY").match), {"rows": _array}),
+    Format("node vector", "Matrix Market", begins(is_matrix_market), {"rows": _node_vector}),
+    Format("rows", "a list of rows", None, {"rows": _listed}),
+)

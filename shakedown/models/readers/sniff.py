@@ -1,27 +1,13 @@
-"""Which format a file has: its content decides, never its name."""
+"""Stiffness matrices and meshes of any format: the content of a file decides, never its name."""
 
 import os
 
 from shakedown.ground.errors import ProblemError
-from shakedown.models.readers import (  # noqa: F401  (each registers its format)
-    abaqus_matrix,
-    abaqus_substructure,
-    calculix_storage,
-    harwell_boeing,
-    matrix_market,
-    nastran_dmig,
-    nastran_op4,
-    reactions_table,
-)
-from shakedown.models.readers.calculix_frd import is_frd
-from shakedown.models.readers.deck import is_deck
-from shakedown.models.readers.formats import FORMATS
-from shakedown.models.readers.nastran_bulk import is_bulk_data
+from shakedown.models.readers.formats import Content, format_of, formats, recognised
+from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.row_map import Rows
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import LOOKED_AT, quoted, read_bytes, read_lines
-
-_BEGINNING = 1000  # bytes
+from shakedown.models.readers.text import quoted
 
 
 def stiffness_format(path: str | os.PathLike[str]) -> str:
@@ -47,32 +33,12 @@ def stiffness_format(path: str | os.PathLike[str]) -> str:
     >>> stiffness_format(path)
     'abaqus-matrix'
     """
-    beginning = read_bytes(path, _BEGINNING).decode("latin-1")
-    for each in FORMATS:
-        if each.begins is not None and each.begins(beginning):
-            return each.name
-    if is_frd(beginning):
-        raise ProblemError(
-            f"{os.fspath(path)}: expected a stiffness matrix, found the results of a CalculiX run (.frd); "
-            "they are of a load: its key 'open', 'reactions' or 'thermal'"
-        )
-    lines = [line for line in read_lines(path) if line.strip()]
-    bulk = is_bulk_data(lines[:LOOKED_AT])  # whose continuations look like numbered entries
-    known = [each for each in FORMATS if each.line and not (bulk and each.name == "numbered")]
-    deck = is_deck(lines)
-    for line in [] if deck else lines:
-        for each in known:
-            if each.line and each.line.match(line):
-                return each.name
-    what = quoted(lines[0])
-    if is_bulk_data(lines):
-        what = "Nastran bulk data without a DMIG matrix (it may be the 'map' of an OUTPUT4 file)"
-    elif deck:
-        what = "an input deck (it may be the 'map' of a matrix, or the file of [model])"
-    raise ProblemError(
-        f"{os.fspath(path)}: expected a stiffness matrix ({', '.join(each.title for each in FORMATS)}), "
-        f"found {what}"
-    )
+    found = recognised(path)
+    if found is not None and "stiffness" in found.reads:
+        return found.name
+    known = ", ".join(sorted({each.title for each in formats() if "stiffness" in each.reads}))
+    what = quoted(Content(path).lines[0]) if found is None else found.title
+    raise ProblemError(f"{os.fspath(path)}: expected a stiffness matrix ({known}), found {what}")
 
 
 def read_stiffness(
@@ -114,15 +80,29 @@ def read_stiffness(
            [1., 3.]])
     """
     name = stiffness_format(path) if format is None else format
-    found = next(each for each in FORMATS if each.name == name)
-    asked = {"rows": dof_map, "matrix": matrix, "superelement": superelement}
-    nastran = "matrix" in found.takes
-    for key, known, expected in (
-        ("rows", "rows" in found.takes, f"no map file, because a {name} file has its own labels"),
-        ("matrix", nastran, f"no matrix name, because a {name} file holds one matrix"),
-        ("superelement", nastran, f"no superelement, because a {name} file is not Nastran's"),
+    found = next(each for each in formats() if each.name == name)
+    given = {"rows": dof_map, "matrix": matrix, "superelement": superelement}
+    for key, own, what, why in (
+        ("rows", "rows", "map file", "has its own labels"),
+        ("matrix", "matrix", "matrix name", "holds one matrix"),
+        ("superelement", "matrix", "superelement", "is not Nastran's"),
     ):
-        if asked[key] is not None and not known:
-            given = "one" if key == "rows" else quoted(str(asked[key]))
-            raise ProblemError(f"{os.fspath(path)}: expected {expected}, found {given}")
-    return found.read(path, **{word: asked[word] for word in found.takes})
+        if given[key] is not None and own not in found.takes:
+            raise ProblemError(
+                f"{os.fspath(path)}: expected no {what}, because a {name} file {why}, found one"
+            )
+    return found.reads["stiffness"](path, **{key: given[key] for key in found.takes})
+
+
+def read_any_mesh(path: str | os.PathLike[str], superelement: int | None = None) -> Mesh:
+    """Read a mesh from a file of any format that carries one: a deck, bulk data, a list of nodes ….
+
+    ``superelement`` picks one of a Nastran file with several.
+
+    Raises
+    ------
+    ProblemError
+        As the reader of the format raises it.
+    """
+    found = format_of(path, "mesh")
+    return found.reads["mesh"](path, **dict.fromkeys(found.takes, superelement))

@@ -1,6 +1,7 @@
 """A stiffness matrix with the node and direction of each of its rows."""
 
-from collections.abc import Callable, Iterable, Mapping
+import itertools
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -104,18 +105,16 @@ class Stiffness:
         if not turned:
             return self
         T = sparse.eye_array(len(self.dofs), format="lil")
-        for node in turned:
-            own = {int(d): k for k, (label, d) in enumerate(self.dofs) if label == node}
-            for first in (1, 4):
-                rows = [own[d] for d in range(first, first + 3) if d in own]
-                if len(rows) in (1, 2):
-                    raise ProblemError(
-                        f"expected all rows of node {node}, whose directions are not those of the model, "
-                        f"found {len(rows)} of 3 from direction {first} on"
-                    )
-                for i, row in enumerate(rows):
-                    for j, column in enumerate(rows):
-                        T[row, column] = frames[node][i, j]
+        for node, first in itertools.product(turned, (1, 4)):
+            own = (self.dofs[:, 0] == node) & np.isin(self.dofs[:, 1], range(first, first + 3))
+            rows = np.flatnonzero(own)[np.argsort(self.dofs[own, 1])]
+            if len(rows) in (1, 2):
+                raise ProblemError(
+                    f"expected all rows of node {node}, whose directions are not those of the model, "
+                    f"found {len(rows)} of 3 from direction {first} on"
+                )
+            if len(rows):
+                T[np.ix_(rows, rows)] = frames[node]
         T = T.tocsr()
         return replace(self, K=(T.T @ self.K @ T).tocsr())
 
@@ -150,38 +149,24 @@ def from_entries(
     dofs, index = np.unique(np.vstack([rows, columns]), axis=0, return_inverse=True)
     i, j = np.split(index.ravel(), 2)
     N = len(dofs)
-    if (twice := repeated_entry(i, j)) is not None:
-        a, b = twice
-        raise ProblemError(
-            f"{where}: expected every entry once, found row {tuple(dofs[a].tolist())}, "
-            f"column {tuple(dofs[b].tolist())} twice"
-        )
+    check_entries_once(i, j, where, list(map(tuple, dofs.tolist())))
     K = completed(sparse.coo_array((values, (i, j)), shape=(N, N)))
     return Stiffness(K, checked_dofs(dofs), format, accuracy=printed_accuracy(values))
 
 
-def repeated_entry(i: NDArray[np.intp], j: NDArray[np.intp]) -> tuple[int, int] | None:
-    """The first row and column (i, j) that occurs twice, or None.
+def check_entries_once(
+    i: NDArray[np.intp], j: NDArray[np.intp], where: str, names: Sequence[object] | None = None
+) -> None:
+    """Raise ``ProblemError`` if an entry (i, j), counted from 0, occurs twice; the message counts from 1.
 
-    Examples
-    --------
-    >>> import numpy as np
-    >>> repeated_entry(np.array([0, 1, 1]), np.array([0, 0, 0])), repeated_entry(np.arange(2), np.arange(2))
-    ((1, 0), None)
+    With ``names`` of the rows it names them.
     """
     width = int(j.max(initial=0)) + 1
     place, count = np.unique(i * width + j, return_counts=True)
-    if len(place) == len(i):
-        return None
-    return divmod(int(place[np.argmax(count > 1)]), width)
-
-
-def check_entries_once(i: NDArray[np.intp], j: NDArray[np.intp], where: str) -> None:
-    """Raise ``ProblemError`` if an entry (i, j), counted from 0, occurs twice; the message counts from 1."""
-    if (twice := repeated_entry(i, j)) is not None:
-        raise ProblemError(
-            f"{where}: expected every entry once, found row {twice[0] + 1}, column {twice[1] + 1} twice"
-        )
+    if len(place) < len(i):
+        twice = divmod(int(place[np.argmax(count > 1)]), width)
+        row, column = (k + 1 if names is None else names[k] for k in twice)
+        raise ProblemError(f"{where}: expected every entry once, found row {row}, column {column} twice")
 
 
 def numbered_entries(

@@ -1,6 +1,7 @@
 """Tables of numbers: a header or none, any usual delimiter, decimal point or comma."""
 
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,6 +12,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.models.readers.text import listed, number, quoted, read_lines, whole_numbers
 
 DELIMITERS = {"tab": "\t", ";": ";", ",": ",", "space": None}
+_NUMBER = re.compile(r"[-+]?[.,]?\d")  # how one begins
 _COMMENT = ("#", "%", "!", "$", "**", "//")
 
 
@@ -106,8 +108,8 @@ def number_table(
             f"{name}: expected the delimiter tab, ;, comma or space and the decimal mark . or a comma, found "
             f"{quoted(str(delimiter))} and {quoted(str(decimal))}"
         )
-    rows = [(k, text) for k, line in enumerate(lines, start=1) if (text := line.strip())]
-    rows = [(k, text) for k, text in rows if not text.startswith(_COMMENT)]
+    stripped = enumerate(map(str.strip, lines), start=1)
+    rows = [(k, text) for k, text in stripped if text and not text.startswith(_COMMENT)]
     if not rows:
         raise ProblemError(f"{name}: expected rows of numbers, found none")
     failures = []
@@ -130,7 +132,7 @@ def _split(rows: list[tuple[int, str]], name: str, mark: str, decimal: str | Non
     (_, first), split = rows[0], DELIMITERS[mark]
     comma = decimal == "," or (decimal is None and mark != ",")
     fields = [field.strip().strip('"') for field in first.split(split)]
-    if not all(_is_number(field, comma) for field in fields if field):
+    if not all(map(_NUMBER.match, filter(None, fields))):
         header, rows = tuple(field for field in fields if field), rows[1:]
     if not rows:
         raise ProblemError(f"{name}: expected rows of numbers below the header, found none")
@@ -143,11 +145,3 @@ def _split(rows: list[tuple[int, str]], name: str, mark: str, decimal: str | Non
             expected = len(header) if header else len(values[0])
             raise ProblemError(f"{where}: expected {expected} columns, found {len(fields)}")
     return NumberTable(name, header, tuple(k for k, _ in rows), np.array(values))
-
-
-def _is_number(field: str, comma: bool) -> bool:
-    try:
-        number(field.replace(",", ".") if comma else field, "")
-    except ProblemError:
-        return False
-    return True

@@ -3,6 +3,7 @@
 import math
 import os
 import re
+import struct
 import warnings
 from collections.abc import Iterable, Sequence
 from io import BufferedReader
@@ -21,6 +22,9 @@ MOST_BYTES = 4 << 30  # of one input file
 _FORTRAN = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[DdEe]([-+]?[0-9]{1,6})|([-+][0-9]{1,6}))\Z")
 _PLAIN = frozenset("0123456789+-.eE")
 REAL = r"[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?"  # in regular expressions
+# What libraries raise on a damaged file; anything else is an error of the program.
+_WRONG_NUMBERS = (ValueError, TypeError, LookupError, ArithmeticError, struct.error)
+UNREADABLE = (*_WRONG_NUMBERS, RuntimeError, MemoryError, EOFError, Warning)
 LOOKED_AT = 1000  # lines of a deck, or elements of a mesh, that tell what it is
 _LISTED = 12  # names that a message lists
 
@@ -191,13 +195,11 @@ def integers(fields: Iterable[str], where: str) -> list[int]:
     >>> integers([" 12", "-3"], "line 1")
     [12, -3]
     """
-    return [_integer(field.strip(), where) for field in fields]
-
-
-def _integer(text: str, where: str) -> int:
-    if not re.fullmatch(r"[-+]?[0-9]{1,18}", text):
-        raise ProblemError(f"{where}: expected a whole number, found {quoted(text)}")
-    return int(text)
+    found = [field.strip() for field in fields]
+    for text in found:
+        if not re.fullmatch(r"[-+]?[0-9]{1,18}", text):
+            raise ProblemError(f"{where}: expected a whole number, found {quoted(text)}")
+    return list(map(int, found))
 
 
 def whole_number(field: str, where: str) -> int:
@@ -217,4 +219,4 @@ def whole_number(field: str, where: str) -> int:
     if "." in text and re.fullmatch(REAL, text):
         value = number(text, where)
         text = str(int(value)) if value.is_integer() and abs(value) < LARGEST_LABEL else text
-    return _integer(text, where)
+    return integers([text], where)[0]

@@ -52,18 +52,14 @@ def change_number(root: "TomlTable", key: str, value: float) -> None:
         If there is no number at such a key.
     """
     *way, last = key.split(".")
-    place: Any = root.content
-    name = root.where
+    place, where = root.content, f"{root.where}: {key}"
     for part in way:
-        place = _inside(place, part, f"{name}: {key}")
-    old = place.get(last) if isinstance(place, dict) else _inside(place, last, f"{name}: {key}")
+        place = _inside(place, part, where)
+    old = place.get(last) if isinstance(place, dict) else _inside(place, last, where)
     if old is not None and not is_number(old):
-        raise ProblemError(f"{name}: {key}: expected the key of a number, found {shown(old)}")
+        raise ProblemError(f"{where}: expected the key of a number, found {shown(old)}")
     new = int(value) if isinstance(old, int) and float(value).is_integer() else float(value)
-    if isinstance(place, dict):
-        place[last] = new
-    else:
-        place[int(last) - 1] = new
+    place[last if isinstance(place, dict) else int(last) - 1] = new
 
 
 def _inside(place: Any, part: str, where: str) -> Any:

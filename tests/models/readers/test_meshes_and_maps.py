@@ -432,10 +432,10 @@ def test_grid_points_come_with_their_own_directions(tmp_path):
     (tmp_path / "x.pch").write_text(
         "CORD2C,5,,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\nGRID,1,5,2.,90.,3.,5\nGRID,2,,1.,1.,0.\n"
     )
-    mesh, frames = read_grids(tmp_path / "x.pch")
+    mesh = read_grids(tmp_path / "x.pch")
     np.testing.assert_allclose(mesh.at([1, 2]), [[0.0, 2.0, 3.0], [1.0, 1.0, 0.0]], atol=1e-12)
-    assert list(frames) == [1]
-    np.testing.assert_allclose(frames[1], [[0, 1, 0], [-1, 0, 0], [0, 0, 1]], atol=1e-12)
+    assert list(mesh.frames) == [1]
+    np.testing.assert_allclose(mesh.frames[1], [[0, 1, 0], [-1, 0, 0], [0, 0, 1]], atol=1e-12)
 
 
 def test_rows_in_directions_of_their_own_are_turned():

@@ -175,7 +175,7 @@ BROKEN = {
     ),
     "two matrices": (
         LABELLED["dmig large"][0] + LABELLED["dmig large"][0].replace("KAAX", "KBBX"),
-        "expected one matrix, found KAAX, KBBX",
+        "expected one stiffness matrix, found KAAX, KBBX",
     ),
     "two headers": (LABELLED["dmig large"][0] * 2, "one DMIG header card"),
     "element by element": ("1 1 1 2.0\n1 2 1 1.0\n", "expected a stiffness matrix"),

@@ -1,0 +1,242 @@
+"""Meshes with groups as mesh generators write them: Gmsh, MED (Salome, Code_Aster), VTU, UNV.
+
+All but UNV are read by meshlane (the extra ``fem``), the kept-up fork of meshio: meshio has had no release
+since January 2024 and drops the groups of MED files. UNV has a reader of its own, because meshlane has none
+and that of pyuff takes an element of more than eight nodes for two.
+"""
+
+import io
+import os
+import re
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import replace
+from functools import partial
+from itertools import chain
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.errors import ProblemError
+from shakedown.models.readers.formats import OF_MODEL, Format, begins
+from shakedown.models.readers.mesh import SOLIDS, Element, Mesh
+from shakedown.models.readers.text import integers, numbers, open_input, quoted, read_lines
+
+_SHAPES = {  # of cells as meshlane calls them
+    **dict.fromkeys(("tetra", "tetra10"), "tetrahedron"),
+    **dict.fromkeys(("wedge", "wedge15"), "wedge"),
+    **dict.fromkeys(("hexahedron", "hexahedron20"), "hexahedron"),
+    **dict.fromkeys(("triangle", "triangle6"), "triangle"),
+    **dict.fromkeys(("quad", "quad8"), "quadrilateral"),
+}
+_PLANE = ("triangle", "quadrilateral")
+_SIDES = {"line": 2, "line3": 2, "triangle": 3, "quadrilateral": 4}  # how many corners
+
+# Descriptors of UNV: the shape, and the places of the corners and then of the nodes between them.
+_UNIVERSAL: dict[int, tuple[str, tuple[int, ...]]] = {
+    **dict.fromkeys((11, 21), ("line", (0, 1))),
+    **dict.fromkeys((22, 24), ("line", (0, 2, 1))),
+    **dict.fromkeys((41, 51, 81, 91), ("triangle", (0, 1, 2))),
+    **dict.fromkeys((42, 52, 82, 92), ("triangle", (0, 2, 4, 1, 3, 5))),
+    **dict.fromkeys((44, 54, 84, 94), ("quadrilateral", (0, 1, 2, 3))),
+    **dict.fromkeys((45, 55, 85, 95), ("quadrilateral", (0, 2, 4, 6, 1, 3, 5, 7))),
+    111: ("tetrahedron", (0, 1, 2, 3)),
+    112: ("wedge", (0, 1, 2, 3, 4, 5)),
+    113: ("wedge", (0, 2, 4, 9, 11, 13, 1, 3, 5, 10, 12, 14, 6, 7, 8)),
+    115: ("hexahedron", (0, 1, 2, 3, 4, 5, 6, 7)),
+    116: ("hexahedron", (0, 2, 4, 6, 12, 14, 16, 18, 1, 3, 5, 7, 13, 15, 17, 19, 8, 9, 10, 11)),
+    118: ("tetrahedron", (0, 2, 4, 9, 1, 3, 5, 6, 7, 8)),
+}
+_BEAMS = (11, 21, 22, 23, 24)  # have a line more
+_NODES, _ELEMENTS = ("2411", "781"), "2412"
+_GROUPS = ("2435", "2452", "2467", "2477")
+_NODE, _ELEMENT, _EACH = 7, 8, 4  # kinds of members of a group, and how many numbers there are of each
+
+
+def read_by_meshlane(path: str | os.PathLike[str], kind: str | None = None) -> Mesh:
+    """Read a mesh with its groups of nodes, of elements and of their sides.
+
+    Nodes are numbered from 1 in the order of the file. A file without groups, as VTU is, has a set for each
+    value of the whole numbers on its cells and points.
+
+    Parameters
+    ----------
+    path
+        The file.
+    kind
+        What meshlane calls its format; by default its name says it.
+
+    Raises
+    ------
+    ProblemError
+        If meshlane is not installed, or cannot read the file.
+    """
+    name = os.fspath(path)
+    open_input(path).close()
+    try:
+        import meshlane
+    except ImportError:
+        raise ProblemError(
+            f"{name}: expected meshlane, which reads meshes, found it not installed "
+            "(pip install 'shakedown-bounds[fem]')"
+        ) from None
+    said = io.StringIO()
+    try:
+        with redirect_stdout(said), redirect_stderr(said), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return _of_cells(meshlane.read(path, kind), name)
+    except Exception as error:  # whatever a reader of meshlane raises on a damaged file
+        reason = str(error) or type(error).__name__
+    except SystemExit:  # meshlane ends the program where no reader takes the file
+        reason = " ".join(said.getvalue().split())
+    raise ProblemError(f"{name}: cannot be read as a mesh ({quoted(reason)[1:-1]})") from None
+
+
+def _of_cells(raw: Any, name: str) -> Mesh:
+    """The mesh of what meshlane has read."""
+    xyz = np.zeros((len(raw.points), 3))
+    xyz[:, : raw.points.shape[1]] = raw.points
+    blocks = [(_SHAPES.get(block.type, block.type), block.data) for block in raw.cells]
+    elements = [(shape, tuple(int(node) + 1 for node in own)) for shape, data in blocks for own in data]
+    first = np.cumsum([1, *(len(data) for _, data in blocks)])
+    if not raw.cell_sets and not raw.point_sets:
+        _sets_of_numbers(raw)
+    members: dict[str, NDArray[np.intp]] = {}
+    for key, parts in raw.cell_sets.items():
+        own = [start + part for start, part in zip(first, parts, strict=False) if part is not None]
+        if not key.startswith("gmsh:"):
+            members[key] = np.concatenate(own)
+    mesh = Mesh.of_nodes(np.arange(1, len(xyz) + 1), xyz, name)
+    of_nodes = {key: np.asarray(own) + 1 for key, own in raw.point_sets.items()}
+    return mesh_with_groups(mesh, dict(enumerate(elements, start=1)), members, of_nodes)
+
+
+def _sets_of_numbers(raw: Any) -> None:
+    """Name sets by the whole numbers on cells; Gmsh's physical groups by their names."""
+    numbered = [key for key, own in raw.cell_data.items() if all(tags.dtype.kind in "iu" for tags in own)]
+    physical = list(zip(raw.cell_data.get("gmsh:physical", ()), raw.cells, strict=False))
+    for key, (tag, d) in raw.field_data.items() if physical else ():
+        raw.cell_sets[key] = [np.flatnonzero((own == tag) & (block.dim == d)) for own, block in physical]
+    for key in numbered if not raw.cell_sets else ():
+        raw.cell_data_to_sets(key)
+
+
+def mesh_with_groups(
+    mesh: Mesh,
+    cells: Mapping[int, Element],
+    groups: Mapping[str, NDArray[np.intp]],
+    node_groups: Mapping[str, NDArray[np.intp]],
+) -> Mesh:
+    """Nodes with cells and groups of cells and of nodes, by their labels.
+
+    Solids are elements where there are any, else cells in the plane. A group of cells that are sides of
+    elements is a surface; one of other cells, as of points, is a set of their nodes.
+
+    Raises
+    ------
+    ProblemError
+        If a cell or a group has nodes that are none.
+    """
+    named = {key.upper(): np.asarray(own, dtype=np.intp) for key, own in node_groups.items()}
+    mesh.at(np.array(list({*chain(*(nodes for _, nodes in cells.values()), *named.values())}), dtype=np.intp))
+    solid = any(shape in SOLIDS for shape, _ in cells.values())
+    elements = {label: cell for label, cell in cells.items() if cell[0] in (SOLIDS if solid else _PLANE)}
+    mesh.node_sets.update(named)
+    mesh = replace(mesh, elements=elements, spelled={key.upper(): key for key in (*groups, *node_groups)})
+    corners = {
+        label: frozenset(nodes[: _SIDES[shape]])
+        for label, (shape, nodes) in cells.items()
+        if label not in elements and shape in _SIDES
+    }
+    face_of = mesh.faces_with(set(corners.values()))
+    surfaces, element_sets = {}, {}
+    for key, members in groups.items():
+        labels = [int(label) for label in members if int(label) in cells]
+        sides = [label for label in labels if label not in elements]
+        faces = [face_of.get(corners.get(label, frozenset())) for label in sides]
+        if faces and all(faces):
+            surfaces[key.upper()] = tuple(face for face in faces if face)
+        elif sides:
+            nodes = dict.fromkeys(node for label in sides for node in cells[label][1])
+            mesh.node_sets.setdefault(key.upper(), np.array(list(nodes), dtype=np.intp))
+        if len(sides) < len(labels):
+            element_sets[key.upper()] = np.array(sorted({*labels} - {*sides}), dtype=np.intp)
+    return replace(mesh, surfaces=surfaces, element_sets=element_sets)
+
+
+def read_universal(path: str | os.PathLike[str]) -> Mesh:
+    """Read a mesh of a universal file (UNV): nodes, elements and permanent groups.
+
+    Raises
+    ------
+    ProblemError
+        If a dataset is cut off or malformed, or an element is there twice.
+    """
+    name, lines = os.fspath(path), read_lines(path)
+    marks = [k for k, line in enumerate(lines) if line.strip() == "-1"]
+    if len(marks) % 2:
+        raise ProblemError(f"{name}: line {marks[-1] + 1}: expected the end of a dataset (-1), found none")
+    places: dict[int, list[float]] = {}
+    cells: dict[int, Element] = {}
+    groups: dict[str, list[int]] = {}
+    node_groups: dict[str, list[int]] = {}
+    for begin, end in zip(marks[::2], marks[1::2], strict=True):
+        kind = lines[begin + 1].strip()
+        rows = ((f"{name}: line {k + 1}", lines[k]) for k in range(begin + 2, end))
+        for where, line in rows if kind in (*_NODES, _ELEMENTS, *_GROUPS) else ():
+            head = integers(line.split(), where)
+            if len(head) < (1 if kind in _NODES else 6):
+                raise ProblemError(f"{where}: expected the head of a record, found {quoted(line)}")
+            if (head[0] in places and kind in _NODES) or (head[0] in cells and kind == _ELEMENTS):
+                raise ProblemError(f"{where}: expected every node and element once, found {head[0]} twice")
+            if kind in _NODES:
+                places[head[0]] = numbers(_fields(rows, 3, where), where)
+            elif kind == _ELEMENTS:
+                if head[1] in _BEAMS:
+                    next(rows, None)
+                own = integers(_fields(rows, head[5], where), where)
+                shape, order = _UNIVERSAL.get(head[1], ("", tuple(range(len(own)))))
+                if len(order) != len(own):
+                    raise ProblemError(
+                        f"{where}: expected {len(order)} nodes of an element, found {len(own)}"
+                    )
+                cells[head[0]] = shape, tuple(own[k] for k in order)
+            else:
+                group = next(rows, ("", ""))[1].strip()
+                own = integers(_fields(rows, _EACH * head[-1], where), where)
+                for code, into in ((_NODE, node_groups), (_ELEMENT, groups)):
+                    tags = [
+                        tag for each, tag in zip(own[::_EACH], own[1::_EACH], strict=True) if each == code
+                    ]
+                    if tags:
+                        into[group] = tags
+    xyz = np.array(list(places.values())).reshape(-1, 3)
+    mesh = Mesh.of_nodes(np.array(list(places), dtype=np.intp), xyz, name)
+    arrays = ({key: np.array(own) for key, own in of.items()} for of in (groups, node_groups))
+    return mesh_with_groups(mesh, cells, *arrays)
+
+
+def _fields(rows: Iterator[tuple[str, str]], count: int, where: str) -> list[str]:
+    """So many numbers from the next lines of a dataset."""
+    found: list[str] = []
+    while len(found) < count:
+        line = next(rows, None)
+        if line is None:
+            raise ProblemError(f"{where}: expected {count} numbers behind this line, found {len(found)}")
+        found += line[1].split()
+    return found[:count]
+
+
+_VTU = r"\s*(<\?xml[^>]*>\s*)?(<!--.*?-->\s*)?<VTKFile[^>]*UnstructuredGrid"
+_PATTERNS = {"gmsh": r"\$MeshFormat", "med": r"\x89HDF", "vtu": _VTU, "unv": r"\s*-1\s*\n\s*\d{2,5}\s*\n"}
+FORMATS = tuple(
+    Format(
+        kind,
+        f"a mesh, {kind.upper()} {OF_MODEL}",
+        begins(re.compile(pattern, re.DOTALL).match),
+        {"mesh": read_universal if kind == "unv" else partial(read_by_meshlane, kind=kind)},
+    )
+    for kind, pattern in _PATTERNS.items()
+)

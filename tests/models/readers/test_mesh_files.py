@@ -1,0 +1,206 @@
+"""Meshes with groups: MED, Gmsh, VTU, UNV and archives of Ansys, for an import and for bodies."""
+
+import meshlane
+import numpy as np
+import pytest
+from scipy.io import mmwrite
+
+from shakedown import ProblemError, import_model
+from shakedown.fem import ElasticBody, Material, brick_mesh, contact_condensation, read_mesh
+from shakedown.models.readers.mesh import CORNERS, EDGES
+from shakedown.models.readers.mesh_files import read_universal
+from shakedown.models.readers.sniff import read_any_mesh
+
+STEEL = Material(200.0, 0.3)
+BRICK = brick_mesh((2.0, 1.0, 1.0), (2, 1, 1))
+ORDER = [0, 3, 6, 2, 1, 5, 7, 4]  # of the corners of scikit-fem's hexahedra
+BOTTOM = [0, 2, 4, 6, 1, 3, 5, 7]  # corners, then the nodes between them, of a side of eight nodes in UNV
+
+
+def hexahedra():
+    return BRICK.t[ORDER].T.astype(int)
+
+
+def sides(name):
+    """Quadrilaterals on a side, in order around each."""
+    found = []
+    for facet in BRICK.boundaries[name]:
+        corners = BRICK.facets[:, facet]
+        arms = BRICK.p[:, corners].T - BRICK.p[:, corners].T.mean(axis=0)
+        flat = arms[:, np.ptp(arms, axis=0) > 0]
+        found.append(corners[np.argsort(np.arctan2(*flat.T))].tolist())
+    return found
+
+
+def grouped(path):
+    """The brick with the groups steel (elements), foot (sides) and ends (nodes), as meshlane writes it."""
+    foot, ends = sides("bottom"), np.flatnonzero(BRICK.p[0] == 0)
+    blocks = [("hexahedron", hexahedra()), ("quad", foot)]
+    sets = {"steel": [[0, 1], []], "foot": [[], list(range(len(foot)))]}
+    if path.suffix == ".msh":
+        tags = [np.full(2, 1), np.full(len(foot), 1)]  # the same number in two dimensions
+        data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
+        named = {"steel": np.array([1, 3]), "foot": np.array([1, 2])}
+        mesh = meshlane.Mesh(BRICK.p.T, blocks, cell_data=data, field_data=named)
+        mesh.write(path, file_format="gmsh22", binary=False)
+    else:
+        points = {} if path.suffix == ".vtu" else {"ends": ends}
+        meshlane.Mesh(BRICK.p.T, blocks, cell_sets=sets, point_sets=points).write(path)
+    return path
+
+
+@pytest.mark.parametrize("suffix", ["med", "msh", "vtu"])
+def test_groups_are_sets_surfaces_and_boundaries(tmp_path, suffix):
+    """Whatever the file is called."""
+    path = grouped(tmp_path / f"brick.{suffix}").rename(tmp_path / "mesh.dat")
+    mesh, expected = read_any_mesh(path), np.unique(sides("bottom")) + 1
+    assert sorted(mesh.nodes("Foot").tolist()) == expected.tolist()
+    np.testing.assert_array_equal(
+        mesh.normals(mesh.nodes("foot"), (1, 2, 3)), [[0.0, 0.0, 1.0]] * len(expected)
+    )
+    assert mesh.element_sets["STEEL"].tolist() == [1, 2]
+    if suffix == "med":
+        np.testing.assert_array_equal(mesh.at(mesh.nodes("ends"))[:, 0], 0.0)
+    body = ElasticBody(read_mesh(path), {"steel": STEEL})
+    found = contact_condensation(body, "foot").stiffness
+    same = contact_condensation(ElasticBody(BRICK, STEEL), "bottom").stiffness
+    np.testing.assert_allclose(found, same, atol=1e-9 * np.abs(same).max())
+
+
+def test_an_import_from_med_is_the_body_itself(tmp_path):
+    """As from Code_Aster: the matrix in Matrix Market with a map, the mesh with its groups in MED."""
+    body = ElasticBody(BRICK, STEEL)
+    grouped(tmp_path / "brick.med")
+    nodes = (body.normals_on("bottom")[0] + 1).tolist()
+    mmwrite(tmp_path / "k.mtx", body.stiffness, precision=16)
+    np.savetxt(tmp_path / "map.txt", body.dofs + np.array([1, 0]), fmt="%d")
+    (tmp_path / "c.toml").write_text(
+        'friction = 0.4\n[model]\nfile = "brick.med"\n[stiffness]\nfile = "k.mtx"\nmap = "map.txt"\n'
+        f"[contact]\nnodes = {nodes}\ndirections = 2\n"
+        '[[load]]\nforces = [["ends", 1, 1.0], ["ends", 3, -1.0]]\nhistory = [0, 1, 0, -1]\n'
+    )
+    made = import_model(tmp_path / "c.toml")
+    found, same = made.problem, contact_condensation(body, "bottom")
+    np.testing.assert_allclose(found.A, same.A, atol=1e-9 * np.abs(same.A).max())
+    np.testing.assert_allclose(found.C, same.C, atol=1e-9 * np.abs(same.C).max())
+    np.testing.assert_allclose(
+        found.node_area, body.areas_on("bottom", body.normals_on("bottom")[0]), atol=1e-12
+    )
+
+
+def universal(cells, groups):
+    """UNV of elements (descriptor, nodes) with the midside nodes of a unit element where the format has them."""
+    lines = ["    -1", "  2412"]
+    for label, (kind, nodes) in enumerate(cells, start=1):
+        lines.append("".join(f"{v:10d}" for v in (label, kind, 1, 1, 7, len(nodes))))
+        lines += ["".join(f"{v:10d}" for v in nodes[k : k + 8]) for k in range(0, len(nodes), 8)]
+    lines += ["    -1", "    -1", "  2467"]
+    for k, (name, code, members) in enumerate(groups, start=1):
+        lines += ["".join(f"{v:10d}" for v in (k, 0, 0, 0, 0, 0, 0, len(members))), name]
+        flat = [v for member in members for v in (code, member, 0, 0)]
+        lines += ["".join(f"{v:10d}" for v in flat[j : j + 8]) for j in range(0, len(flat), 8)]
+    return [*lines, "    -1"]
+
+
+def nodes_of(points, labels):
+    lines = ["    -1", "  2411"]
+    for label, place in zip(labels, points, strict=True):
+        lines += [
+            f"{label:10d}{1:10d}{1:10d}{11:10d}",
+            "".join(f"{x:25.16E}" for x in place).replace("E", "D"),
+        ]
+    return [*lines, "    -1"]
+
+
+CORNERS_OF = {
+    "tetrahedron": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
+    "wedge": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (0, 1, 1)],
+    "hexahedron": [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))],
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "shape", "ring", "pillars"),
+    [(118, "tetrahedron", 3, "points"), (113, "wedge", 3, "ring"), (116, "hexahedron", 4, "ring")],
+)
+def test_elements_of_second_order_in_unv(tmp_path, kind, shape, ring, pillars):
+    """Nodes around the bottom, then those up from it, then those around the top, corners and middles in turn."""
+    points = np.array(CORNERS_OF[shape], dtype=float)
+
+    def around(first):
+        ends = points[first : first + ring]
+        return np.stack([ends, (ends + np.roll(ends, -1, axis=0)) / 2], axis=1).reshape(-1, 3)
+
+    top = points[ring:] if pillars == "points" else around(ring)
+    ups = (points[:ring] + (points[ring:] if pillars == "ring" else points[ring])) / 2
+    places, labels = np.vstack([around(0), ups, top]), np.arange(11, 11 + CORNERS[shape] + len(EDGES[shape]))
+    text = nodes_of(places, labels) + universal([(kind, labels.tolist())], [])
+    (tmp_path / "m.unv").write_text("\n".join([*text, ""]))
+    mesh = read_universal(tmp_path / "m.unv")
+    found, own = mesh.elements[1]
+    assert found == shape
+    np.testing.assert_array_equal(mesh.at(own[: CORNERS[shape]]), points)
+    middles = [(points[a] + points[b]) / 2 for a, b in EDGES[shape]]
+    np.testing.assert_array_equal(mesh.at(own[CORNERS[shape] :]), middles)
+
+
+@pytest.fixture
+def unv(tmp_path):
+    foot = sides("bottom")
+    cells = [
+        *((115, (own + 1).tolist()) for own in hexahedra()),
+        *((94, [n + 1 for n in own]) for own in foot),
+    ]
+    groups = [("steel", 8, [1, 2]), ("foot", 8, list(range(3, 3 + len(foot)))), ("ends", 7, [1, 2])]
+    text = nodes_of(BRICK.p.T, range(1, BRICK.nvertices + 1)) + universal(cells, groups)
+    path = tmp_path / "brick.unv"
+    path.write_text("\n".join([*text, ""]))
+    return path
+
+
+def test_groups_of_unv(unv):
+    mesh = read_any_mesh(unv)
+    assert sorted(mesh.nodes("FOOT").tolist()) == (np.unique(sides("bottom")) + 1).tolist()
+    assert mesh.nodes("ends").tolist() == [1, 2]
+    skfem = read_mesh(unv)
+    assert {name: len(own) for name, own in skfem.boundaries.items()} == {"foot": 2}
+    assert {name: len(own) for name, own in skfem.subdomains.items()} == {"steel": 2}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "  2412\n         1       115",
+            "  2412\n         2       115",
+            "every node and element once, found 2",
+        ),
+        ("         8\n         1", "         7\n         1", "expected 8 nodes of an element, found 7"),
+        (
+            "         8\n         1",
+            "        99\n         1",
+            "expected whole|expected 99 numbers|a whole number",
+        ),
+        ("0.0000000000000000D+00", "x", "expected a number, found 'x'"),
+        ("-1\n  2412", "  2412", "expected the end of a dataset"),
+        ("         1       115", "         1", "expected the head of a record"),
+    ],
+)
+def test_one_thing_wrong_in_unv_is_named(unv, old, new, message):
+    assert old in unv.read_text()
+    unv.write_text(unv.read_text().replace(old, new, 1))
+    with pytest.raises(ProblemError, match=message):
+        read_any_mesh(unv)
+
+
+def test_a_node_that_is_none_is_named(tmp_path):
+    text = nodes_of(np.eye(3), [1, 2, 3]) + universal([(41, [1, 2, 9])], [])
+    (tmp_path / "m.unv").write_text("\n".join([*text, ""]))
+    with pytest.raises(ProblemError, match="expected node 9, found no coordinates of it"):
+        read_any_mesh(tmp_path / "m.unv")
+
+
+def test_a_file_that_is_no_mesh_is_one_line(tmp_path):
+    (tmp_path / "x.med").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(100))
+    with pytest.raises(ProblemError, match=r"x\.med: cannot be read as a mesh"):
+        read_any_mesh(tmp_path / "x.med")
