@@ -1,6 +1,6 @@
 """A linear elastic body in two or three dimensions, and boundaries of it that move as rigid bodies."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from skfem import (
     Basis,
+    BilinearForm,
     ElementHex1,
     ElementHex2,
     ElementQuad1,
@@ -244,11 +245,15 @@ class ElasticBody:
     @cached_property
     def stiffness(self) -> sparse.csr_array:
         """Stiffness of the unsupported body, (N, N) [force/length]."""
-        K = sparse.csr_array((self.basis.N, self.basis.N))
+        return self.integrated(lambda material: linear_elasticity(*material.lame(self.plane)))
+
+    def integrated(self, form: Callable[[Material], BilinearForm]) -> sparse.csr_array:
+        """The matrix (N, N) of a form of each material, integrated over the body."""
+        found = sparse.csr_array((self.basis.N, self.basis.N))
         for material, elements in self.parts():
             basis = self.basis if elements is None else self.basis.with_elements(elements)
-            K = K + sparse.csr_array(linear_elasticity(*material.lame(self.plane)).assemble(basis))
-        return self.thickness * K
+            found = found + sparse.csr_array(form(material).assemble(basis))
+        return self.thickness * found
 
     @cached_property
     def dofs(self) -> IntArray:
@@ -257,16 +262,13 @@ class ElasticBody:
         Vertices keep their numbers. With second-order elements the nodes on edges come next, then those on
         facets, then the centres of the elements, each in the order of the mesh.
         """
-        table = np.zeros((self.basis.N, 2), dtype=np.intp)
-        first, basis = 0, self.basis
-        for rows in (basis.nodal_dofs, basis.edge_dofs, basis.facet_dofs, basis.interior_dofs):
-            if rows is None or len(rows) == 0:
-                continue
-            for direction in range(self.dimension):
-                table[rows[direction]] = np.column_stack(
-                    [first + np.arange(rows.shape[1]), np.full(rows.shape[1], direction + 1)]
-                )
-            first += rows.shape[1]
+        table, first = np.zeros((self.basis.N, 2), dtype=np.intp), 0
+        for rows in (getattr(self.basis, f"{kind}_dofs") for kind in ("nodal", "edge", "facet", "interior")):
+            if rows is not None and len(rows):
+                labels = first + np.arange(rows.shape[1])
+                for direction in range(self.dimension):
+                    table[rows[direction], 0], table[rows[direction], 1] = labels, direction + 1
+                first += rows.shape[1]
         return table
 
     def facets(self, boundary: str) -> IntArray:

@@ -1,8 +1,8 @@
 """From one or two elastic bodies to a problem in slip and gap."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -111,7 +111,7 @@ def contact_problem(
     (8, 5)
     """
     f, gap = real_array("f", f), gap if callable(gap) else real_array("gap", gap)
-    joint = _assembled(_Bodies(body, boundary, against, bolts, coupling, reach), tangent, announce)
+    joint = _Joint(body, boundary, against, bolts, coupling, reach, tangent, announce)
     cases, closing = without_closing(joint.cases(steps, modal), steps)
     frame = joint.reduced.frame
     plane = frame.directions == 1
@@ -162,7 +162,7 @@ def contact_condensation(
     announce: Callable[[str], None] | None = None,
 ) -> Condensation:
     """The condensed stiffness alone, with its evidence (rigid motions, residual)."""
-    return _assembled(_Bodies(body, boundary, against, bolts, coupling, reach), tangent, announce).reduced
+    return _Joint(body, boundary, against, bolts, coupling, reach, tangent, announce).reduced
 
 
 @checked
@@ -210,63 +210,76 @@ def modal_load(
     >>> load.free, round(load.frequency, 3)
     (True, 5.526)
     """
-    joint = _assembled(_Bodies(body, boundary, against, bolts, coupling, reach), None, None)
+    joint = _Joint(body, boundary, against, bolts, coupling, reach)
     opened = node_numbers("open nodes", open_nodes, joint.reduced.n)
     frequency, shape, force = joint.mode(mode, opened)
     return ModalLoad(mode, frequency, shape, force, joint.free, sine if history is None else history)
 
 
-class _Bodies(NamedTuple):
-    """What is put together: a body, its contact boundary, a second one, bolts, how the two are coupled."""
-
-    body: ElasticBody
-    boundary: str
-    against: tuple[ElasticBody, str] | None
-    bolts: Sequence[Bolt]
-    coupling: str
-    reach: float | None
-
-    @property
-    def shift(self) -> int:
-        """Where the nodes of the second body begin in the common numbering of both bodies."""
-        return int(self.body.dofs[:, 0].max()) + 1 + len(self.body.rigid)
-
-    def coupled(self, shift: int) -> SurfaceCoupling | None:
-        """The coupling of meshes that need not match; None where nodes face nodes, or an obstacle.
-
-        The nodes of the second body are counted from ``shift``.
-        """
-        if self.coupling not in COUPLINGS:
-            raise ProblemError(f"coupling: expected one of {', '.join(COUPLINGS)}, found '{self.coupling}'")
-        if self.coupling == "nodes":
-            if self.reach is not None:
-                raise ProblemError(f"reach: expected beside coupling = 'mortar' only, found {self.reach}")
-            return None
-        if self.against is None:
-            raise ProblemError("coupling: expected a second body beside 'mortar', found none")
-        slave = meshed_surface(self.body, self.boundary)
-        return surface_coupling(slave, meshed_surface(*self.against, shift), reach=self.reach)
-
-
-@dataclass(frozen=True, eq=False)
 class _Joint:
     """One or two bodies in one numbering, condensed to their contact.
 
-    The contact nodes have the numbers (n,) or (n, 2) in the meshes of their own bodies.
+    The contact nodes have the ``numbers`` (n,) or (n, 2) in the meshes of their own bodies. Bodies have the
+    unknowns u' of u = T u' (``ties``), fewer than u where boundaries move as rigid bodies.
     """
 
-    bodies: tuple[ElasticBody, ...]
-    starts: tuple[int, ...]
-    size: int
-    bolts: tuple[tuple[Bolt, FloatArray], ...]  # each with its shortening e
-    ties: sparse.csr_array | None  # u = T u', where boundaries move as rigid bodies
-    place: FloatArray
-    numbers: IntArray
-    reduced: Condensation
-    stiffness: sparse.csr_array  # of all bodies and bolts
-    free: bool
-    coupling: SurfaceCoupling | None
-    middle_nodes: IntArray
+    def __init__(
+        self,
+        body: ElasticBody,
+        boundary: str,
+        against: tuple[ElasticBody, str] | None,
+        bolts: Sequence[Bolt],
+        coupling: str,
+        reach: float | None,
+        tangent: ArrayLike | None = None,
+        announce: Callable[[str], None] | None = None,
+    ) -> None:
+        self.bodies = [body] if against is None else [body, against[0]]
+        if against is not None and against[0].dimension != body.dimension:
+            raise ProblemError("contact: expected two plane bodies or two solid ones, found one of each")
+        shift = int(body.dofs[:, 0].max()) + 1 + len(body.rigid)  # where the nodes of the second body begin
+        self.coupling = _coupled(body, boundary, against, shift, coupling, reach)
+        nodes, normals = body.normals_on(boundary)
+        normals, place = _in_symmetry_planes(body, nodes, normals), body.positions(nodes)
+        kept, met, numbers = _not_held(body, nodes), [nodes], nodes
+        if self.coupling is not None:
+            met.append(self.coupling.master - shift)
+            kept = kept[np.isin(nodes[kept], self.coupling.labels)]
+        elif against is not None:
+            met.append(_matching(place, *against))
+            numbers = np.column_stack(met)
+        if body.dimension == 2:
+            kept = kept[np.concatenate(body.strips(boundary, nodes[kept], normals[kept]))]
+        *self.starts, self.size = np.cumsum([0, *(b.basis.N for b in self.bodies)])
+        self.bolts = [(bolt, bolt.shortening(self.bodies, self.starts, self.size)) for bolt in bolts]
+        K = sparse.block_diag([b.stiffness for b in self.bodies], format="csr")
+        shanks = [(bolt.stiffness, shortening) for bolt, shortening in self.bolts]
+        self.stiffness = sparse.csr_array(with_shanks(K, shanks))
+        held = [b.held_rows() + start for b, start in zip(self.bodies, self.starts, strict=True)]
+        self.free = against is not None and not np.concatenate(held).size
+        of_bodies = [tied(b, own) for b, own in zip(self.bodies, met, strict=True)]
+        self.ties = sparse.csr_array(sparse.block_diag([T for T, _ in of_bodies], format="csr"))
+        dofs = np.vstack([own + np.array([k * shift, 0]) for k, (_, own) in enumerate(of_bodies)])
+        places = _all_places(self.bodies, shift)
+        if self.free:
+            inner = np.isin(dofs[:, 0], body.dofs[:, 0]) & ~np.isin(dofs[:, 0], nodes)
+            fixed = determinate_rows(dofs, places, np.flatnonzero(inner))
+        else:
+            fixed = np.flatnonzero(self.ties.T @ np.isin(np.arange(self.size), np.concatenate(held)))
+        self.place, self.numbers = place[kept], numbers[kept]
+        self.middle_nodes = _middle_nodes(body, boundary)
+        self.reduced = condensed_stiffness(
+            self.ties.T @ self.stiffness @ self.ties,
+            dofs,
+            self.numbers + ([0, shift] if numbers.ndim > 1 else 0),
+            normals[kept],
+            fixed=fixed,
+            tangent=tangent,
+            coupling=self.coupling,
+            middle_nodes=self.middle_nodes,
+            places=places if body.dimension == 3 else None,
+            announce=announce,
+        )
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -303,14 +316,12 @@ class _Joint:
         if self.free:
             places = np.concatenate([b.basis.doflocs.T for b in self.bodies])
             check_balanced(found, places, np.concatenate([b.dofs[:, 1] for b in self.bodies]))
-        return found if self.ties is None else [_reduced(case, self.ties) for case in found]
+        return [_reduced(case, self.ties) for case in found]
 
     def mode(self, number: int, open_nodes: Sequence[int]) -> tuple[float, FloatArray, FloatArray]:
         """Circular frequency, shape and inertia forces (N,) of a mode with the contact stuck."""
         M = sparse.csr_array(sparse.block_diag([mass_of(b) for b in self.bodies], format="csr"))
-        motions = self.reduced.motions(open_nodes, released=self.free)
-        if self.ties is not None:
-            motions = sparse.csr_array(self.ties @ motions)
+        motions = sparse.csr_array(self.ties @ self.reduced.motions(open_nodes, released=self.free))
         d = self.bodies[0].dimension
         rigid = d * (d + 1) // 2 if self.free else 0
         frequency, shape = stuck_mode(self.stiffness, M, motions, number, rigid)
@@ -323,64 +334,25 @@ def _reduced(case: LoadCase, ties: sparse.csr_array) -> LoadCase:
     return replace(case, **{key: ties.T @ part for key, part in parts.items() if part is not None})
 
 
-def _assembled(given: _Bodies, tangent: ArrayLike | None, announce: Callable[[str], None] | None) -> _Joint:
-    body, boundary, against, bolts, *_ = given
-    nodes, normals = body.normals_on(boundary)
-    kept, place = _not_held(body, nodes), body.positions(nodes)
-    normals = _in_symmetry_planes(body, nodes, normals)
-    bodies, numbers, met, coupling = _facing(given, nodes, place)
-    shift = np.array([given.shift, 0])
-    contact = numbers + shift[::-1] if numbers.ndim > 1 else nodes
-    dofs = np.vstack([b.dofs + k * shift for k, b in enumerate(bodies)])
-    if coupling is not None:
-        kept = kept[np.isin(nodes[kept], coupling.labels)]
-    if body.dimension == 2:
-        kept = kept[np.concatenate(body.strips(boundary, nodes[kept], normals[kept]))]
-    *starts, size = np.cumsum([0, *(b.basis.N for b in bodies)])
-    K = sparse.block_diag([b.stiffness for b in bodies], format="csr")
-    pulled = tuple((bolt, bolt.shortening(tuple(bodies), tuple(starts), size)) for bolt in bolts)
-    K = with_shanks(K, [(bolt.stiffness, shortening) for bolt, shortening in pulled])
-    fixed = np.concatenate([b.held_rows() + start for b, start in zip(bodies, starts, strict=True)])
-    ties, stiffness, free = None, sparse.csr_array(K), against is not None and not fixed.size
-    if any(b.rigid for b in bodies):
-        of_bodies = [tied(b, own) for b, own in zip(bodies, met, strict=True)]
-        ties = sparse.csr_array(sparse.block_diag([T for T, _ in of_bodies], format="csr"))
-        dofs = np.vstack([own + (shift if k else 0) for k, (_, own) in enumerate(of_bodies)])
-        K, fixed = ties.T @ K @ ties, np.flatnonzero(ties.T @ np.isin(np.arange(size), fixed))
-    if free:
-        inner = np.isin(dofs[:, 0], body.dofs[:, 0]) & ~np.isin(dofs[:, 0], nodes)
-        fixed = determinate_rows(dofs, _all_places(bodies), np.flatnonzero(inner))
-    middle_nodes = _middle_nodes(body, boundary)
-    reduced = condensed_stiffness(
-        K,
-        dofs,
-        contact[kept],
-        normals[kept],
-        fixed=fixed,
-        tangent=tangent,
-        coupling=coupling,
-        middle_nodes=middle_nodes,
-        places=_all_places(bodies) if body.dimension == 3 else None,
-        announce=announce,
-    )
-    found = place[kept], numbers[kept], reduced, stiffness, free, coupling, middle_nodes
-    return _Joint(tuple(bodies), tuple(starts), size, pulled, ties, *found)
-
-
-def _facing(
-    given: _Bodies, nodes: IntArray, place: FloatArray
-) -> tuple[list[ElasticBody], IntArray, list[IntArray], SurfaceCoupling | None]:
-    """The bodies, the contact nodes or pairs, the contact nodes of each body, the coupling if any."""
-    if given.against is not None and given.against[0].dimension != given.body.dimension:
-        raise ProblemError("contact: expected two plane bodies or two solid ones, found one of each")
-    coupling = given.coupled(given.shift)
-    if given.against is None:
-        return [given.body], nodes, [nodes], coupling
-    other = given.against[0]
-    if coupling is not None:
-        return [given.body, other], nodes, [nodes, coupling.master - given.shift], coupling
-    numbers = np.column_stack([nodes, _matching(place, *given.against)])
-    return [given.body, other], numbers, list(numbers.T), None
+def _coupled(
+    body: ElasticBody,
+    boundary: str,
+    against: tuple[ElasticBody, str] | None,
+    shift: int,
+    coupling: str,
+    reach: float | None,
+) -> SurfaceCoupling | None:
+    """The coupling of meshes that need not match; None where nodes face nodes, or an obstacle."""
+    if coupling not in COUPLINGS:
+        raise ProblemError(f"coupling: expected one of {', '.join(COUPLINGS)}, found '{coupling}'")
+    if coupling == "nodes":
+        if reach is not None:
+            raise ProblemError(f"reach: expected beside coupling = 'mortar' only, found {reach}")
+        return None
+    if against is None:
+        raise ProblemError("coupling: expected a second body beside 'mortar', found none")
+    slave = meshed_surface(body, boundary)
+    return surface_coupling(slave, meshed_surface(*against, shift), reach=reach)
 
 
 def _middle_nodes(body: ElasticBody, boundary: str) -> IntArray:
@@ -390,15 +362,10 @@ def _middle_nodes(body: ElasticBody, boundary: str) -> IntArray:
     return meshed_surface(body, boundary).middle_nodes
 
 
-def _all_places(bodies: Sequence[ElasticBody]) -> dict[int, list[float]]:
+def _all_places(bodies: Sequence[ElasticBody], shift: int) -> dict[int, list[float]]:
     """Where the nodes of all bodies are, by their labels in the common numbering."""
-    found: dict[int, list[float]] = {}
-    shift = 0
-    for body in bodies:
-        count = int(body.dofs[:, 0].max()) + 1
-        found |= dict(enumerate(body.positions(np.arange(count)).tolist(), start=shift))
-        shift += count + len(body.rigid)
-    return found
+    own = [body.positions(np.arange(body.dofs[:, 0].max() + 1)).tolist() for body in bodies]
+    return {k * shift + node: place for k, places in enumerate(own) for node, place in enumerate(places)}
 
 
 def _in_space(vectors: FloatArray) -> FloatArray:

@@ -1,7 +1,7 @@
 """Loads on an elastic body, each with its own time function, and bolts between two bodies."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,9 +104,8 @@ class Force(Load):
     def nodal(self, body: ElasticBody) -> tuple[FloatArray, FloatArray]:
         """Consistent nodal forces of an even traction."""
         _check_components("Force", self.value, body)
-        form = LinearForm(lambda v, w: sum(t * v[a] for a, t in enumerate(self.value)))
-        force = form.assemble(body.facet_basis(self.boundary)) / body.extent_of(self.boundary)
-        return np.asarray(force), np.zeros(body.basis.N)
+        extent = body.thickness * body.extent_of(self.boundary)
+        return Traction(self.boundary, tuple(t / extent for t in self.value)).nodal(body)
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,7 +215,7 @@ class Bolt:
                 f"{self.stiffness}"
             )
 
-    def shortening(self, bodies: tuple[ElasticBody, ...], starts: tuple[int, ...], size: int) -> FloatArray:
+    def shortening(self, bodies: Sequence[ElasticBody], starts: Sequence[int], size: int) -> FloatArray:
         """e of the shortening e · u of the bolt, (size,): the mean motion of both patches inwards.
 
         Raises

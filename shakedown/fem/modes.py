@@ -65,14 +65,9 @@ def mass_of(body: ElasticBody) -> sparse.csr_array:
     ProblemError
         If a material has no density.
     """
-    form = BilinearForm(lambda u, v, w: dot(u, v))
-    M = sparse.csr_array((body.basis.N, body.basis.N))
-    for material, elements in body.parts():
-        if material.density is None:
-            raise ProblemError("material: expected a density for a mode, found none")
-        basis = body.basis if elements is None else body.basis.with_elements(elements)
-        M = M + material.density * sparse.csr_array(form.assemble(basis))
-    return body.thickness * M
+    if any(material.density is None for material, _ in body.parts()):
+        raise ProblemError("material: expected a density for a mode, found none")
+    return body.integrated(lambda material: BilinearForm(lambda u, v, w: material.density * dot(u, v)))
 
 
 def stuck_mode(
