@@ -1,6 +1,5 @@
-"""Over a patch in space: numbers in colours; reactions, loads and slips as arrows; what sticks and slips."""
+"""Over a patch in space: numbers in colours; use of friction and loads as arrows; what sticks and slips."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,15 +8,13 @@ from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
-from numpy.typing import NDArray
 
-from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.ground.shown_values import SHORT_DIGITS, sized
 from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.ground.visible_text import with_unit
-from shakedown.joint.arguments import checked, real_array
+from shakedown.joint.arguments import checked
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
@@ -139,12 +136,12 @@ def work_over_patch(result: Recorded, problem: Problem, *, patch: int = 0, ax: A
 
 
 @checked
-def tractions_at(
+def friction_use_at(
     result: Recorded, problem: Problem, cycle: float | None = None, *, patch: int = 0, ax: Axes | None = None
 ) -> Axes:
-    """Tangential reactions of the nodes at one instant as arrows, told apart by whether the node slips.
+    """How much of its friction each node uses at one instant: q/(f p) as an arrow within a disc.
 
-    The length of the arrows is that of the largest reaction of the whole path, on every patch.
+    An arrow that reaches the rim is at its limit: that node slips, or is about to.
 
     Parameters
     ----------
@@ -170,33 +167,29 @@ def tractions_at(
     >>> import shakedown
     >>> from shakedown import plot
     >>> joint = shakedown.example("four-node-3d")
-    >>> axes = plot.tractions_at(shakedown.long_term_state(joint, 1.4), joint)
-    >>> axes.get_legend().get_texts()[0].get_text()
-    'sticks'
-    """
-    return _reactions_at(result, problem, cycle, patch, ax, over_limit=False)
-
-
-@checked
-def friction_use_at(
-    result: Recorded, problem: Problem, cycle: float | None = None, *, patch: int = 0, ax: Axes | None = None
-) -> Axes:
-    """How much of its friction each node uses at one instant: q/(f p) as an arrow within a disc.
-
-    An arrow that reaches the rim is at its limit: that node slips, or is about to.
-
-    Parameters as for :func:`tractions_at`.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> from shakedown import plot
-    >>> joint = shakedown.example("four-node-3d")
     >>> axes = plot.friction_use_at(shakedown.long_term_state(joint, 1.4), joint)
     >>> axes.get_legend().get_texts()[0].get_text()
     'limit |q| = f p'
     """
-    return _reactions_at(result, problem, cycle, patch, ax, over_limit=True)
+    path, places = paths.path_of(result), places_of(problem, patch)
+    now, title = paths.at_instant(path, cycle, sheared=True)
+    q, state = problem.layout.by_node(now.q)[0][places.nodes], now.state[0][places.nodes]
+    axes, scale = patch_axes(places, ax, ROOM * places.spacing), 0.5 * LONGEST * places.spacing
+    limit = np.where(paths.pressed(problem, now), problem.law.limit(now.p), np.inf)[0][places.nodes]
+    use, wide = q / limit[:, None], np.where(limit < np.inf, 2.0 * scale, 0.0)
+    rim: dict[str, Any] = {"facecolors": "none", "edgecolors": style.GREY, "linewidths": 0.7}
+    rim |= {"units": "xy", "offsets": places.points, "offset_transform": axes.transData}
+    axes.add_collection(EllipseCollection(wide, wide, np.zeros_like(wide), **rim))
+    axes.plot([], [], "o", ms=8, mfc="none", mec=style.GREY, ls="", label="limit |q| = f p")
+    _nodes(axes, places)
+    arrows = scale * places.seen(use)
+    for name, kind, colour in ("sticks", STICK, style.BLUE), ("slips", SLIP, style.RED):
+        own = np.abs(state) == kind
+        if own.any():
+            _arrows(axes, places.points[own], arrows[own], colour, name)
+    if (state == OPEN).any():
+        axes.plot(*places.points[state == OPEN].T, "o", mfc="none", mec=style.GREY, ms=4, ls="", label="open")
+    return _finished(axes, places, f"{title}, {_largest('|q| / f p', use, '', 1.0)}")
 
 
 @checked
@@ -235,7 +228,8 @@ def loads_over_patch(
     whole = given.at(load_factor)[0]
     loop, mean = (problem.layout.by_node(q)[..., places.nodes, :] for q in (whole, given.q0))
     longest = float(problem.law.size(whole).max())
-    scale, axes = 0.5 * _scale(places, longest), patch_axes(places, ax, ROOM * places.spacing)
+    reach = max(LONGEST * places.spacing, SEEN * float(np.ptp(places.points, axis=0).max()))
+    scale, axes = 0.5 * reach / (longest or 1.0), patch_axes(places, ax, ROOM * places.spacing)
     _nodes(axes, places)
     if problem.law.size(given.q0).max() > THREE_DIGITS * longest:
         _arrows(axes, places.points, scale * places.seen(mean), style.BLUE, "mean q_w")
@@ -243,54 +237,8 @@ def loads_over_patch(
     ways = np.concatenate([tips, tips[:1]]).swapaxes(0, 1)
     look: dict[str, Any] = {"colors": style.RED, "linewidths": 0.9, "label": "q_w over a period"}
     axes.add_collection(LineCollection(list(ways), **look))
-    most = _largest("|q_w|", np.linalg.norm(loop, axis=2), units_of(problem).force, longest)
+    most = _largest("|q_w|", loop, units_of(problem).force, longest)
     return _finished(axes, places, f"λ = {load_factor:g}, {most}")
-
-
-@checked
-def slips_over_patch(
-    slips: Mapping[str, FloatArray], problem: Problem, *, patch: int = 0, ax: Axes | None = None
-) -> Axes:
-    """Slips of all nodes as arrows, those of one name in one colour.
-
-    Parameters
-    ----------
-    slips
-        Name → (2n,) [length].
-    problem
-        A joint with two directions: places and units.
-    patch
-        Which part of the contact is drawn, of the ``plot.patch_count(problem)`` that there are.
-    ax
-        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
-
-    Raises
-    ------
-    UsageError
-        If slips have another length, or the joint has one direction.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> from shakedown import plot
-    >>> joint = shakedown.example("four-node-3d")
-    >>> plot.slips_over_patch({"safe slip": shakedown.upper_bound(joint).slip}, joint).get_xlabel()
-    'node'
-    """
-    places, size = places_of(problem, patch), problem.layout.slip_size
-    known = {name: real_array(f"slips, {name}", slip) for name, slip in slips.items()}
-    for name, slip in known.items():
-        if slip.shape != (size,):
-            raise UsageError(f"slips, {name}: expected shape ({size},), found {slip.shape}")
-    longest = max((float(np.nanmax(problem.law.size(slip))) for slip in known.values()), default=0.0)
-    axes, most = patch_axes(places, ax, ROOM * places.spacing), 0.0
-    _nodes(axes, places)
-    for k, (name, slip) in enumerate(known.items()):
-        own, colour = problem.layout.by_node(slip)[places.nodes], style.LINES[k % len(style.LINES)]
-        most = np.nanmax(np.linalg.norm(own, axis=1), initial=most)
-        if own.any():
-            _arrows(axes, places.points, _scale(places, longest) * places.seen(own), colour, name)
-    return _finished(axes, places, _largest("slip", np.array(most), units_of(problem).length, longest))
 
 
 @checked
@@ -299,7 +247,7 @@ def zones_at(
 ) -> Axes:
     """Stick, slip and open nodes of a patch at one instant, told apart by colour and shape.
 
-    Parameters as for :func:`tractions_at`.
+    Parameters as for :func:`friction_use_at`.
 
     Examples
     --------
@@ -352,31 +300,6 @@ def _coloured(problem: Problem, numbers: Numbers, patch: int, ax: Axes | None, t
     return axes
 
 
-def _reactions_at(
-    result: Recorded, problem: Problem, cycle: float | None, patch: int, ax: Axes | None, over_limit: bool
-) -> Axes:
-    """Tangential reactions at an instant, of which the largest on the path has the longest arrow.
-
-    Over their limits instead, each within a disc.
-    """
-    path, places = paths.path_of(result), places_of(problem, patch)
-    now, title = paths.at_instant(path, cycle, sheared=True)
-    q, state = problem.layout.by_node(now.q)[0][places.nodes], now.state[0][places.nodes]
-    name, unit, longest = "|q|", units_of(problem).force, float(problem.law.size(path.q).max())
-    axes, scale = patch_axes(places, ax, ROOM * places.spacing), _scale(places, longest)
-    if over_limit:
-        name, unit, longest, scale = "|q| / f p", "", 1.0, 0.5 * LONGEST * places.spacing
-        limit = np.where(paths.pressed(problem, now), problem.law.limit(now.p), np.inf)[0][places.nodes]
-        q, wide = q / limit[:, None], np.where(limit < np.inf, 2.0 * scale, 0.0)
-        rim: dict[str, Any] = {"facecolors": "none", "edgecolors": style.GREY, "linewidths": 0.7}
-        rim |= {"units": "xy", "offsets": places.points, "offset_transform": axes.transData}
-        axes.add_collection(EllipseCollection(wide, wide, np.zeros_like(wide), **rim))
-        axes.plot([], [], "o", ms=8, mfc="none", mec=style.GREY, ls="", label="limit |q| = f p")
-    _by_state(axes, places, scale * places.seen(q), state)
-    sizes = np.linalg.norm(q, axis=1).clip(max=longest)
-    return _finished(axes, places, f"{title}, {_largest(name, sizes, unit, longest)}")
-
-
 def _finished(axes: Axes, places: Places, title: str) -> Axes:
     """A title, a grid below, numbers of few nodes, the legend beside the axes, as arrows may be anywhere."""
     finished(axes, title=places.titled(title)).set_axisbelow(True)
@@ -390,15 +313,10 @@ def _finished(axes: Axes, places: Places, title: str) -> Axes:
     return axes
 
 
-def _scale(places: Places, longest: float) -> float:
-    """Length in the picture per force or slip: the longest arrow is seen, and nearly clear of others."""
-    reach = max(LONGEST * places.spacing, SEEN * float(np.ptp(places.points, axis=0).max()))
-    return reach / longest if longest > 0 else 0.0
-
-
-def _largest(what: str, sizes: FloatArray, unit: str, longest: float) -> str:
-    """The largest value on a patch; if negligible beside the longest arrow, only a bound on it."""
-    most, shown = float(np.nanmax(sizes, initial=0.0)), THREE_DIGITS * longest
+def _largest(what: str, vectors: FloatArray, unit: str, longest: float) -> str:
+    """The largest vector on a patch; if negligible beside the longest arrow, only a bound on it."""
+    most = min(float(np.nanmax(np.linalg.norm(vectors, axis=-1), initial=0.0)), longest)
+    shown = THREE_DIGITS * longest
     if most < shown:
         return f"{what} < {sized(shown, unit, SHORT_DIGITS)}"
     return f"largest {what} = {sized(most, unit, SHORT_DIGITS)}"
@@ -407,17 +325,6 @@ def _largest(what: str, sizes: FloatArray, unit: str, longest: float) -> str:
 def _nodes(axes: Axes, places: Places) -> None:
     """Dots at the nodes, since nodes without a visible arrow would otherwise not be seen."""
     axes.scatter(places.points[:, 0], places.points[:, 1], s=DOT**2, color=style.GREY, lw=0)
-
-
-def _by_state(axes: Axes, places: Places, arrows: FloatArray, state: NDArray[np.int64]) -> None:
-    """Arrows of the nodes that stick and of those that slip; a ring where a node is open."""
-    _nodes(axes, places)
-    for name, kind, colour in ("sticks", STICK, style.BLUE), ("slips", SLIP, style.RED):
-        own = np.abs(state) == kind
-        if own.any():
-            _arrows(axes, places.points[own], arrows[own], colour, name)
-    if (state == OPEN).any():
-        axes.plot(*places.points[state == OPEN].T, "o", mfc="none", mec=style.GREY, ms=4, ls="", label="open")
 
 
 def _arrows(axes: Axes, feet: FloatArray, vectors: FloatArray, colour: str, name: str) -> None:

@@ -438,8 +438,6 @@ ANSWERS = {
     "reaction_orbits",
     "slip_orbits",
     "slip_over_patch",
-    "slips_over_patch",
-    "tractions_at",
     "welded_pressure_over_patch",
     "work_over_patch",
     "zones_at",
