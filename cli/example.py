@@ -7,42 +7,30 @@ from pathlib import Path
 import click
 
 import shakedown
-from shakedown.report.data_facts import headline
-from shakedown.report.facts import Sheet
+from shakedown.report.data_facts import examples_sheet, written_sheet
 
-from .claims import OutputFile
-from .options import output_options
-from .output import echo_json, say, show
+from . import options
+from .command import Answer, command
+from .options import option
 
 
-@click.command(
-    short_help="List or write the built-in problems.", epilog="Exit codes: 0 listed or written; 2 bad usage."
-)
+@command("List or write the built-in problems.", "0 listed or written; 2 bad usage.")
 @click.argument("name", required=False)
-@click.option("-o", "--output", type=OutputFile(), help="Write the problem file here.")
-@output_options
-def example(name: str | None, output: Path | None, as_json: bool) -> None:
+@option("-o", "--output", type=options.OutputFile(), help="Write the problem file here.")
+def example(name: str | None, output: Path | None) -> Answer:
     """List the built-in problems, or write one to a file."""
     if name is None:
         if output is not None:
             raise click.UsageError("-o needs the NAME of a built-in problem")
-        names = shakedown.example_names()
-        problems = [shakedown.example(each) for each in names]
-        if as_json:
-            named = zip(names, problems, strict=True)
-            echo_json({"examples": [{"example": each} | problem.to_dict() for each, problem in named]})
-            return
-        width = max(map(len, names))
-        for each, problem in zip(names, problems, strict=True):
-            say(f"{each:{width}}  n = {problem.n:2}, m = {problem.m:2}  {problem.name}")
-        return
+        known = {each: shakedown.example(each) for each in shakedown.example_names()}
+        listed = [{"example": each} | problem.to_dict() for each, problem in known.items()]
+        return Answer(lambda: {"examples": listed}, lambda: examples_sheet(known))
     problem = shakedown.example(name)
     target = output or Path(f"{name}.npz")
     if output is None and target.exists():
         raise click.UsageError(f"{target} exists; name the file to write with -o")
     shakedown.save_problem(target, problem)
-    if as_json:
-        echo_json({"example": name, "file": str(target)} | problem.to_dict())
-        return
-    say(f"wrote {target}")
-    show(Sheet(headline(problem)))
+    return Answer(
+        lambda: {"example": name, "file": str(target)} | problem.to_dict(),
+        lambda: written_sheet(problem, str(target)),
+    )

@@ -9,7 +9,7 @@ import shakedown
 from .critical import critical
 from .damping import damping
 from .example import example
-from .import_problem import import_problem_command
+from .import_problem import import_command
 from .map import map_command
 from .nodes import nodes
 from .refine import refine
@@ -33,18 +33,8 @@ def shakedown_bounds() -> None:
     """
 
 
-COMMANDS = (
-    solve,
-    critical,
-    simulate,
-    nodes,
-    verify,
-    map_command,
-    sweep,
-    damping,
-    refine,
-    import_problem_command,
-    example,
-)
-for command in COMMANDS:
-    shakedown_bounds.add_command(command)
+for each in (
+    *(solve, critical, simulate, nodes, verify, map_command),
+    *(sweep, damping, refine, import_command, example),
+):
+    shakedown_bounds.add_command(each)

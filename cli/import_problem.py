@@ -15,11 +15,11 @@ from shakedown.models.importing.templates import (
     write_import_example,
     write_import_template,
 )
-from shakedown.report.import_facts import import_sheet
+from shakedown.report.data_facts import import_sheet
 
-from .claims import PICTURES, OutputFile, reads
-from .options import output_options
-from .output import echo_json, remark, say, show
+from . import options
+from .command import Answer, command, remark, say
+from .options import option
 
 EXAMPLE = "example"
 WORDS = (
@@ -27,31 +27,23 @@ WORDS = (
 )  # fmt: skip  # without --check
 
 
-@click.command(
-    "import",
-    short_help="Make a problem file from finite-element output.",
-    epilog="Exit codes: 0 written, or shown; 2 bad usage or bad input.",
-)
+@command("Make a problem file from finite-element output.", "0 written, or shown; 2 bad usage or bad input.")
 @click.argument("config", metavar="[CONFIG.toml]", required=False, type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=OutputFile(), help="Write the problem file here.")
-@click.option("--check", is_flag=True, help="Write nothing; show what has been read.")
-@click.option("--picture", type=OutputFile(PICTURES), help="Draw nodes, normals, tangents (PNG, SVG, PDF).")
-@click.option(
+@option("-o", "--output", type=options.OutputFile(), help="Write the problem file here.")
+@option("--check", is_flag=True, help="Write nothing; show what has been read.")
+@option(
+    "--picture",
+    type=options.OutputFile(options.PICTURES),
+    help="Draw nodes, normals, tangents (PNG, SVG, PDF).",
+)
+@option(
     "--template",
     type=click.Choice([*import_template_names(), EXAMPLE]),
     help="Show a commented CONFIG.toml to start from (-o writes it); 'example' writes a new folder.",
 )
-@output_options
-@click.pass_context
-def import_problem_command(
-    context: click.Context,
-    config: Path | None,
-    output: Path | None,
-    check: bool,
-    picture: Path | None,
-    template: str | None,
-    as_json: bool,
-) -> None:
+def import_command(
+    config: Path | None, output: Path | None, check: bool, picture: Path | None, template: str | None
+) -> Answer | None:
     """Make a problem file from the output of a finite-element code.
 
     CONFIG.toml names the stiffness matrix (or the reactions to unit
@@ -65,34 +57,26 @@ def import_problem_command(
     """
     if template is not None:
         _write_template(template, config, output)
-        return
+        return None
     if config is None:
         raise click.UsageError("Missing argument 'CONFIG.toml' (or --template)")
     if output is None and not check:
         raise click.UsageError("Missing option '-o' / '--output' (or --check)")
-    reads(context, "CONFIG.toml", config)
-    made = shakedown.import_model(config, command=_command(config, output), announce=remark)
+    options.reads("CONFIG.toml", config)
+    to = [] if output is None else ["-o", str(output)]
+    again = shlex.join(["shakedown-bounds", "import", str(config), *to])
+    made = shakedown.import_model(config, command=again, announce=remark)
     for source in made.sources:
-        reads(context, f"{source}, which CONFIG.toml names", config.parent / source)
+        options.reads(f"{source}, which CONFIG.toml names", config.parent / source)
     if picture is not None:
         from shakedown import plot  # only where a picture is wanted
         from shakedown.models.importing.contact_figure import contact_picture
 
         plot.save(contact_picture(made), picture)
-    if not check and output is not None:
-        shakedown.save_problem(output, made.problem)
-    if as_json:
-        echo_json(_document(made, None if check else output, check))
-        return
-    if not check:
-        say(f"wrote {output}")
-    show(import_sheet(made, check=check))
-
-
-def _command(config: Path, output: Path | None) -> str:
-    """The command that makes the same file again."""
-    words = [] if output is None else ["-o", str(output)]
-    return shlex.join(["shakedown-bounds", "import", str(config), *words])
+    written = None if check or output is None else str(output)
+    if written is not None:
+        shakedown.save_problem(written, made.problem)
+    return Answer(lambda: _document(made, written), lambda: import_sheet(made, written=written))
 
 
 def _write_template(kind: str, config: Path | None, output: Path | None) -> None:
@@ -110,7 +94,7 @@ def _write_template(kind: str, config: Path | None, output: Path | None) -> None
         say(f"wrote {write_import_template(kind, output)}")
 
 
-def _document(made: shakedown.Import, output: Path | None, check: bool) -> dict[str, Any]:
+def _document(made: shakedown.Import, written: str | None) -> dict[str, Any]:
     found = made.to_dict()
-    shown = found if check else {word: found[word] for word in WORDS}
-    return {"problem": found["problem"], "file": None if output is None else str(output)} | shown
+    shown = found if written is None else {word: found[word] for word in WORDS}
+    return {"problem": found["problem"], "file": written} | shown

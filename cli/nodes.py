@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -13,43 +14,35 @@ from shakedown.files.vtk_points import series_paths
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.report.run_facts import nodes_sheet
 
-from .claims import NODE_FILES, SERIES_FILES, OutputFile, writes_whole
-from .initial import start_of
-from .options import (
-    output_options,
-    run_options,
-)
-from .output import echo_json, show
+from . import options
+from .command import Answer, command, document
+from .options import option
 
 
-@click.command(
-    short_help="Slip, pressure, friction work of every node.",
-    epilog="Exit codes: 0 a long-term state was found, whichever; 1 undecided after --cycles; "
-    "2 bad usage or bad input.",
+@command(
+    "Slip, pressure, friction work of every node.",
+    "0 a long-term state was found, whichever; 1 undecided after --cycles; 2 bad usage or bad input.",
 )
-@run_options
-@click.option(
+@options.run
+@option(
     "--wear-coefficient",
     type=float,
     help="Archard's: wear depth = coefficient × pressure × sliding distance [length²/force].",
 )
-@click.option("--tractions", is_flag=True, help="Tractions and work per area in the table of -o, too.")
-@click.option(
+@option("--tractions", is_flag=True, help="Tractions and work per area in the table of -o, too.")
+@option(
     "-o",
     "--output",
-    type=OutputFile(NODE_FILES),
+    type=options.OutputFile(options.NODE_FILES),
     help="Write every node here: .csv, or for ParaView .vtu or .vtp.",
 )
-@click.option(
+@option(
     "--instants",
     type=click.IntRange(1, 500),
     help="With -o NAME.vtp or .vtu: also the nodes at so many instants, NAME_000.vtp … and NAME.pvd.",
 )
-@output_options
-@click.pass_context
 @on_one_thread
 def nodes(
-    context: click.Context,
     problem: Problem,
     load_factor: float,
     initial: str | None,
@@ -59,8 +52,7 @@ def nodes(
     tractions: bool,
     output: Path | None,
     instants: int | None,
-    as_json: bool,
-) -> None:
+) -> Answer:
     """What each node of FILE goes through in one period of its long-term state.
 
     Slip range (max − min), slip per cycle, largest and smallest reactions, friction work per
@@ -69,11 +61,11 @@ def nodes(
     and the sum of the work do not.
     """
     if problem.node_area is None and (tractions or wear_coefficient is not None):
-        option = "--tractions" if tractions else "--wear-coefficient"
-        raise click.UsageError(f"{option}: expected a joint with areas of its nodes, found no 'node_area'")
+        named = "--tractions" if tractions else "--wear-coefficient"
+        raise click.UsageError(f"{named}: expected a joint with areas of its nodes, found no 'node_area'")
     if instants is not None:
-        _claim_series(context, output, instants)
-    word, opened, start = start_of(problem, load_factor, initial, open_nodes)
+        _claim_series(output, instants)
+    word, opened, start = options.start_of(problem, load_factor, initial, open_nodes)
     run = shakedown.simulate(problem, load_factor, start, open_nodes=opened, cycles=cycles)
     found = shakedown.node_results(run, wear_coefficient=wear_coefficient)
     if output is not None:
@@ -82,19 +74,18 @@ def nodes(
         from shakedown.long_term.node_instants import save_node_instants  # it loads what computes
 
         save_node_instants(run, output, instants)
-    if as_json:
-        echo_json({"problem": problem.to_dict()} | found.to_dict())
-    else:
-        show(nodes_sheet(problem, found, word))
-    if found.outcome == shakedown.Outcome.UNDECIDED:
-        context.exit(1)
+    return Answer(
+        partial(document, problem, found),
+        partial(nodes_sheet, problem, found, word),
+        is_open=found.outcome == shakedown.Outcome.UNDECIDED,
+    )
 
 
-def _claim_series(context: click.Context, output: Path | None, instants: int) -> None:
+def _claim_series(output: Path | None, instants: int) -> None:
     """Check before the work starts that the files of the instants can be written and are no others here."""
-    if output is None or output.suffix.lower() not in SERIES_FILES:
+    if output is None or output.suffix.lower() not in options.SERIES_FILES:
         found = "none" if output is None else str(output)
-        expected = f"-o with a name that ends in {' or '.join(SERIES_FILES)}"
+        expected = f"-o with a name that ends in {' or '.join(options.SERIES_FILES)}"
         raise click.UsageError(f"--instants: expected {expected}, found {found}")
     for path in series_paths(output, instants):
-        writes_whole(context, "--instants", path)
+        options.writes_whole("--instants", path)

@@ -1,29 +1,162 @@
-"""Arguments and options that several commands share."""
+"""Arguments and options that several commands share: files, numbers, nodes, initial states."""
 
 from __future__ import annotations
 
-import logging
 import os
 import shlex
 from collections.abc import Callable
-from functools import partial
+from functools import partial, reduce
+from math import isfinite
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import click
+import numpy as np
 
 import shakedown
+from shakedown import Problem
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import FEW_DIGITS
 from shakedown.ground.size_limits import CYCLES
 from shakedown.ground.visible_text import shortened
 
-from .claims import PICTURES, OutputFile, name_of, reads
-from .output import QUIET
-
 F = TypeVar("F", bound=Callable[..., Any])
-
-
 NAMED = f"{__name__}.file"  # in a context: the file or built-in problem that a command was given
+FORM = "LOW:HIGH:COUNT or VALUE,VALUE,…"
+MOST = 1_000_000  # values of a range
+CLAIMS = f"{__name__}.claims"  # in a context: what the call reads and writes: names, paths, whether written
+PICTURES = (".png", ".svg", ".pdf")
+NODE_FILES = (".csv", ".vtu", ".vtp")
+SERIES_FILES = NODE_FILES[1:]  # of these a file is written for every instant
+LONGEST_INDEX = 18  # digits of a state number
+AT_NONE = ("zero", "given", "given:K")  # states that exist without a load factor
+AT_LOAD_FACTOR = ("safe", "witness")  # and those that exist at one
+
+option = partial(click.option, show_default=True)
+
+
+def reads(name: str, path: str | os.PathLike[str]) -> None:
+    """Note a file that is read; raises ``UsageError`` where an output of this call would replace it."""
+    _claim(name, os.fspath(path), written=False)
+
+
+def writes(name: str, path: str | os.PathLike[str]) -> None:
+    """Note a file to write; raises ``UsageError`` where it is another file of this call."""
+    _claim(name, os.fspath(path), written=True)
+
+
+def writes_whole(name: str, path: Path) -> None:
+    """As :func:`writes`, after a check that the file can be written."""
+    from shakedown.files.atomic_write import check_target  # only where a file is asked for
+
+    check_target(path)
+    writes(name, path)
+
+
+def pieces_of(output: Path | None, resume: bool) -> None:
+    """Note the folder beside the output in which a run keeps its pieces."""
+    if output is not None:
+        from shakedown.files.atomic_write import pieces_beside  # only where a file is asked for
+
+        writes("the pieces of -o", pieces_beside(output))
+    elif resume:
+        raise click.UsageError("--resume: expected -o FILE, beside which the pieces of the run are kept")
+
+
+def _claim(name: str, path: str, *, written: bool) -> None:
+    claims: list[tuple[str, str, bool]] = click.get_current_context().meta.setdefault(CLAIMS, [])
+    for other, known, replaced in claims:
+        output, file, beside = (name, path, other) if written else (other, known, name)
+        if (written or replaced) and _is_same(path, known):
+            raise click.UsageError(f"{output}: expected another file than {beside}, found {shortened(file)}")
+    claims.append((name, path, written))
+
+
+def _is_same(one: str, other: str) -> bool:
+    """Whether two paths lead to the same file, which need not exist yet."""
+    try:
+        if os.path.samefile(one, other):
+            return True
+    except (OSError, ValueError):  # one of them does not exist, or no file can have that name
+        pass
+    try:
+        return os.path.normcase(os.path.realpath(one)) == os.path.normcase(os.path.realpath(other))
+    except (OSError, ValueError):
+        return False
+
+
+def name_of(param: click.Parameter | None) -> str:
+    """A parameter as the user types it: ``-o``, ``--picture``, ``FILE``."""
+    if param is None:
+        return "-o"
+    return param.metavar or param.opts[0] if isinstance(param, click.Argument) else param.opts[0]
+
+
+class OutputFile(click.ParamType):
+    """A file to write: before the work starts it is checked to be writable and no other file of the call."""
+
+    name = "path"
+
+    def __init__(self, endings: tuple[str, ...] = (), *, table: bool = False) -> None:
+        self.endings, self.table = endings, table
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        name = name_of(param)
+        if not value or str(value).endswith(("/", os.sep)):
+            raise click.UsageError(f"{name}: expected the name of a file, found '{value}'")
+        if self.endings and not str(value).lower().endswith(self.endings):
+            known = " or ".join(filter(None, [", ".join(self.endings[:-1]), self.endings[-1]]))
+            raise shakedown.UsageError(f"{value}: expected a name that ends in {known}")
+        path = Path(value)
+        writes_whole(name, path)
+        if self.table:
+            from shakedown.files.table_file import check_table  # only where a table is asked for
+
+            check_table(path)
+        return path
+
+
+class Parsed(click.ParamType):
+    """What a function makes of a text; None where the text is not as expected."""
+
+    def __init__(self, name: str, expected: str, parse: Callable[[str], Any]) -> None:
+        self.name, self.expected, self.parse = name, expected, parse
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        found = self.parse(value) if isinstance(value, str) else value
+        if found is None:
+            raise click.UsageError(
+                f"{name_of(param)}: expected {self.expected}, found '{shortened(value, 60)}'"
+            )
+        return found
+
+
+def numbers_of(text: str) -> FloatArray | None:
+    """The values of ``LOW:HIGH:COUNT``, which rise, or of ``VALUE,VALUE,…``; None where a text is neither."""
+    try:
+        if ":" not in text:
+            values = np.array([float(part) for part in text.split(",")])
+            return values if np.isfinite(values).all() else None
+        first, last, many = text.split(":")
+        low, high, count = float(first), float(last), int(many)
+    except ValueError:
+        return None
+    if not (isfinite(high - low) and low < high and 2 <= count <= MOST):
+        return None
+    return np.linspace(low, high, count)
+
+
+def open_nodes_of(text: str) -> tuple[int, ...] | str | None:
+    """Nodes that stay open, or ``auto``."""
+    if text in ("auto", "none"):
+        return text if text == "auto" else ()
+    numbers = text.split(",")
+    known = all(number.isascii() and number.isdigit() and len(number) < 10 for number in numbers)
+    return tuple(map(int, numbers)) if known else None
+
+
+NUMBERS = Parsed("numbers", FORM, numbers_of)
+OPEN_NODES = Parsed("nodes", "auto, none or node numbers like 0,3,7", open_nodes_of)
 
 
 class ProblemFile(click.ParamType):
@@ -36,8 +169,7 @@ class ProblemFile(click.ParamType):
             return value
         if not value:
             raise click.UsageError("FILE: expected a file or the name of a built-in problem, found ''")
-        if ctx is not None:
-            ctx.meta[NAMED] = shlex.quote(value)
+        click.get_current_context().meta[NAMED] = shlex.quote(value)
         if not os.path.exists(value) and value in shakedown.example_names():
             return shakedown.example(value)
         if not os.path.exists(value) and Path(value).suffix == "" and "/" not in value:
@@ -45,134 +177,146 @@ class ProblemFile(click.ParamType):
             raise shakedown.ProblemError(
                 f"{value}: no such file, and no built-in problem (there are {names})"
             )
-        reads(ctx, name_of(param), value)
+        reads(name_of(param), value)
         return shakedown.load_problem(value)
 
 
-class OpenNodes(click.ParamType):
-    """Which nodes stay open: auto, none, or numbers with commas between them."""
-
-    name = "nodes"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        if value in ("auto", "none"):
-            return value if value == "auto" else ()
-        numbers = value.split(",")
-        if not all(number.isascii() and number.isdigit() and len(number) < 10 for number in numbers):
-            shown = shortened(value)
-            raise click.UsageError(f"--open: expected auto, none or node numbers like 0,3,7, found '{shown}'")
-        return tuple(map(int, numbers))
+def file_named() -> str:
+    """The file or built-in problem that a command was given, as a shell takes it."""
+    return str(click.get_current_context().meta[NAMED])
 
 
-def _keep_quiet(context: click.Context, _: click.Parameter, value: bool) -> None:
-    context.meta[QUIET] = value
-    if value:
-        log = logging.getLogger("shakedown")
-        context.find_root().call_on_close(partial(log.setLevel, log.level))  # as it was, also after bad usage
-        log.setLevel(logging.ERROR)
+def zone_nodes(problem: Problem) -> tuple[int, ...]:
+    """The nodes that are open in the zone with the largest λ_max."""
+    return shakedown.upper_bound(problem, open_nodes="auto", certify=False).open_nodes
 
 
-def output_options(command: F) -> F:
-    """What every command takes: ``--json`` and ``--quiet``."""
-    quiet = click.option(
-        "-q",
-        "--quiet",
-        is_flag=True,
-        expose_value=False,
-        is_eager=True,
-        callback=_keep_quiet,
-        help="No progress and no remarks on stderr.",
-    )
-    return click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")(
-        quiet(command)
-    )
+def start_of(
+    problem: Problem, load_factor: float, initial: str | None, open_nodes: tuple[int, ...] | Literal["auto"]
+) -> tuple[str, tuple[int, ...], FloatArray]:
+    """The initial state of a run: the word for it, the nodes that are open, and the slip, (dn,)."""
+    word = word_for(problem, initial)
+    opened = zone_nodes(problem) if open_nodes == "auto" else open_nodes
+    return word, opened, initial_state(problem, word, load_factor, opened)
 
 
-problem_argument = click.argument("problem", metavar="FILE", type=ProblemFile())
-pieces_option = click.option(
-    "--resume", is_flag=True, help="Go on with what a run that was stopped left in OUTPUT.parts."
+def word_for(problem: Problem, initial: str | None) -> str:
+    """The initial state that is asked for, or the one where a user names none."""
+    return initial or ("zero" if problem.initial_slip is None else "given")
+
+
+def initial_state(
+    problem: Problem, initial: str, load_factor: float | None = None, open_nodes: tuple[int, ...] = ()
+) -> FloatArray:
+    """The initial slip, (dn,), that a word or a file stands for; some words need a load factor."""
+    word, colon, index = initial.partition(":")
+    if word == "given":
+        return _given(problem, index)
+    if colon and word in ("zero", *AT_LOAD_FACTOR):
+        raise click.UsageError(f"--initial {shortened(initial)}: only given takes a state number")
+    if word == "zero" or (word in AT_LOAD_FACTOR and load_factor is not None):
+        from shakedown.bounds.named_start import named_start
+
+        return named_start(problem, load_factor or 0.0, word, open_nodes)
+    return _from_file(initial, AT_NONE if load_factor is None else AT_NONE + AT_LOAD_FACTOR)
+
+
+def _given(problem: Problem, index: str) -> FloatArray:
+    states = problem.initial_slip
+    if states is None:
+        raise click.UsageError("--initial given: the problem has no initial_slip")
+    shown = shortened(index, 20)
+    if not index.isdecimal() and index:
+        raise click.UsageError(f"--initial given:{shown}: expected a state number")
+    if len(index) > LONGEST_INDEX or int(index or 0) >= len(states):
+        raise click.UsageError(f"--initial given:{shown}: the problem has {len(states)} state(s), from 0")
+    return states[int(index or 0)]
+
+
+def _from_file(path: str, words: tuple[str, ...]) -> FloatArray:
+    if path in AT_LOAD_FACTOR or not os.path.lexists(path):
+        is_path = os.path.splitext(path)[1] or os.path.basename(path) != path
+        why = "no such file" if is_path else f"expected {', '.join(words)} or PATH.npy"
+        raise click.UsageError(f"--initial {shortened(path)}: {why}")
+    reads("--initial", path)
+    try:
+        return shakedown.load_initial_slip(path)
+    except shakedown.ProblemError as error:
+        raise click.UsageError(f"--initial {error}") from None
+
+
+problem = click.argument("problem", metavar="FILE", type=ProblemFile())
+load_factor = option(
+    "--load-factor",
+    type=float,
+    default=1.0,
+    help="Load factor λ ≥ 0 of the periodic loading; 1 is the nominal load.",
 )
-scheduler_option = click.option(
-    "--scheduler", metavar="ADDRESS", help="Work on the dask cluster of this scheduler instead."
+initial = option(
+    "--initial",
+    metavar="STATE",
+    default="zero",
+    help="State of proofs and simulations: zero, given, given:K or PATH.npy.",
 )
-picture_option = click.option(
-    "--picture", type=OutputFile(PICTURES), help="Draw it here (.png, .svg or .pdf)."
-)
-open_option = click.option(
+open_nodes = option(
     "--open",
     "open_nodes",
-    type=OpenNodes(),
+    type=OPEN_NODES,
     default="auto",
-    show_default=True,
     help="Nodes that stay open: auto, none, or numbers like 0,3,7.",
 )
-average_option = click.option(
+cycles = option(
+    "--cycles",
+    type=click.IntRange(min=1),
+    default=CYCLES,
+    help="Give up as undecided after so many cycles.",
+)
+method = option(
+    "--method",
+    type=click.Choice(["event", "gauss-seidel"]),
+    default="event",
+    help="From event to event, or at fixed load steps.",
+)
+average = option(
     "--average",
     type=float,
     metavar="RADIUS",
     help="Also with slips and reactions averaged over this length (in the joint's unit).",
 )
-digits_option = click.option(
-    "--digits",
-    type=click.IntRange(1, 15),
-    default=FEW_DIGITS,
-    show_default=True,
-    help="Digits of load factors, at least.",
-)
-method_option = click.option(
-    "--method",
-    type=click.Choice(["event", "gauss-seidel"]),
-    default="event",
-    show_default=True,
-    help="From event to event, or at fixed load steps.",
-)
-slip_below_option = click.option(
+slip_below = option(
     "--slip-below",
     type=float,
     metavar="LENGTH",
-    help="Say also whether every node's slip range in the long run stays below this length.",
+    help="Also whether, or up to which load factor, slip ranges in the long run stay below this.",
 )
-cycles_option = click.option(
-    "--cycles",
-    type=click.IntRange(min=1),
-    default=CYCLES,
-    show_default=True,
-    help="Give up as undecided after so many cycles.",
+digits = option(
+    "--digits", type=click.IntRange(1, 15), default=FEW_DIGITS, help="Digits of load factors, at least."
+)
+seed = option("--seed", type=click.IntRange(min=0), default=0, help="Seed of what is random.")
+table = option("-o", "--output", type=OutputFile(table=True), help="Write the rows here (.csv or .parquet).")
+picture = option("--picture", type=OutputFile(PICTURES), help="Draw it here (.png, .svg or .pdf).")
+pieces = option("--resume", is_flag=True, help="Go on with what a run that was stopped left in OUTPUT.parts.")
+workers = option("--workers", type=click.IntRange(min=1), default=1, help="Processes.")
+scheduler = option(
+    "--scheduler", metavar="ADDRESS", help="Work on the dask cluster of this scheduler instead."
 )
 
 
-def workers_option(default: int | None) -> Callable[[F], F]:
-    """How many processes; None: one for each core, or one where that is quicker."""
-    many = "  [default: all cores, or one where that is quicker]" if default is None else ""
-    kind = click.IntRange(min=1)
-    return click.option(
-        "--workers", type=kind, default=default, show_default=bool(default), help=f"Processes.{many}"
-    )
-
-
-def run_options(command: F) -> F:
+def run(command: F) -> F:
     """What one run is of, where it begins, and how long it may take."""
-    load_factor = click.option(
-        "--load-factor",
-        type=float,
-        default=1.0,
-        show_default=True,
-        help="Load factor λ ≥ 0 of the periodic loading; 1 is the nominal load.",
-    )
-    start = click.option(
+    start = option(
         "--initial",
         metavar="STATE",
         help="zero, safe (through the transient too, where there is such a slip), witness (the critical slip "
         "state of λ_1, in the plane), given, given:K (state K of the file) or PATH.npy. "
         "Default: given where the file has initial_slip, else zero.",
     )
-    opened = click.option(
+    opened = option(
         "--open",
         "open_nodes",
-        type=OpenNodes(),
+        type=OPEN_NODES,
         default="none",
-        show_default=True,
         help="Nodes that are open at the start: none, numbers like 0,3,7, or auto: those of the zone "
         "of λ_max.",
     )
-    return problem_argument(load_factor(start(opened(cycles_option(command)))))
+    return reduce(lambda made, add: add(made), (cycles, opened, start, load_factor, problem), command)

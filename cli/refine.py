@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,55 +10,28 @@ import click
 
 import shakedown
 from shakedown import Problem
-from shakedown.report.data_facts import headline
-from shakedown.report.facts import Sheet
-from shakedown.report.mesh_facts import refinement_section
+from shakedown.report.study_facts import refinement_sheet
 
-from .claims import TableFile, pieces_of
-from .options import (
-    ProblemFile,
-    average_option,
-    output_options,
-    picture_option,
-    pieces_option,
-    workers_option,
-)
-from .output import draw, echo_json, progress, show
+from . import options
+from .command import Answer, command, document, draw, progress
 
 
-@click.command(short_help="Which numbers converge with the mesh.")
-@click.argument("problems", metavar="FILE FILE …", type=ProblemFile(), nargs=-1, required=True)
-@average_option
-@click.option(
-    "--load-factor",
-    type=float,
-    default=1.0,
-    show_default=True,
-    help="Load factor of friction work and slips, the same on every mesh.",
-)
-@click.option(
-    "--slip-below",
-    type=float,
-    metavar="LENGTH",
-    help="Also up to which load factor every node's slip range stays below this length.",
-)
-@click.option("-o", "--output", type=TableFile(), help="Write one row per mesh here (.csv or .parquet).")
-@picture_option
-@workers_option(1)
-@pieces_option
-@output_options
-@click.pass_context
+@command("Which numbers converge with the mesh.", "0 computed; 2 bad usage or bad input.")
+@click.argument("problems", metavar="FILE FILE …", type=options.ProblemFile(), nargs=-1, required=True)
+@options.average
+@options.load_factor
+@options.slip_below
+@options.table
+@options.picture
+@options.workers
+@options.pieces
 def refine(
-    context: click.Context,
-    /,
     problems: tuple[Problem, ...],
     average: float | None,
     output: Path | None,
     picture: Path | None,
-    resume: bool,
-    as_json: bool,
     **settings: Any,
-) -> None:
+) -> Answer:
     """Which numbers of one joint converge, from files of it on finer and finer meshes.
 
     The three numbers of `solve`, λ_max of slips averaged over a length (--average), friction
@@ -66,20 +40,11 @@ def refine(
     """
     if len(problems) < 2:
         raise click.UsageError("FILE FILE …: expected several meshes of one joint, found one file")
-    pieces_of(context, output, resume)
+    options.pieces_of(output, settings["resume"])
+    meshes = {problem.n: problem for problem in problems}
+    sizes = [problem.n for problem in problems]
     with progress("meshes") as update:
-        found = shakedown.refine(
-            {problem.n: problem for problem in problems},
-            [problem.n for problem in problems],
-            radius=average,
-            output=output,
-            resume=resume,
-            progress=update,
-            **settings,
-        )
+        found = shakedown.refine(meshes, sizes, radius=average, output=output, progress=update, **settings)
     draw(picture, "refinement", found)
-    if as_json:
-        echo_json({"problem": problems[-1].to_dict()} | found.to_dict())
-    else:
-        finest = problems[-1]
-        show(Sheet(headline(finest), sections=[refinement_section(found, finest)]))
+    finest = problems[-1]
+    return Answer(partial(document, finest, found), partial(refinement_sheet, finest, found))

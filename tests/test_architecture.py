@@ -51,8 +51,8 @@ OPEN_SUBPACKAGES = {
 }  # of which commands and studies may use whatever is not private
 MOST_NAMES = 62  # at the top
 INSIDE = {  # what commands and studies reach for beside public names: checks of targets, the loops that are timed
-    ("cli.claims", "shakedown.files.atomic_write"),
-    ("cli.claims", "shakedown.files.table_file"),
+    ("cli.options", "shakedown.files.atomic_write"),
+    ("cli.options", "shakedown.files.table_file"),
     ("cli.map", "shakedown.campaign.cluster"),
     ("cli.sweep", "shakedown.campaign.cluster"),
     ("cli.solve", "shakedown.assessment.three_numbers"),

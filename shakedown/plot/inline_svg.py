@@ -64,8 +64,6 @@ class Drawing(NamedTuple):
 
     Attributes
     ----------
-    alt
-        Text that describes the picture for readers who do not see it.
     draw
         What draws it on ``ax``, like every function of ``shakedown.plot``.
     name
@@ -74,7 +72,6 @@ class Drawing(NamedTuple):
         Size of the picture where two are side by side [inch].
     """
 
-    alt: str
     draw: Callable[..., object]
     name: str = ""
     size: tuple[float, float] = PANEL
@@ -107,8 +104,15 @@ def picture(caption: str, *drawings: Drawing, alike: int = 0, one_legend: bool =
         panels = []
         for each, drawing, legend in zip(axes, drawings, legends, strict=True):
             _legend_below(each.figure, *legend)
-            panels.append(Panel(drawing.name, inline(each.figure, drawing.alt)))
+            panels.append(Panel(drawing.name, inline(each.figure, _alternative(caption, drawing.name, each))))
     return Picture(caption, tuple(panels), common)
+
+
+def _alternative(caption: str, name: str, axes: Axes) -> str:
+    """What a panel shows, for readers who do not see it: its caption, its name and what its axes are."""
+    title = axes.get_title().replace("\n", ", ")
+    over = " over ".join(filter(None, [axes.get_ylabel(), axes.get_xlabel()]))
+    return "; ".join(filter(None, [caption.partition(". ")[0].rstrip("."), name, title, over]))
 
 
 def _drawn(drawing: Drawing, scale: float) -> Axes:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from itertools import combinations
 from math import isfinite, isinf, isnan
 from typing import TYPE_CHECKING, Literal
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 Rounding = Literal["down", "up", "nearest"]
 ROUNDED = {"down": down, "up": up, "nearest": few}
+MOST_DIGITS = 16  # that a float has
 NEGATIVE = "−"  # as long as a plus sign
 
 
@@ -77,7 +79,7 @@ class Table:
         cls, columns: Mapping[str, Sequence[str]], words: Container[str] = ("FE",), keys: int = 1
     ) -> Table:
         """A table from its columns, by their headings."""
-        rows = list(zip(*columns.values(), strict=True))
+        rows = [list(row) for row in zip(*columns.values(), strict=True)]
         return cls(list(columns), rows, tuple(k for k, name in enumerate(columns) if name in words), keys)
 
 
@@ -131,36 +133,33 @@ def limits_as_text(limits: Sequence[tuple[float, Rounding]], digits: int = FEW_D
     >>> limits_as_text([(1.00000004, "down")])
     ['1.00000004']
     """
-    needed = [_digits_of(value, rounding, limits, digits) for value, rounding in limits]
-    whole: dict[int, int] = {}  # as many digits for all with the same integer part
-    for (value, _), more in zip(limits, needed, strict=True):
-        if isfinite(value):
-            whole[int(value)] = max(whole.get(int(value), 0), more)
-    return [
-        _padded(value, rounding, whole[int(value)]) if isfinite(value) else number(value)
-        for value, rounding in limits
-    ]
+    texts: list[str] = []
+    for more in range(digits, MOST_DIGITS + 1):
+        texts = [_padded(value, rounding, more) for value, rounding in limits]
+        if _tell(limits, texts, apart=more < DIGITS):
+            break
+    return texts
 
 
-def _digits_of(
-    value: float, rounding: Rounding, limits: Sequence[tuple[float, Rounding]], digits: int
-) -> int:
-    """How many digits show on which side of 1 a load factor lies, and that it is no other one."""
-    others = [each for each in limits if isfinite(each[0]) and abs(each[0] - value) > SIX_DIGITS * abs(value)]
-    for more in range(digits, 17 if isfinite(value) else digits):
-        text = ROUNDED[rounding](value, more)
-        alike = more < DIGITS and any(ROUNDED[way](other, more) == text for other, way in others)
-        if np.sign(float(text) - 1) == np.sign(value - 1) and not alike:
-            return more
-    return digits
+def _tell(limits: Sequence[tuple[float, Rounding]], texts: Sequence[str], *, apart: bool) -> bool:
+    """Whether texts show on which side of 1 load factors lie, and where asked for that they differ."""
+    known = [(value, text) for (value, _), text in zip(limits, texts, strict=True) if isfinite(value)]
+    if any(np.sign(float(text) - 1) != np.sign(value - 1) for value, text in known):
+        return False
+    pairs = combinations(known, 2) if apart else ()
+    return all(one[1] != other[1] or _same(one[0], other[0]) for one, other in pairs)
+
+
+def _same(one: float, other: float) -> bool:
+    return abs(one - other) <= SIX_DIGITS * abs(one)
 
 
 def _padded(value: float, rounding: Rounding, digits: int) -> str:
     """A rounded number with the zeros that end it; an exact one without."""
-    text = ROUNDED[rounding](value, digits)
-    if "e" in text or float(text) == value or abs(value) < 1e-4:
+    text = number(value, digits, rounding)
+    if not isfinite(value) or "e" in text or float(text) == value or abs(value) < 1e-4:
         return text
-    decimals = digits - 1 - Decimal(repr(float(text))).adjusted()
+    decimals = digits - 1 - Decimal(text).adjusted()
     return f"{float(text):.{max(decimals, 0)}f}"
 
 

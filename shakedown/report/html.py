@@ -18,29 +18,21 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import count
 from shakedown.ground.visible_text import SUBSCRIPT, shortened, visible
 from shakedown.joint.problem import Problem
-from shakedown.report import notes
+from shakedown.report import figures, notes
 from shakedown.report.data_facts import configuration, joint_facts, source_facts
 from shakedown.report.facts import Section
 from shakedown.report.json_documents import as_text, verification_document
 from shakedown.report.limit_facts import averaged_section, limit_sections
-from shakedown.report.load_figures import problem_pictures
-from shakedown.report.mesh_facts import refinement_section
-from shakedown.report.period_figures import contact_to_turn, no_pictures, state_pictures
-from shakedown.report.run_facts import worst_table
-from shakedown.report.verification_facts import (
+from shakedown.report.run_facts import (
     banner_class,
     findings,
     provenance,
+    remarks_of,
     runs_section,
     verify_sheet,
+    worst_table,
 )
-from shakedown.report.verification_figures import (
-    refinement_picture,
-    run_pictures,
-    scale_picture,
-    sensitivity_picture,
-    slip_picture,
-)
+from shakedown.report.study_facts import refinement_section
 from shakedown.studies.refined import Refinement
 
 LOAD_FACTOR = re.compile(r"(λ(?:_\w+)?) = (?=\d)")  # no line ends between a load factor and its number
@@ -140,8 +132,8 @@ def render(
         "sheet": sheet,
         "findings": findings(v),
         "verdict_class": banner_class(v),
-        "scale": scale_picture(v),
-        "view": contact_to_turn(v),
+        "scale": figures.scale_picture(v),
+        "view": figures.contact_to_turn(v),
         "view_in": STATE,
         "configuration": configuration(v.problem),
     }
@@ -152,22 +144,20 @@ def _sections(v: Verification, average: float | None, refinement: Refinement | N
     """What follows the first page: limits, runs, the state at λ = 1, meshes, the joint, provenance."""
     problem = v.problem
     limits, rest, slips = limit_sections(v.assessment, simulated=True)
-    pictures = [each for each in (sensitivity_picture(v), slip_picture(v)) if each is not None]
     yield limits
-    said = [*rest.notes, *(f"Note: {note.rstrip('.')}." for note in v.notes)]
-    yield Section("", rest.facts, (), said, pictures)
+    yield replace(rest, notes=[*rest.notes, *remarks_of(v)], pictures=figures.limit_pictures(v))
     if average is not None:
         yield averaged_section(v.assessment.averaged(average), average)
-    runs = runs_section(v)
-    yield Section("Runs", pictures=run_pictures(v))
-    yield replace(runs, title=f"Table of {count(len(v.runs), 'run')}", folded=True)
+    yield Section("Runs", pictures=figures.run_pictures(v))
+    yield replace(runs_section(v), title=f"Table of {count(len(v.runs), 'run')}", folded=True)
     worst = [worst_table(problem, v.nodes)] if v.nodes.period else []
-    said = [notes.SUMMED, notes.MESH_AT_EDGES, notes.ALL_NODES] if worst else []
-    yield Section(STATE, (), worst, [*filter(None, [no_pictures(v)]), *said], state_pictures(v))
+    said = [each for each in [figures.no_pictures(v)] if each]
+    said += [notes.SUMMED, notes.MESH_AT_EDGES, notes.ALL_NODES] if worst else []
+    yield Section(STATE, (), worst, said, figures.state_pictures(v))
     if refinement is not None:
         found = refinement_section(refinement, problem, len(refinement.nodes))
-        yield replace(found, title="Meshes", pictures=[refinement_picture(refinement)])
-    yield Section("Joint", joint_facts(problem), pictures=problem_pictures(problem))
+        yield replace(found, title="Meshes", pictures=[figures.refinement_picture(refinement)])
+    yield Section("Joint", joint_facts(problem), pictures=figures.problem_pictures(problem))
     yield replace(slips, title=f"Safe slip of {count(problem.n, 'node')}", folded=True)
     yield Section("Provenance", [*source_facts(problem), *provenance(v)], (), [notes.ASSUMED, notes.NOT_SAID])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import inf, isinf, isnan, nan
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,20 +17,17 @@ from shakedown.ground.visible_text import with_unit
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.loading import loading
 from shakedown.joint.units import units_of, varying_loads_in_words
-from shakedown.report import notes
+from shakedown.report import facts, notes
 from shakedown.report.data_facts import headline, load_path, relative_to
-from shakedown.report.facts import (
-    Fact,
-    Rounding,
-    Section,
-    Sheet,
-    Table,
-    limits_as_text,
-    margin,
-    number,
-    signed,
+from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, number
+from shakedown.report.node_names import (
+    LONGEST_ENTRY,
+    by_direction,
+    node_column,
+    node_in_words,
+    open_in_words,
+    ranges,
 )
-from shakedown.report.node_names import by_direction, node_column, node_in_words, open_in_words, ranges
 
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
@@ -40,39 +37,17 @@ if TYPE_CHECKING:
     from shakedown.bounds.uniqueness.wedging import Wedging
     from shakedown.joint.problem import Problem
 
-EVERY, HERE, NEVER = Claim.EVERY_STATE.value, Claim.THIS_STATE.value, Claim.IMPOSSIBLE.value
 CLOSED = "full contact"
 CAUSES = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
 SLIGHT = 5e-4  # per cent: a smaller change is called none
 SAME = 1e-3  # relative difference of two thresholds that is not shown
-LONGEST_ENTRY = 24  # characters in a column
 NEXT = {
-    Said.SHAKEDOWN: ("verify {} -o report.html", "checks it"),
-    Said.OPEN: ("simulate {}", "follows it"),
-    Said.IMPOSSIBLE: ("nodes {}", "where it slips"),
+    Said.SHAKEDOWN: ("verify {} -o report.html", "(checks it)"),
+    Said.OPEN: ("simulate {}", "(follows it)"),
+    Said.IMPOSSIBLE: ("nodes {}", "(where it slips)"),
 }
 GIVEN = ("solve {} --initial given", "")
 MEANING = "scales the cyclic load; “shakes down”: slip ceases in time"
-
-
-class Claimed(NamedTuple):
-    """What is said of load factors below or above a limit.
-
-    Attributes
-    ----------
-    name, load_factor, rounding
-        The claim; NaN where the limit is not known.
-    valid
-        Where it holds.
-    unknown
-        Why the limit is not known, where it is not.
-    """
-
-    name: str
-    load_factor: float
-    rounding: Rounding
-    valid: str
-    unknown: str = ""
 
 
 def solve_sheet(
@@ -81,6 +56,7 @@ def solve_sheet(
     *,
     details: bool = False,
     follow: bool = False,
+    averaged: tuple[Assessment, float] | None = None,
     digits: int = FEW_DIGITS,
 ) -> Sheet:
     """The answer for the nominal load, the claims, what decides them, the next step; with details all limits.
@@ -93,73 +69,91 @@ def solve_sheet(
     At the nominal load (λ = 1) the joint cannot shake down in full contact.
     >>> for row in sheet.claims.rows:
     ...     print(*row, sep=" | ")
-    proved from every state | 0.6573 | −34.27 % | full contact
-    proved from this state | 0.7315 | −26.85 % | from zero slip
-    impossible above | 0.7392 | −26.08 % | full contact
+    proved from every state | 0.6573 | −34.27 % | full contact (λ_U)
+    proved from this state | 0.7315 | −26.85 % | from zero slip (λ_S)
+    impossible above | 0.7392 | −26.08 % | full contact (λ_max)
     """
-    limits, problem = found.details, found.problem
-    known = claims(found)
-    if follow:
-        known.insert(2, followed(limits))
     sections = limit_sections(found, digits, simulated=follow) if details else []
+    sections += [averaged_section(*averaged, digits)] if averaged else []
+    known = claims(found, follow=follow)
     return Sheet(
-        headline(problem),
+        headline(found.problem),
         [said_of_nominal_load(found)],
-        claims_table(problem, known, digits),
-        [*decided_by(found), *next_step(found, file), Fact("λ", MEANING)],
+        claims_table(found.problem, known, digits),
+        [
+            *by_which_limits(found.problem, known),
+            *decided_by(found),
+            *next_step(found, file),
+            Fact("λ", MEANING),
+        ],
         sections,
     )
 
 
 def quick_sheet(
-    problem: Problem,
-    energy: Bound,
-    upper: Bound,
-    *,
-    details: bool = False,
-    digits: int = FEW_DIGITS,
+    problem: Problem, energy: Bound, upper: Bound, *, details: bool = False, digits: int = FEW_DIGITS
 ) -> Sheet:
     """What one linear and one cone program tell."""
-    never = nan if upper.open_nodes else _above(upper)
+    opened, start = upper.open_nodes, start_of(energy, problem)
+    never = 0.0 if upper.status == Status.INFEASIBLE else nan if opened else upper.load_factor
     known = [
-        Claimed(HERE, energy.load_factor, "down", start_of(energy, problem)),
-        Claimed(NEVER, never, "up", CLOSED, _opened(upper.open_nodes)),
+        _claim(Claim.THIS_STATE, energy.load_factor, energy, start),
+        _claim(Claim.IMPOSSIBLE, never, upper, CLOSED, _opened(opened)),
     ]
-    facts = [*_zone(upper, problem), *_not_proved(energy)]
-    facts += [Fact("reason", upper.status, note=upper.reason)] if upper.reason else []
-    facts += [Fact("begins at", energy.least_load_factor, rounding="up")] * (energy.least_load_factor > 0)
+    about = [*_zone(upper, problem), *_not_proved(energy)]
+    about += [Fact("reason", upper.status, note=upper.reason)] if upper.reason else []
+    about += [Fact("begins at", energy.least_load_factor, rounding="up")] * (energy.least_load_factor > 0)
     sections = [safe_slip_section(problem, upper)] if details else []
-    return Sheet(headline(problem), [], claims_table(problem, known, digits), facts, sections)
+    return Sheet(headline(problem), [], claims_table(problem, known, digits), about, sections)
 
 
 def averaged_section(found: Assessment, radius: float, digits: int = FEW_DIGITS) -> Section:
     """The claims about a joint whose slips and reactions are averaged over a radius."""
-    length = sized(radius, units_of(found.problem).length)
-    return Section(
-        f"Averaged over {length}: {count(found.problem.n, 'knot')}",
-        tables=[claims_table(found.problem, claims(found), digits)],
-        notes=[notes.NO_PROOF],
-    )
+    title = f"Averaged over {sized(radius, units_of(found.problem).length)}: {count(found.problem.n, 'knot')}"
+    return Section(title, (), [claims_table(found.problem, claims(found), digits)], [notes.NO_PROOF])
 
 
-def claims(found: Assessment) -> list[Claimed]:
-    """The three claims about a joint; where nodes are open, what is not proved is unknown."""
+def claims(found: Assessment, *, follow: bool = False) -> list[Fact]:
+    """What is claimed of a joint: load factors, or why there is none, for which states, by which limit.
+
+    Where nodes are open, what is not proved is unknown. ``follow``: also what is proved once the cycles of
+    this history are followed.
+    """
     limits = found.details
-    zone = _opened(limits.open_nodes)
-    every, here, never = (
-        nan if zone and not 0 < value < inf else value
-        for value in (found.proved_from_every_state, found.proved_from_this_state, found.impossible_above)
-    )
-    if zone and isinf(found.proved_from_this_state):
-        here = inf
-    everywhere = f"{CLOSED}, transient over" if limits.universal.after_transient else CLOSED
-    return [
-        Claimed(EVERY, every, "down", everywhere, zone),
-        Claimed(HERE, here, "down", start_of(limits.energy, found.problem), zone),
-        Claimed(
-            NEVER, never, "up", f"{CLOSED}, all corners passed" if found.problem.is_domain else CLOSED, zone
-        ),
+    zone, here, start = _opened(limits.open_nodes), limits.from_state, start_of(limits.energy, found.problem)
+    every, upper = limits.universal, limits.upper
+    proved = every if found.proved_from_this_state > here.load_factor else here
+    everywhere = CLOSED + ", transient over" * bool(every.after_transient)
+    corners = CLOSED + ", all corners passed" * found.problem.is_domain
+    known = [
+        _claim(Claim.EVERY_STATE, found.proved_from_every_state, every, everywhere, zone),
+        _claim(Claim.THIS_STATE, found.proved_from_this_state, proved, start, zone),
+        _claim(Claim.IMPOSSIBLE, found.impossible_above, upper, corners, zone),
     ]
+    return [*known[:2], _followed(limits), known[2]] if follow else known
+
+
+def _claim(claim: Claim, load_factor: float, bound: Bound, about: str, zone: str = "") -> Fact:
+    """A claim: a load factor with the symbol of its limit, or in words why there is none."""
+    rounding: Rounding = "up" if claim == Claim.IMPOSSIBLE else "down"
+    safe_at_all = isinf(load_factor) and claim == Claim.THIS_STATE
+    if 0 < load_factor < inf:
+        return Fact(claim, load_factor, bound.symbol, rounding, about)
+    if isnan(load_factor) or (zone and not safe_at_all):
+        return Fact(claim, f"unknown ({zone})" if zone else "unknown", note="–")
+    if isinf(load_factor):
+        return Fact(claim, f"{'no' if rounding == 'up' else 'any'} load factor", note=about)
+    return Fact(claim, "0" if rounding == "up" else "not proved", note=about)
+
+
+def _followed(limits: JointLimits) -> Fact:
+    """What is proved once the cycles of this history are followed."""
+    name, limit = "proved by following", limits.transient
+    if not limit or limit.at_proved is None:
+        why = limit.reason if isinstance(limit, Missing) else "no cycle followed is proved"
+        return Fact(name, f"unknown ({why})", note="–")
+    about = f"this λ only, after {count(limit.followed['cycles'], 'cycle')}"
+    return Fact(name, limit.proved, rounding="down", note=about)
 
 
 def _opened(nodes: tuple[int, ...]) -> str:
@@ -175,43 +169,30 @@ def start_of(energy: Bound, problem: Problem) -> str:
     return ", ".join(filter(None, [f"from {slip}", _opened(energy.open_nodes)]))
 
 
-def followed(limits: JointLimits) -> Claimed:
-    """What is proved once the cycles of this history are followed."""
-    limit = limits.transient
-    if not limit or limit.at_proved is None:
-        why = limit.reason if isinstance(limit, Missing) else "no cycle followed is proved"
-        return Claimed("proved by following", nan, "down", why)
-    cycles = limit.followed["cycles"]
-    return Claimed(
-        "proved by following", limit.proved, "down", f"this λ only, after {count(cycles, 'cycle')}"
-    )
-
-
-def claims_table(problem: Problem, known: list[Claimed], digits: int = FEW_DIGITS) -> Table:
+def claims_table(problem: Problem, known: list[Fact], digits: int = FEW_DIGITS) -> Table:
     """Claim, load factor, the user's loads, margin to the nominal load, where it holds: a row each."""
-    texts = limits_as_text([(claim.load_factor, claim.rounding) for claim in known], digits)
-    head = ["claim", "load factor", "in your loads", "margin", "valid for"]
-    rows = []
-    for claim, text in zip(known, texts, strict=True):
-        if 0 < claim.load_factor < inf:
-            loads = loads_at(problem, claim.load_factor, claim.rounding)
-            apart = margin(claim.load_factor, claim.rounding)
-            rows.append([claim.name, text, loads, apart, claim.valid])
-        else:
-            valid = "–" if isnan(claim.load_factor) else claim.valid
-            rows.append([claim.name, _in_a_word(claim), "", "–", valid])
-    if not any(row[2] for row in rows):
-        return Table([*head[:2], *head[3:]], [[*row[:2], *row[3:]] for row in rows], (0, 3))
-    return Table(head, rows, (0, 2, 4))
+    sizes = [(claim.value if isinstance(claim.value, float) else nan, claim.rounding) for claim in known]
+    texts = facts.limits_as_text(sizes, digits)
+    columns = {
+        "claim": [claim.label for claim in known],
+        "load factor": [
+            claim.value if isinstance(claim.value, str) else text
+            for claim, text in zip(known, texts, strict=True)
+        ],
+        "in your loads": ["" if isnan(size) else loads_at(problem, size, way) for size, way in sizes],
+        "margin": [facts.margin(*each) for each in sizes],
+        "valid for": [claim.note for claim in known],
+    }
+    if not any(columns["in your loads"]):  # there is room for the limits that the claims go by
+        del columns["in your loads"]
+        columns["valid for"] = [f"{each.note} ({each.unit})" if each.unit else each.note for each in known]
+    return Table.of(columns, ("claim", "in your loads", "valid for"))
 
 
-def _in_a_word(claim: Claimed) -> str:
-    """A claim that has no positive finite load factor."""
-    if isnan(claim.load_factor):
-        return f"unknown ({claim.unknown})" if claim.unknown else "unknown"
-    if isinf(claim.load_factor):
-        return "no load factor" if claim.rounding == "up" else "any load factor"
-    return "not proved" if claim.rounding == "down" else "0"
+def by_which_limits(problem: Problem, known: list[Fact]) -> list[Fact]:
+    """The symbols of the limits that the claims go by, where the table of claims has no room for them."""
+    symbols = [claim.unit for claim in known if claim.unit and varying_loads_in_words(problem)]
+    return [Fact("limits", f"{', '.join(symbols)}, in the order of the claims.")] if symbols else []
 
 
 def loads_at(problem: Problem, load_factor: float, rounding: Rounding) -> str:
@@ -238,39 +219,36 @@ def said_of_nominal_load(found: Assessment) -> str:
     >>> said_of_nominal_load(shakedown.assess(shakedown.example("block-9")))
     'At the nominal load (λ = 1) the joint shakes down from zero slip: proved.'
     """
-    here = "At the nominal load (λ = 1)"
-    if found.said_as_given == Said.SHAKEDOWN and found.proved_from_every_state > 1:
-        return f"{here} the joint shakes down from every state: proved."
+    here, limits = "At the nominal load (λ = 1)", found.details
     if found.said_as_given == Said.SHAKEDOWN:
-        start = start_of(found.details.energy, found.problem)
+        every = found.proved_from_every_state > 1
+        start = "from every state" if every else start_of(limits.energy, found.problem)
         return f"{here} the joint shakes down {start}: proved."
     if found.said_as_given == Said.IMPOSSIBLE:
         return f"{here} the joint cannot shake down in full contact."
-    if found.details.open_nodes:
-        return f"{here} it is not decided which nodes open."
-    return f"{here} it is not decided whether the joint shakes down."
+    what = "which nodes open" if limits.open_nodes else "whether the joint shakes down"
+    return f"{here} it is not decided {what}."
 
 
 def decided_by(found: Assessment) -> Iterator[Fact]:
     """The node that a limit depends on most, or why there is none; what less is proved; the mesh."""
     limits, problem = found.details, found.problem
-    upper, energy = limits.upper, limits.energy
+    upper, slip = limits.upper, limits.first_slip
     if is_constant(problem):
         yield Fact("loading", "constant", note=notes.CONSTANT)
     elif upper.open_nodes:
         yield from _zone(upper, problem)
-    elif upper.status in (Status.UNBOUNDED, Status.UNDECIDED, Status.INFEASIBLE):
+    elif upper.status != Status.OPTIMAL:
         yield Fact("no limit" if upper.status == Status.UNBOUNDED else "no safe slip", upper.reason)
     elif not limits.mesh.warning:
-        yield from _deciding_nodes(found)
+        yield from _deciding_node(found)
     if found.said_as_given == Said.OPEN:
-        yield from _not_proved(energy)
-    slip = limits.first_slip
+        yield from _not_proved(limits.energy)
     if 0.0 < slip.load_factor < inf and not upper.open_nodes:
         where = f"{node_in_words(problem, slip.node)}; below it no node slips"
         yield Fact("first slip", slip.load_factor, rounding="down", note=where)
-    if found.proved_from_this_state < found.proved_from_every_state:
-        yield from _why_less(found)
+    if found.proved_from_this_state < found.proved_from_every_state and not limits.open_nodes:
+        yield Fact("this state", _why_less(limits))
     if limits.mesh.warning:
         yield Fact("mesh", limits.mesh.warning)
 
@@ -281,16 +259,26 @@ def _not_proved(energy: Bound) -> list[Fact]:
     return [Fact("no proof as", energy.reason)] if none else []
 
 
-def _deciding_nodes(found: Assessment) -> Iterator[Fact]:
+def _deciding_node(found: Assessment) -> Iterator[Fact]:
     """The node with the largest influence on the proved limit, or on λ_max where that excludes λ = 1.
 
     Where neither has derivatives, the nodes that reach their friction limits.
     """
     limits, problem = found.details, found.problem
-    upper_first = found.said_as_given == Said.IMPOSSIBLE or limits.from_state.kind != "energy"
-    names = ["upper", "energy"] if upper_first else ["energy", "upper"]
-    if known := next(filter(None, (sensitivity(limits, name) for name in names)), None):
-        yield known
+    proof_first = found.said_as_given != Said.IMPOSSIBLE and limits.from_state.kind in limits.sensitivities
+    for name in sorted(limits.sensitivities, reverse=not proof_first):
+        known = present(limits.sensitivities[name])
+        if known is None or not known.ranked().size:
+            continue
+        node = int(known.ranked()[0])
+        changes = ((cause, float(getattr(known, kind).elasticity[node, 1])) for kind, cause in CAUSES.items())
+        effects = [
+            f"{cause} {facts.signed(by, 2) if abs(by) >= SLIGHT else '0 %'}"
+            for cause, by in changes
+            if not isnan(by)
+        ]
+        note = f"1 % more there changes “{BOUNDS[name].claim}” by: {', '.join(effects)}"
+        yield Fact("decided by", node_in_words(problem, node), note=note)
         return
     nodes = tuple(sorted({node for node, _ in limits.upper.active}))
     if nodes:
@@ -298,58 +286,35 @@ def _deciding_nodes(found: Assessment) -> Iterator[Fact]:
         yield Fact("decided by", named, note="at the friction limit at λ_max")
 
 
-def sensitivity(limits: JointLimits, name: str) -> Fact | None:
-    """The node on which one limit depends most, and how; None where there is no derivative."""
-    found = present(limits.sensitivities.get(name))
-    if found is None or not found.ranked().size:
-        return None
-    node = int(found.ranked()[0])
-    changes = {cause: float(getattr(found, kind).elasticity[node, 1]) for kind, cause in CAUSES.items()}
-    known = {cause: by for cause, by in changes.items() if not isnan(by)}
-    effects = [f"{cause} {signed(by, 2) if abs(by) >= SLIGHT else '0 %'}" for cause, by in known.items()]
-    note = f"1 % more there changes “{BOUNDS[name].claim}” by: {', '.join(effects)}"
-    return Fact("decided by", node_in_words(limits.problem, node), note=note)
-
-
 def _zone(upper: Bound, problem: Problem) -> Iterator[Fact]:
     """Which nodes are open, and up to where that zone has a safe slip."""
     if not upper.open_nodes:
         return
-    yield Fact("open nodes", open_in_words(upper.open_nodes, problem), note="all others closed")
-    if upper.least_load_factor > 0:
-        yield Fact(
-            "safe from", upper.least_load_factor, rounding="up", note="least load factor with a safe slip"
-        )
+    yield Fact("open nodes", open_in_words(upper.open_nodes, problem), note="assumed; all others closed")
+    least = upper.least_load_factor
+    if least > 0:
+        yield Fact("safe from", least, rounding="up", note="least load factor with a safe slip")
     if upper.status == Status.INFEASIBLE:
         yield Fact("safe slip", "none", note="not even under the mean load")
         return
-    at = (
-        "at every load factor"
-        if upper.status == Status.UNBOUNDED
-        else number(upper.load_factor, rounding="down")
-    )
+    unbounded = upper.status == Status.UNBOUNDED
+    at = "at every load factor" if unbounded else number(upper.load_factor, rounding="down")
     yield Fact("at rest up to", at, note="with exactly these nodes open throughout")
 
 
-def _why_less(found: Assessment) -> Iterator[Fact]:
+def _why_less(limits: JointLimits) -> str:
     """Why less is proved of the state that is asked about than of every state."""
-    limits = found.details
-    if limits.open_nodes:
-        return
-    slip = limits.energy.initial_slip
+    slip, problem = limits.energy.initial_slip, limits.problem
     state = "the given slip" if slip.any() else "zero slip"
     if limits.universal.after_transient:
-        yield Fact("this state", f"{state} is one before the transient load steps")
-    elif limits.distance > 0:
-        yield Fact("this state", f"not every slip near {state} is within the friction limits")
-    else:
-        admitted = admitted_up_to(limits.problem, slip, limits.tolerances)
-        node, event = first_to_leave(limits.problem, slip, admitted)
-        where = node_in_words(limits.problem, node)
-        above = f"above λ = {number(admitted, rounding='down')} " if admitted > 0 else ""
-        yield Fact(
-            "this state", f"{above}the first load step makes {where} {event}, so {state} is not one of all"
-        )
+        return f"{state} is one before the transient load steps"
+    if limits.distance > 0:
+        return f"not every slip near {state} is within the friction limits"
+    admitted = admitted_up_to(problem, slip, limits.tolerances)
+    node, event = first_to_leave(problem, slip, admitted)
+    above = f"above λ = {number(admitted, rounding='down')} " if admitted > 0 else ""
+    makes = f"{above}the first load step makes {node_in_words(problem, node)} {event}"
+    return f"{makes}, so {state} is not one of all"
 
 
 def is_constant(problem: Problem) -> bool:
@@ -363,23 +328,20 @@ def next_step(found: Assessment, file: str) -> list[Fact]:
     from_zero = not np.nan_to_num(found.details.energy.initial_slip).any()
     given = found.said_as_given == Said.OPEN and found.problem.initial_slip is not None and from_zero
     command, why = GIVEN if given else NEXT[found.said_as_given]
-    return [Fact("next", f"shakedown-bounds {command.format(file)}", note=f"({why})" * bool(why))]
+    return [Fact("next", f"shakedown-bounds {command.format(file)}", note=why)]
 
 
 def limit_sections(found: Assessment, digits: int = FEW_DIGITS, *, simulated: bool = False) -> list[Section]:
     """Every limit with what it ends at; thresholds and loads; the safe slip node by node."""
     limits, problem = found.details, found.problem
-    facts = [load_path(problem), *_reservations(limits), *_through_transient(limits)]
-    facts += [
-        *relative_to(problem, limits.pinned),
-        *friction_facts(limits),
-    ]
-    said = [notes.NO_SIDES] if limits.absent else []
+    about = [load_path(problem), *_reservations(limits), *_through_transient(limits)]
+    about += [*relative_to(problem, limits.pinned), *friction_facts(limits)]
+    said = [notes.COMPUTED] + [notes.NO_SIDES] * bool(limits.absent)
     if problem.initial_slip is not None and not np.nan_to_num(limits.energy.initial_slip).any():
         said.append(notes.GIVEN_STATES)
     return [
-        Section("Limits of the load factor", tables=[limits_table(limits, digits, simulated=simulated)]),
-        Section("", facts=facts, notes=said),
+        Section("Limits of the load factor", (), [limits_table(limits, digits, simulated=simulated)]),
+        Section("", about, (), said),
         safe_slip_section(problem, limits.upper, limits),
     ]
 
@@ -412,31 +374,29 @@ def _through_transient(limits: JointLimits) -> list[Fact]:
 
 
 def limits_table(limits: JointLimits, digits: int = FEW_DIGITS, *, simulated: bool) -> Table:
-    """Every kind of limit: symbol, what it is, load factor, what limits it, how it is certified."""
+    """Every kind of limit: symbol, what it is, load factor, what limits it, how exactly it is computed."""
     known = _known(limits, simulated=simulated)
-    texts = limits_as_text([(certain(bound), rounding_of(bound)) for bound in known], digits)
+    texts = facts.limits_as_text([(certain(bound), rounding_of(bound)) for bound in known], digits)
     rows = [
-        [bound.symbol, _title(bound), text, ends_at(bound, limits.problem), _certified(bound)]
+        [bound.symbol, _title(bound), text, _limited_by(bound, limits.problem), _computed(bound)]
         for bound, text in zip(known, texts, strict=True)
     ]
     for name, onset in (("first slip", limits.first_slip), ("first opening", limits.first_opening)):
         where = onset.reason or (node_in_words(limits.problem, onset.node) if onset.node >= 0 else "")
         alone = ", if no node slipped" if name == "first opening" and onset.node >= 0 else ""
-        rows.append(["", name, number(onset.load_factor, digits, "down"), f"{where}{alone}", "–"])
+        rows.append(["", name, number(onset.load_factor, digits, "down"), f"{where}{alone}", IN_FLOATS])
     least = limits.upper.least_load_factor
     if least > 0:
-        rows.append(["λ_lo", "safe slips from", number(least, digits, "up"), "", "–"])
-    return Table(["", "limit", "load factor", "limited by", "certified"], rows, (0, 1, 3))
+        rows.append(["λ_lo", "safe slips from", number(least, digits, "up"), "", IN_FLOATS])
+    return Table(["", "limit", "load factor", "limited by", "computed"], rows, (0, 1, 3))
 
 
-def _excludes(bound: Bound) -> bool:
-    """Whether shakedown is impossible above a limit; that of a zone says nothing of other zones."""
-    return BOUNDS[bound.kind].claim == Claim.IMPOSSIBLE and not bound.open_nodes
+IN_FLOATS = "in floats"
 
 
 def rounding_of(bound: Bound) -> Rounding:
-    """To which side a limit is rounded: up only where it excludes what lies above."""
-    return "up" if _excludes(bound) else "down"
+    """To which side a limit is rounded: up where it excludes what lies above; that of a zone does not."""
+    return "up" if BOUNDS[bound.kind].claim == Claim.IMPOSSIBLE and not bound.open_nodes else "down"
 
 
 def certain(bound: Bound) -> float:
@@ -454,7 +414,7 @@ def _title(bound: Bound) -> str:
     return "safe slip of the zone" if kind.claim == Claim.IMPOSSIBLE and bound.open_nodes else kind.title
 
 
-def ends_at(bound: Bound, problem: Problem) -> str:
+def _limited_by(bound: Bound, problem: Problem) -> str:
     """What a limit ends at, with its node and the nodes that are open, and whether it is a theorem."""
     node, said = getattr(bound, "node", -1), bound.remark
     where = node_in_words(problem, node) if node >= 0 and f"node {node}" not in said else ""
@@ -463,42 +423,42 @@ def ends_at(bound: Bound, problem: Problem) -> str:
     return "; ".join(filter(None, [theorem, said, where, opened]))
 
 
-def _certified(bound: Bound) -> str:
-    """How close a certificate encloses a limit; a dash where there is none."""
-    if bound.certified is None:
+def _computed(bound: Bound) -> str:
+    """How close a certificate encloses a limit, or that none does."""
+    if isnan(bound.load_factor):
         return "–"
+    if bound.certified is None:
+        return "simulated" if BOUNDS[bound.kind].claim == Claim.FOLLOWED else IN_FLOATS
     ends = bound.certified if isinstance(bound.certified, tuple) else (bound.certified, bound.load_factor)
     low, high = ends
     size = max(abs(low), abs(high))
-    return "exact" if size in (0.0, inf) or low == high else f"to {max(high - low, 0.0) / size:.0e}"
-
-
-def _above(upper: Bound) -> float:
-    if upper.status == Status.INFEASIBLE:
-        return 0.0
-    return upper.load_factor if upper.certified is None else max(upper.load_factor, upper.certified[1])
+    return "exactly" if size in (0.0, inf) or low == high else f"to {max(high - low, 0.0) / size:.0e}"
 
 
 def friction_facts(limits: JointLimits) -> list[Fact]:
-    """The friction of the joint beside the thresholds of uniqueness and wedging."""
+    """Whether the friction lies below the thresholds of uniqueness and wedging, and where these are."""
     found = present(limits.friction)
     if found is None:
         return []
-    friction = 1.0 if found.factor else float(limits.problem.f.max())
+    own = 1.0 if found.factor else float(limits.problem.f.max())
+    what = "factors on f" if found.factor else "f"
     closed, opened = found.uniqueness_in_contact, found.uniqueness
-    named: dict[str, tuple[Threshold | Wedging, str]] = {"unique in contact": (closed, notes.NOT_UNIQUE)}
+    named: list[tuple[str, Threshold | Wedging, str]] = [("unique in contact", closed, notes.NOT_UNIQUE)]
     if opened is not None and (opened.low, opened.high) != (closed.low, closed.high):
-        named["unique, nodes open"] = (opened, notes.NOT_UNIQUE)
-    named["no wedging"] = (found.wedging, notes.WEDGING)
-    facts = []
-    for name, (each, otherwise) in named.items():
-        until = "any friction" if isinf(each.low) else f"below {number(each.low, rounding='down')}"
+        named.append(("unique, nodes open", opened, notes.NOT_UNIQUE))
+    known = []
+    named.append(("no wedging", found.wedging, notes.WEDGING))
+    for name, each, otherwise in named:
+        state = "yes" if own < each.low else "no" if own >= each.high else "not decided"
+        low, high = number(each.low, rounding="down"), number(each.high, rounding="up")
         wide = each.high > (1 + SAME) * each.low
-        until += f", not above {number(each.high, rounding='up')}" if wide else ""
-        state = "holds" if friction < each.low else "lost" if friction >= each.high else "open"
-        own = f"{'factor 1' if found.factor else f'f = {friction:g}'}: {state}"
-        facts.append(Fact(name, until, note=own if state == "holds" else f"{own}. {otherwise}"))
-    return facts
+        ends = [f"for {what} below {low}"] * bool(each.low > 0) + [f"lost from {what} = {high} on"] * bool(
+            wide
+        )
+        holds = "with any friction" if isinf(each.low) else ", ".join(ends)
+        here = f"{holds}; here {own:g}."
+        known.append(Fact(name, state, note=here if state == "yes" else f"{here} {otherwise}"))
+    return known
 
 
 def safe_slip_section(problem: Problem, upper: Bound, limits: JointLimits | None = None) -> Section:
@@ -516,7 +476,7 @@ def safe_slip_section(problem: Problem, upper: Bound, limits: JointLimits | None
     if friction is not None:
         columns["f threshold"] = [number(each, 6) for each in friction.single_node]
         said.append(notes.F_THRESHOLD)
-    return Section("Safe slip", tables=[Table.of(columns)], notes=said)
+    return Section("Safe slip", (), [Table.of(columns)], said)
 
 
 def _reached(problem: Problem, upper: Bound, node: int) -> str:

@@ -9,6 +9,10 @@ NOT_SAID = "Nothing is said about the strength of the material, wear, or frettin
 CONSTANT = "The loading does not change over the period, so the load factor makes no difference."
 GIVEN_STATES = "The file has initial slips: --initial given proves from the first of them."
 NO_PROOF = "Limits of averaged slips prove nothing of the joint itself."
+COMPUTED = (
+    "computed: exactly, or to a relative width that exact arithmetic confirms; else in floats (double "
+    "precision), or simulated."
+)
 # about the loads
 LOAD_DOMAIN = "The load steps are the corners of a load domain: limits hold for every path inside it."
 ONE_PATH = "The corners of the load domain are simulated in the order given: one path of many."
@@ -32,7 +36,7 @@ NO_PERIOD = "There is no steady period, and so there are no numbers."
 TRANSIENT_MOVES = "The transient load steps move every slip that is safe in the loop."
 SUMMED = "Σ|Δv|: slip distance per cycle."
 FORCES = "p and q: normal and tangential force."
-MIXED = "mixed: open for part of the period."
+MIXED = "mixed: open at times; slip range and distance count only what slips in contact."
 MESH_AT_EDGES = "At a sharp edge pressure, wear and τ δ of the last node depend on the mesh; slips do not."
 AFTER = "(after): the state locked in when the transient load steps are over."
 IN_ZONE = "(zone): starts with the nodes of the zone open."
@@ -60,3 +64,21 @@ SAME_FROM_START = (
 INFEASIBLE_CORNER = "It lies below λ_1: there other constraints are broken already, so it ends no safe state."
 COLLAPSED_AT_MEAN = "λ_1 is 0 all the same: the safe region has collapsed at the mean load already."
 DEGENERATE = "A slip of all nodes together changes no reaction, so no subset meets in a point: see solve."
+# below pictures
+SLIP_PER_CYCLE = (
+    "Slip per cycle of the node that slips most. A line that falls to “no slip” has shaken down, or is "
+    "separation; one that ends on its way down was followed no further. A level line is cyclic slip or "
+    "ratchetting. Initial slips: zero; given: from the file; safe: safe at this load; witness: critical at "
+    "λ_1; random: left by random loads; ball: in the energy ball."
+)
+SLIP_SPACE = "Slip space: the limits of both nodes, the safe region, and the paths (○ start, ■ end)."
+CHANGES = "Change of a limit [%] with 1 % more friction, constant load or load amplitude at one node."
+HOLLOW = "Hollow: with 1 % less, its sign turned, where that differs."
+SLIP_OVER_LOAD = (
+    "Largest slip range of a node in the long run. Dotted: slips grow for ever or contact is lost."
+)
+OVER_MESHES = "Every number in shares of that on the finest mesh: a level line has converged. Dashed: limits."
+LOADS = (
+    "Loads at λ = 1: the welded reactions, those with every slip held. An arrow is a mean, the line at it "
+    "the period; beside them the reactions of single nodes, and their sums."
+)

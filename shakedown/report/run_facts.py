@@ -1,21 +1,39 @@
-"""What a simulation finds: the long-term state, its proof and its margin, what every node goes through."""
+"""What simulations find: one run, what its nodes go through; prediction against simulation."""
 
 from __future__ import annotations
 
+import datetime
+import os
+import platform
+from collections.abc import Iterator
+from importlib.metadata import version
 from math import inf
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from shakedown.bounds.registry import BOUNDS, Claim
+from shakedown.ground.errors import present
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import DIGITS, count, few, sized
-from shakedown.ground.status import Outcome
+from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, count, few, sized
+from shakedown.ground.status import Outcome, Said, Status
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.doubtful_data import is_pulled_everywhere
 from shakedown.joint.units import loads_in_words, units_of
 from shakedown.report import notes
 from shakedown.report.data_facts import headline
-from shakedown.report.facts import Fact, Section, Sheet, Table, number
+from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, limits_as_text, number
+from shakedown.report.limit_facts import (
+    averaged_section,
+    by_which_limits,
+    certain,
+    claims,
+    claims_table,
+    decided_by,
+    limit_sections,
+    said_of_nominal_load,
+)
 from shakedown.report.node_names import (
     by_direction,
     node_column,
@@ -29,14 +47,16 @@ from shakedown.report.node_names import (
 
 if TYPE_CHECKING:
     from shakedown.assessment.slip_limit import SlipLimit
+    from shakedown.assessment.verify import Run, Verification
     from shakedown.joint.problem import Problem
     from shakedown.long_term.node_table import NodeResults
     from shakedown.long_term.simulation import Simulation
     from shakedown.long_term.slip_criterion import SlipCriterion
-    from shakedown.long_term.state import EnergyProof
 
+OPEN_AT_TIMES = "open at times"
 WORST = 10  # nodes shown where there are many
 SHORT = 3  # digits in a table of many columns
+STILL = "it still shakes down"
 DOES = {
     Outcome.SHAKEDOWN: "shakes down",
     Outcome.CYCLIC_SLIP: "slips in every cycle",
@@ -46,27 +66,29 @@ DOES = {
 }
 
 
-def run_sheet(problem: Problem, run: Simulation, initial: str, *, transient_moves: bool) -> Sheet:
-    """The long-term state of one run, with the initial and final slip of every node.
+def run_sheet(problem: Problem, run: Simulation, initial: str) -> Sheet:
+    """The long-term state of one run, with the initial and final slip of every node."""
+    from shakedown.bounds.named_start import moved_by_transient  # loads what it was made with
 
-    ``transient_moves``: whether the transient load steps move every slip that is safe in the loop.
-    """
     unit = units_of(problem)
     none_of_slip, none_of_work = resolution(problem, run.load_factor)
     (lost,) = without_round_off([run.dissipation_per_cycle], none_of_work.max())
     facts = [
-        *outcome_facts(problem, run, initial),
+        *_outcome(problem, run, initial),
+        *(_rest(problem, run) if run.proved and not run.separated else []),
         Fact("cycles simulated", str(run.cycles_simulated)),
         Fact("period", count(run.period, "cycle") if run.period else "–"),
         Fact("dissipation per cycle", f"{number(lost, DIGITS)} {unit.work}".rstrip()),
         *_jumps(run, unit.work),
-        *slip_facts(run.slip_criterion, unit.length),
+        *_slip_criterion(run.slip_criterion, unit.length),
         Fact("friction law residual", number(run.residual, 2), note="relative"),
         Fact("method", run.method, note="" if run.events is None else f"{run.events} events"),
     ]
     slips = without_round_off(run.slip_per_cycle, none_of_slip)
     table = _slips(problem, {"initial": run.initial_slip, "final": run.final_slip}, slips)
-    said = [notes.ONE_PATH] * problem.is_domain + [notes.TRANSIENT_MOVES] * transient_moves
+    safe = initial == "safe" and not run.open_nodes
+    said = [notes.ONE_PATH] * problem.is_domain
+    said += [notes.TRANSIENT_MOVES] * (safe and moved_by_transient(problem, run.load_factor))
     said += [notes.DIRECTIONS] * (problem.directions > 1) + [notes.SUMMED]
     return Sheet(
         headline(problem), [said_of_run(problem, run)], None, facts, [Section("", (), [table], said)]
@@ -85,19 +107,18 @@ def said_of_run(problem: Problem, run: Simulation, proved: str = "") -> str:
     >>> said_of_run(joint, shakedown.simulate(joint, 1.0))
     'At the nominal load (λ = 1) the joint slips in every cycle: simulated.'
     """
-    at = "the nominal load (λ = 1)" if run.load_factor == 1 else f"λ = {run.load_factor:.10g}"
-    here = f"At {at}"
+    here = f"At {'the nominal load (λ = 1)' if run.load_factor == 1 else f'λ = {run.load_factor:.10g}'}"
     if run.separated:
         return separated(problem)
     if run.slides_away:
         return f"{here} {notes.SLIDES_AWAY[0].lower()}{notes.SLIDES_AWAY[1:]}"
     if run.outcome == Outcome.UNDECIDED:
         return f"{here} it is undecided what the joint does."
-    if run.outcome == Outcome.SHAKEDOWN:
-        how = "proved" if run.proved else "simulated, not proved"
-        opened = f" with {open_in_words(run.open_nodes, problem)} open" if run.open_nodes else ""
-        return f"{here} the joint shakes down{opened}: {proved or how}."
-    return f"{here} the joint {DOES[run.outcome]}: simulated."
+    opened = f" with {open_in_words(run.open_nodes, problem)} open" if run.open_nodes else ""
+    if run.outcome != Outcome.SHAKEDOWN:
+        return f"{here} the joint {DOES[run.outcome]}: simulated."
+    how = proved or ("proved" if run.proved else "simulated, not proved")
+    return f"{here} the joint {DOES[run.outcome]}{opened}: {how}."
 
 
 def separated(problem: Problem) -> str:
@@ -105,90 +126,56 @@ def separated(problem: Problem) -> str:
     return notes.APART if is_pulled_everywhere(problem) else f"{notes.APART} {notes.SIGN}"
 
 
-def outcome_facts(problem: Problem, run: Simulation, initial: str) -> list[Fact]:
-    """The outcome with its reason, the initial state, open nodes, and how far the state at rest holds."""
-    why = (
-        f"{run.reason}. {notes.SEPARATION}"
-        if run.outcome == Outcome.SEPARATION and run.period
-        else run.reason
-    )
-    facts = [
-        *loads_fact(problem, run.load_factor),
-        Fact("outcome", str(run.outcome), note=why),
-        Fact("initial state", shortened(initial)),
-    ]
-    if run.open_nodes and not run.separated:
-        facts.append(Fact("open throughout", open_in_words(run.open_nodes, problem)))
-    if run.outcome == Outcome.SHAKEDOWN:
-        facts.append(Fact("shakedown proved", "yes" if run.proved else "no"))
-    return [*facts, *(rest_facts(problem, run) if run.proved and not run.separated else [])]
+def _outcome(problem: Problem, found: Simulation | NodeResults, initial: str) -> list[Fact]:
+    """The loads, the outcome with its reason, and the initial state."""
+    loads = "" if found.load_factor == 1 else loads_in_words(problem, found.load_factor)
+    steady = found.outcome == Outcome.SEPARATION and found.period
+    why = f"{found.reason}. {notes.SEPARATION}" if steady else found.reason
+    facts = [Fact("loads", loads)] if loads else []
+    return [*facts, Fact("outcome", str(found.outcome), note=why), Fact("initial state", shortened(initial))]
 
 
-def loads_fact(problem: Problem, load_factor: float) -> list[Fact]:
-    """What a load factor means in the user's loads, where they are known and it is not the nominal load."""
-    loads = "" if load_factor == 1 else loads_in_words(problem, load_factor)
-    return [Fact("loads", loads)] if loads else []
-
-
-def rest_facts(problem: Problem, run: Simulation) -> list[Fact]:
-    """How far slips may deviate from those at rest, one node at a time or together."""
+def _rest(problem: Problem, run: Simulation) -> Iterator[Fact]:
+    """How far slips may deviate from those at rest, one node at a time or together; else what proves it."""
     from shakedown.long_term.state import held_by_friction  # loads compiled code
 
     found, unit = run.long_term, units_of(problem)
     if found is None:
-        return []
-    one, most = found.single_node_margin, inf
-    if np.isnan(one):
-        return _without_margin(found.proof_found, unit.length)
-    if np.isinf(one):
-        return [Fact("holds", "however far the nodes are displaced")]
-    if not found.open_nodes:
-        most = held_by_friction(found.problem, found.load_factor, found.final_slip)
-    if one >= most:
-        note = "as far as friction can hold it there, all others in place"
-        return [Fact("one node displaced by", most, unit.length, "up", note)]
-    together = f"√({unit.work})" if unit.work else ""
-    return [
-        Fact("one node displaced by", one, unit.length, "down", "all others in place: it still shakes down"),
-        Fact("several nodes by", found.energy_margin, together, "down", "in the energy norm"),
-    ]
-
-
-def _without_margin(proof: EnergyProof, unit: str) -> list[Fact]:
-    """What proves shakedown where no energy ball does."""
-    if proof.further == proof.further:
+        return
+    one, proof = found.single_node_margin, found.proof_found
+    if np.isnan(one) and not np.isnan(proof.further):
         start = f"after {count(proof.cycles, 'cycle')}" if proof.cycles else "from the start on"
-        return [
-            Fact(
-                "slip still to come",
-                proof.further,
-                unit,
-                "up",
-                f"at most, {start}, in any order of the loads",
-            )
-        ]
-    if proof.by:
-        return [Fact("proof", f"the load lies below {proof.by} of its initial state")]
-    return [Fact("proof", "each uncoupled part is proved to shake down by itself")]
+        note = f"at most, {start}, in any order of the loads"
+        yield Fact("slip still to come", proof.further, unit.length, "up", note)
+    elif np.isnan(one):
+        by = f"the load lies below {proof.by} of its initial state"
+        yield Fact("proof", by if proof.by else "each uncoupled part is proved to shake down by itself")
+    elif np.isinf(one):
+        yield Fact("holds", "however far the nodes are displaced")
+    else:
+        most = inf
+        if not found.open_nodes:
+            most = held_by_friction(found.problem, found.load_factor, found.final_slip)
+        held = "all others in place: " + ("friction holds it no farther" if one >= most else STILL)
+        yield Fact(
+            "one node displaced by", min(one, most), unit.length, "up" if one >= most else "down", held
+        )
+        if one < most:
+            together = f"√({unit.work})" if unit.work else ""
+            yield Fact("several nodes by", found.energy_margin, together, "down", "in the energy norm")
 
 
-def _jumps(run: Simulation, work: str) -> list[Fact]:
+def _jumps(run: Simulation, work: str) -> Iterator[Fact]:
     """Jumps of the long-term state, and those on the way there."""
-    facts = []
     if run.jumps_per_cycle > 0:
-        facts = [
-            Fact("by friction", run.friction_dissipation_per_cycle, work),
-            Fact("by damping in jumps", run.jump_dissipation_per_cycle, work),
-            Fact("jumps per cycle", run.jumps_per_cycle),
-        ]
-    released = [
-        Fact(f"jump at {few(jump.cycle)} cycles", jump.energy_released, work, note="released")
-        for jump in run.jumps
-    ]
-    return facts + released
+        yield Fact("by friction", run.friction_dissipation_per_cycle, work)
+        yield Fact("by damping in jumps", run.jump_dissipation_per_cycle, work)
+        yield Fact("jumps per cycle", run.jumps_per_cycle)
+    for jump in run.jumps:
+        yield Fact(f"jump at {few(jump.cycle)} cycles", jump.energy_released, work, note="released")
 
 
-def slip_facts(criterion: SlipCriterion | None, length: str) -> list[Fact]:
+def _slip_criterion(criterion: SlipCriterion | None, length: str) -> list[Fact]:
     """The largest slip range, and whether it is below the limit, where there is one."""
     if criterion is None:
         return []
@@ -238,11 +225,7 @@ def nodes_sheet(problem: Problem, found: NodeResults, initial: str) -> Sheet:
     """What the nodes that move farthest go through in a period of the long-term state."""
     separate = set(found.status) == {"open"}
     does = notes.APART if separate else f"The joint {DOES[found.outcome]} at λ = {found.load_factor:.10g}."
-    facts = [
-        *loads_fact(problem, found.load_factor),
-        Fact("outcome", str(found.outcome), note=found.reason),
-        Fact("initial state", shortened(initial)),
-    ]
+    facts = _outcome(problem, found, initial)
     if not found.period:
         return Sheet(headline(problem), [does], None, facts, [Section("", (), (), [notes.NO_PERIOD])])
     facts += node_facts(problem, found)
@@ -257,39 +240,29 @@ def nodes_sheet(problem: Problem, found: NodeResults, initial: str) -> Sheet:
 def node_facts(problem: Problem, found: NodeResults) -> list[Fact]:
     """The largest slip range, slip, work and pressure of a node, the sum of the work, how many nodes slip."""
     unit, columns = units_of(problem), node_columns(found, problem)
-    counts = ", ".join(f"{found.status.count(word)} {word}" for word in dict.fromkeys(found.status))
-    facts = [Fact("nodes", str(problem.n), note=counts)]
-    named = {
-        "largest slip range": ("slip_range", unit.length),
-        "largest slip distance": ("accumulated_slip", unit.length),
-        "largest friction work": ("work", unit.work),
-        "largest pressure": ("pressure_max", unit.stress),
-        "largest normal force": ("p_max", unit.force),
-    }
-    if "pressure_max" in columns:
-        del named["largest normal force"]
-    for label, (word, of) in named.items():
-        values = columns.get(word)
-        if values is not None and np.nanmax(values) > 0:
-            most = int(np.nanargmax(values))
-            facts.append(Fact(label, values[most], of, note=node_in_words(problem, most)))
+    counted = (
+        f"{found.status.count(word)} {OPEN_AT_TIMES if word == 'mixed' else word}"
+        for word in dict.fromkeys(found.status)
+    )
+    facts = [Fact("nodes, simulated", str(problem.n), note=", ".join(counted))]
+    pressure = ("pressure", "pressure_max", unit.stress)
+    for label, word, of in (
+        ("slip range", "slip_range", unit.length),
+        ("slip distance", "accumulated_slip", unit.length),
+        ("friction work", "work", unit.work),
+        pressure if "pressure_max" in columns else ("normal force", "p_max", unit.force),
+    ):
+        if np.nanmax(columns[word]) > 0:
+            most = int(np.nanargmax(columns[word]))
+            facts.append(Fact(f"largest {label}", columns[word][most], of, note=node_in_words(problem, most)))
+    bound = float(found.total_slip_bound.max())  # of the slip of any node, from the initial state on
     if not columns["slip_range"].any():
-        facts.append(Fact("slip", "none", note="proved: no node ever slips" if never_slips(found) else ""))
+        facts.append(Fact("slip", "none", note="proved: no node ever slips" if bound == 0 else ""))
     facts.append(Fact("friction work, all nodes", float(columns["work"].sum()), unit.work, note="per cycle"))
-    return [*facts, *total_slip(found, unit.length)]
-
-
-def never_slips(found: NodeResults) -> bool:
-    """Whether it is proved that no node slips at all, from the initial state on."""
-    return float(found.total_slip_bound.max()) == 0.0
-
-
-def total_slip(found: NodeResults, unit: str) -> list[Fact]:
-    """The proved bound on the total slip of any node; nothing where there is none, or no slip at all."""
-    most = float(found.total_slip_bound.max())
-    if np.isnan(most) or most == 0:
-        return []
-    return [Fact("total slip of any node", most, unit, "up", "proved, from this initial state on, at most")]
+    if bound > 0:
+        note = "proved, from this initial state on, at most"
+        facts.append(Fact("total slip of any node", bound, unit.length, "up", note))
+    return facts
 
 
 def worst_table(problem: Problem, found: NodeResults) -> Table:
@@ -302,3 +275,200 @@ def worst_table(problem: Problem, found: NodeResults) -> Table:
         shown[with_unit(name, found.units[word])] = [number(value, SHORT) for value in values]
     ranked = {name: [column[node] for node in worst] for name, column in shown.items()}
     return Table.of(ranked, ("FE", "status"), keys)
+
+
+def verify_sheet(
+    v: Verification,
+    file: str = "",
+    *,
+    page: Path | None = None,
+    average: float | None = None,
+    details: bool = False,
+    digits: int = FEW_DIGITS,
+) -> Sheet:
+    """The answer for the nominal load, the claims, what supports them; with details every limit and run.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> v = shakedown.verify(shakedown.example("two-node"), load_factors=[1.0], random_states=0)
+    >>> print(*verify_sheet(v).answer, sep="\\n")
+    At the nominal load (λ = 1) the joint slips in every cycle: simulated.
+    Simulation confirms the limits in all 3 runs.
+    """
+    followed = v.transient is not None and v.transient.at_proved is not None
+    known = claims(v.assessment, follow=followed)
+    table = claims_table(v.problem, known, digits)
+    facts = [
+        *by_which_limits(v.problem, known),
+        *decided_by(v.assessment),
+        *state_facts(v),
+        *(_next(v, file, page) if file else []),
+    ]
+    sections = [Section("Findings", found)] if (found := findings(v)) else []
+    if details:
+        sections += limit_sections(v.assessment, digits, simulated=True)
+        sections += [Section("", (), (), remarks_of(v)), runs_section(v)]
+    if average is not None:
+        sections.append(averaged_section(v.assessment.averaged(average), average, digits))
+    return Sheet(headline(v.problem), [answer(v), verdict(v)], table, facts, sections)
+
+
+def _next(v: Verification, file: str, page: Path | None) -> Iterator[Fact]:
+    """The report that was written, and the one thing to do next."""
+    if page is None:
+        command, why = f"verify {file} -o report.html", "(limits, runs and pictures on a page)"
+    elif v.as_given.simulation.outcome == Outcome.SHAKEDOWN:
+        command, why = f"sweep {file} --vary amplitude=0.5:1.5:5", "(how the limits move)"
+    else:
+        command, why = f"nodes {file} -o nodes.csv", "(every node, or .vtu for ParaView)"
+    if page is not None:
+        yield Fact("report", str(page), note=f"and {page.with_suffix('.json').name} beside it")
+    yield Fact("next", f"shakedown-bounds {command}", note=why)
+
+
+def remarks_of(v: Verification) -> list[str]:
+    """What else is to be known of a verification."""
+    return [f"Note: {note.rstrip('.')}." for note in v.notes]
+
+
+def findings(v: Verification) -> list[Fact]:
+    """What disagrees, and what is left open."""
+    wrong = [Fact("disagreement", text) for text in v.disagreements]
+    return [*wrong, *(Fact("open question", text) for text in v.open_questions)]
+
+
+def answer(v: Verification) -> str:
+    """What becomes of the joint under the nominal load: proved by the limits, else by simulation."""
+    run = v.as_given.simulation
+    if v.assessment.said_as_given == Said.SHAKEDOWN and run.outcome == Outcome.SHAKEDOWN:
+        return said_of_nominal_load(v.assessment)
+    return said_of_run(v.problem, run, "proved by following its cycles" if run.proved else "")
+
+
+def verdict(v: Verification) -> str:
+    """Whether prediction and simulation agree, in how many runs; every finding is counted."""
+    judged = sum(run.agrees is not None for run in v.runs)
+    if v.disagreements:
+        return f"DISAGREEMENT: {count(len(v.disagreements), 'finding')}."
+    if v.open_questions:
+        return f"Open: {count(len(v.open_questions), 'question')}."
+    if not judged:
+        return (
+            f"The limits predict no outcome of {count(len(v.runs), 'run')}: there is nothing to agree with."
+        )
+    others = len(v.runs) - judged
+    rest = f" that they predict; of {others} they say nothing" if others else ""
+    return f"Simulation confirms the limits in all {count(judged, 'run')}{rest}."
+
+
+def banner_class(v: Verification) -> str:
+    """The colour of the banner: green only where the joint shakes down, red where it slips for ever.
+
+    Runs at other load factors that are left open do not colour the answer for the nominal one.
+    """
+    run = v.as_given.simulation
+    elsewhere = sum(
+        each.simulation.outcome == Outcome.UNDECIDED and each.simulation.load_factor != run.load_factor
+        for each in v.runs
+    )
+    if run.separated and not v.disagreements:
+        return "open"
+    if v.disagreements or run.slides_away or run.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING):
+        return "disagree"
+    exact = run.proved or run.long_term is not None  # at fixed load steps slow slip may look like none
+    rests = run.outcome == Outcome.SHAKEDOWN and exact and len(v.open_questions) == elsewhere
+    return "agree" if rests else "open"
+
+
+def state_facts(v: Verification) -> list[Fact]:
+    """The long-term state under the nominal load, λ_T, and up to where slips stay small."""
+    facts = (
+        node_facts(v.problem, v.nodes)
+        if v.nodes.period
+        else [Fact("results per node", "none", note=v.nodes.reason)]
+    )
+    limit = v.transient
+    if limit is not None and limit.proved != limit.load_factor:  # at λ_T itself it is only simulated
+        at, note = (
+            number(certain(limit), rounding="down"),
+            "up to here the joint shakes down in the simulation",
+        )
+        if np.isnan(limit.load_factor):
+            at, note = "no λ", "the joint shakes down at no load factor simulated"
+        elif not np.isfinite(limit.high):
+            at = "every λ simulated"
+        note += "" if limit.monotone else "; below there are load factors at which it does not"
+        facts.append(Fact("simulated limit λ_T", at, note=note))
+    return [*facts, *slip_limit_fact(v.slip_limit, v.problem)]
+
+
+def limits_on_page(v: Verification) -> dict[str, float]:
+    """Limits by symbol, rounded to the safe side; NaN where there is none.
+
+    Of those proved from one state only the largest is included.
+    """
+    limits, known = v.limits, dict[str, tuple[float, Rounding]]()
+    for name, kind in BOUNDS.items():
+        if kind.claim == Claim.IMPOSSIBLE:
+            nothing = limits.upper.status == Status.INFEASIBLE  # nothing is possible above 0
+            largest = v.assessment.impossible_above if nothing else limits.upper.load_factor
+            known["zone" if limits.open_nodes else kind.symbol] = float(largest), "up"
+        elif kind.claim == Claim.THIS_STATE:
+            here = limits.from_state
+            known.setdefault(here.symbol, (here.load_factor, "down"))
+        elif (result := present(getattr(limits, name))) is not None or kind.claim == Claim.FOLLOWED:
+            known[kind.symbol] = (np.nan if result is None else certain(result)), "down"
+    texts = limits_as_text(list(known.values()))
+    pairs = zip(known.items(), texts, strict=True)
+    return {name: float(text) if np.isfinite(value) else value for (name, (value, _)), text in pairs}
+
+
+def runs_section(v: Verification) -> Section:
+    """Every simulation with its prediction."""
+    unit, found = units_of(v.problem).length, [run.simulation for run in v.runs]
+    none = [resolution(v.problem, each.load_factor)[0] for each in found]
+    slips = [max(without_round_off(each.slip_per_cycle, own)) for each, own in zip(found, none, strict=True)]
+    columns = {
+        "λ": [number(each.load_factor, DIGITS) for each in found],
+        "initial state": [run.initial + started(run) for run in v.runs],
+        "predicted": [run.predicted for run in v.runs],
+        "simulated": ["; ".join([str(each.outcome), *remarks(each)]) for each in found],
+        "agree": [{True: "yes", False: "NO", None: "–"}[run.agrees] for run in v.runs],
+        with_unit("Σ|Δv|", unit): [number(slip) for slip in slips],
+        "residual": ["–" if np.isnan(each.residual) else f"{each.residual:.0e}" for each in found],
+    }
+    said = [notes.JUDGED, notes.SUMMED, notes.RESIDUAL]
+    said += [notes.AFTER] * any(run.after_transient for run in v.runs)
+    said += [notes.IN_ZONE] * any(bool(run.open_nodes) for run in v.runs)
+    said += [notes.SEPARATION] * any(each.outcome == Outcome.SEPARATION for each in found)
+    said += [notes.ONE_PATH] * v.problem.is_domain
+    words = ("initial state", "predicted", "simulated")
+    return Section("Runs", (), [Table.of(columns, words, keys=2)], said)
+
+
+def started(run: Run) -> str:
+    """A remark on an initial state: whether nodes are open in it, or whether it follows the transient."""
+    return " (zone)" if run.open_nodes else " (after)" * run.after_transient
+
+
+def remarks(run: Simulation) -> list[str]:
+    """Remarks on a long-term state: its period, its jumps, its open nodes."""
+    found = [f"period {run.period}"] if run.period > 1 else []
+    found += [f"{run.jumps_per_cycle:g} jumps per cycle"] if run.jumps_per_cycle > 0 else []
+    return found + ([f"{open_in_words(run.open_nodes)} open"] if run.open_nodes else [])
+
+
+def provenance(v: Verification) -> list[Fact]:
+    """What is needed to make the report again: versions, date, machine, method, seed."""
+    asked, problem = v.settings, v.problem
+    start = "zero slip" if problem.initial_slip is None else "the first given slip"
+    machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} processors"
+    random = f"{count(asked.random_states, 'state')} left by random loads (seed {asked.seed})"
+    python = f"Python {platform.python_version()}, NumPy {np.__version__}"
+    return [
+        Fact("versions", f"shakedown {version('shakedown-bounds')}", note=python),
+        Fact("made", f"{datetime.datetime.now(datetime.UTC):%Y-%m-%d %H:%M} UTC", note=machine),
+        Fact("method", asked.method, note=f"at most {count(asked.cycles, 'cycle')}"),
+        Fact("initial states", start, note=f"the safe slip, the critical slip, {random}"),
+    ]

@@ -164,7 +164,7 @@ def test_text_is_as_wide_as_the_terminal(columns):
     ("words", "line"),
     [
         (["solve", "two-node", "--initial", "/nope.npy"], "--initial /nope.npy: no such file"),
-        (["solve", "two-node", "--initial", "nope"], "expected zero, given, given:K or an NPY file"),
+        (["solve", "two-node", "--initial", "nope"], "expected zero, given, given:K or PATH.npy"),
         (["refine", "two-node"], "expected several meshes of one joint, found one file"),
     ],
 )

@@ -119,7 +119,7 @@ def test_a_row_without_energy_ball_costs_the_others_nothing():
         ["0.6", "shakedown", "shakedown"],
         ["0.6", "100.0", "%"],
     ]
-    assert ["0.8", "no", "energy", "ball"] in rows
+    assert "λ = 0.8 no energy ball" in " ".join(out.split())
     found = document(*words)
     assert [one["load_factor"] for one in found["maps"]] == [0.6, 0.7]
     assert [one["load_factor"] for one in found["missing"]] == [0.8]

@@ -152,7 +152,7 @@ def test_the_text_shows_the_worst_nodes_within_80_columns(named):
     _, out, _ = run("nodes", *AT_TWO)
     first = next(line for line in out.splitlines() if line.split()[:2] == ["4", "40/4"]).split()
     assert first[:5] == ["4", "40/4", "mixed", "0.00181", "0.00356"]
-    assert "5 mixed, 3 slip, 1 stick" in out
+    assert "5 open at times, 3 slip, 1 stick" in out
 
 
 def test_undecided_says_so_and_ends_with_one(tmp_path):

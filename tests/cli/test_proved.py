@@ -13,8 +13,8 @@ def test_solve_says_first_what_is_certain():
     assert lines[3:7] == [
         "claim load factor margin valid for",
         "proved from every state not proved – full contact",
-        "proved from this state 4.663 +366.3 % from zero slip",
-        "impossible above 4.716 +371.6 % full contact",
+        "proved from this state 4.663 +366.3 % from zero slip (λ_E)",
+        "impossible above 4.716 +371.6 % full contact (λ_max)",
     ]
     assert lines[-2].startswith("next shakedown-bounds verify block-9 -o report.html")
 

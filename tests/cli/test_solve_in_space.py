@@ -21,7 +21,7 @@ def test_text_begins_with_the_three_numbers_and_ends_with_both_slips_of_every_no
     assert (code, err) == (0, "")
     lines = out.splitlines()
     assert max(map(len, lines)) <= 80
-    assert lines[0] == "elastic block in space: 9 nodes in space, 40 load steps, f = 0.4"
+    assert lines[0] == "elastic block in space: 9 nodes (3-D), 40 load steps, f = 0.4"
     assert "λ_1, sensitivities and friction thresholds exist for plane joints" in " ".join(out.split())
     (head,) = (k for k, line in enumerate(lines) if "safe slip x  safe slip y  reached at λ_max" in line)
     safe = shakedown.upper_bound(shakedown.example(BLOCK)).slip
@@ -101,7 +101,7 @@ def test_a_body_that_only_friction_holds_and_its_open_node_are_said(tmp_path):
     said = " ".join(out.split())
     assert "Only friction keeps one body from sliding or turning on the other" in said
     assert "from zero slip, 1 node open" in said
-    assert "open nodes node 0 all others closed" in said
+    assert "open nodes node 0 assumed; all others closed" in said
     found = document("solve", "p.npz", cwd=tmp_path)
     assert found["upper"]["open_nodes"] == [0]
     assert len(found["pinned"]) == 2

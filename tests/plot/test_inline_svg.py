@@ -32,7 +32,7 @@ def line(scale, *, ax):
 
 @pytest.mark.parametrize("scale", [1.0, 2e4, 2e7])
 def test_labels_beside_long_numbers_are_not_cut_off(scale):
-    (panel,) = picture("", Drawing("a line that rises", partial(line, scale))).panels
+    (panel,) = picture("", Drawing(partial(line, scale))).panels
     left, top, width, tall = shown(panel.svg)
     x, y = place_of("sum of welded reactions [N]", panel.svg)
     assert x - 7.0 > left  # the letters of the turned label stand left of where it is anchored
@@ -41,14 +41,14 @@ def test_labels_beside_long_numbers_are_not_cut_off(scale):
 
 
 def test_a_legend_stands_below_the_axes():
-    (panel,) = picture("", Drawing("a line that rises", partial(line, 1.0))).panels
+    (panel,) = picture("", Drawing(partial(line, 1.0))).panels
     _, top, _, tall = shown(panel.svg)
     (_, y), (_, label) = place_of("slip", panel.svg), place_of("time", panel.svg)
     assert label < y < top + tall
 
 
 def test_panels_that_are_alike_have_the_same_ticks_and_one_legend():
-    drawings = [Drawing(f"a line up to {scale}", partial(line, scale)) for scale in (1.0, 3.0)]
+    drawings = [Drawing(partial(line, scale)) for scale in (1.0, 3.0)]
     ticks = []
     for alike in (0, 2):
         made = picture("", *drawings, alike=alike, one_legend=alike == 2)

@@ -9,8 +9,8 @@ import pytest
 import shakedown
 from shakedown.ground.status import OPEN, SLIP
 from shakedown.report.data_facts import source_facts
+from shakedown.report.figures import instants, state_pictures
 from shakedown.report.html import render
-from shakedown.report.period_figures import instants, state_pictures
 
 JOINT = shakedown.example("one-node-3d")
 
@@ -62,7 +62,7 @@ def test_what_only_the_plane_has_is_not_there(verification, undrawn):
     page = render(verification)
     for absent in ("first collapse", "no wedging", "subsets", "f threshold"):
         assert absent not in page
-    assert "1 node in space, 24 load steps" in page
+    assert "1 node (3-D), 24 load steps" in page
 
 
 def test_loads_bolts_and_all_three_extents_are_told():

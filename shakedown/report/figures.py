@@ -1,0 +1,302 @@
+"""Pictures of a page: the limits, the runs, a state of the joint, and the joint as it is given."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
+from itertools import groupby
+from typing import Any, NamedTuple
+
+import numpy as np
+from markupsafe import Markup
+
+from shakedown import plot
+from shakedown.assessment.verify import Run, Verification
+from shakedown.ground.errors import present
+from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.shown_values import at_lambda, sized
+from shakedown.ground.size_limits import EACH_SHOWN
+from shakedown.ground.status import OPEN, STICK, Outcome
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import units_of
+from shakedown.long_term.conjugate_displacement import load_loops
+from shakedown.long_term.simulation import Simulation
+from shakedown.long_term.state import LongTermState
+from shakedown.motion.event_history import EventHistory
+from shakedown.plot.inline_svg import PANEL, SIDE_BY_SIDE, Drawing, Picture, picture
+from shakedown.plot.patch_data import can_be_turned, patch_data
+from shakedown.plot.patch_places import in_space, model_places, patch_count, places_of
+from shakedown.plot.paths import extreme_rows, work_of_nodes
+from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
+from shakedown.report import notes
+from shakedown.report.node_names import open_in_words, resolution
+from shakedown.report.run_facts import limits_on_page
+from shakedown.studies.refined import Refinement
+
+MOVING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
+COLOURS = {"zero": BLACK, "safe": GREEN, "witness": RED, "given": PURPLE, "random": BLUE, "ball": ORANGE}
+DASHES = ("-", "--", ":", "-.")
+WIDE, NARROW = (8.0, 1.8), (3.4, 2.6)  # of the scale of load factors [inch]
+ABOUT, LEAST = 1.3, 2.1  # inches: room about a patch for labels; least height of a picture of one
+
+
+def scale_picture(v: Verification) -> Picture:
+    """Every limit of the load factor on one scale, with λ = 1; in two sizes, of which the page shows one."""
+    marks, known, opened = limits_on_page(v), v.limits.from_state, v.limits.open_nodes
+    here, everywhere = np.nan_to_num([known.load_factor, v.limits.universal.load_factor], posinf=np.inf)
+    bands = {"proved": (0.0 if everywhere >= here else known.least_load_factor, max(here, everywhere))}
+    state = f"with {open_in_words(opened, v.problem)} open" if opened else "from this state"
+    caption = f"Green: proved to shake down {state}." * bool(bands["proved"][1] > 0)
+    if not opened and np.isfinite(marks["λ_max"]):
+        bands["impossible"] = (marks["λ_max"], np.inf)
+        caption += " Orange: shakedown is impossible while all nodes stay in contact. White: not decided."
+    draw = partial(plot.load_factor_scale, marks, bands=bands)
+    return picture(caption.strip(), Drawing(draw, size=WIDE), Drawing(draw, size=NARROW))
+
+
+class Group(NamedTuple):
+    """The runs at one load factor, a panel: a colour per kind of initial state, dashes per state of it."""
+
+    title: str
+    load_factor: float
+    runs: dict[str, Simulation]
+    styles: dict[str, dict[str, Any]]
+
+
+def run_pictures(v: Verification) -> list[Picture]:
+    """Slip per cycle of the runs, and of two nodes their paths in the slip plane, a panel per load factor."""
+    groups, drawings, resting = [*_by_load_factor(v.runs)], list[Drawing](), list[str]()
+    for group in groups:
+        none = float(resolution(v.problem, group.load_factor)[0].max())  # up to this there is no slip
+        if any(run.cycles.slip.max(initial=0.0) > none for run in group.runs.values()):
+            draw = partial(plot.slip_per_cycle, group.runs, v.problem, styles=group.styles)
+            drawings.append(Drawing(partial(draw, resolution=none), group.title))
+        else:
+            resting.append(group.title)
+    still = f"Not drawn, as nothing slips or no cycle ends: {', '.join(resting)}." * bool(resting)
+    said = f"{notes.SLIP_PER_CYCLE * bool(drawings)} {still}".strip()
+    pictures = [picture(said, *drawings, alike=len(drawings), one_legend=True)]
+    if not in_space(v.problem) and v.problem.n == 2:
+        planes = []
+        for group in groups:
+            recorded = {name: run for name, run in group.runs.items() if run.history is not None}
+            draw = partial(plot.slip_space, v.problem, group.load_factor, recorded, styles=group.styles)
+            planes.append(Drawing(draw, group.title))
+        pictures.append(picture(notes.SLIP_SPACE, *planes, alike=len(planes), one_legend=True))
+    return pictures
+
+
+def _by_load_factor(runs: Sequence[Run]) -> Iterator[Group]:
+    for (factor, region), group in groupby(runs, key=lambda run: (run.simulation.load_factor, run.region)):
+        named = {run.initial: run.simulation for run in group}
+        styles = {}
+        for name in named:
+            kind, _, index = name.partition(" ")  # as in "random 2"
+            dashes = DASHES[int(index or 0) % len(DASHES)]
+            styles[name] = {"color": COLOURS[kind], "ls": dashes, "label": name}
+        yield Group(f"{at_lambda(factor)}, {region}", factor, named, styles)
+
+
+def limit_pictures(v: Verification) -> list[Picture]:
+    """What limits the joint, a panel for each limit with derivatives; the slip over the load if asked for."""
+    found = [each for each in map(present, v.limits.sensitivities.values()) if each is not None]
+    known = [each for each in found if each.ranked().size]
+    pictures = []
+    if known:
+        caption = notes.CHANGES + f" {notes.HOLLOW}" * any(not each.smooth for each in known)
+        panels = [Drawing(partial(plot.sensitivity, each, v.problem), each.symbol) for each in known]
+        pictures.append(picture(caption, *panels, one_legend=True))
+    if v.slip_limit is not None:
+        draw = partial(plot.slip_over_load, v.slip_limit, v.problem)
+        pictures.append(picture(notes.SLIP_OVER_LOAD, Drawing(draw)))
+    return pictures
+
+
+def refinement_picture(found: Refinement) -> Picture:
+    """Every number of a refinement over the nodes of its mesh."""
+    return picture(notes.OVER_MESHES, Drawing(partial(plot.refinement, found)))
+
+
+class Pictured(NamedTuple):
+    """A long-term state to draw, with words that identify it."""
+
+    state: LongTermState
+    which: str
+
+    def picture(self, caption: str, *drawings: Drawing, one_legend: bool = False) -> Picture:
+        """Panels under one caption, with the load factor above them."""
+        name = at_lambda(self.state.load_factor)
+        said = f"{caption} ({self.which}).{_left_out(self.state.problem)}"
+        return picture(said, *(each._replace(name=name) for each in drawings), one_legend=one_legend)
+
+
+def as_given_state(v: Verification) -> Pictured | None:
+    """The long-term state at λ = 1; None where it was not followed from event to event."""
+    state = v.as_given.simulation.long_term
+    return None if state is None or len(state.history) < 2 else Pictured(state, "at λ = 1, the nominal load")
+
+
+def cycling_state(v: Verification) -> Pictured | None:
+    """A state in which nodes slip: at λ = 1, or at the nearest simulated load factor above."""
+    if v.as_given.simulation.outcome in MOVING:
+        return as_given_state(v)
+    run = [run.simulation.long_term for run in v.runs if run.initial == v.as_given.initial]
+    found = [*_above_nominal(run)] or [*_above_nominal([] if v.transient is None else [v.transient.at_high])]
+    nearest = min(found, key=lambda state: state.load_factor, default=None)
+    if nearest is None:
+        return None
+    return Pictured(nearest, f"at {at_lambda(nearest.load_factor)}, the nearest simulated load that slips")
+
+
+def _above_nominal(states: Iterable[LongTermState | None]) -> Iterator[LongTermState]:
+    for state in states:
+        if state is not None and state.outcome in MOVING and state.load_factor > 1 and len(state.history) > 1:
+            yield state
+
+
+def state_pictures(v: Verification) -> list[Picture]:
+    """Loops of the nodes that dissipate most, slips and friction work, reactions, zones."""
+    given, cycling, problem, pictures = as_given_state(v), cycling_state(v), v.problem, list[Picture]()
+    if cycling is not None:
+        pictures += [_loops(cycling, problem), *_load_loops(cycling, problem)]
+        pictures += [_slips(cycling, problem)] if problem.n > SIDE_BY_SIDE else []
+    if given is not None:
+        pictures.append(_reactions(given, problem))
+    shown = cycling or given
+    if shown is not None and shown.state.history.state.any():
+        pictures.append(_zones(shown, problem))
+    return pictures
+
+
+def contact_to_turn(v: Verification) -> dict[str, str] | None:
+    """Data for the script of the view: a state in which nodes slip, or else that at λ = 1; and which."""
+    pictured = cycling_state(v) or as_given_state(v)
+    if pictured is None or not can_be_turned(v.problem):
+        return None
+    name = at_lambda(pictured.state.load_factor)
+    return {"data": Markup(patch_data(pictured.state)), "which": pictured.which, "name": name}
+
+
+def no_pictures(v: Verification) -> str:
+    """Why some pictures are missing; empty where none are."""
+    cycling, loops = cycling_state(v), "slip orbits" if in_space(v.problem) else "hysteresis loops"
+    if v.as_given.simulation.long_term is None:
+        return "No state is drawn: the simulations did not go from event to event."
+    if cycling is None and as_given_state(v) is None:
+        return "No state is drawn: at λ = 1 no long-term state was found."
+    said = f"There are no {loops} to draw: no simulated state from this start slips in every cycle."
+    turned = can_be_turned(v.problem) or not in_space(v.problem)
+    unknown = "the problem does not say where its nodes are"
+    why = unknown if model_places(v.problem) is None else "its nodes are in a line"
+    view = "" if turned else f"There is no view to turn: {why}."
+    return f"{said * (cycling is None)} {view}".strip()
+
+
+def _loops(pictured: Pictured, problem: Problem) -> Picture:
+    """Hysteresis loops, or orbits of slips and reactions, of the nodes that dissipate most."""
+    state, work = pictured.state, work_of_nodes(pictured.state)
+    most = np.argsort(-work, kind="stable")[:EACH_SHOWN].tolist()
+    worst = [node for node in most if work[node] > SIX_DIGITS * work.max()] or [0]
+    if in_space(problem):
+        what, draw = "Slip orbits", plot.slip_orbits
+        beside: Callable[..., object] = partial(plot.reaction_orbits, nodes=worst)
+    else:
+        what, draw, beside = (
+            "Hysteresis loops",
+            plot.hysteresis,
+            partial(plot.reactions_in_time, node=worst[0]),
+        )
+    total = sized(state.dissipation_per_cycle, units_of(problem).work)
+    caption = f"{what} of the nodes that dissipate most, and their reactions; {total} per cycle in all"
+    draws = partial(draw, state, problem, nodes=worst), partial(beside, state, problem)
+    return pictured.picture(caption, *(Drawing(draw) for draw in draws))
+
+
+def _load_loops(pictured: Pictured, problem: Problem) -> Iterator[Picture]:
+    """Loops of the loads that vary most, where the joint knows how far its loads move."""
+    if problem.load_compliance is None or problem.load_history is None:
+        return
+    areas = np.abs(load_loops(problem, pictured.state).areas)
+    varying = np.flatnonzero(np.ptp(problem.load_history, axis=0) > 0)
+    chosen = varying[np.argsort(-areas[varying], kind="stable")][:SIDE_BY_SIDE].tolist()
+    if chosen:
+        drawings = [Drawing(partial(plot.loop, pictured.state, load=j)) for j in chosen]
+        caption = "Loops of the loads: together their areas are what is dissipated in one period"
+        yield pictured.picture(caption, *drawings)
+
+
+def _reactions(pictured: Pictured, problem: Problem) -> Picture:
+    """Reactions of a few nodes over time; of more, pressure and use of friction at instants."""
+    path, caption = pictured.state.history, "Normal reactions, and use of friction: {} a node is at its limit"
+    if in_space(problem):  # where reactions are largest, and where the total pressure is smallest
+        times = [float(path.cycle[row]) for row in extreme_rows(path)[:0:-1]]
+        times = times[: 1 + (abs(times[1] - times[0]) > 0.5 / SIDE_BY_SIDE)]  # near in time they look alike
+        drawn = plot.pressure_over_patch, plot.friction_use_at
+        draws = [partial(draw, path, problem, time) for time in times for draw in drawn]
+        return pictured.picture(caption.format("at the rim"), *_panels(problem, *draws))
+    if problem.n <= SIDE_BY_SIDE:
+        each = [partial(plot.reactions_in_time, path, problem, node) for node in range(problem.n)]
+        return pictured.picture("Tangential reactions between their limits", *map(Drawing, each))
+    times = path.cycle[0] + np.arange(EACH_SHOWN) / EACH_SHOWN * (path.cycle[-1] - path.cycle[0])
+    along = [
+        partial(draw, path.at(times), problem, cycles=times) for draw in (plot.pressure, plot.friction_use)
+    ]
+    return pictured.picture(caption.format("at ±1"), *map(Drawing, along))
+
+
+def _slips(pictured: Pictured, problem: Problem) -> Picture:
+    """How far each node slips, and what friction dissipates there."""
+    caption, draws = "Slip range of each node", (plot.slip_range, plot.dissipation_along)
+    if in_space(problem):
+        caption, draws = "Slip Σ|Δv| of each node", (plot.slip_over_patch, plot.work_over_patch)
+    panels = _panels(problem, *(partial(draw, pictured.state, problem) for draw in draws))
+    return pictured.picture(f"{caption}, and its friction work in one period", *panels)
+
+
+def _zones(pictured: Pictured, problem: Problem) -> Picture:
+    """Stick, slip and open zones: over position and time, or at instants of the period."""
+    path, caption = pictured.state.history, "What sticks, slips and is open in one period"
+    if not in_space(problem):
+        return pictured.picture(caption, Drawing(partial(plot.zones, path, problem)))
+    draws = [partial(plot.zones_at, path, problem, time) for time in instants(path)]
+    return pictured.picture(caption, *_panels(problem, *draws), one_legend=True)
+
+
+def instants(path: EventHistory) -> list[float]:
+    """Times in each third of a path at which the fewest nodes stick, for longer than round-off."""
+    lasting = np.diff(path.cycle) > SIX_DIGITS
+    middles, state = 0.5 * (path.cycle[:-1] + path.cycle[1:])[lasting], path.state[:-1][lasting]
+    moving = (state != STICK).sum(axis=1) + 0.5 * (state == OPEN).any(axis=1)
+    thirds = np.array_split(np.arange(len(middles)), SIDE_BY_SIDE)
+    return [float(middles[third[moving[third].argmax()]]) for third in thirds if len(third)]
+
+
+def problem_pictures(problem: Problem) -> list[Picture]:
+    """Nodes and the loads on them; the loads within the limits of a few nodes, or of all; their sums."""
+    few, space = problem.n <= SIDE_BY_SIDE, in_space(problem)
+    draws = (plot.loads_over_patch, plot.welded_pressure_over_patch) if space else (plot.contact,)
+    drawings = _panels(problem, *(partial(draw, problem) for draw in draws[: 1 if few else 2]))
+    if few:
+        each = plot.load_orbits if space else plot.load_loop
+        drawings.append(Drawing(partial(each, problem, range(problem.n))))
+    elif not space:
+        drawings.append(Drawing(partial(plot.loads_along, problem)))
+    drawings.append(Drawing(partial(plot.loads_in_time, problem)))
+    return [picture(f"{notes.LOADS}{_left_out(problem)}", *drawings)]
+
+
+def _panels(problem: Problem, *draws: Callable[..., object]) -> list[Drawing]:
+    """Panels of a joint in the plane; of one in space for every patch, as high as the patch needs."""
+    if not in_space(problem):
+        return [*map(Drawing, draws)]
+    panels = []
+    for patch in range(min(patch_count(problem), EACH_SHOWN)):
+        places, (width, highest) = places_of(problem, patch), PANEL
+        wide, high = np.ptp(places.points, axis=0) + places.spacing
+        size = width, float(np.clip((width - ABOUT) * high / wide + ABOUT, LEAST, highest))
+        panels += [Drawing(partial(draw, patch=patch), size=size) for draw in draws]
+    return panels
+
+
+def _left_out(problem: Problem) -> str:
+    """A sentence on patches that are not drawn."""
+    count = patch_count(problem) if in_space(problem) else 0
+    return f" The {EACH_SHOWN} patches with the most nodes, of {count}." * (count > EACH_SHOWN)

@@ -1,0 +1,487 @@
+"""What is known of many: subsets of constraints, initial states, designs, amplitudes, meshes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.bounds.registry import BOUNDS, Claim
+from shakedown.ground.shown_values import DIGITS, count, few, sized
+from shakedown.ground.size_limits import EACH_SHOWN
+from shakedown.ground.tolerances import DEFAULT
+from shakedown.ground.visible_text import shortened, with_unit
+from shakedown.joint.constraints import SIDE_NAMES
+from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.joint.units import units_of
+from shakedown.report import notes
+from shakedown.report.data_facts import headline
+from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, number
+from shakedown.report.node_names import node_column, open_in_words, resolution, without_round_off
+
+if TYPE_CHECKING:
+    from shakedown.assessment.damping import DampingCurve
+    from shakedown.bounds.bound_result import Bound
+    from shakedown.bounds.enumeration.critical import CriticalLoadFactors
+    from shakedown.ground.float_array import FloatArray
+    from shakedown.joint.problem import Problem
+    from shakedown.studies.basin_map import InitialStateMap, InitialStateMaps
+    from shakedown.studies.refined import Refinement
+    from shakedown.studies.sweep import Sweep
+
+ALL_DIGITS = 10  # of a list of load factors that may differ little
+
+
+def critical_sheet(problem: Problem, found: CriticalLoadFactors) -> Sheet:
+    """The smallest critical load factor, where its limits meet, and where asked for all of them."""
+    from shakedown.bounds.collapse.lower import lower_bound  # loads the solvers
+
+    facts, said = critical_facts(found, lower_bound(problem, guarantee=False))
+    smallest, tables = found.smallest_positive, []
+    if smallest.rows:
+        limits = ", ".join(f"{problem.node_name(node)} {SIDE_NAMES[side]}" for node, side in smallest.rows)
+        facts.append(Fact("limits that meet", limits, note="(node, limit)"))
+        slips = [number(slip, DIGITS) for slip in smallest.slip]
+        columns = node_column(problem) | {with_unit("slip there", units_of(problem).length): slips}
+        tables.append(Table.of(columns))
+    if found.load_factors is not None:
+        rows = [[str(k), number(value, ALL_DIGITS)] for k, value in enumerate(found.load_factors)]
+        tables.append(Table(["", "critical load factors"], rows))
+    return Sheet(headline(problem), (), None, facts, [Section("", (), tables, said)])
+
+
+def critical_facts(critical: CriticalLoadFactors, lower: Bound) -> tuple[list[Fact], list[str]]:
+    """How many subsets there are, the smallest values, and notes on why these differ from λ_1.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joint = shakedown.example("two-node")
+    >>> found = shakedown.critical_load_factors(joint)
+    >>> for fact in critical_facts(found, shakedown.lower_bound(joint))[0]:
+    ...     print(fact.label, fact.shown, fact.note, sep=" | ")
+    subsets | 4 | 4 with a critical load factor, 0 degenerate
+    smallest positive | 0.6573 |
+    """
+    counted = f"{critical.regular:,} with a critical load factor, {critical.degenerate:,} degenerate"
+    facts, smallest = [Fact("subsets", f"{critical.total:,}", note=counted)], critical.smallest_positive
+    if not critical.regular:
+        return facts, [notes.DEGENERATE] if rigid_slips(lower.problem).pinned else []
+    if not smallest.rows:
+        return [*facts, Fact("smallest positive", "none")], []
+    facts.append(Fact("smallest positive", smallest.load_factor, rounding="down"))
+    if smallest.load_factor < lower.load_factor * (1 - DEFAULT.feasibility):
+        feasible = critical.smallest_feasible.load_factor
+        facts.append(
+            Fact("smallest feasible", feasible, rounding="down", note="= λ_1" * bool(np.isfinite(feasible)))
+        )
+        return facts, [notes.INFEASIBLE_CORNER]
+    return facts, [notes.COLLAPSED_AT_MEAN] if lower.load_factor == 0 else []
+
+
+SAMPLED = {  # after the number of states
+    "grid": "on a grid about {}",
+    "sobol": "in a box about {}",
+    "latin": "in a box about {}",
+    "ball": "in a ball about the centre of the energy ball",
+    "transients": "left behind by random load steps",
+}
+STATES = {"zero": "zero slip", "given": "the given state", "critical": "the critical state"}
+REGION_TYPES = {
+    "i": "a safe region and no complementary one, as below the first collapse",
+    "ii": "a safe region and a complementary one: the initial state decides",
+    "iii": "a complementary region and no safe one: nothing shakes down with both nodes closed",
+    "iv": "no bounded safe region and no bounded complementary one",
+}
+MEANING = {
+    "shakedown": "slip has ceased",
+    "cyclic-slip": "nodes slip in every period and return",
+    "ratchetting": "slips grow by the same amount in every period",
+    "separation": "nodes open and close in every period, none slips",
+    "undecided": "none of these could be established",
+}
+KNOWN = {True: "yes", False: "no", None: "not known"}
+MOST_CYCLES = 20  # limit cycles shown
+LONGEST_NODES = 16  # characters for the nodes that slip
+
+
+def map_sheet(problem: Problem, found: InitialStateMap | InitialStateMaps) -> Sheet:
+    """All that is known of one load factor; of several the outcomes and shares, a row for each."""
+    from shakedown.studies.basin_map import InitialStateMaps  # loads the solvers
+
+    path = [notes.ONE_PATH] * problem.is_domain
+    if isinstance(found, InitialStateMaps):
+        return Sheet(headline(problem), sections=_over_load_factors(found, path))
+    said = [notes.GRID] * (found.sampling.sampler == "grid") + [notes.SHARE]
+    if found.same_outcome:
+        untried = notes.MAP_IMPOSSIBLE if found.impossible_everywhere else notes.UNTRIED
+        said.append(notes.MAP_PROVED if found.proved_everywhere else untried)
+    said += [notes.SPREAD] if found.limit_cycles else []
+    sections = [_limit_cycles(found), Section(notes=[*path, *said])]
+    return Sheet(headline(problem), [share(found)], None, map_facts(found), sections)
+
+
+def share(found: InitialStateMap) -> str:
+    """Of how many initial states, chosen how, which share shakes down."""
+    begin = f"At λ = {found.load_factor:.10g}: of {states(found)}"
+    part, interval = _share(found)
+    known = f" (95 %: {interval})" if interval != "–" else ""
+    return f"{begin} none is decided." if part == "–" else f"{begin} {part} shake down{known}."
+
+
+def _share(found: InitialStateMap) -> tuple[str, str]:
+    """The share of the states that shakes down, and its 95 % confidence interval; dashes where not known."""
+    low, high = found.interval
+    if found.undecided == found.sampling.states:
+        return "–", "–"
+    return per_cent(found.shakedown_fraction), "–" if low != low else f"{100 * low:.1f}–{100 * high:.1f} %"
+
+
+def per_cent(part: float) -> str:
+    """A share of the states in per cent."""
+    return f"{100 * part:.1f} %"
+
+
+def states(found: InitialStateMap) -> str:
+    """How many initial states there are, and where."""
+    centre = found.sampling.centre_is
+    where = SAMPLED[found.sampling.sampler].format(f"{'the ' * ('safe' in centre)}{centre}")
+    return f"{count(found.sampling.states, 'initial state')} {where}"
+
+
+def map_facts(found: InitialStateMap) -> list[Fact]:
+    """The named states, the number of states per outcome, the dissipation, whether all end alike."""
+    unit, none, facts = units_of(found.problem), work_that_is_none(found), []
+    for name, outcome, lost in zip(found.sampling.named, found.outcome, found.dissipation, strict=False):
+        much = f"dissipation {sized(lost, unit.work)} per cycle" if lost > none else ""
+        facts.append(Fact(f"from {STATES[name]}", str(outcome), note=much))
+    for word, many in found.outcomes.items():
+        facts.append(Fact(word, str(many), note=MEANING[word]))
+    leave = np.count_nonzero(
+        (found.outcome[found.sampled] == "separation") & (found.period[found.sampled] == 0)
+    )
+    facts += [Fact("of these leave for good", str(leave))] * bool(leave)
+    facts += undecided(found)
+    if found.undecided < found.sampling.states:
+        least, first, median, third, most = without_round_off(found.dissipation_quartiles, none)
+        spread = f"quartiles {number(first)}, {number(median)}, {number(third)}" if least < most else ""
+        size = number(least) if least == most else f"{number(least)} … {number(most)}"
+        facts.append(Fact("dissipation per cycle", f"{size} {unit.work}".rstrip(), note=spread))
+        facts.append(Fact("same outcome", KNOWN[found.same_outcome], note="for all states tried"))
+        facts.append(Fact("same final state", KNOWN[found.unique], note=found.evidence))
+    criterion = found.slip_criterion
+    if criterion is not None:
+        who = "every state" if criterion.met else f"{per_cent(criterion.met_fraction)} of the states"
+        largest = f"largest slip range {sized(criterion.largest, unit.length)}"
+        facts.append(Fact(f"slips below {sized(criterion.below, unit.length)}", f"from {who}", note=largest))
+    kind = found.region_type
+    return [
+        *facts,
+        *([Fact("regions of slip space", f"type ({kind})", note=REGION_TYPES[kind])] if kind else []),
+    ]
+
+
+def undecided(found: InitialStateMap) -> list[Fact]:
+    """Why states are undecided, and whether more cycles can help."""
+    again = found.looked_at_again
+    facts = []
+    for one in found.undecided_reasons:
+        more = "; more --cycles may decide" if one.more_cycles else ""
+        facts.append(
+            Fact("undecided because", one.reason, note=f"{one.count} of {again} looked at again{more}")
+        )
+    return facts
+
+
+def _limit_cycles(found: InitialStateMap) -> Section:
+    """How many states end on each limit cycle, or motion with separation."""
+    cycles, more = found.limit_cycles[:MOST_CYCLES], len(found.limit_cycles) - MOST_CYCLES
+    if not cycles:
+        return Section()
+    lost = [without_round_off(cycle.dissipation, work_that_is_none(found)) for cycle in cycles]
+    columns = {
+        "limit cycle": [str(cycle.outcome) for cycle in cycles],
+        "reached": [" and ".join(f"from {STATES[name]}" for name in cycle.named) for cycle in cycles],
+        "states": [str(cycle.count) for cycle in cycles],
+        "period": [str(cycle.period) for cycle in cycles],
+        "dissipation": [" … ".join(dict.fromkeys(map(number, ends))) for ends in lost],
+        "spread": [
+            number(0.0 if cycle.coincide else cycle.spread, 2) if cycle.count + len(cycle.named) > 1 else "–"
+            for cycle in cycles
+        ],
+        "slip at": [
+            shortened(open_in_words(cycle.slipping_nodes).partition(" ")[2], LONGEST_NODES)
+            for cycle in cycles
+        ],
+    }
+    said = [f"{count(more, 'more cycle')}; --json has all."] if more > 0 else []
+    return Section("", (), [Table.of(columns, ("limit cycle", "reached", "slip at"))], said)
+
+
+def _over_load_factors(found: InitialStateMaps, path: list[str]) -> list[Section]:
+    """Outcomes of the named states, and the shares, a row per load factor."""
+    maps, first = found.maps, found.maps[0]
+    load_factors = {"λ": [number(one.load_factor, DIGITS) for one in maps]}
+    named = {f"from {STATES[name]}": [str(one.named[name]) for one in maps] for name in first.sampling.named}
+    parts, intervals = zip(*map(_share, maps), strict=True)
+    shares = {
+        "shake down": parts,
+        "95 %": intervals,
+        "separate": [str(one.outcomes.get("separation", 0)) for one in maps],
+        "undecided": [str(one.undecided) for one in maps],
+        "cycles": [str(sum(each.outcome != "separation" for each in one.limit_cycles)) for one in maps],
+        "dissipation ≤": [
+            number(without_round_off(one.dissipation_quartiles[-1:], work_that_is_none(one))[0])
+            for one in maps
+        ],
+    }
+    if first.slip_below is not None:
+        met = [one.slip_criterion.met_fraction for one in maps if one.slip_criterion is not None]
+        shares[f"below {number(first.slip_below)}"] = [per_cent(part) for part in met]
+    facts = [Fact("at every load factor", states(first))]
+    for one in maps:
+        facts += [replace(fact, label=f"undecided at λ = {one.load_factor:.7g}") for fact in undecided(one)]
+    facts += [
+        Fact(f"λ = {each.load_factor:.7g}", "no energy ball", note=each.reason) for each in found.missing
+    ]
+    table = Table.of(load_factors | shares, ())
+    return [
+        Section(tables=[Table.of(load_factors | named, list(named))]),
+        Section("", facts, [table], [notes.SHARE, *path]),
+    ]
+
+
+def work_that_is_none(found: InitialStateMap) -> float:
+    """The work below which it counts as none."""
+    return float(resolution(found.problem, found.load_factor, found.sampling.tolerances)[1].max())
+
+
+REGIONS = {  # of a load factor, and what a narrow column calls them
+    "proved from every state": "every state",
+    "proved from this state": "this state",
+    "depends on the state": "not decided",
+    "never": "impossible",
+    "no joint": "no joint",
+}
+CLAIMED = (Claim.EVERY_STATE, Claim.THIS_STATE, Claim.IMPOSSIBLE)  # in columns that are called so
+TIED = 10.0**-DIGITS  # as a fraction of the largest limit: differences not shown
+LONGEST_HEADING = 14  # characters of the name of a parameter
+SHOWN = 5  # digits of limits and of the points of a curve
+
+
+def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> Sheet:
+    """Where the joint is safe under a load factor, where it does best, every limit at every point.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joint = shakedown.example("two-node")
+    >>> found = shakedown.sweep(joint, {"f": [0.2, 0.4, 0.6]})
+    >>> for fact in sweep_sheet(joint, found, 0.7).facts[:3]:
+    ...     print(fact.label, fact.value, sep=": ")
+    at λ = 0.7 proved from every state: f = 0.4
+    at λ = 0.7 proved from this state: f = 0.6
+    at λ = 0.7 impossible: f = 0.2
+    """
+    regions, here = found.regions(load_factor), f"at λ = {load_factor:g}"
+    facts = [Fact("contradiction", text) for text in found.contradictions]
+    for name in [*REGIONS][:-1]:
+        if name in regions:
+            text = name if name.startswith("proved") else REGIONS[name]
+            facts.append(Fact(f"{here} {text}", _places(found, regions == name)))
+    facts += _largest(found) if len(found.points) > 1 else []
+    missing = [point for point in found.points if not point.exists]
+    for point in missing[:1]:
+        where = f"at {len(missing)} of {len(found.points)} points"
+        facts.append(Fact("no joint", where, note=point.reason))
+    said = [notes.AT_VALUES] * (len(found.points) > 1) + [notes.LOAD_DOMAIN] * problem.is_domain
+    said += [notes.OF_ZONES] * any(bool(point.open_nodes) for point in found.points)
+    limits = {here: [REGIONS[str(name)] for name in regions.ravel()]}
+    for heading, (_, values, rounding) in _limits(found).items():
+        limits[heading] = [number(value, SHOWN, rounding) for value in values.ravel()]
+    sections = [Section("", (), [_table(found, limits)], said), *_small_slips(problem, found)]
+    if found.load_factors_simulated:
+        simulated = {
+            f"λ = {factor:g}": [str(point.outcomes[k]) if point.exists else "–" for point in found.points]
+            for k, factor in enumerate(found.load_factors_simulated)
+        }
+        sections.append(Section("Simulated from this state", (), [_table(found, simulated)]))
+    return Sheet(headline(problem), (), None, facts, sections)
+
+
+def _limits(found: Sweep) -> dict[str, tuple[Claim, FloatArray, Rounding]]:
+    """The limits that were asked for, by the headings of their columns; proofs from this state are one."""
+    limits: dict[str, tuple[Claim, FloatArray, Rounding]] = {}
+    for name in found.bounds:
+        claim = BOUNDS[name].claim
+        heading = claim.removeprefix("proved from ").removesuffix(" above")
+        values = found.from_this_state if claim == Claim.THIS_STATE else found.load_factors(name)
+        rounding: Rounding = "up" if claim == Claim.IMPOSSIBLE else "down"
+        limits[heading if claim in CLAIMED else BOUNDS[name].symbol] = claim, values, rounding
+    return limits
+
+
+def _largest(found: Sweep) -> Iterator[Fact]:
+    """Where each limit is largest."""
+    for claim, values, rounding in _limits(found).values():
+        if claim in CLAIMED and np.isfinite(values).any() and not np.isinf(values).any():
+            largest = float(np.nanmax(values))
+            tied = values >= largest * (1.0 - TIED)
+            where = "at every point" if tied.all() else f"at {_places(found, tied)}"
+            yield Fact(f"largest “{claim}”", largest, rounding=rounding, note=where)
+
+
+def _places(found: Sweep, chosen: NDArray[np.bool_]) -> str:
+    """Some of the computed points: by value, or counted where many are consecutive or two parameters vary."""
+    places = np.argwhere(chosen)
+    if len(places) == 1:
+        return ", ".join(_valued(found, axis, [k]) for axis, k in enumerate(places[0]))
+    if len(found.parameters) == 2:
+        return f"{len(places)} of {chosen.size} points"
+    runs = np.split(places[:, 0], np.flatnonzero(np.diff(places[:, 0]) > 1) + 1)
+    listed = [int(k) for run in runs if len(run) <= EACH_SHOWN for k in run]
+    texts = [_valued(found, 0, listed)] if listed else []
+    for run in runs:
+        if len(run) > EACH_SHOWN:
+            low, high = found.values[0][run[[0, -1]]]
+            texts.append(f"{len(run)} values from {few(low, DIGITS)} to {few(high, DIGITS)}")
+    return ", ".join(texts)
+
+
+def _valued(found: Sweep, axis: int, places: list[int]) -> str:
+    """A parameter with some of its values; with × where they are factors."""
+    values = ", ".join(few(found.values[axis][k], DIGITS) for k in places)
+    factor = found.is_factor(axis)
+    return f"{found.meanings[axis]} × {values}" if factor else f"{found.parameters[axis]} = {values}"
+
+
+def _table(found: Sweep, columns: dict[str, list[str]], rows: Iterable[int] | None = None) -> Table:
+    """The parameters of every point, or of some, and columns beside them."""
+    points = found.points if rows is None else [found.points[k] for k in rows]
+    names: dict[str, list[str]] = {}
+    for axis, name in enumerate(found.parameters):
+        named = name if found.meanings[axis] else with_unit(name, found.units[axis])
+        own = named if len(named) <= LONGEST_HEADING else shortened(name, LONGEST_HEADING)
+        heading = f"{found.meanings[axis]} ×" if found.is_factor(axis) else own
+        names[heading] = [number(point.values[axis], SHOWN) for point in points]
+    return Table.of(names | columns, [name for name in columns if name.startswith("at ")], len(names))
+
+
+def _small_slips(problem: Problem, found: Sweep) -> list[Section]:
+    """Up to which load factor slips stay below a length, where the user asked for it."""
+    known = {k: slips for k, slips in enumerate(found.slip_criteria) if slips is not None}
+    if not known:
+        return []
+    unit, criteria = units_of(problem).length, list(known.values())
+    columns = {
+        "λ": [number(slips.load_factor, SHOWN, "down") for slips in criteria],
+        with_unit("largest slip range", unit): [number(slips.largest) for slips in criteria],
+    }
+    title = f"Slips below {sized(criteria[0].below, unit)}, starting from this state"
+    return [Section(title, (), [_table(found, columns, known)])]
+
+
+def damping_sheet(problem: Problem, curve: DampingCurve) -> Sheet:
+    """Dissipation and stiffness over the amplitude of a load, and up to where there is no damping."""
+    name = f" ({shortened(curve.load_name, 40)})" if curve.load_name else ""
+    stiffness = curve.unit.stiffness or "not said by the problem"
+    facts = [
+        Fact("load", f"{curve.load}{name}", note=f"at {count(len(curve.amplitude), 'amplitude')}"),
+        Fact("displacement", curve.unit.moved(curve.problem), note=f"stiffness: {stiffness}"),
+    ]
+    for how, limit in (("proved", curve.proved_limit), ("simulated", curve.simulated_limit)):
+        if not np.isnan(limit):
+            at = "at any amplitude" if np.isinf(limit) else f"up to {number(limit, SHOWN, 'down')}"
+            facts.append(Fact(f"no damping, {how}", at, note="from the first state"))
+    said = [notes.NO_DISPLACEMENT] if np.isnan(curve.displacement).all() else []
+    if curve.from_zero is not None:
+        where = _numbers(curve.amplitude[curve.differs])
+        if where:
+            ends = "ends elsewhere from the first state"
+            facts.append(Fact("the start decides", f"at {', '.join(where)}", note=ends))
+        else:
+            said.append(notes.SAME_FROM_START)
+    return Sheet(headline(problem), (), None, facts, [Section("", (), [_curve(problem, curve)], said)])
+
+
+def _numbers(values: Sequence[float] | FloatArray) -> list[str]:
+    return [number(float(value), SHOWN) for value in values]
+
+
+def _curve(problem: Problem, curve: DampingCurve) -> Table:
+    columns = {
+        "amplitude": curve.amplitude,
+        "displacement": curve.displacement,
+        with_unit("loss", units_of(problem).work): curve.dissipation,
+    }
+    if np.isnan(curve.load_frequency):
+        columns |= {"stiffness": curve.secant_stiffness, "η": curve.loss_factor}
+    else:
+        columns |= {"ω / 2π": curve.frequency / (2 * np.pi), "ζ": curve.damping_ratio}
+    outcomes = [
+        "slides away" if slides else f"{outcome}{', proved' * bool(sure)}"
+        for outcome, sure, slides in zip(curve.outcome, curve.proved, curve.slides_away, strict=True)
+    ]
+    shown = {name: _numbers(values) for name, values in columns.items()}
+    return Table.of(shown | {"outcome": outcomes}, ("outcome",))
+
+
+NUMBERS = {  # first those that converge for most joints
+    "work": "friction work",
+    "largest_slip": "largest slip",
+    "slip_limit": "slips small up to λ",
+    "averaged_impossible_above": "impossible above, averaged",
+    "impossible_above": "impossible above",
+    "proved_from_this_state": "proved from this state",
+    "proved_from_every_state": "proved from every state",
+}
+
+
+def refinement_sheet(problem: Problem, found: Refinement) -> Sheet:
+    """The finest mesh, and which numbers converge."""
+    return Sheet(headline(problem), sections=[refinement_section(found, problem)])
+
+
+def refinement_section(found: Refinement, problem: Problem, meshes: int = 3) -> Section:
+    """For each number its values on the finest meshes, its verdict, limit and order.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joints = {n: shakedown.example(f"block-{n}") for n in (9, 33)}
+    >>> section = refinement_section(shakedown.refine(joints, [9, 33]), joints[33])
+    >>> for row in section.tables[0].rows:
+    ...     print(*row, sep=" | ")
+    friction work [N mm] | 0 | 0 | zero | – | –
+    largest slip [mm] | 0 | 0 | zero | – | –
+    impossible above | 4.715 | 5.008 | undecided | – | –
+    proved from this state | 4.663 | 4.709 | undecided | – | –
+    proved from every state | 0 | 0 | zero | – | –
+    """
+    units, last = units_of(problem), slice(max(0, len(found.nodes) - meshes), None)
+    asked = {"averaged_impossible_above": found.radius, "slip_limit": found.slip_below}
+    of = {"work": units.work, "largest_slip": units.length}
+    rows = []
+    for word, name in NUMBERS.items():
+        if asked.get(word, found.load_factor) is not None:
+            trend = found.trends[word]
+            values = [number(float(value)) for value in found.numbers[word][last]]
+            about = [str(trend.verdict), number(trend.limit), number(trend.order, 2)]
+            rows.append([with_unit(name, of.get(word, "")), *values, *about])
+    heads = ["", *(f"{count} nodes" for count in found.nodes[last]), "verdict", "limit", "order"]
+    table = Table(heads, rows, (0, len(heads) - 3))
+    facts = [
+        Fact("work and slip at", f"λ = {found.load_factor:g}", note="per cycle, starting with zero slip")
+    ]
+    if found.slip_below is not None:
+        facts.append(Fact("small slips", f"below {sized(found.slip_below, units.length)}"))
+    if found.radius is not None:
+        facts.append(Fact("averaged over", sized(found.radius, units.length)))
+    verdicts = set(found.verdict.values())
+    said = [notes.TREND, notes.FALLING] if {"falls", "grows"} & verdicts else [notes.TREND]
+    said += [notes.ZERO_MESHES] * ("zero" in verdicts)
+    said += [notes.FEW_MESHES] * ({"undecided"} <= verdicts <= {"undecided", "zero"})
+    return Section("", facts, [table], said)
