@@ -18,7 +18,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, node_numbers, require_plane
-from shakedown.joint.constraints import Constraints, constraints
+from shakedown.joint.constraints import Constraints, Side, constraints
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -91,20 +91,40 @@ def conic_upper_bound(
     0.739146
     """
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)
+    limits = zone.constraints
+    if problem.directions == 1:
+        bound = _over_rows(limits, solver, tolerances)
+        return replace(bound, slip=zone.slips(limits.slips(bound.slip)))
 
     def end(towards: float) -> ConicBound:
         rows = zone_rows(zone)
         if solver is None and not rows.in_plane:
             return _end(partial(_over_discs, rows, towards), rows.half_spaces.n, "CLARABEL")
-        limits = zone.constraints
         found = extreme_load_factor(load_factor_program(limits, towards, tolerances), solver)
         return replace(found, slip=limits.slips(found.slip))
 
     bound = end(-1.0)
-    if bound.status == Status.UNBOUNDED and problem.directions > 1:  # as far as anything is safe
+    if bound.status == Status.UNBOUNDED:  # as far as anything is safe
         start = end(+1.0)
         bound = bound if start.status == Status.OPTIMAL else start
     return replace(bound, slip=zone.slips(bound.slip))
+
+
+def _over_rows(rows: Constraints, solver: str | None, tolerances: Tolerances) -> ConicBound:
+    """λ_max in the plane; rows of gaps, most of which never matter, are added where they are violated.
+
+    All of them at once make Clarabel call the load factor of some zones unbounded.
+    """
+    taken, most = rows.side != Side.GAP, load_factor_program(rows, towards=-1.0, tolerances=tolerances)
+    while True:
+        bound = extreme_load_factor(replace(most, matrix=most.matrix[taken], right=rows.g[taken]), solver)
+        violated = ~taken
+        if bound.status == Status.OPTIMAL:
+            excess = rows.relative_excess(rows.slips(bound.slip), bound.load_factor)
+            violated &= excess > tolerances.agreement
+        if bound.status == Status.INFEASIBLE or not violated.any():
+            return bound
+        taken |= violated
 
 
 def _over_discs(rows: DiscRows, towards: float) -> ConicBound:

@@ -62,7 +62,7 @@ class FixedSteps(Motion):
     >>> motion = FixedSteps(node, 1.0)
     >>> first, second = motion.cycle(), motion.cycle()
     >>> (second.slip / (2 * np.pi)).round(3), round(second.dissipation / (2 * np.pi), 3)
-    (array([0.797]), 0.478)
+    (array([0.798]), 0.479)
     """
 
     def __init__(

@@ -9,7 +9,7 @@ from joints import joint_of_kind
 import shakedown
 from shakedown.assessment.sensitivities import KINDS, sensitivities
 from shakedown.joint.loading import loading
-from shakedown.report.limit_facts import sensitivity
+from shakedown.report.limit_facts import decided_by
 
 STEP = 1e-3
 
@@ -186,7 +186,7 @@ def test_units_do_not_matter(bound):
 
 def test_words_name_the_node():
     joint = replace(shakedown.example("uncoupled"), label=["a", "b"])
-    said = sensitivity(shakedown.assess(joint).details, "upper")
-    worst = sensitivities(joint, upper(joint)).ranked()[0]
+    (said,) = [fact for fact in decided_by(shakedown.assess(joint)) if fact.label == "decided by"]
+    worst = sensitivities(joint, shakedown.energy_bound(joint)).ranked()[0]
     assert said.shown == f"node {worst} (FE {'ab'[worst]})"
     assert "load amplitude −1 %" in said.note

@@ -176,7 +176,7 @@ def outcome(name, argument, value):
     [
         (lambda: shakedown.verify(JOINT, load_factors=[None]), "load factors: expected several numbers"),
         (lambda: shakedown.verify(JOINT, random_states=True), "random states: expected a whole number"),
-        (lambda: shakedown.verify(JOINT, random_states=2**62), "random states: expected at most"),
+        (lambda: shakedown.verify(JOINT, random_states=2**62), "random states: expected 0 to 1,000,000"),
         (
             lambda: shakedown.sweep(lambda f: JOINT, {"f": [0.1, 0.2]}, workers=2),
             "workers: expected functions",
