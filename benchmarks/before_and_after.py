@@ -21,7 +21,7 @@ from typing import NamedTuple
 import shakedown
 from benchmarks.answers import ALONE, Checkout
 from benchmarks.problems import chain
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 WORKER = Path(__file__).with_name("time_worker.py")
 COMPILE = (

@@ -12,7 +12,7 @@ from benchmarks import calculix_peer
 from benchmarks.unlike_blocks import at_contact, deck, displacements
 from shakedown import Import, LoadCase
 from shakedown.fem import Bolt, ElasticBody, Material
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.motion.evolution import evolve
 
 FOOT, WIDTH, PLATE, DEPTH, HEIGHT = 40.0, 24.0, (72.0, 36.0), 10.0, 36.0  # mm

@@ -15,7 +15,7 @@ from benchmarks.problems import chain
 from benchmarks.timing import in_turn
 from shakedown import Problem
 from shakedown.joint.constraints import Constraints, constraints
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Upper and lower bound: time against the number of nodes"
 CERTIFIED_UP_TO = {"upper": 125, "lower": 60}  # nodes; beyond, exact arithmetic takes minutes

@@ -18,9 +18,9 @@ from benchmarks import calculix_peer
 from benchmarks.calculix_cycles import follow, modelled
 from benchmarks.calculix_joints import JOINTS, SIZE, YOUNG, joint
 from shakedown import Bound
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.motion.evolution import evolve
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "CalculiX with contact and friction against the toolkit"
 QUARTERS = 4  # steps of CalculiX in one cycle

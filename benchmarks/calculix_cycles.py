@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks import calculix_peer
 from benchmarks.calculix_joints import FRICTION, PERIOD, Joint, Values, joint
 from shakedown import LoadCase, Problem
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.models.condensation.condense import condensed_stiffness
 from shakedown.models.readers.sniff import read_stiffness
 from shakedown.models.readers.stiffness import Stiffness

@@ -18,7 +18,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 
 Labels = NDArray[np.intp]
 Values = dict[tuple[int, int], float]  # {(node, direction): value}

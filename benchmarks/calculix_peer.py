@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 
 PROGRAM = "ccx"
 ABSENT = "CalculiX is left out: there is no program ccx (Debian package calculix-ccx)"

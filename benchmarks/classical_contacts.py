@@ -8,7 +8,7 @@ from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from benchmarks.bodies.classical import cylinder_on_flat, hertz, press_fit, press_fit_pressure
 from shakedown.motion.evolution import evolve
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Classical contacts: error against element size"
 CONTACTS = ("press fit", "cylinder on a flat")

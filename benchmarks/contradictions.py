@@ -14,9 +14,9 @@ import numpy as np
 import shakedown
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from shakedown import Problem
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import Missing, sought
-from shakedown.ground.float_array import FloatArray
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Answers about one joint that would contradict each other: other tangents, less and less friction"
 EXPONENTS = (0, 3, 6, 9, 12, 16, 21, 30)

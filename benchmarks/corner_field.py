@@ -9,8 +9,7 @@ from scipy.optimize import brentq
 
 from shakedown import UsageError
 from shakedown.fem import Material
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.ground.constants import SIX_DIGITS, FloatArray
 
 EXPONENTS = np.linspace(0.02, 0.999, 400)  # exponents e between which roots are sought
 SLIP_EXPONENTS = np.linspace(EXPONENTS[0], 3.0, 1201)  # exponents s between which the least is sought

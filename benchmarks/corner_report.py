@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigvals
 
 from shakedown import Problem, UsageError
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 
 OPEN = 2  # the state of a node that is open, as in an EventHistory
 

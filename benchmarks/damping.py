@@ -31,7 +31,7 @@ from shakedown.fem import (
 )
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.motion.evolution import evolve
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Damping over amplitude: closed forms, Masing's rule, fixed steps, cost"
 STEPS = 12

@@ -3,7 +3,7 @@
 import numpy as np
 
 from shakedown import Problem
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 
 NODES = (1, 2, 2, 3, 2, 3, 4, 5, 6, 3, 2, 4)  # by turns; every eighth joint has more
 MOST_NODES = 12

@@ -22,7 +22,7 @@ from benchmarks.refinement import block_on_plane
 from shakedown import Problem, energy_ball, energy_bound, transient_limit, upper_bound
 from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.motion.evolution import Evolution
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "The energy bound: how sharp, and at what cost"
 SHARES = (0.9, 0.98, 0.999)  # of λ_T

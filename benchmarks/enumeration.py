@@ -13,7 +13,7 @@ from shakedown.bounds.enumeration.critical import collapse_by_enumeration
 from shakedown.bounds.enumeration.intersection import scaled_rows
 from shakedown.bounds.enumeration.tasks import Tree, pieces
 from shakedown.joint.constraints import constraints
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Critical load factors: time per subset"
 SAMPLE = 20_000

@@ -17,7 +17,7 @@ from shakedown.motion.checked_law import law_violation, reactions, scales
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolution import EvolutionResult, evolve
 from shakedown.motion.fixed_steps import FixedSteps
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Time integration: time per cycle against error of the path"
 CYCLES = 3

@@ -22,8 +22,8 @@ from scipy import sparse
 from benchmarks import siconos_peer
 from benchmarks.friction_problems import solve_friction_problem
 from benchmarks.timing import in_turn
-from shakedown.ground.float_array import FloatArray
-from shakedown.report.text_table import table
+from shakedown.ground.constants import FloatArray
+from shakedown.report.facts import table
 
 ROWS, COLUMNS = -2, -1  # what nz says of a compressed matrix; anything else counts triplets
 SOLVERS = ("nsgs", "newton", "admm")

@@ -18,7 +18,7 @@ from benchmarks.problems import in_units
 from shakedown import Problem
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
 from shakedown.joint.constraints import constraints
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Floating joints: bounds against HiGHS, the rational truth, other units, orders and scales"
 EACH = 20  # joints per row

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown import UsageError
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.motion.space.implicit_step import ImplicitJoint
 

@@ -16,7 +16,7 @@ from shakedown import Problem
 from shakedown.joint.loading import loading
 from shakedown.motion.space.implicit_step import ImplicitJoint
 from shakedown.plot.patch_places import Places, patch_axes, places_of
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 from shakedown.studies.refined import trend
 
 PARTS = 8  # equal parts of every load step

@@ -3,7 +3,7 @@
 import numpy as np
 
 from shakedown import Problem
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 
 POISSON = 0.3
 

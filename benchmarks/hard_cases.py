@@ -17,7 +17,7 @@ from benchmarks.rational_reference import fraction_rows, load_factor_range
 from shakedown import Problem
 from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.joint.constraints import Constraints, constraints
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Hard cases: error of each method against the exact rational answer"
 

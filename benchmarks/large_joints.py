@@ -17,9 +17,9 @@ import shakedown
 from benchmarks.problems import chain, random_problem
 from shakedown import Problem
 from shakedown.fem import ElasticBody, Material, Pressure, Support, Traction, block_mesh, contact_problem
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.joint.constraints import constraints
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Large joints: the bounds and what HiGHS and Clarabel need for the same programs"
 INFINITE = highspy.kHighsInf

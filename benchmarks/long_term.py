@@ -14,7 +14,7 @@ import shakedown
 from benchmarks.problems import random_problem
 from benchmarks.timing import median_time
 from shakedown import Tolerances
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Long-term state: effort until the verdict, and false verdicts"
 SCENES = ("two-node", "random 2", "uncoupled 5")

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Changes of the source that no test notices"
 ROOT = Path(__file__).parents[1]

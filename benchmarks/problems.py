@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown import Problem
-from shakedown.ground.float_array import FloatArray
-from shakedown.joint.conjugate_loads import without_loads
+from shakedown.ground.constants import FloatArray
+from shakedown.joint.units import without_loads
 
 
 def joint(

@@ -13,7 +13,7 @@ from itertools import product
 import numpy as np
 
 from shakedown import Problem
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.joint.loading import loading
 
 STICK, BACKWARD, FORWARD, OPEN = "stick", "backward", "forward", "open"

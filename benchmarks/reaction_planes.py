@@ -28,13 +28,13 @@ from matplotlib.patches import Polygon
 
 import shakedown
 from shakedown import Problem, plot
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.visible_text import with_unit
+from shakedown.ground.constants import FloatArray
+from shakedown.ground.shown_values import with_unit
 from shakedown.joint.constraints import Constraints, constraints
 from shakedown.joint.loading import loading
 from shakedown.motion.evolution import evolve
 from shakedown.plot.style import BLUE, GREEN, GREY, ORANGE, RED, units_of
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Chapters IV and V: planes of slips and reactions, wedging, slip in the tenth cycle"
 CYCLE = 9  # the tenth

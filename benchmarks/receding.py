@@ -37,7 +37,7 @@ from matplotlib.figure import Figure
 from benchmarks.bodies.blocks import receding_block
 from benchmarks.runner import run_study
 from shakedown import Problem, simulate
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.motion.event_history import EventHistory
 
 TITLE = "Chapter III: receding contact under cyclic loading"

@@ -26,7 +26,7 @@ from benchmarks.receding import LETTERS
 from shakedown import Problem, plot
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolution import evolve
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Chapter III: zones at full unloading, in the ninth cycle and in the steady state"
 P_MAX, THIRD, NINTH = -0.5, 0.0, 7.5  # times in cycles: p_max, p_max/3 in the first cycle, p_max again

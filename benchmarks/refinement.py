@@ -36,7 +36,7 @@ from shakedown.fem import (
     brick_mesh,
     contact_problem,
 )
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 from shakedown.studies.refined import Refinement
 
 TITLE = "What converges under mesh refinement"

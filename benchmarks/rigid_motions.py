@@ -16,7 +16,7 @@ from benchmarks.space_scenes import scene
 from shakedown import Problem
 from shakedown.fem import ElasticBody, Force, Material, Pressure, brick_mesh, contact_problem
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Rigid motions: stiffness of round-off, few printed digits, with and without places"
 EACH = 5  # joints per case

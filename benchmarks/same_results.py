@@ -34,7 +34,7 @@ from benchmarks.commands_compared import COMMANDS, Run, imports, runs_of
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from shakedown import Problem
 from shakedown.files.atomic_write import atomic_write
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 FIRST = 3  # runs of every command of which the first differing leaf is shown
 LONGEST = 60  # characters of a value

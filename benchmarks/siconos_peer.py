@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from shakedown import Problem
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.motion.checked_law import Scales
 
 SYSTEM_PYTHON = "/usr/bin/python3"

@@ -17,9 +17,9 @@ from matplotlib.figure import Figure
 from benchmarks.bodies.patch_compliance import mean_half_space_compliance
 from benchmarks.bodies.sphere import disc_patches, sphere_contact, sphere_on_flat
 from shakedown import Problem
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.motion.evolution import evolve
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "A sphere on a flat under tangential forces: error against mesh"
 FRICTION = 0.5

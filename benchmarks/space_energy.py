@@ -16,10 +16,10 @@ import numpy as np
 import shakedown
 from shakedown import EnergyBall, Problem, energy_ball, energy_bound
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, brick_mesh, contact_problem
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.joint.loading import loading
 from shakedown.motion.evolution import evolve
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "The energy ball in space: what the split gains, what it costs, and a second method"
 BUILT_IN = ("one-node-3d", "two-node-3d", "four-node-3d", "block-3x3")

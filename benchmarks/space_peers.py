@@ -25,11 +25,11 @@ from benchmarks.friction_problems import friction_residual
 from benchmarks.half_space import around, blocks, grid, half_space
 from benchmarks.timing import in_turn
 from shakedown import Problem, Tolerances
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.space.implicit_step import ImplicitJoint, Steps
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Joints in space: implicit steps, Siconos, and the path from event to event"
 BLOCKS = {"25": (5, 5), "100": (10, 10), "250": (25, 10)}

@@ -17,7 +17,7 @@ import shakedown
 from shakedown import Outcome, Problem, ShakedownError
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.motion.evolution import Evolution
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Verdicts in space next to λ_E, λ_T and λ_max"
 NEXT_TO = (1e-2, 1e-3, 1e-4, 1e-5)  # relative distance of a load factor from a limit

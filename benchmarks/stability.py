@@ -23,16 +23,16 @@ from benchmarks.rational_path import NoPath, one_step_holds, rational_path
 from benchmarks.stability_scenes import FAMILIES, Scene
 from benchmarks.timing import median_time
 from shakedown import Problem
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.joint.loading import ramp_start
 from shakedown.motion.checked_law import law_violation, reactions, scales
 from shakedown.motion.course import DONE, EFFORT, PAUSED, RECORD_FULL, course
 from shakedown.motion.evolution import Evolution, evolve
-from shakedown.motion.gauss_seidel import MOST_SWEEPS, contact_nodes, load_steps, places_by_node
+from shakedown.motion.fixed_steps import MOST_SWEEPS, contact_nodes, load_steps, places_by_node
 from shakedown.motion.plane import event_loop
 from shakedown.motion.plane.active_set import factorize
 from shakedown.motion.plane.moving_state import begin, empty_record, run_along
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Hard cases of time integration: error against the path in rational arithmetic"
 METHODS = {

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 import shakedown
 from benchmarks.problems import random_problem
 from shakedown import Problem
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.joint.loading import loading
 from shakedown.motion.checked_law import Scales, scales
 

@@ -100,7 +100,7 @@ def chapter_4() -> list[Entry]:
         ),
         entry("(4.21), (4.24)", "extremal constraints", "shakedown.joint.constraints"),
         entry(
-            "4.3.2", "wedging: |A v| ≤ f B v, its friction; the slip that wedges is drawn", "shakedown.bounds.uniqueness.wedging.Wedging",
+            "4.3.2", "wedging: |A v| ≤ f B v, its friction; the slip that wedges is drawn", "shakedown.bounds.uniqueness.friction_thresholds.Wedging",
             computed=limits.wedging.value, figure="planes-wedging",
         ),
         entry(

@@ -16,7 +16,7 @@ import shakedown
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from shakedown import Problem
 from shakedown.motion.evolution import Evolution
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Limits and verdicts of joints in uncoupled parts"
 LIMITS = ("λ_U", "λ_E", "λ_S", "λ_max")

@@ -9,7 +9,7 @@ import shakedown
 from benchmarks import calculix_peer
 from shakedown.fem import ElasticBody, Material, brick_mesh
 from shakedown.fem.body import KINDS
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 
 SIZE, PRESS, SHEAR = (
     (2.0, 1.5, 1.0),

@@ -31,7 +31,7 @@ from shakedown.fem import (
     brick_mesh,
     contact_problem,
 )
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Surfaces whose meshes do not match"
 STEEL, FRICTION, STEPS = Material(210e3, 0.3), 0.4, 16

@@ -17,8 +17,8 @@ import shakedown
 from benchmarks.bodies.lap_joint import lap_joint
 from benchmarks.half_space import half_space
 from shakedown import Problem
+from shakedown.report.facts import table
 from shakedown.report.html import write_report
-from shakedown.report.text_table import table
 
 TITLE = "Real joints: processor time of verify with its report, of the bounds and of maps"
 FILES = "VERIFY_TIMES"  # problem files instead of the joints below, separated by commas

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 import shakedown
 from shakedown import plot
 from shakedown.motion.evolution import evolve
-from shakedown.report.text_table import table
+from shakedown.report.facts import table
 
 TITLE = "Worked examples: separation and stick, cyclic slip above the critical friction, a jump"
 NAMES = ("one-node-separation", "one-node-cyclic", "jump")

@@ -14,10 +14,9 @@ from typing import Any, NamedTuple
 import click
 
 from shakedown import Problem
-from shakedown.ground.visible_text import visible
-from shakedown.report.facts import Sheet
+from shakedown.ground.shown_values import visible
+from shakedown.report.facts import WIDTH, Sheet, sheet_as_text
 from shakedown.report.json_documents import as_text
-from shakedown.report.text_table import WIDTH, sheet_as_text
 
 QUIET = "shakedown.quiet"  # key of the command's context
 

@@ -12,8 +12,8 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.campaign.cluster import cluster_executor
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.visible_text import shortened
+from shakedown.ground.constants import FloatArray
+from shakedown.ground.shown_values import shortened
 from shakedown.report.study_facts import SAMPLED, map_sheet
 
 from . import options

@@ -11,7 +11,7 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.files.vtk_points import series_paths
-from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.work_limit import on_one_thread
 from shakedown.report.run_facts import nodes_sheet
 
 from . import options
@@ -71,7 +71,7 @@ def nodes(
     if output is not None:
         found.save(output, tractions=tractions)
     if output is not None and instants is not None and found.period:
-        from shakedown.long_term.node_instants import save_node_instants  # it loads what computes
+        from shakedown.long_term.node_results import save_node_instants  # it loads what computes
 
         save_node_instants(run, output, instants)
     return Answer(

@@ -15,10 +15,8 @@ import numpy as np
 
 import shakedown
 from shakedown import Problem
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import FEW_DIGITS
-from shakedown.ground.size_limits import CYCLES
-from shakedown.ground.visible_text import shortened
+from shakedown.ground.constants import CYCLES, FloatArray
+from shakedown.ground.shown_values import FEW_DIGITS, shortened
 
 F = TypeVar("F", bound=Callable[..., Any])
 NAMED = f"{__name__}.file"  # in a context: the file or built-in problem that a command was given
@@ -110,7 +108,7 @@ class OutputFile(click.ParamType):
         path = Path(value)
         writes_whole(name, path)
         if self.table:
-            from shakedown.files.table_file import check_table  # only where a table is asked for
+            from shakedown.files.atomic_write import check_table  # only where a table is asked for
 
             check_table(path)
         return path

@@ -12,7 +12,7 @@ from typing import TextIO
 import click
 
 import shakedown
-from shakedown.ground.visible_text import one_line
+from shakedown.ground.shown_values import one_line
 
 from .group import NAME, shakedown_bounds
 

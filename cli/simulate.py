@@ -10,7 +10,7 @@ import click
 
 import shakedown
 from shakedown import Problem
-from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.work_limit import on_one_thread
 from shakedown.report.run_facts import run_sheet
 
 from . import options

@@ -9,9 +9,9 @@ import click
 
 import shakedown
 from shakedown import Problem
-from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import Missing
 from shakedown.ground.shown_values import down, plain
+from shakedown.ground.work_limit import on_one_thread
 from shakedown.report.json_documents import assessment_document, averaged_document, quick_document
 from shakedown.report.limit_facts import quick_sheet, solve_sheet
 

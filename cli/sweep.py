@@ -11,7 +11,7 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.campaign.cluster import cluster_executor
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.report.study_facts import sweep_sheet
 
 from . import options

@@ -11,6 +11,7 @@ from .assessment.verify import Verification as Verification
 from .assessment.verify import verify as verify
 from .bounds.accumulated.accumulated_bound import accumulated_bound as accumulated_bound
 from .bounds.bound_result import Bound as Bound
+from .bounds.bound_result import SafeSlip as SafeSlip
 from .bounds.collapse.lower import lower_bound as lower_bound
 from .bounds.energy.energy_ball import EnergyBall as EnergyBall
 from .bounds.energy.energy_ball import energy_ball as energy_ball
@@ -20,10 +21,9 @@ from .bounds.enumeration.critical import critical_load_factors as critical_load_
 from .bounds.enumeration.critical import subset_count as subset_count
 from .bounds.every_state.universal_bound import universal_bound as universal_bound
 from .bounds.registry import BOUNDS as BOUNDS
-from .bounds.results import SafeSlip as SafeSlip
-from .bounds.safe_slip import safe_slip as safe_slip
 from .bounds.uniqueness.friction_thresholds import FrictionThresholds as FrictionThresholds
 from .bounds.uniqueness.friction_thresholds import friction_thresholds as friction_thresholds
+from .bounds.upper import safe_slip as safe_slip
 from .bounds.upper import upper_bound as upper_bound
 from .files.examples import example as example
 from .files.examples import example_names as example_names

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from shakedown import Problem
-from shakedown.joint.conjugate_loads import without_loads
+from shakedown.joint.units import without_loads
 
 
 def random_joint(rng: np.random.Generator, n: int, *, pressure: float = 4.0, m: int = 12) -> Problem:

@@ -52,7 +52,7 @@ OPEN_SUBPACKAGES = {
 MOST_NAMES = 62  # at the top
 INSIDE = {  # what commands and studies reach for beside public names: checks of targets, the loops that are timed
     ("cli.options", "shakedown.files.atomic_write"),
-    ("cli.options", "shakedown.files.table_file"),
+    ("cli.options", "shakedown.files.atomic_write"),
     ("cli.map", "shakedown.campaign.cluster"),
     ("cli.sweep", "shakedown.campaign.cluster"),
     ("cli.solve", "shakedown.assessment.three_numbers"),
@@ -61,7 +61,7 @@ INSIDE = {  # what commands and studies reach for beside public names: checks of
     ("benchmarks.stability", "shakedown.motion.course"),
     ("benchmarks.stability", "shakedown.motion.plane"),
     ("benchmarks.stability", "shakedown.motion.plane.active_set"),
-    ("benchmarks.stability", "shakedown.motion.gauss_seidel"),
+    ("benchmarks.stability", "shakedown.motion.fixed_steps"),
     ("benchmarks.stability", "shakedown.motion.plane.moving_state"),
     ("benchmarks.stability", "shakedown.joint.loading"),
     ("benchmarks.calculix_cycles", "shakedown.models.readers.sniff"),

@@ -9,8 +9,8 @@ from skfem import MeshHex
 from benchmarks.bodies.extrusion import extruded, grid
 from shakedown import Problem
 from shakedown.fem import BodyForce, ElasticBody, Force, Material, Support, Traction, contact_problem
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import loading
 from shakedown.motion.space.implicit_step import ImplicitJoint
 

@@ -9,8 +9,8 @@ from skfem import MeshHex
 from benchmarks.bodies.extrusion import extruded
 from shakedown import Problem
 from shakedown.fem import Bolt, ElasticBody, Force, Material, Support, contact_problem
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
 
 BOLTS, CIRCLE = 30, 300.0  # in the whole ring; radius of the circle on which they are [mm]
 HALF = 32.0  # of the flange from the bolt inwards, and outwards to the wall of the pipe [mm]

@@ -7,8 +7,8 @@ from skfem import MeshQuad
 
 from shakedown import Problem
 from shakedown.fem import Displacement, ElasticBody, Material, Support, Traction, block_mesh, contact_problem
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
 
 HOLE, FIT, OUTSIDE = 0.4, 1.0, 2.0  # radii of the press fit [length]
 

@@ -8,8 +8,8 @@ from skfem import MeshQuad
 
 from shakedown import Problem
 from shakedown.fem import ElasticBody, Material, Support, Traction, block_mesh, contact_problem
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
 
 OUTER = 2.5  # half-width of the slot's walls; the root is 2 wide at the bottom and 1 high
 

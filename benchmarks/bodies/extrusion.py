@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from skfem import MeshHex
 
 from shakedown.fem.body import KINDS
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 
 
 def extruded(

@@ -8,8 +8,8 @@ from skfem import Mesh, MeshHex
 
 from shakedown import Problem
 from shakedown.fem import Bolt, ElasticBody, Force, Material, Support, contact_problem
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
 
 LENGTH, LAP, WIDTH, HEIGHT = 720.0, 120.0, 25.4, 25.4  # of both half beams in all [mm]
 BOLTS = (330.0, 360.0, 390.0)  # where their axes are along the beam [mm]

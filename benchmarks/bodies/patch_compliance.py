@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.argument_kinds import checked
+from shakedown.ground.constants import BLOCK, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import BLOCK
 
 RULE = (1 / 6, 2 / 3)  # barycentric coordinates of the three points of a triangle that are exact for degree 2
 

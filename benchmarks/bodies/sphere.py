@@ -12,8 +12,8 @@ import numpy as np
 
 from benchmarks.bodies.patch_compliance import mean_half_space_compliance
 from shakedown import Problem
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
 
 SKEW = 0.4  # rad, of the squares against the way of the contact
 TURN = np.array([[np.cos(SKEW), np.sin(SKEW)], [-np.sin(SKEW), np.cos(SKEW)]])

@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 
 import shakedown
 from shakedown.fem import ElasticBody, Force, Material, Pressure, Support, block_mesh, contact_problem
-from shakedown.studies.parameters import with_parameter
+from shakedown.studies.design_point import with_parameter
 
 press = Pressure("top", 1.0, history=1.0)
 pull = Force(boundary="right", value=(1.0, 0.15), history=np.sin(np.pi * np.arange(8) / 4))

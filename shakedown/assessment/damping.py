@@ -11,16 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.assessment.transient_limit import transient_limit
 from shakedown.bounds.energy.energy_bound import energy_bound
-from shakedown.files.table_file import write_table
+from shakedown.files.atomic_write import write_table
 from shakedown.ground.argument_kinds import check_count
+from shakedown.ground.constants import CYCLES, NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError, allowed, present
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS
-from shakedown.ground.shown_values import plain, short
-from shakedown.ground.size_limits import CYCLES
+from shakedown.ground.shown_values import plain, short, shortened, with_unit
 from shakedown.ground.status import OPEN, Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.arguments import (
     check_load_factor,
     checked,
@@ -28,10 +25,9 @@ from shakedown.joint.arguments import (
     node_numbers,
     real_array,
 )
-from shakedown.joint.conjugate_loads import LoadUnit, load_units, require_loads
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.joint.units import units_of
+from shakedown.joint.units import LoadUnit, load_units, require_loads, units_of
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.state import LongTermState
@@ -89,7 +85,7 @@ class DampingCurve(Result):
     load_name
         Its name; empty where the problem names none.
     unit
-        The units of force, displacement and stiffness (:class:`~shakedown.joint.conjugate_loads.LoadUnit`).
+        The units of force, displacement and stiffness (:class:`~shakedown.joint.units.LoadUnit`).
     amplitude : (k,)
         Factors on the history of the load [–].
     force : (k,)

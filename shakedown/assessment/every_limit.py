@@ -30,7 +30,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
 if TYPE_CHECKING:
-    from shakedown.assessment.slip_limit import SlipLimit
+    from shakedown.assessment.transient_limit import SlipLimit
 
 REFUTED_BY_ALL = "round-off decides: it is {:.7g} in floats, although shakedown is proved up to {:.7g}"
 IN_THE_PLANE = {  # what else is there of joints in the plane only
@@ -210,8 +210,7 @@ class JointLimits(Result):
 
     def note_what_is_known(self) -> None:
         """Pass λ_max and the proved limits on to simulations; nothing where nodes stay open."""
-        from shakedown.long_term.known_bounds import known_limits, note
-        from shakedown.long_term.passage import Passage
+        from shakedown.long_term.passage import Passage, known_limits, note
 
         if self.open_nodes:
             return
@@ -233,8 +232,10 @@ class JointLimits(Result):
 
     def slip(self, below: float) -> "SlipLimit | Missing":
         """The load factor up to which every slip range of this history stays below a length."""
-        from shakedown.assessment.slip_limit import slip_limit  # loads compiled code
-        from shakedown.assessment.transient_limit import scan_end
+        from shakedown.assessment.transient_limit import (
+            scan_end,
+            slip_limit,  # loads compiled code
+        )
 
         upper = present(sought(lambda: self.upper))
         end = (upper and scan_end(upper)) or 1.0

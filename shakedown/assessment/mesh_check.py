@@ -7,10 +7,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from shakedown.ground.constants import EACH_SHOWN, MUCH, FloatArray
 from shakedown.ground.errors import SolverError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import MUCH
-from shakedown.ground.size_limits import EACH_SHOWN
 from shakedown.ground.status import Status
 from shakedown.joint.constraints import constraints
 from shakedown.joint.contact_surface import surface_of

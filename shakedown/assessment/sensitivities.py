@@ -9,23 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.bound_result import Bound
-from shakedown.bounds.energy.ball_limits import BallLimits, ball_limits
-from shakedown.bounds.energy.energy_metric import EnergyMetric
+from shakedown.bounds.energy.ball_limits import BallLimits, EnergyMetric, ball_limits
+from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.shown_values import DIGITS, plain
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, require_plane
 from shakedown.joint.constraints import Side
-from shakedown.joint.contact_zone import Zone, contact_zone
-from shakedown.joint.coupled_parts import coupled_parts
+from shakedown.joint.contact_zone import Zone, contact_zone, coupled_parts
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.programs.program import INF, Program
-from shakedown.programs.scaling import equilibration
+from shakedown.programs.program import INF, Program, equilibration
 from shakedown.programs.solver import solve
 
 NOT_UNIQUE = "what limits it is not unique: several nodes, or load steps, do so alike"

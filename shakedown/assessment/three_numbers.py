@@ -6,9 +6,8 @@ from math import nan
 import numpy as np
 
 from shakedown.bounds.bound_result import Bound
+from shakedown.ground.constants import CONE, FloatArray
 from shakedown.ground.errors import Missing
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import CONE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import Side, constraints, step_loads

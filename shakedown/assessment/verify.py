@@ -12,27 +12,25 @@ from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.independent_bounds import SecondBounds, independent_findings, second_bounds
 from shakedown.assessment.plan import BELOW, NO_ZONE, Case, case_as_given, plan_steps
-from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.three_numbers import open_ends
+from shakedown.assessment.transient_limit import SlipLimit
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_load_factors
 from shakedown.bounds.plane_or_space import takes_long
 from shakedown.bounds.registry import Claim, kinds_of
 from shakedown.ground.argument_kinds import check_seed
-from shakedown.ground.blas_threads import all_cores, on_one_thread
+from shakedown.ground.constants import CYCLES, MANY
 from shakedown.ground.errors import Missing, UsageError, present
 from shakedown.ground.shown_values import at_lambda, nodes_in_words, plain, short
-from shakedown.ground.size_limits import CYCLES, MANY
 from shakedown.ground.status import Guarantee, Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import limited_work
+from shakedown.ground.work_limit import all_cores, limited_work, on_one_thread
 from shakedown.joint.arguments import check_load_factor, checked, require_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.node_results import node_results
 from shakedown.long_term.node_table import NodeResults
-from shakedown.long_term.simulation import Simulation, simulate
-from shakedown.long_term.slip_criterion import check_slip_below
+from shakedown.long_term.simulation import Simulation, check_slip_below, simulate
 from shakedown.long_term.state import proof_in
 
 Progress = Callable[[int, int], None]

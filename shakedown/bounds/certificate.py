@@ -6,12 +6,10 @@ from math import inf, nan
 
 import numpy as np
 
-from shakedown.bounds.exact_rows import ExactRows, exact_rows
 from shakedown.bounds.independent_solver import extreme_load_factor
-from shakedown.bounds.row_programs import load_factor_program, reversed_rows
+from shakedown.bounds.row_programs import ExactRows, exact_rows, load_factor_program, reversed_rows
+from shakedown.ground.constants import SETTLED, FloatArray
 from shakedown.ground.errors import Missing
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SETTLED
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import Constraints, constraints, rows_of
@@ -21,12 +19,12 @@ from shakedown.programs.exact_program import (
     ExactProgram,
     ExactVertex,
     Work,
+    enclosure,
     exact_vertex,
     proves_at_most,
+    without_round_off,
 )
-from shakedown.programs.integer_algebra import enclosure
 from shakedown.programs.program import Solution
-from shakedown.programs.vertex import without_round_off
 
 UPPER_CERTIFIED_UP_TO = 250  # nodes: one program, seconds; several where it is degenerate
 LOWER_CERTIFIED_UP_TO = 40  # nodes: one program per node, about a second

@@ -13,8 +13,8 @@ import numpy as np
 from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
 from shakedown.bounds.discs.scaled_discs import scaled_discs
 from shakedown.bounds.row_programs import load_factor_program, reversed_rows
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import Missing, sought
-from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, node_numbers, require_plane

@@ -19,16 +19,12 @@ from shakedown.bounds.discs.enclosure import (
     on_the_way,
     proved_infeasible,
 )
-from shakedown.bounds.discs.frictionless import Frictionless, without_frictionless
 from shakedown.bounds.discs.safe_proof import proved_unbounded
-from shakedown.bounds.discs.safest_slip import safest
 from shakedown.bounds.discs.scaled_discs import Carrying, UnscaledSolution, scaled_discs
-from shakedown.bounds.discs.scaled_solution import solve_scaled
+from shakedown.bounds.discs.scaled_solution import Frictionless, safest, solve_scaled, without_frictionless
 from shakedown.bounds.row_programs import contradiction, load_factor_program
+from shakedown.ground.constants import CONE, LARGE, NEGLIGIBLE, ROUND_OFF, FloatArray
 from shakedown.ground.errors import Missing, SolverError, sought
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF
-from shakedown.ground.size_limits import CONE, LARGE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem

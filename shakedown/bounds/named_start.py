@@ -3,11 +3,11 @@
 import numpy as np
 
 from shakedown.bounds.collapse.lower import lower_bound
-from shakedown.bounds.safe_slip import safe_slip
+from shakedown.bounds.upper import safe_slip
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import shortened
 from shakedown.ground.status import Status
-from shakedown.ground.visible_text import shortened
 from shakedown.joint.arguments import check_load_factor, checked, require_problem
 from shakedown.joint.problem import Problem
 

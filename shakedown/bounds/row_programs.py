@@ -1,10 +1,20 @@
-"""Programs over all rows of a joint: the extreme load factor, how far the rows contradict each other."""
+"""The rows of a problem as a linear program, in floats and without round-off."""
+
+from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.constraints import Constraints
+from shakedown.joint.arguments import once_per_problem
+from shakedown.joint.constraints import Constraints, constraints, pressure_stiffness, step_loads
+from shakedown.joint.law import Law
+from shakedown.joint.loading import loading
+from shakedown.joint.problem import Problem
+from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.programs.exact_program import IntegerRows
 from shakedown.programs.program import INF, Program
 from shakedown.programs.solver import Widest, widest
 
@@ -32,3 +42,121 @@ def contradiction(rows: Constraints, tolerances: Tolerances) -> Widest:
     sizes = np.abs(matrix).max(axis=1)
     norms = np.where(sizes > 0, sizes, 1.0)
     return widest(matrix, norms, rows.g, cap=INF, signed=rows.n, tolerances=tolerances)
+
+
+Exact = NDArray[np.object_]  # fractions (FLINT's fmpq), element by element
+
+
+@dataclass(frozen=True)
+class ExactRows:
+    """The constraint rows of the problem as stored, each scaled to integers by a positive number.
+
+    Attributes
+    ----------
+    matrix
+        [G | d], r rows of n + 1 integers; zero in the columns of pinned slips.
+    right
+        g, r integers.
+    factors
+        Those positive numbers.
+    """
+
+    matrix: IntegerRows
+    right: list[int]
+    factors: list[Fraction]
+
+
+@once_per_problem
+def exact_rows(problem: Problem) -> ExactRows:
+    """The rows of ``constraints(problem)``, in the unknowns of programs, without any round-off.
+
+    Built once per problem. The columns of pinned slips are zero, and so are pressures without friction that
+    are round-off: exact arithmetic would take what stands there for a spring.
+
+    Every stored number is a binary fraction, so the rows are rational: the sample
+    mean divides by m. A column of the loading that ``loading`` takes as constant, or as without a mean,
+    is so here too.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> loop = {"q_w": [[1.0], [-1.0]], "p_w": [[3.0], [3.0]]}
+    >>> rows = exact_rows(shakedown.Problem(A=[[2.0]], B=[[0.5]], f=0.5, **loop))
+    >>> [[x / rows.matrix[0][1] for x in row] for row in rows.matrix], rows.right[0] / rows.matrix[0][1]
+    ([[1.75, 1.0], [-2.25, 1.0]], 1.5)
+    """
+    rigid = rigid_slips(problem)
+    A, B = (exact_numbers(rigid.columns(part)) for part in (problem.A, pressure_stiffness(problem)))
+    loop = loading(problem)
+    q0 = _mean(problem.q_w, problem.q_mean, loop.q0)
+    p0 = _mean(problem.p_w, problem.p_mean, loop.p0)
+    law = Law(exact_numbers(problem.f))
+    return _whole(np.column_stack([law.stiffness(A, B), _extremes(problem, law, q0, p0), law.cone(q0, p0)]))
+
+
+def exact_numbers(array: FloatArray) -> Exact:
+    """Stored numbers as fractions, element by element."""
+    from flint import fmpq
+
+    flat = [fmpq(*x.as_integer_ratio()) for x in array.ravel().tolist()]
+    exact = np.empty(len(flat), dtype=object)
+    exact[:] = flat
+    return exact.reshape(array.shape)
+
+
+def _mean(samples: FloatArray, given: FloatArray | None, in_floats: FloatArray) -> Exact:
+    if given is not None:
+        return exact_numbers(in_floats)
+    from flint import fmpq
+
+    means = [total / len(samples) for total in _totals(np.where(in_floats != 0.0, samples, 0.0))]
+    return np.array([fmpq(value.numerator, value.denominator) for value in means], dtype=object)
+
+
+def _totals(samples: FloatArray) -> list[Fraction]:
+    """The exact sum of every column, with entries as integers of the finest binary unit of the column."""
+    totals = []
+    for column in samples.T:
+        mantissa, exponent = np.frexp(column)
+        finest = int(exponent[column != 0].min(initial=0)) - 53 if column.any() else 0
+        lifts = np.where(column != 0, exponent - 53 - finest, 0).tolist()
+        whole = np.ldexp(mantissa, 53).astype(np.int64).tolist()
+        total = sum(number << lift for number, lift in zip(whole, lifts, strict=True))
+        totals.append(total * Fraction(2) ** finest)
+    return totals
+
+
+def _extremes(problem: Problem, law: Law, q0: Exact, p0: Exact) -> Exact:
+    """d: the largest of ±q¹ − f p¹ over the load steps; floats tell which steps are candidates."""
+    loop, rows = loading(problem), constraints(problem)
+    pressed = np.abs(problem.p_w) + np.abs(loop.p0)
+    terms = np.abs(problem.q_w) + np.abs(loop.q0) + problem.law.limit(pressed)
+    size = np.where(rows.sided, terms.max(axis=0)[rows.node], pressed.max(axis=0)[rows.node])
+    reached = step_loads(problem) >= rows.d - NEGLIGIBLE * size  # candidates for the exact maximum
+    near = np.zeros((problem.m, problem.n), dtype=bool)
+    np.logical_or.at(near.T, rows.node, reached.T)
+    moving_q, moving_p = np.any(loop.q1 != 0, axis=0), np.any(loop.p1 != 0, axis=0)
+    found = []
+    for j in range(problem.n):
+        at, still = np.flatnonzero(near[:, j]), (q0[[j]] - q0[j])[:, None]
+        q1 = exact_numbers(problem.q_w[at, j])[:, None] - q0[j] if moving_q[j] else still
+        p1 = exact_numbers(problem.p_w[at, j])[:, None] - p0[j] if moving_p[j] else still
+        found.append(Law(law.f[[j]]).against(*np.broadcast_arrays(q1, p1)).max(axis=0))
+    of_friction, of_pressures = ([each[part] for each in found] for part in (slice(2), slice(2, None)))
+    return np.concatenate([*of_friction, *of_pressures])
+
+
+def _whole(rows: Exact) -> ExactRows:
+    """Every row times the least common denominator of its entries."""
+    from flint import fmpq_mat
+
+    matrix: IntegerRows = []
+    right: list[int] = []
+    factors: list[Fraction] = []
+    for row in rows.tolist():
+        numerators, denominator = fmpq_mat(1, len(row), row).numer_denom()
+        *left, last = (int(x) for x in numerators.entries())
+        matrix.append(left)
+        right.append(last)
+        factors.append(Fraction(int(denominator)))
+    return ExactRows(matrix, right, factors)

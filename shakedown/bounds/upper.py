@@ -1,39 +1,100 @@
-"""Upper bound of the load factor: the largest at which a safe slip exists."""
+"""λ_max, the load factor above which shakedown is impossible, and the safe slip."""
 
 from collections.abc import Iterable
 from dataclasses import replace
-from math import nan
+from math import inf, nan
 from typing import Any, Literal
 
 import numpy as np
 
 from shakedown.bounds.best_zone import chosen_zone
-from shakedown.bounds.bound_result import Bound
-from shakedown.bounds.certificate import UPPER_CERTIFIED_UP_TO
-from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
-from shakedown.bounds.largest_load_factor import largest_load_factor, relieving
-from shakedown.bounds.results import (
+from shakedown.bounds.bound_result import (
     MOVED,
     NO_SAFE_STATE,
     RELIEVING,
     WEDGING,
     ZERO_AMPLITUDE,
+    Bound,
     LargestLoadFactor,
 )
-from shakedown.bounds.safe_slip import safest_slip
+from shakedown.bounds.bound_result import SafeSlip as SafeSlip
+from shakedown.bounds.certificate import UPPER_CERTIFIED_UP_TO
+from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
+from shakedown.bounds.discs.scaled_solution import safest
+from shakedown.bounds.largest_load_factor import largest_load_factor, relieving
+from shakedown.ground.constants import CONE, LARGE, FloatArray
 from shakedown.ground.errors import Missing, sought
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import CONE, LARGE
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked
+from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.constraints import Constraints
-from shakedown.joint.contact_zone import Zone, contact_zone
-from shakedown.joint.coupled_parts import Part, coupled_parts, of_slips, weakest
+from shakedown.joint.contact_zone import Part, Zone, contact_zone, coupled_parts, of_slips, weakest
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.program import Program
 from shakedown.programs.solver import solve
+
+UNLIMITED = 0.75  # share of the largest margin that a bounded one can have from which on it is not bounded
+
+
+@checked
+def safe_slip(
+    problem: Problem,
+    load_factor: float,
+    *,
+    open_nodes: Iterable[int] | Literal["auto"] = (),
+    transient: bool = False,
+    tolerances: Tolerances = DEFAULT,
+) -> SafeSlip:
+    """The safe slip farthest from slipping: max t with G v + t‖Gᵢ‖ ≤ g − λ d (thesis (5.4)).
+
+    From this slip, locked in when the transient load steps are over, the system shakes down at
+    once: no node ever moves. The transient itself may move it: ``transient``.
+
+    Parameters
+    ----------
+    problem
+        The contact and its loading loop.
+    load_factor
+        λ ≥ 0, the factor on the periodic part of the loading.
+    open_nodes, transient
+        As for :func:`upper_bound`, which of a zone gives the least safe slip; this one has the most slack.
+    tolerances
+        ``feasibility`` decides what is safe.
+
+    Raises
+    ------
+    UsageError
+        If the load factor is negative or not finite, or nodes are open before the transient.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> safe = shakedown.safe_slip(shakedown.example("two-node"), 0.70)
+    >>> safe.status.value, bool(safe.margin > 0)
+    ('optimal', True)
+    >>> shakedown.safe_slip(shakedown.example("two-node"), 0.75).status.value
+    'infeasible'
+    """
+    check_load_factor(load_factor, problem)
+    zone, _ = chosen_zone(problem, open_nodes, tolerances)
+    return safest_slip(zone, load_factor, transient, tolerances)
+
+
+def safest_slip(zone: Zone, load_factor: float, transient: bool, tolerances: Tolerances) -> SafeSlip:
+    """:func:`safe_slip` of a contact zone."""
+    rows = zone_rows(zone, transient)
+    found = safest(rows, load_factor, tolerances)
+    slip, residual = rows.half_spaces.slips(found.x), rows.relative_excess(found.x, load_factor)
+    status, margin, active = Status.OPTIMAL, found.margin, rows.named(*found.carrying)
+    if not residual <= tolerances.feasibility:
+        status, slip = Status.INFEASIBLE, np.full(len(slip), nan)
+    elif margin > UNLIMITED * found.cap:
+        status, margin, active = Status.UNBOUNDED, inf, ()
+    slip, pinned = (zone.slips(slip), zone.pinned) if zone.open_nodes else (slip, rows.half_spaces.pinned)
+    reduced = found.reduced_accuracy
+    return SafeSlip(status, load_factor, slip, margin, active, residual, reduced, zone.open_nodes, pinned)
+
 
 LARGEST = 300  # slips of closed nodes; above this the program takes longer than all others
 WITHIN = 0.5  # share of the tolerance by which rows may be violated, as the set at λ_max may be flat

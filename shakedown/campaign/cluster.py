@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from shakedown.ground.errors import SolverError, UsageError
-from shakedown.ground.visible_text import visible
+from shakedown.ground.shown_values import visible
 
 PATIENCE = 30.0  # seconds to wait for the scheduler, and then for its first worker
 SAME = "scheduler: expected workers with the versions of this process"

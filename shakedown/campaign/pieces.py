@@ -28,12 +28,12 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from shakedown.files.atomic_write import PART, locked, pieces_beside
-from shakedown.files.npy import read_array, read_header
+from shakedown.files.npz import read_array, read_header
 from shakedown.ground.argument_kinds import check_count
-from shakedown.ground.blas_threads import all_cores
 from shakedown.ground.errors import ProblemError, ShakedownError, SolverError, UsageError
 from shakedown.ground.regular_file import open_regular
-from shakedown.ground.visible_text import visible
+from shakedown.ground.shown_values import visible
+from shakedown.ground.work_limit import all_cores
 from shakedown.joint.problem import Problem
 
 Arrays = dict[str, NDArray[Any]]

@@ -32,11 +32,11 @@ from skfem import (
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from shakedown.ground.argument_kinds import check_fields
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
 from shakedown.joint.places import strips
 from shakedown.models.condensation.load_case import LoadCase
-from shakedown.models.condensation.node_coupling import rigid_rows
+from shakedown.models.condensation.surface_mesh import rigid_rows
 
 IntArray = NDArray[np.intp]
 AXES = "xyz"

@@ -1,33 +1,89 @@
-"""From one or two elastic bodies to a problem in slip and gap."""
+"""A contact problem from elastic bodies with loads and supports."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.spatial import KDTree
 
 from shakedown.fem.body import ElasticBody, IntArray, tied
-from shakedown.fem.contact_surface import contact_faces, meshed_surface
 from shakedown.fem.loads import Bolt, History, sampled
 from shakedown.fem.modes import ModalLoad, check_balanced, determinate_rows, mass_of, sine, stuck_mode
 from shakedown.fem.origin import Contact, origin_text
 from shakedown.ground.argument_kinds import checked
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import node_numbers, real_array
 from shakedown.joint.loading import with_initial_gap
-from shakedown.joint.places import arc_lengths, bearing_no_pressure, without_cancelled
+from shakedown.joint.places import (
+    arc_lengths,
+    bearing_no_pressure,
+    faces_among,
+    split_face,
+    without_cancelled,
+)
 from shakedown.joint.problem import Problem
 from shakedown.models.condensation.condense import Condensation, condensed_stiffness
-from shakedown.models.condensation.contact_frame import node_names
+from shakedown.models.condensation.contact_frame import node_names, patch_positions
 from shakedown.models.condensation.load_case import LoadCase, without_closing
-from shakedown.models.condensation.node_coupling import hat_areas
 from shakedown.models.condensation.stiffness_checks import with_shanks
 from shakedown.models.condensation.surface_coupling import SurfaceCoupling, surface_coupling
-from shakedown.models.condensation.tangent_pairs import patch_positions
+from shakedown.models.condensation.surface_mesh import ContactSurface, hat_areas
+
+
+def contact_faces(body: ElasticBody, boundary: str, nodes: IntArray) -> NDArray[np.intp] | None:
+    """The faces of a boundary whose corners are all among ``nodes``, (k, 4); a triangle ends with −1.
+
+    A plane body has none (None). Faces with nodes on their sides are split at these.
+    """
+    if body.dimension == 2:
+        return None
+    found: list[tuple[int, ...]] = []
+    for facet in body.facets(boundary):
+        every = np.unique(body.dofs[body.basis.get_dofs(np.array([facet])).flatten(), 0])
+        corners = _around(body, body.mesh.facets[:, facet])
+        others = every[~np.isin(every, corners)]
+        found += split_face(
+            corners.tolist(), others.tolist(), body.positions(np.concatenate([corners, others]))
+        )
+    return faces_among(np.array(found), nodes.tolist())
+
+
+def meshed_surface(body: ElasticBody, boundary: str, shift: int = 0) -> ContactSurface:
+    """Nodes and facets of a boundary; labels are the numbers of the nodes plus ``shift``."""
+    mesh, facets, inside = body.mesh, [], []
+    for facet in body.facets(boundary):
+        corners = np.asarray(mesh.facets[:, facet])
+        if body.dimension == 3:
+            corners = _around(body, corners)
+        facets.append([*corners.tolist(), *(_between(body, int(facet), corners) if body.order == 2 else ())])
+        inside.append(mesh.p[:, mesh.t[:, mesh.f2t[0, facet]]].mean(axis=1))
+    labels = np.unique(np.concatenate([np.array(nodes) for nodes in facets]))
+    shifted = [[node + shift for node in nodes] for nodes in facets]
+    return ContactSurface(labels + shift, body.positions(labels), shifted, np.array(inside))
+
+
+def _between(body: ElasticBody, facet: int, corners: IntArray) -> list[int]:
+    """Nodes on the sides of a second-order facet, in order around it, then the one in its middle, if any."""
+    every = np.unique(body.dofs[body.basis.get_dofs(np.array([facet])).flatten(), 0])
+    others = every[~np.isin(every, corners)]
+    if body.dimension == 2:
+        return [int(node) for node in others]
+    at = body.positions(corners)
+    middles = np.vstack([0.5 * (at + np.roll(at, -1, axis=0)), at.mean(axis=0)])
+    apart = np.linalg.norm(body.positions(others)[None] - middles[:, None], axis=2)
+    return [int(others[k]) for k in apart[: len(others)].argmin(axis=1)]
+
+
+def _around(body: ElasticBody, corners: IntArray) -> IntArray:
+    """Corners of a face in order around it."""
+    arms = body.positions(corners) - body.positions(corners).mean(axis=0)
+    first, second = np.linalg.svd(arms)[2][:2]
+    return corners[np.argsort(np.arctan2(arms @ second, arms @ first))]
+
 
 COUPLINGS = ("nodes", "mortar")
 
@@ -83,7 +139,7 @@ def contact_problem(
         ``source`` says so.
     tangent : (3,) or (n, 3), optional
         For solid bodies: the direction towards which the first tangent points
-        (:func:`~shakedown.models.condensation.tangent_pairs.tangent_pairs`).
+        (:func:`~shakedown.models.condensation.contact_frame.tangent_pairs`).
     gap : (), (n,) or a function of the nodes' coordinates (2, n) or (3, n), optional
         Initial gap between the bodies [length]; negative is interference.
     steps

@@ -11,8 +11,8 @@ from skfem.helpers import dot
 
 from shakedown.fem.body import ElasticBody, Support
 from shakedown.ground.argument_kinds import check_fields
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
 from shakedown.models.condensation.load_case import LoadCase
 
 Field = float | Callable[[FloatArray], FloatArray]

@@ -11,8 +11,8 @@ from skfem import Mesh, MeshHex, MeshQuad
 
 from shakedown.fem.body import KINDS
 from shakedown.fem.origin import remember_file
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import checked
 from shakedown.models.readers.formats import format_of
 from shakedown.models.readers.mesh import CORNERS, SOLIDS

@@ -12,9 +12,8 @@ from skfem.helpers import dot
 
 from shakedown.fem.body import ElasticBody, IntArray, rigid_motion
 from shakedown.fem.loads import History, sampled
+from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError, SolverError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.joint.result import Result
 from shakedown.models.condensation.load_case import LoadCase, histories
 

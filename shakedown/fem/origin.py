@@ -14,8 +14,7 @@ from skfem import Mesh
 
 from shakedown import __version__
 from shakedown.fem.body import AXES, BodyLoad, ElasticBody, Material, Support
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import EACH_SHOWN
+from shakedown.ground.constants import EACH_SHOWN, FloatArray
 
 MADE_BY = "shakedown.fem.contact_problem"
 FILE = "read_from"  # attribute of a mesh: name and SHA-256 of the file that it was read from

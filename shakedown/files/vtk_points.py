@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.files.atomic_write import atomic_write, atomic_write_together
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
 
 GRIDS = {".vtu": "UnstructuredGrid", ".vtp": "PolyData"}
 CELL_TYPES = np.array(

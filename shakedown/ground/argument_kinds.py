@@ -15,10 +15,9 @@ from typing import Any, Literal, NamedTuple, ParamSpec, TypeVar, Union, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shakedown.ground.constants import MANY
 from shakedown.ground.errors import ShakedownError, UsageError
-from shakedown.ground.shown_values import short
-from shakedown.ground.size_limits import MANY
-from shakedown.ground.visible_text import shortened
+from shakedown.ground.shown_values import short, shortened
 
 LARGEST_WHOLE = int(np.iinfo(np.int64).max) + 1  # compiled loops cannot count to such numbers
 

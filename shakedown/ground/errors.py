@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Literal, ParamSpec, TypeVar
 
-from shakedown.ground.visible_text import one_line
+from shakedown.ground.shown_values import one_line
 
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -1,17 +1,20 @@
-"""Checks of the arguments that several functions take."""
+"""Checks of the arguments that several functions take, and what is computed once for a problem."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from functools import wraps
 from math import isfinite
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.ground.argument_kinds import check_count, real_number, real_values, whole_number, written
 from shakedown.ground.argument_kinds import checked as checked
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError, UsageError
-from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import short
-from shakedown.joint.numbers import LARGEST, check_slip
+from shakedown.joint.fields import LARGEST, check_slip
 from shakedown.joint.problem import Problem
 
 PLANE_SO_FAR = "it exists in the plane only, so far"  # the reason why one tangential direction is required
@@ -131,3 +134,46 @@ def checked_damping(problem: Problem, damping: ArrayLike | None) -> FloatArray |
     if D.shape != (size,) or not (D > 0).all():
         raise UsageError(f"damping: expected {size} positive numbers, found {damping}")
     return D
+
+
+T = TypeVar("T")
+
+
+class _Kept(dict[str, object]):
+    """The results kept with one problem; neither copied nor pickled, as they can be rebuilt."""
+
+    def __reduce__(self) -> tuple[type, tuple[()]]:
+        return _Kept, ()
+
+
+def once_per_problem(build: Callable[[Problem], T]) -> Callable[[Problem], T]:
+    """Cache a function of a problem: computed at the first call, the same object afterwards.
+
+    A :class:`Problem` does not change once it is made, nor may what is kept with
+    it. Raises ``UsageError`` where something else is given as a problem.
+    """
+    name = f"{build.__module__}.{build.__qualname__}"
+
+    @wraps(build)
+    def kept(problem: Problem) -> T:
+        require_problem(problem)
+        results = problem.__dict__.setdefault("_derived", _Kept())
+        if name not in results:
+            results[name] = build(problem)
+        found: T = results[name]
+        return found
+
+    return kept
+
+
+@contextmanager
+def lent(problem: Problem, name: str, settings: object, build: Callable[[], T]) -> Iterator[T]:
+    """A reusable object that is costly to build for a problem, for one user at a time.
+
+    The last one with these settings, unless it is in use; else a new one.
+    """
+    results = problem.__dict__.setdefault("_derived", _Kept())
+    found: Any = results.pop(name, None)
+    thing: T = found[1] if found is not None and found[0] == settings else build()
+    yield thing
+    results[name] = settings, thing

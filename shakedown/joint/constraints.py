@@ -8,10 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ROUND_OFF
-from shakedown.ground.size_limits import CONE
-from shakedown.joint.derived import once_per_problem
+from shakedown.ground.constants import CONE, ROUND_OFF, FloatArray
+from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result

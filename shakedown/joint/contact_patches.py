@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 
 IntArray = NDArray[np.intp]
 TURN = float(np.cos(np.radians(40.0)))  # least cosine between neighbouring normals of one patch

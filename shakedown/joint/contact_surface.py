@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
+from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.contact_patches import GAP, NEIGHBOURS, contact_patches
-from shakedown.joint.derived import once_per_problem
 from shakedown.joint.places import NONE
 from shakedown.joint.problem import Problem
 

@@ -7,12 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.joint.arguments import checked, is_finite
 from shakedown.joint.contact_surface import Surface, around, cell_weights, surface_of
-from shakedown.joint.field_table import FIELDS
+from shakedown.joint.fields import FIELDS
 from shakedown.joint.problem import Problem
 
 IntArray = NDArray[np.intp]

@@ -6,11 +6,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import LARGEST
-from shakedown.joint.arguments import real_array, require_problem
-from shakedown.joint.derived import once_per_problem
+from shakedown.joint.arguments import once_per_problem, real_array, require_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import free_stiffness

@@ -6,9 +6,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.tolerances import DEFAULT
 
 IntArray = NDArray[np.intp]

@@ -10,26 +10,33 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shakedown.ground.constants import THREE_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import THREE_DIGITS
-from shakedown.ground.shown_values import as_html_table, same, short
+from shakedown.ground.shown_values import as_html_table, one_line, same, short, shortened, visible
 from shakedown.ground.tolerances import FIRST_DIGIT
-from shakedown.ground.visible_text import one_line, shortened, visible
-from shakedown.joint.field_table import ARRAYS, NAMES, OF_NODES, STIFFNESS, TEXTS, check_shapes
-from shakedown.joint.law import Law
-from shakedown.joint.layout import Layout, layout_of
-from shakedown.joint.numbers import (
+from shakedown.joint.fields import (
+    ARRAYS,
+    DOMAIN,
+    LOOP,
+    NAMES,
+    OF_NODES,
+    STIFFNESS,
+    TEXTS,
     check_definiteness,
     check_ratios,
+    check_shapes,
     check_unit_loads,
     in_range,
+    load_path,
+    names,
+    origin,
+    plain_text,
     real_numbers,
     symmetrised,
 )
+from shakedown.joint.law import Law, Layout, layout_of
 from shakedown.joint.places import check_places, checked_faces, faces_among, without_cancelled
 from shakedown.joint.read_only import ReadOnly
-from shakedown.joint.texts import DOMAIN, LOOP, load_path, names, origin, plain_text
 
 COARSEST = np.float64(THREE_DIGITS)  # relative accuracy that a stiffness needs at least
 

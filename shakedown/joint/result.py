@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
-from shakedown.ground.shown_values import WIDTH, as_html_table, field_names, plain, same, short
-from shakedown.ground.visible_text import one_line
+from shakedown.ground.shown_values import WIDTH, as_html_table, field_names, one_line, plain, same, short
 from shakedown.joint.problem import Problem
 from shakedown.joint.read_only import ReadOnly
 

@@ -10,12 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, RESOLVED, SIX_DIGITS
+from shakedown.ground.constants import NEGLIGIBLE, RESOLVED, SIX_DIGITS, FloatArray
 from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT
-from shakedown.joint.derived import once_per_problem
-from shakedown.joint.layout import Layout
-from shakedown.joint.numbers import printed_error
+from shakedown.joint.arguments import once_per_problem
+from shakedown.joint.fields import printed_error
+from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 
 NO_STIFFNESS = 2.0**-30  # largest relative stiffness of a rigid motion, as condensation costs a few digits

@@ -1,21 +1,20 @@
 """What becomes of a joint: shakedown, cyclic slip, ratchetting, separation, or undecided.
 
-Reading order: ``plane/`` (the search in the plane, compiled), ``passage`` (where a motion began, and what the
-transient leaves of its start, the slip that random loads leave), ``known_bounds`` (limits that no verdict
-contradicts), ``state`` (the answer, and what proves it), ``limit_search`` (the search in the plane as Python
-drives it), ``space/`` (the search for motions that are known cycle by cycle only; verdicts of both
-compared with what is proved), ``part_by_part`` (of a joint in uncoupled parts),
-``find_state`` (for one initial state, and for many); ``simulation`` (from event to event or at fixed load
-steps, and the path as a file).
+Reading order: ``plane/`` (the search in the plane, compiled), ``passage`` (where a motion began, and what
+the transient leaves of its start, the slip that random loads leave, limits that no verdict contradicts),
+``state`` (the answer, and what proves it), ``limit_search`` (the search in the plane as Python drives it),
+``space/`` (the search for motions that are known cycle by cycle only; verdicts of both compared with what is
+proved), ``find_state`` (for one initial state, for many, and part by part of an uncoupled joint);
+``simulation`` (from event to event or at fixed load steps, and the path as a file).
 
 Where a verdict is said, "for ever" included: in the plane by ``plane.phase_loop.judge_period``, of one
 period that has come back to where it began; whether a drift lasts is decided before it, by
-``limit_search.LimitSearch._give_limit`` and ``plane.phase_loop.begin_leaps``. In space by ``SteadySearch`` in
-``space.steady_search``: ``_at_rest``, ``_repeats``, ``_approaches``, ``_slips_for_ever``.
-At fixed steps by ``simulation.recorded_verdict``. Whatever a search from event to event has found,
-``space.proved_verdict`` has the last word, in the plane, too: proofs of rest, and of slip in every cycle.
+``limit_search.LimitSearch._give_limit`` and ``plane.phase_loop.begin_leaps``. In space by ``SteadySearch``
+in ``space.steady_search``: ``_at_rest``, ``_repeats``, ``_approaches``, ``_slips_for_ever``. At fixed steps
+by ``simulation.recorded_verdict``. Whatever a search from event to event has found, ``space.proved_verdict``
+has the last word, in the plane, too: proofs of rest, and of slip in every cycle.
 
 What a period does to each node: ``node_table`` (the answer, and its files), ``node_results`` (how it follows
-from the path), ``node_instants`` (the state at instants, as files), ``slip_criterion`` (whether its
-slip stays small). What it does to each load: ``conjugate_displacement``.
+from the path; the state at instants, as files). Whether its slip stays small is asked by ``simulation``.
+What it does to each load: ``conjugate_displacement``.
 """

@@ -5,13 +5,13 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from shakedown.files.table_file import check_table, write_csv
+from shakedown.files.atomic_write import check_table, write_csv
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import checked
-from shakedown.joint.conjugate_loads import LoadUnit, load_units, require_loads, units_in_time
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
+from shakedown.joint.units import LoadUnit, load_units, require_loads, units_in_time
 from shakedown.motion.event_history import CurvedHistory, EventHistory
 
 BOOLE = np.array([7, 32, 12, 32, 7]) / 90  # exact for curves of the fourth degree
@@ -38,7 +38,7 @@ class LoadLoops(NamedTuple):
     areas : (L,)
         ∮ c dx of each load [force × length]: their sum is the dissipation in the period.
     units
-        The units of each load (:class:`~shakedown.joint.conjugate_loads.LoadUnit`): forces and lengths where
+        The units of each load (:class:`~shakedown.joint.units.LoadUnit`): forces and lengths where
         ``load_units`` says so, else units of ``load_history``, and work per unit.
     """
 

@@ -1,33 +1,36 @@
-"""The long-term states of a joint under periodic loading: from one initial slip, and from many."""
+"""Long-term states of one or many starts, of a joint and of the parts that it falls into."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import reduce
 from itertools import count
-from typing import NamedTuple
+from math import lcm
+from operator import attrgetter
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.argument_kinds import check_count
-from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.constants import BATCH, CYCLES, MANY, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import BATCH, CYCLES, MANY
+from shakedown.ground.shown_values import nodes_in_words
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.work_limit import on_one_thread, work_again
 from shakedown.joint.arguments import (
     check_arguments,
     checked,
     checked_initial_slip,
+    lent,
     real_array,
     require_problem,
 )
-from shakedown.joint.coupled_parts import coupled_parts
-from shakedown.joint.derived import lent
+from shakedown.joint.contact_zone import Part, coupled_parts, of_nodes, of_slips
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, empty_answers
-from shakedown.long_term.part_by_part import joined_state
 from shakedown.long_term.plane.phase_loop import BLURRED, CYCLIC_SLIP, SHAKEDOWN, UNDECIDED
 from shakedown.long_term.plane.search import Answers
 from shakedown.long_term.space.proved_verdict import CLEAR, overruled_by_proofs
@@ -35,7 +38,116 @@ from shakedown.long_term.space.steady_states import SteadySearches
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.method import beginning
+from shakedown.motion.method import State, beginning
+
+ORDER = Outcome.SHAKEDOWN, Outcome.SEPARATION, Outcome.CYCLIC_SLIP, Outcome.RATCHETTING, Outcome.UNDECIDED
+PRIME = 1099511628211  # of hashes
+OF_SLIPS, OF_NODES = ("initial_slip", "final_slip", "drift"), ("slip_per_cycle", "opened")
+SUMS = [
+    "friction_dissipation_per_cycle",
+    "jump_dissipation_per_cycle",
+    "jumps_per_cycle",
+    "dissipations",
+    "events",
+]
+MOST_REASONS = 3  # in words
+
+
+def joined_state(
+    problem: Problem, open_nodes: tuple[int, ...], parts: Sequence[Part], found: Sequence[LongTermState]
+) -> LongTermState:
+    """The long-term state of a joint from those of its parts.
+
+    The outcome is the worst, the period the least common multiple; where a part is undecided or has come
+    apart there is none, and no slip, drift or work per cycle of all.
+    """
+    worst, period = max(found, key=_rank), lcm(*(state.period for state in found))
+    cycles = max(state.cycles_simulated for state in found)
+    states = [_over(period, state, cycles) for state in found]
+
+    def slips(value: Callable[[LongTermState], FloatArray]) -> FloatArray:
+        return of_slips(parts, map(value, states))
+
+    def nodes(value: Callable[[LongTermState], NDArray[Any]]) -> NDArray[Any]:
+        return of_nodes(parts, map(value, states))
+
+    u = problem.layout.joined(
+        slips(lambda state: state.goal.u[state.problem.layout.slips]),
+        nodes(lambda state: state.goal.u[state.problem.layout.gaps]),
+    )
+    lengths = [scales(each, worst.load_factor).length for each in (problem, *(part.joint for part in parts))]
+    missed = [state.return_error * length for state, length in zip(states, lengths[1:], strict=True)]
+    opened = [part.number(i) for part, state in zip(parts, states, strict=True) for i in state.open_nodes]
+    more: dict[str, Any] = {word: slips(attrgetter(word)) for word in OF_SLIPS}
+    more |= {word: nodes(attrgetter(word)) for word in OF_NODES}
+    more |= {word: sum(getattr(state, word) for state in states) for word in SUMS}
+    return replace(
+        worst,
+        problem=problem,
+        reason=_reason(parts, found),
+        period=period,
+        open_nodes=tuple(sorted(opened)),
+        cycles_simulated=cycles,
+        slides_away=any(state.slides_away for state in states),
+        contraction=float(np.max([state.contraction for state in states])),
+        return_error=float(np.max(missed)) / lengths[0],
+        error=float(np.max([state.error for state in states])),
+        signature=reduce(lambda known, state: (known ^ state.signature) * PRIME % 2**64, states, 0),
+        met=float(np.fmax.reduce([state.met for state in states])),
+        begun=replace(
+            worst.begun, problem=problem, start=slips(lambda state: state.begun.start), open_nodes=open_nodes
+        ),
+        goal=State(u, nodes(lambda state: state.goal.contact)),
+        first_cycles=None,
+        jumps=(),
+        proof=None,
+        parts=tuple(found),
+        **more,
+    )
+
+
+def _rank(state: LongTermState) -> float:
+    """How bad an outcome is; worse than ratchetting is a part that has come apart for good."""
+    apart = state.outcome == Outcome.SEPARATION and not state.period
+    return ORDER.index(Outcome.RATCHETTING) + 0.5 if apart else ORDER.index(state.outcome)
+
+
+def _over(period: int, state: LongTermState, cycles: int) -> LongTermState:
+    """The state of a part over a multiple of its period, in step with others after so many cycles."""
+    if not period:
+        return state.without_period()
+    times, ahead = period // state.period, (cycles - state.cycles_simulated) % state.period
+    goal, start = state.goal, state.final_slip - state.drift
+    if ahead:
+        motion = state.motion()
+        with work_again():
+            motion.advance(ahead)
+        goal = motion.state
+        start = goal.u[state.problem.layout.slips]
+    return replace(
+        state,
+        goal=goal,
+        final_slip=start + times * state.drift if ahead or times > 1 else state.final_slip,
+        drift=times * state.drift,
+        slip_per_cycle=times * state.slip_per_cycle,
+        dissipations=np.tile(np.roll(state.dissipations, -ahead), times),
+    )
+
+
+def _reason(parts: Sequence[Part], found: Sequence[LongTermState]) -> str:
+    """Why the worst parts do what they do, and what the others do."""
+    most, said, others = max(map(_rank, found)), dict[str, list[int]](), set[str]()
+    for part, state in zip(parts, found, strict=True):
+        if _rank(state) == most:
+            said.setdefault(part.renumbered(state.reason), []).extend(part.nodes.tolist())
+        else:
+            others.add(state.outcome.value)
+    if len(said) == 1 and not others:
+        return next(iter(said))
+    texts = [f"{text} ({nodes_in_words(sorted(nodes))})" for text, nodes in said.items()][:MOST_REASONS]
+    left = [f"the nodes uncoupled from them: {', '.join(sorted(others))}"] * bool(others)
+    return "; ".join([*texts, *left])
+
 
 NAMES = np.array([outcome.value for outcome in OUTCOMES])
 VERDICTS = {outcome: code for code, outcome in reversed(list(enumerate(OUTCOMES)))}

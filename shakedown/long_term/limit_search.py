@@ -5,12 +5,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import DISTINCT, RESOLVED
+from shakedown.ground.constants import BATCH, DISTINCT, RESOLVED, FloatArray
 from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words
-from shakedown.ground.size_limits import BATCH
 from shakedown.ground.status import Outcome
-from shakedown.joint.layout import Layout
+from shakedown.joint.law import Layout
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.plane.path_check import path_check

@@ -9,14 +9,12 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.files.table_file import write_csv
+from shakedown.files.atomic_write import write_csv
 from shakedown.files.vtk_points import write_points
+from shakedown.ground.constants import LARGEST_LABEL, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import plain
-from shakedown.ground.size_limits import LARGEST_LABEL
+from shakedown.ground.shown_values import plain, with_unit
 from shakedown.ground.status import Outcome
-from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked
 from shakedown.joint.places import wound
 from shakedown.joint.problem import Problem

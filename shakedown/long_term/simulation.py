@@ -1,9 +1,10 @@
-"""Evolution of a joint from a chosen initial state, its long-term state, and the path as a file."""
+"""Simulation of a joint: its motion, its long-term state, where slip exceeds what is allowed."""
 
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from math import inf, nan
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,25 +12,73 @@ from numpy.typing import ArrayLike
 
 from shakedown.bounds.named_start import named_start
 from shakedown.files.atomic_write import atomic_write
+from shakedown.ground.constants import CYCLES, DISTINCT, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import DISTINCT
 from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words, short
-from shakedown.ground.size_limits import CYCLES
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import check_arguments, checked
+from shakedown.joint.arguments import check_arguments, checked, is_finite
 from shakedown.joint.loading import loop_path
 from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.long_term.find_state import Patience, settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.long_term.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
+from shakedown.long_term.node_results import Settled, slip_ranges
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState, of_period
 from shakedown.motion.checked_law import alone, law_resolution, swing
 from shakedown.motion.event_history import EventHistory, path_violation
 from shakedown.motion.fixed_steps import REMEMBERED, FixedSteps
 from shakedown.motion.method import CycleRecord, Walk, cycles_of, walk
 from shakedown.motion.viscous_jump import Jump
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SlipCriterion(Result):
+    """Whether the slip range of every node stays below a limit.
+
+    Attributes
+    ----------
+    below
+        The limit [length].
+    met
+        Whether ``largest`` is below it; None where the long-term state is undecided.
+    largest
+        The largest slip range of a node in the long-term state [length] (``NodeResults.slip_range``):
+        0 where it shakes down, infinite where slips grow for ever (ratchetting, a body that slides
+        away) or contact is lost for good, NaN where it is undecided.
+    node
+        The node that it is found at; −1 where there is none.
+    """
+
+    DOCUMENT: ClassVar[str] = "below met largest node"
+
+    below: float
+    met: bool | None
+    largest: float
+    node: int
+
+
+def slip_criterion(settled: Settled, below: float, tolerances: Tolerances = DEFAULT) -> SlipCriterion:
+    """Whether every node's slip range in a settled state is below a limit."""
+    if settled.slides_away or settled.outcome == Outcome.RATCHETTING:
+        return SlipCriterion(below, False, inf, -1)
+    if not settled.period:
+        left = settled.outcome == Outcome.SEPARATION
+        return SlipCriterion(below, False if left else None, inf if left else nan, -1)
+    if settled.outcome == Outcome.SHAKEDOWN:
+        return SlipCriterion(below, True, 0.0, -1)
+    ranges = slip_ranges(settled, tolerances)
+    node, largest = int(ranges.argmax()), float(ranges.max())
+    return SlipCriterion(below, largest < below, largest, node)
+
+
+@checked
+def check_slip_below(slip_below: float) -> float:
+    """A limit on the slip range; raises ``UsageError`` unless it is finite and positive."""
+    if not (is_finite(slip_below) and slip_below > 0):
+        raise UsageError(f"slip_below: expected a positive length, found {slip_below!r}")
+    return slip_below
+
 
 METHODS = ("event", "gauss-seidel")
 

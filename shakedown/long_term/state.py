@@ -12,17 +12,23 @@ from numpy.typing import NDArray
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball, holding_ball
 from shakedown.bounds.plane_or_space import holding_ball_sooner, takes_long
 from shakedown.bounds.registry import BOUNDS
-from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import Missing, UsageError, sought
-from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
-from shakedown.joint.coupled_parts import coupled_parts, of_nodes
-from shakedown.joint.derived import once_per_problem
+from shakedown.ground.work_limit import on_one_thread
+from shakedown.joint.arguments import once_per_problem
+from shakedown.joint.contact_zone import coupled_parts, of_nodes
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.known_bounds import further_from, further_from_start, is_known, proving_bound
-from shakedown.long_term.passage import FirstCycles, Passage
+from shakedown.long_term.passage import (
+    FirstCycles,
+    Passage,
+    further_from,
+    further_from_start,
+    is_known,
+    proving_bound,
+)
 from shakedown.motion.checked_law import path_resolution, scales
 from shakedown.motion.event_history import EventHistory, path_violation
 from shakedown.motion.evolution import Evolution
@@ -218,7 +224,7 @@ class LongTermState(SettledState):
     proof
         What proves it, where that is known already.
     parts
-        Of a joint in uncoupled parts (:mod:`shakedown.joint.coupled_parts`) the state of each, which all
+        Of a joint in uncoupled parts (:mod:`shakedown.joint.contact_zone`) the state of each, which all
         else follows from; else empty.
     """
 

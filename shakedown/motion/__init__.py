@@ -4,7 +4,7 @@ Reading order: ``checked_law`` (Coulomb's law and its violation, the judge of ev
 ``course`` (the load path that compiled loops follow, and how these end), ``event_history`` (the path, and the
 law along it), ``steady_slide`` (rigid motions that nothing ends), ``viscous_jump`` (chapter VI, and how long
 the implicit steps of a jump are), ``method`` (where a motion begins, what is kept of a cycle, what every way
-to follow one has in common), ``gauss_seidel`` and ``fixed_steps`` (load steps by sweeps over the nodes),
+to follow one has in common), ``fixed_steps`` (load steps by sweeps over the nodes),
 ``evolution`` (from event to event, jumps included; the public function).
 Below them ``plane/`` and ``space/``, the compiled loops of one and of two tangential directions.
 
@@ -18,6 +18,6 @@ Between two events, call by call:
    curve (``smooth_step.explicit_step``; ``turning_step`` near an apex), each cut at its first event by
    ``event_search``.
 
-At fixed steps there are no events: ``fixed_steps.FixedSteps`` calls ``gauss_seidel.load_steps``, which solves
+At fixed steps there are no events: ``fixed_steps.FixedSteps`` calls ``load_steps``, which solves
 one load step after the other, with one tangential direction or two.
 """

@@ -6,11 +6,10 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import EPS
+from shakedown.ground.constants import EPS, FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked
-from shakedown.joint.coupled_parts import coupled_parts, of_nodes
+from shakedown.joint.contact_zone import coupled_parts, of_nodes
 from shakedown.joint.law import Law
 from shakedown.joint.loading import first_load, loading, transient_path
 from shakedown.joint.problem import Problem

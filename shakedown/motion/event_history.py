@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.argument_kinds import check_count
+from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.layout import Layout
+from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.checked_law import law_violation, reactions, scales

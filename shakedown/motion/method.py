@@ -13,8 +13,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
 from shakedown.ground.named_state import NamedState
 from shakedown.ground.status import BACKWARD_SLIP, OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances

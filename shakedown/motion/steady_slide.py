@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, NEWTON_ROUNDS, PER_CENT, ROUND_OFF, SIX_DIGITS
+from shakedown.ground.constants import NEGLIGIBLE, NEWTON_ROUNDS, PER_CENT, ROUND_OFF, SIX_DIGITS, FloatArray
 from shakedown.ground.status import OPEN, STICK
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.law import Law

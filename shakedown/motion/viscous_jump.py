@@ -30,11 +30,10 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, PER_CENT, ROUND_OFF, SETTLED, SIX_DIGITS
+from shakedown.ground.constants import NEGLIGIBLE, PER_CENT, ROUND_OFF, SETTLED, SIX_DIGITS, FloatArray
 from shakedown.ground.status import OPEN
 from shakedown.ground.work_limit import BY_BLAS, count_work, work_is_left
-from shakedown.joint.layout import Layout
+from shakedown.joint.law import Layout
 from shakedown.joint.result import Result
 from shakedown.motion.checked_law import law_violation, reaction_round_off
 from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED, Precision, course

@@ -14,7 +14,8 @@ a module below computes what is drawn, ``style`` holds what all pictures share (
 - slip space, reaction space: ``planes``
 - limits on one scale, slips over the load or the cycle, numbers over the mesh: ``load_factors``
 - design diagrams: ``regions``; maps of initial states: ``basins``
-- inside a page: ``inline_svg``, ``patch_data`` (the view in three dimensions); without a window: ``backend``
+- inside a page: ``inline_svg``, ``patch_places`` (the view in three dimensions)
+- without a window: ``backend``
 """
 
 import shakedown.plot.backend  # noqa: F401  before matplotlib

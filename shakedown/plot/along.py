@@ -9,11 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, NoNorm
 from matplotlib.patches import Patch
 
+from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE
+from shakedown.ground.shown_values import with_unit
 from shakedown.ground.status import OPEN
-from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked, require_plane, require_problem
 from shakedown.joint.contact_surface import flanks
 from shakedown.joint.problem import Problem

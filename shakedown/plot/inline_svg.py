@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from shakedown.ground.visible_text import SUBSCRIPT, visible
+from shakedown.ground.shown_values import SUBSCRIPT, visible
 from shakedown.plot.style import DOTS_PER_INCH
 
 SVG = "{http://www.w3.org/2000/svg}"

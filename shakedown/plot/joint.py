@@ -8,11 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
 from shakedown.assessment.sensitivities import KINDS, Sensitivities
+from shakedown.ground.constants import EACH_SHOWN, PER_CENT, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import PER_CENT, SIX_DIGITS
-from shakedown.ground.size_limits import EACH_SHOWN
-from shakedown.ground.visible_text import with_unit
+from shakedown.ground.shown_values import with_unit
 from shakedown.joint.arguments import checked, require_plane, require_problem
 from shakedown.joint.contact_surface import flanks
 from shakedown.joint.loading import loading

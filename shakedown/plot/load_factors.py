@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from shakedown.assessment.slip_limit import SlipLimit
-from shakedown.ground.round_off import ROUND_OFF
-from shakedown.ground.shown_values import DIGITS, few
-from shakedown.ground.visible_text import with_unit
+from shakedown.assessment.transient_limit import SlipLimit
+from shakedown.ground.constants import ROUND_OFF
+from shakedown.ground.shown_values import DIGITS, few, with_unit
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -86,7 +85,7 @@ def slip_over_load(limit: SlipLimit, problem: Problem | None = None, *, ax: Axes
     Parameters
     ----------
     limit
-        From :func:`~shakedown.assessment.slip_limit.slip_limit`.
+        From :func:`~shakedown.assessment.transient_limit.slip_limit`.
     problem
         For the unit, where it has one.
     ax
@@ -96,7 +95,7 @@ def slip_over_load(limit: SlipLimit, problem: Problem | None = None, *, ax: Axes
     --------
     >>> import shakedown
     >>> from shakedown import plot
-    >>> from shakedown.assessment.slip_limit import slip_limit
+    >>> from shakedown.assessment.transient_limit import slip_limit
     >>> joint = shakedown.example("press-fit")
     >>> plot.slip_over_load(slip_limit(joint, 1e-3), joint).get_ylabel()
     'largest slip range [mm]'

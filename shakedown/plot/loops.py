@@ -7,12 +7,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from shakedown.assessment.damping import DampingCurve
+from shakedown.ground.constants import EACH_SHOWN, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import down, few, sized
-from shakedown.ground.size_limits import EACH_SHOWN
+from shakedown.ground.shown_values import down, few, shortened, sized, with_unit
 from shakedown.ground.status import Outcome
-from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.arguments import checked, require_plane, require_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem

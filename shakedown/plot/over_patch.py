@@ -9,11 +9,9 @@ from matplotlib.colors import Normalize
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import THREE_DIGITS
-from shakedown.ground.shown_values import SHORT_DIGITS, sized
+from shakedown.ground.constants import THREE_DIGITS, FloatArray
+from shakedown.ground.shown_values import SHORT_DIGITS, sized, with_unit
 from shakedown.ground.status import OPEN, SLIP, STICK
-from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem

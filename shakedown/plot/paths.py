@@ -6,12 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.constants import SIX_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
-from shakedown.ground.shown_values import few
+from shakedown.ground.shown_values import few, with_unit
 from shakedown.ground.status import OPEN
-from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import in_the_plane_only, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result

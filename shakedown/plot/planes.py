@@ -8,12 +8,10 @@ from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
 from shakedown.bounds.upper import upper_bound
+from shakedown.ground.constants import EACH_SHOWN, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import at_lambda, few
-from shakedown.ground.size_limits import EACH_SHOWN
+from shakedown.ground.shown_values import at_lambda, few, with_unit
 from shakedown.ground.status import OPEN, STICK, Status
-from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import check_load_factor, checked, require_plane
 from shakedown.joint.constraints import SIDE_NAMES, Constraints, Side, constraints
 from shakedown.joint.problem import Problem

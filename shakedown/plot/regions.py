@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from shakedown.bounds.registry import BOUNDS, Claim, kinds_of
 from shakedown.ground.errors import UsageError
-from shakedown.ground.visible_text import with_unit
+from shakedown.ground.shown_values import with_unit
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.result import Result
 from shakedown.plot import style

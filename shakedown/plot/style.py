@@ -13,10 +13,9 @@ from matplotlib.ticker import AutoLocator, MaxNLocator, ScalarFormatter
 
 from shakedown.files.atomic_write import atomic_write, check_target
 from shakedown.ground.argument_kinds import checked
+from shakedown.ground.constants import SIX_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
-from shakedown.ground.visible_text import shortened, with_unit
+from shakedown.ground.shown_values import shortened, with_unit
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 
 
 def leaves_cone(start: FloatArray, along: FloatArray) -> FloatArray:

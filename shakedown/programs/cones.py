@@ -11,8 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import CONE
+from shakedown.ground.constants import CONE, FloatArray
 
 
 @dataclass(frozen=True)

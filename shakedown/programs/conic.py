@@ -11,13 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from shakedown.ground.constants import CONE, FloatArray
 from shakedown.ground.errors import SolverError, UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import CONE
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.program import Program, Sides, Solution, columnwise, solution_of
-from shakedown.programs.scaling import ProgramScales
+from shakedown.programs.program import Program, ProgramScales, Sides, Solution, columnwise, solution_of
 
 _ENDS = {  # the meaning of Clarabel's statuses; others are no answer
     "Solved": Status.OPTIMAL,

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.self_dual import SelfDualSolution, solve_self_dual

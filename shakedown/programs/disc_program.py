@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import blas, cho_factor, lapack, qr, solve_triangular
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import PER_CENT
-from shakedown.ground.size_limits import CONE, MANY_ROWS
+from shakedown.ground.constants import CONE, MANY_ROWS, PER_CENT, FloatArray
 from shakedown.programs.cones import Cones, Scaling
 from shakedown.programs.self_dual import Solve
 from shakedown.programs.shared_blocks import SharedBlocks

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import SolverError
-from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
+from shakedown.ground.work_limit import on_one_thread
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.reaction_unknowns import in_reactions
 from shakedown.programs.self_dual import USABLE, Enough, Points, SelfDualSolution, never, solve_self_dual

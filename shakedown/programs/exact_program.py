@@ -1,18 +1,162 @@
-"""Linear programs in exact arithmetic, started from the active rows of a float solution."""
+"""Linear programs at a vertex in exact arithmetic."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import inf
-from typing import TYPE_CHECKING
+from math import inf, nextafter
+from typing import TYPE_CHECKING, cast
 
+import numpy as np
+
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.status import Status
-from shakedown.programs.integer_algebra import IntegerRows, integer_matrix, product, solve_integers
+from shakedown.programs.program import INF, Meeting, Point, Program
 
 if TYPE_CHECKING:
-    from flint import fmpz_mat
+    from flint import fmpq_mat, fmpz_mat
+
+
+def polished(program: Program, x: FloatArray, y: FloatArray, meeting: Meeting) -> Point:
+    """Solve the active rows as equalities; keep what violates the rows less."""
+    try:
+        sharp_x, sharp_y = sharpened(program, x, meeting)
+    except np.linalg.LinAlgError:  # HiGHS left a singular basis: its own values are all there is
+        pass
+    else:
+        if program.violation(sharp_x) <= max(program.violation(x), 16 * np.finfo(float).eps):
+            x = sharp_x
+        if np.all(np.isfinite(sharp_y)):
+            y = sharp_y
+    return cleaned(program, x), y
+
+
+def sharpened(program: Program, x: FloatArray, meeting: Meeting) -> Point:
+    """x and multipliers from the active rows as equalities, the columns that are not free as they are.
+
+    Raises ``LinAlgError`` where these rows do not meet in one point.
+    """
+    (active, free), matrix, x = meeting, program.matrix, x.copy()
+    left, right = program.left[active], program.right[active]
+    square, y = matrix[np.ix_(active, free)], np.zeros(len(matrix))
+    value = matrix[active] @ x
+    target = np.where(np.abs(right - value) <= np.abs(value - left), right, left)
+    fixed = np.ones(len(x), dtype=bool)
+    fixed[free] = False
+    inverse: FloatArray = np.asarray(np.linalg.inv(square), dtype=float)
+    x[free] = refined(inverse, square, target - matrix[np.ix_(active, fixed)] @ x[fixed])
+    y[active] = refined(inverse.T, square.T, program.cost[free])
+    return x, -y
+
+
+def cleaned(program: Program, x: FloatArray) -> FloatArray:
+    """x without what round-off leaves of zeros, within its bounds."""
+    sides = np.abs(np.stack([program.left, program.right]))
+    largest = np.where(sides < INF, sides, 0.0).max(axis=0)
+    threshold = program.tolerances.cancellation * len(x)
+    clean = without_round_off(program.matrix, x, largest, threshold)
+    dear = ~program.matrix.any(axis=0) & (program.cost != 0)  # in no row, but not for nothing at its bound
+    return np.clip(np.where(dear, x, clean), program.lower, program.upper)
+
+
+def without_round_off(matrix: FloatArray, x: FloatArray, right: FloatArray, threshold: float) -> FloatArray:
+    """x with zero where it counts for nothing in any row of matrix · x ≤ right.
+
+    An entry whose share in every row is below ``threshold`` times the largest term
+    of that row is what round-off left of zero.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rows = np.array([[1.0, 1.0], [1.0, -1.0]])
+    >>> without_round_off(rows, np.array([1.0, 3e-17]), np.ones(2), threshold=2e-15)
+    array([1., 0.])
+    """
+    shares = np.abs(matrix * x)
+    terms = np.maximum(shares.max(axis=1, initial=0.0), np.abs(right))
+    return np.where(np.all(shares <= threshold * terms[:, None], axis=0), 0.0, x)
+
+
+def refined(inverse: FloatArray, matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """Solve a square system with its inverse and one step of refinement in extended precision."""
+    x = inverse @ right
+    residual = right - matrix.astype(np.longdouble) @ x
+    return np.asarray(x + inverse @ residual.astype(float))
+
+
+IntegerRows = list[list[int]]
+
+
+def integer_matrix(rows: IntegerRows) -> fmpz_mat:
+    """Rows of integers as a FLINT matrix."""
+    from flint import fmpz_mat  # not needed where only floats are used
+
+    return fmpz_mat(rows)
+
+
+def integer_column(numbers: list[int]) -> fmpz_mat:
+    """Integers as a FLINT matrix of one column."""
+    return integer_matrix([[x] for x in numbers])
+
+
+def solve_integers(matrix: IntegerRows, right: list[int]) -> tuple[list[int], int] | None:
+    """The solution of a square system as (numerators, common denominator > 0); None where singular.
+
+    Examples
+    --------
+    >>> solve_integers([[2, 1], [1, 3]], [1, 1])
+    ([2, 1], 5)
+    >>> solve_integers([[1, 2], [2, 4]], [1, 1]) is None
+    True
+    """
+    return solve_matrix(integer_matrix(matrix), right)
+
+
+def solve_matrix(matrix: fmpz_mat, right: list[int]) -> tuple[list[int], int] | None:
+    """:func:`solve_integers` for a FLINT matrix."""
+    if not right:
+        return [], 1
+    try:
+        solution = cast("fmpq_mat", matrix.solve(integer_column(right)))
+    except ZeroDivisionError:
+        return None
+    numerators, denominator = solution.numer_denom()
+    return [int(x) for x in numerators.entries()], int(denominator)
+
+
+def product(matrix: fmpz_mat, vector: list[int]) -> list[int]:
+    """Matrix times vector.
+
+    Examples
+    --------
+    >>> product(integer_matrix([[1, 2], [3, 4]]), [1, -1])
+    [-1, -1]
+    """
+    if not vector:
+        return [0] * matrix.nrows()
+    return [int(x) for x in (matrix * integer_column(vector)).entries()]
+
+
+def enclosure(numerator: int, denominator: int) -> tuple[float, float]:
+    """The narrowest [low, high] of two floats around a fraction (denominator > 0).
+
+    Examples
+    --------
+    >>> low, high = enclosure(1, 10)
+    >>> low < 0.1 <= high, enclosure(3, 4)
+    (True, (0.75, 0.75))
+    """
+    try:
+        near = numerator / denominator  # correctly rounded
+    except OverflowError:
+        return (nextafter(inf, 0.0), inf) if numerator > 0 else (-inf, nextafter(-inf, 0.0))
+    p, q = near.as_integer_ratio()
+    difference = p * denominator - numerator * q
+    if difference > 0:
+        return nextafter(near, -inf), near
+    return (near, nextafter(near, inf)) if difference < 0 else (near, near)
+
 
 MAX_WORK = 2 * 10**7  # pivots times the cube of their size: seconds, where the start is far off
 

@@ -6,8 +6,8 @@ import highspy
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import SolverError
-from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.program import INF, Meeting, Program, columnwise
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import THREE_DIGITS
+from shakedown.ground.constants import THREE_DIGITS, FloatArray
 from shakedown.programs.solver import widest
 
 

@@ -5,9 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import blas
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
-from shakedown.ground.size_limits import CONE, MANY_ROWS
+from shakedown.ground.constants import CONE, MANY_ROWS, SIX_DIGITS, FloatArray
 from shakedown.programs.cones import Cones, Scaling
 from shakedown.programs.disc_program import DiscProgram, by_cholesky
 from shakedown.programs.self_dual import Solve

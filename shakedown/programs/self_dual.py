@@ -6,8 +6,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import (
+from shakedown.ground.constants import (
     FOUR_DIGITS,
     ITERATIONS,
     NEGLIGIBLE,
@@ -15,6 +14,7 @@ from shakedown.ground.round_off import (
     PER_CENT,
     ROUND_OFF,
     SIX_DIGITS,
+    FloatArray,
 )
 from shakedown.ground.status import Status
 from shakedown.programs.cones import Cones, Scaling

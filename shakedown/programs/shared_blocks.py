@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 
 Places = NDArray[np.intp]
 

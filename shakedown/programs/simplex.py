@@ -8,12 +8,11 @@ import highspy
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.constants import DENSE_FROM, ROUND_OFF, FloatArray
 from shakedown.ground.errors import SolverError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ROUND_OFF
-from shakedown.ground.size_limits import DENSE_FROM
 from shakedown.ground.status import Status
 from shakedown.programs.dense_programs import meeting_rows
+from shakedown.programs.exact_program import cleaned, polished, sharpened
 from shakedown.programs.highs import (
     EXACT_RUNGS,
     OPTIONS,
@@ -25,7 +24,6 @@ from shakedown.programs.highs import (
     meeting_of,
 )
 from shakedown.programs.program import INF, Meeting, Point, Program, Solution
-from shakedown.programs.vertex import cleaned, polished, sharpened
 
 FINER = 2.0**14  # factor on costs where HiGHS's tolerance leaves a notable reduced cost
 

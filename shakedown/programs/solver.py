@@ -5,10 +5,8 @@ from math import inf
 
 import numpy as np
 
+from shakedown.ground.constants import DENSE_FROM, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import Missing, SolverError, sought
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SIX_DIGITS
-from shakedown.ground.size_limits import DENSE_FROM
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.programs.conic import ClarabelSettings, by_clarabel

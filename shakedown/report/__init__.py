@@ -1,7 +1,7 @@
 """Results for readers: facts as text and as a page, JSON documents, pictures.
 
 Facts (``facts``: label, value, unit, rounding, note; tables; sheets) are made by one function per
-question; ``text_table`` and ``html`` render them as text or as a page. All sentences stand in ``notes``.
+question; ``facts`` and ``html`` render them as text or as a page. All sentences stand in ``notes``.
 
 What you see, and the module that makes it:
 

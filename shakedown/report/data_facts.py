@@ -8,19 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from shakedown.ground.round_off import NEGLIGIBLE
-from shakedown.ground.shown_values import count, few, sized
-from shakedown.ground.visible_text import LONGEST_NAME, one_line, shortened, with_unit
-from shakedown.joint.doubtful_data import doubtful_data
+from shakedown.ground.constants import NEGLIGIBLE
+from shakedown.ground.shown_values import LONGEST_NAME, count, few, one_line, shortened, sized, with_unit
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips, zero_modes
-from shakedown.joint.units import loads_in_words, units_of
+from shakedown.joint.units import doubtful_data, loads_in_words, units_of
 from shakedown.report.facts import Fact, Section, Sheet, Table, number
 from shakedown.report.node_names import AXES, node_in_words
 from shakedown.report.notes import FLOATING, LOAD_DOMAIN
 
 if TYPE_CHECKING:
-    from shakedown.ground.float_array import FloatArray
+    from shakedown.ground.constants import FloatArray
     from shakedown.models.condensation.surface_coupling import SurfaceCoupling
     from shakedown.models.importing.import_model import Import
     from shakedown.models.importing.load_evidence import LoadEvidence, LoadPart

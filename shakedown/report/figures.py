@@ -10,10 +10,9 @@ from markupsafe import Markup
 
 from shakedown import plot
 from shakedown.assessment.verify import Run, Verification
+from shakedown.ground.constants import EACH_SHOWN, SIX_DIGITS
 from shakedown.ground.errors import present
-from shakedown.ground.round_off import SIX_DIGITS
 from shakedown.ground.shown_values import at_lambda, sized
-from shakedown.ground.size_limits import EACH_SHOWN
 from shakedown.ground.status import OPEN, STICK, Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
@@ -22,8 +21,14 @@ from shakedown.long_term.simulation import Simulation
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.event_history import EventHistory
 from shakedown.plot.inline_svg import PANEL, SIDE_BY_SIDE, Drawing, Picture, picture
-from shakedown.plot.patch_data import can_be_turned, patch_data
-from shakedown.plot.patch_places import in_space, model_places, patch_count, places_of
+from shakedown.plot.patch_places import (
+    can_be_turned,
+    in_space,
+    model_places,
+    patch_count,
+    patch_data,
+    places_of,
+)
 from shakedown.plot.paths import extreme_rows, work_of_nodes
 from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
 from shakedown.report import notes

@@ -13,10 +13,9 @@ from markupsafe import Markup, escape
 from shakedown.assessment.verify import Verification
 from shakedown.files.atomic_write import atomic_write_together, check_target
 from shakedown.ground.argument_kinds import checked
-from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
-from shakedown.ground.shown_values import count
-from shakedown.ground.visible_text import SUBSCRIPT, shortened, visible
+from shakedown.ground.shown_values import SUBSCRIPT, count, shortened, visible
+from shakedown.ground.work_limit import on_one_thread
 from shakedown.joint.problem import Problem
 from shakedown.report import figures, notes
 from shakedown.report.data_facts import configuration, joint_facts, source_facts

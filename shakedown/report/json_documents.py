@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from shakedown.bounds.bound_result import Bound
 from shakedown.ground.errors import present
-from shakedown.ground.shown_values import plain
-from shakedown.ground.visible_text import visible
+from shakedown.ground.shown_values import plain, visible
 from shakedown.joint.problem import Problem
 
 if TYPE_CHECKING:

@@ -11,9 +11,17 @@ import numpy as np
 from shakedown.assessment.three_numbers import admitted_up_to, first_to_leave
 from shakedown.bounds.registry import BOUNDS, Claim
 from shakedown.ground.errors import Missing, present
-from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, certain_digits, count, down, few, sized
+from shakedown.ground.shown_values import (
+    DIGITS,
+    FEW_DIGITS,
+    certain_digits,
+    count,
+    down,
+    few,
+    sized,
+    with_unit,
+)
 from shakedown.ground.status import Said, Status
-from shakedown.ground.visible_text import with_unit
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.loading import loading
 from shakedown.joint.units import units_of, varying_loads_in_words
@@ -33,8 +41,7 @@ if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
     from shakedown.assessment.every_limit import JointLimits
     from shakedown.bounds.bound_result import Bound
-    from shakedown.bounds.uniqueness.friction_thresholds import Threshold
-    from shakedown.bounds.uniqueness.wedging import Wedging
+    from shakedown.bounds.uniqueness.friction_thresholds import Threshold, Wedging
     from shakedown.joint.problem import Problem
 
 CLOSED = "full contact"

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import EACH_SHOWN
+from shakedown.ground.constants import EACH_SHOWN, FloatArray
+from shakedown.ground.shown_values import shortened
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.visible_text import shortened
-from shakedown.joint.coupled_parts import coupled_parts, of_nodes
+from shakedown.joint.contact_zone import coupled_parts, of_nodes
 from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import path_resolution, scales
 

@@ -14,13 +14,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shakedown.bounds.registry import BOUNDS, Claim
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import present
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, count, few, sized
+from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, count, few, shortened, sized, with_unit
 from shakedown.ground.status import Outcome, Said, Status
-from shakedown.ground.visible_text import shortened, with_unit
-from shakedown.joint.doubtful_data import is_pulled_everywhere
-from shakedown.joint.units import loads_in_words, units_of
+from shakedown.joint.units import is_pulled_everywhere, loads_in_words, units_of
 from shakedown.report import notes
 from shakedown.report.data_facts import headline
 from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, limits_as_text, number
@@ -46,12 +44,11 @@ from shakedown.report.node_names import (
 )
 
 if TYPE_CHECKING:
-    from shakedown.assessment.slip_limit import SlipLimit
+    from shakedown.assessment.transient_limit import SlipLimit
     from shakedown.assessment.verify import Run, Verification
     from shakedown.joint.problem import Problem
     from shakedown.long_term.node_table import NodeResults
-    from shakedown.long_term.simulation import Simulation
-    from shakedown.long_term.slip_criterion import SlipCriterion
+    from shakedown.long_term.simulation import Simulation, SlipCriterion
 
 OPEN_AT_TIMES = "open at times"
 WORST = 10  # nodes shown where there are many

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.registry import BOUNDS, Claim
-from shakedown.ground.shown_values import DIGITS, count, few, sized
-from shakedown.ground.size_limits import EACH_SHOWN
+from shakedown.ground.constants import EACH_SHOWN
+from shakedown.ground.shown_values import DIGITS, count, few, shortened, sized, with_unit
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.joint.units import units_of
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
     from shakedown.assessment.damping import DampingCurve
     from shakedown.bounds.bound_result import Bound
     from shakedown.bounds.enumeration.critical import CriticalLoadFactors
-    from shakedown.ground.float_array import FloatArray
+    from shakedown.ground.constants import FloatArray
     from shakedown.joint.problem import Problem
     from shakedown.studies.basin_map import InitialStateMap, InitialStateMaps
     from shakedown.studies.refined import Refinement

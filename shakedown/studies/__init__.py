@@ -5,9 +5,8 @@ Maps: ``samplers`` (which initial states: those with a name, the others each fro
 same one, why some have no long-term state), ``basin_map`` (the results, at one load factor or several),
 ``mapping`` (the public function, its pieces, the file).
 
-Designs: ``parameters`` (named changes of a joint, a joint as a function of its parameters),
-``design_point`` (all limits of one joint), ``sweep`` (limits over one or two parameters, the regions between
-them, the public function).
+Designs: ``design_point`` (named changes of a joint, a joint as a function of its parameters, all limits of
+one joint), ``sweep`` (limits over one or two parameters, the regions between them, the public function).
 
 Meshes: ``refined`` (a table of meshes, what a sequence of numbers does, the public function).
 """

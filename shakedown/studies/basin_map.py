@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.upper import upper_bound
+from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, allowed
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Outcome
 from shakedown.joint.constraints import constraints

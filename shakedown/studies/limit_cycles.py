@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.shown_values import SHORT_DIGITS, sized
 from shakedown.ground.status import Outcome
 from shakedown.joint.result import Result

@@ -15,18 +15,17 @@ import numpy as np
 
 from shakedown.campaign.pieces import Arrays, read_arrays, remove_pieces, run_pieces
 from shakedown.files.atomic_write import atomic_write, check_target, pieces_beside
-from shakedown.ground.blas_threads import all_cores
+from shakedown.ground.constants import CYCLES, FloatArray
 from shakedown.ground.errors import ProblemError, UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import CYCLES
+from shakedown.ground.shown_values import visible
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.visible_text import visible
+from shakedown.ground.work_limit import all_cores
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import long_term_states
 from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.long_term.slip_criterion import check_slip_below, slip_criterion
+from shakedown.long_term.simulation import check_slip_below, slip_criterion
 from shakedown.studies.basin_map import InitialStateMap, InitialStateMaps, MissingMap
 from shakedown.studies.limit_cycles import limit_cycles
 from shakedown.studies.samplers import BLOCK, FIRST_TWO, Sampler, Sampling

@@ -15,15 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
 from shakedown.assessment.assess import Assessment, assess
-from shakedown.assessment.slip_limit import slip_limit
+from shakedown.assessment.transient_limit import slip_limit
 from shakedown.campaign.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
-from shakedown.files.table_file import check_table, read_csv, write_table
+from shakedown.files.atomic_write import check_table, read_csv, write_table
+from shakedown.ground.constants import PER_CENT, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import Missing, ProblemError, UsageError, found_in, sought
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import PER_CENT, THREE_DIGITS
-from shakedown.ground.shown_values import plain, short
+from shakedown.ground.shown_values import plain, short, shortened
 from shakedown.ground.status import Outcome
-from shakedown.ground.visible_text import shortened
 from shakedown.joint.arguments import check_load_factor, checked, is_finite, real_array, require_problem
 from shakedown.joint.contact_surface import element_count
 from shakedown.joint.hat_functions import averaged
@@ -31,7 +29,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.node_results import node_results
-from shakedown.long_term.slip_criterion import check_slip_below
+from shakedown.long_term.simulation import check_slip_below
 
 Make = Callable[[Any], Problem] | Mapping[Any, Problem]
 LOGGER = logging.getLogger("shakedown")
@@ -156,8 +154,8 @@ class Refinement(Result):
         The other columns: the three numbers of :func:`assess`, λ_max averaged over the radius, the
         friction work per cycle of all nodes [force · length] and the largest slip range of a node [length]
         in the long run at the load factor, from slip zero, and up to which load factor every slip stays
-        below the length (:func:`~shakedown.assessment.slip_limit.slip_limit`). NaN where there is none, inf
-        where nothing limits it.
+        below the length (:func:`~shakedown.assessment.transient_limit.slip_limit`). NaN where there is none,
+        inf where nothing limits it.
     fingerprints
         Fingerprints of the joints (``Problem.fingerprint``), by which a report recognises its own.
     elements : (k,)

@@ -10,15 +10,12 @@ import numpy as np
 
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.bounds.named_start import named_start
-from shakedown.bounds.safe_slip import safe_slip
-from shakedown.bounds.upper import upper_bound
+from shakedown.bounds.upper import safe_slip, upper_bound
 from shakedown.ground.argument_kinds import check_count, check_seed
+from shakedown.ground.constants import CYCLES, MANY, FloatArray
 from shakedown.ground.errors import Missing, UsageError, allowed
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import CYCLES, MANY
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import is_finite
-from shakedown.joint.derived import once_per_problem
+from shakedown.joint.arguments import is_finite, once_per_problem
 from shakedown.joint.loading import slip_reach
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import long_term_state

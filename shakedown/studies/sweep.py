@@ -15,27 +15,29 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.bounds.registry import BOUNDS
 from shakedown.campaign.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
-from shakedown.files.table_file import check_table, write_table
+from shakedown.files.atomic_write import check_table, write_table
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ShakedownError, UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import plain
+from shakedown.ground.shown_values import plain, shortened, with_unit
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.arguments import check_load_factor, checked, real_array
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result, frame
-from shakedown.long_term.slip_criterion import check_slip_below
+from shakedown.long_term.simulation import check_slip_below
 from shakedown.models.importing.import_model import Import
 from shakedown.studies.design_point import (
+    FACTORS,
     DesignPoint,
+    ProblemOf,
     Question,
     SlipAllowed,
+    Variation,
+    checked_variation,
     design_point,
     from_here,
     point_of,
 )
-from shakedown.studies.parameters import FACTORS, ProblemOf, Variation, checked_variation
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -383,7 +385,7 @@ def sweep(
         λ_T to 0.1 %.
     slip_below
         A limit on the slip range of every node in the long run [length]; up to which load factor it holds
-        from the state asked about is said beside (:class:`~shakedown.assessment.slip_limit.SlipLimit`).
+        from the state asked about is said beside (:class:`~shakedown.assessment.transient_limit.SlipLimit`).
     executor
         Who works: any :class:`concurrent.futures.Executor`, as of threads, loky, MPI or
         ``dask.distributed.Client(…).get_executor()``. It is not shut down.

@@ -7,7 +7,7 @@ import pytest
 
 import shakedown
 from shakedown import Outcome, Problem, UsageError, damping
-from shakedown.assessment.random_paths import random_paths
+from shakedown.assessment.plan import random_paths
 from shakedown.fem import ElasticBody, Force, Material, Pressure, block_mesh, contact_problem
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.plot import damping_curve, loop

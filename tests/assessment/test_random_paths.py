@@ -8,7 +8,7 @@ import pytest
 
 import shakedown
 from shakedown import Problem, UsageError, safe_slip, upper_bound
-from shakedown.assessment.random_paths import random_paths
+from shakedown.assessment.plan import random_paths
 from shakedown.motion.evolution import evolve
 from tests.partly_open import SOME, partly_open
 

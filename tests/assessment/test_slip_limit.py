@@ -7,7 +7,7 @@ from joints import any_joint
 import shakedown
 from benchmarks.problems import in_units
 from shakedown import Problem
-from shakedown.assessment.slip_limit import slip_limit
+from shakedown.assessment.transient_limit import slip_limit
 
 BLOCK = shakedown.example("block-9")
 

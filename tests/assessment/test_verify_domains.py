@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.report.facts import sheet_as_text
 from shakedown.report.notes import LOAD_DOMAIN, ONE_PATH
 from shakedown.report.run_facts import verify_sheet
-from shakedown.report.text_table import sheet_as_text
 from tests.command import document, run
 
 DOMAIN = replace(shakedown.example("two-node"), load_path="domain")

@@ -13,7 +13,7 @@ from shakedown import Problem
 from shakedown.bounds.collapse import lower as lower_module
 from shakedown.bounds.collapse.proof_status import GuaranteeEvidence, guarantee_status
 from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
-from shakedown.joint.conjugate_loads import without_loads
+from shakedown.joint.units import without_loads
 
 
 def test_the_guarantee_is_worked_out_when_read(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,7 +5,7 @@ import pytest
 from joints import any_joint
 
 from shakedown import Problem
-from shakedown.bounds.exact_rows import exact_rows
+from shakedown.bounds.row_programs import exact_rows
 from shakedown.joint.constraints import constraints
 
 

@@ -6,7 +6,7 @@ from scipy.optimize import linprog
 
 import shakedown
 from shakedown import Outcome, Problem, Status
-from shakedown.bounds.collapse.lift_off import lift_off_bound
+from shakedown.bounds.collapse.proof_status import lift_off_bound
 from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
 from shakedown.joint.constraints import Side, constraints
 from shakedown.joint.loading import loading

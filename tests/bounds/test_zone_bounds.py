@@ -9,15 +9,13 @@ import pytest
 import shakedown
 from benchmarks.bodies.lap_joint import lap_joint
 from shakedown import SolverError, UsageError, safe_slip, upper_bound
-from shakedown.bounds.best_zone import best_zone
+from shakedown.bounds.best_zone import best_zone, change_weights, opened_by_mean_load, zone_limit
 from shakedown.bounds.discs.disc_rows import zone_rows
-from shakedown.bounds.opened_by_mean_load import opened_by_mean_load
-from shakedown.bounds.zone_limits import change_weights, zone_limit
 from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.joint.conjugate_loads import without_loads
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading
+from shakedown.joint.units import without_loads
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import State
 from shakedown.report.limit_facts import claims, solve_sheet

@@ -15,8 +15,8 @@ from campaign_works import Deadly, Mistaken, Squares, done, squares
 
 from shakedown.campaign.pieces import run_pieces
 from shakedown.files.examples import example
-from shakedown.ground.blas_threads import all_cores
 from shakedown.ground.errors import SolverError, UsageError
+from shakedown.ground.work_limit import all_cores
 
 WORKS = Path(campaign_works.__file__)
 

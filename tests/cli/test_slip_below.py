@@ -9,8 +9,8 @@ from command import document, run
 from joints import joint_of_kind
 
 import shakedown
-from shakedown.assessment.slip_limit import slip_limit
-from shakedown.studies.parameters import with_parameter
+from shakedown.assessment.transient_limit import slip_limit
+from shakedown.studies.design_point import with_parameter
 
 
 def test_verify_says_up_to_where_slips_stay_below_a_length(tmp_path, undrawn):

@@ -28,7 +28,7 @@ from shakedown.fem import (
     contact_problem,
     read_mesh,
 )
-from shakedown.fem.contact_surface import contact_faces
+from shakedown.fem.contact import contact_faces
 
 STEEL = Material(210e3, 0.3)
 LOADS = (

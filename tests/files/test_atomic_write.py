@@ -15,8 +15,14 @@ import pytest
 
 import shakedown
 from shakedown import UsageError
-from shakedown.files.atomic_write import PART, atomic_write, atomic_write_together, check_target
-from shakedown.files.table_file import read_csv, write_csv
+from shakedown.files.atomic_write import (
+    PART,
+    atomic_write,
+    atomic_write_together,
+    check_target,
+    read_csv,
+    write_csv,
+)
 
 
 def write(path, data=b"new"):

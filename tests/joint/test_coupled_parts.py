@@ -8,7 +8,7 @@ from scipy.linalg import block_diag
 
 import shakedown
 from benchmarks.drawn_joints import drawn_joint_in_space
-from shakedown.joint.coupled_parts import coupled_parts, of_nodes, of_slips
+from shakedown.joint.contact_zone import coupled_parts, of_nodes, of_slips
 from shakedown.joint.rigid_slips import rigid_slips
 
 LOOP = {"f": 0.5, "q_w": np.ones((2, 3)), "p_w": np.ones((2, 3))}

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.bounds.exact_rows import exact_rows
+from shakedown.bounds.row_programs import exact_rows
 from shakedown.joint.constraints import constraints, step_loads
 from shakedown.joint.loading import loading
 

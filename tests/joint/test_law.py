@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from shakedown.joint.law import Law
-from shakedown.joint.layout import Layout
+from shakedown.joint.law import Law, Layout
 
 N, STATES = 4, 200
 

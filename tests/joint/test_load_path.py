@@ -7,7 +7,7 @@ import pytest
 
 import shakedown
 from shakedown import LoadCase, Problem, ProblemError, condense, load_problem, save_problem
-from shakedown.assessment.random_paths import random_paths
+from shakedown.assessment.plan import random_paths
 from shakedown.joint.contact_zone import contact_zone
 
 JOINT = shakedown.example("two-node")

@@ -13,7 +13,7 @@ import pytest
 
 import shakedown
 from shakedown import Problem, ProblemError, load_problem, save_problem
-from shakedown.joint.field_table import ARRAYS
+from shakedown.joint.fields import ARRAYS
 
 
 def valid() -> dict:

@@ -9,7 +9,7 @@ import shakedown
 from benchmarks.floating_joints import floating_block, rational_joint
 from benchmarks.rigid_motions import floating_joint, floating_solid, rounded, stiffened, without_places
 from shakedown import Problem
-from shakedown.joint.numbers import printed_error
+from shakedown.joint.fields import printed_error
 from shakedown.joint.rigid_slips import can_drift, free_stiffness, rigid_slips, zero_modes
 
 SHARES = [sign * 10.0**power for power in (-17, -15, -13, -11, -9) for sign in (1.0, -1.0)]

@@ -10,7 +10,7 @@ import shakedown
 from shakedown import Problem, ProblemError, load_problem, save_problem
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import with_initial_gap
-from shakedown.studies.parameters import with_parameter
+from shakedown.studies.design_point import with_parameter
 
 SOURCE = json.dumps(
     {"command": "shakedown-bounds import c.toml", "files": [{"name": "k.mtx", "sha256": "0" * 64}]}

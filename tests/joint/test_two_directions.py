@@ -11,7 +11,7 @@ from public_names import public
 
 import shakedown
 from shakedown import Problem, ProblemError, UsageError, load_problem, plot, save_problem
-from shakedown.assessment.random_paths import random_paths
+from shakedown.assessment.plan import random_paths
 from shakedown.joint.constraints import Side, constraints, step_loads, through_transient
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading, ramp_start, slip_reach, transient_path, with_initial_gap
@@ -20,7 +20,7 @@ from shakedown.motion.checked_law import law_violation, reactions, scales
 from shakedown.motion.evolution import evolve
 from shakedown.programs.program import INF, Program
 from shakedown.programs.solver import solve
-from shakedown.studies.parameters import with_parameter
+from shakedown.studies.design_point import with_parameter
 
 
 def arrays(n: int = 3, m: int = 24, seed: int = 0) -> dict:

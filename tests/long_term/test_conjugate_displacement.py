@@ -9,7 +9,7 @@ import shakedown
 from shakedown import LoadCase, condense
 from shakedown.long_term.conjugate_displacement import conjugate_displacement, load_loops
 from shakedown.models.condensation.condense import condensed_stiffness
-from shakedown.studies.parameters import with_parameter
+from shakedown.studies.design_point import with_parameter
 
 STEPS = 12
 

@@ -10,7 +10,7 @@ from command import run
 
 import shakedown
 from shakedown import UsageError
-from shakedown.long_term.node_instants import save_node_instants
+from shakedown.long_term.node_results import save_node_instants
 
 TURNED = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])  # x and y of every node in the model
 

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 import shakedown
 from shakedown import Outcome, Problem, simulate
 from shakedown.ground.status import NO_STATE, OPEN, SLIP, STICK
-from shakedown.joint.layout import Layout
+from shakedown.joint.law import Layout
 from shakedown.joint.loading import loading
 from shakedown.motion.checked_law import law_violation
-from shakedown.motion.gauss_seidel import contact_nodes, load_steps
+from shakedown.motion.fixed_steps import contact_nodes, load_steps
 
 TWO_NODE = shakedown.example("two-node")
 LOWER, UPPER = shakedown.lower_bound(TWO_NODE), shakedown.upper_bound(TWO_NODE)

@@ -9,9 +9,8 @@ import pytest
 import shakedown
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.rigid_slips import can_drift
-from shakedown.long_term import known_bounds
-from shakedown.long_term.known_bounds import further_from_start, note
-from shakedown.long_term.passage import Passage
+from shakedown.long_term import passage
+from shakedown.long_term.passage import Passage, further_from_start, note
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolution import Evolution, evolve
 
@@ -217,7 +216,7 @@ def test_total_slip_is_not_asked_about_above_its_bound(monkeypatch, noted):
     else:
         assert further_from_start(above) == np.inf
     assert further_from_start(below) < np.inf
-    monkeypatch.setattr(known_bounds, "total_slip_bound", None)
+    monkeypatch.setattr(passage, "total_slip_bound", None)
     assert further_from_start(above) == np.inf
 
 

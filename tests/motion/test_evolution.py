@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import shakedown
-from shakedown.joint.conjugate_loads import without_loads
 from shakedown.joint.loading import loading
+from shakedown.joint.units import without_loads
 from shakedown.motion.checked_law import law_violation, scales
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolution import evolve

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from shakedown import Problem, UsageError, plot
-from shakedown.models.condensation.tangent_pairs import tangent_pairs
+from shakedown.models.condensation.contact_frame import tangent_pairs
 from shakedown.plot.patch_places import places_of
 
 

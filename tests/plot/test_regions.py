@@ -7,7 +7,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 import shakedown
 from shakedown import plot
 from shakedown.ground.errors import UsageError
-from shakedown.studies.parameters import with_parameter
+from shakedown.studies.design_point import with_parameter
 
 TWO = shakedown.example("two-node")
 

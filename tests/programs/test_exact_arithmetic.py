@@ -8,8 +8,7 @@ import numpy as np
 from hypothesis import given, settings
 
 from benchmarks.rational_reference import solve_fractions
-from shakedown.programs.exact_program import ExactProgram, exact_vertex
-from shakedown.programs.integer_algebra import enclosure, solve_integers
+from shakedown.programs.exact_program import ExactProgram, enclosure, exact_vertex, solve_integers
 
 LAW = settings(derandomize=True, deadline=None, max_examples=20)
 

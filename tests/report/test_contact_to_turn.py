@@ -9,7 +9,7 @@ import pytest
 from markupsafe import Markup
 
 import shakedown
-from shakedown.plot.patch_data import can_be_turned, patch_data
+from shakedown.plot.patch_places import can_be_turned, patch_data
 from shakedown.plot.paths import slip_of_nodes, so_far, work_of_nodes
 from shakedown.report.html import environment
 

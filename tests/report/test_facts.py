@@ -7,8 +7,18 @@ import pytest
 
 from shakedown.ground.shown_values import down, up
 from shakedown.report import notes
-from shakedown.report.facts import Fact, Section, Sheet, Table, limits_as_text, margin, number
-from shakedown.report.text_table import listing, sheet_as_text, table
+from shakedown.report.facts import (
+    Fact,
+    Section,
+    Sheet,
+    Table,
+    limits_as_text,
+    listing,
+    margin,
+    number,
+    sheet_as_text,
+    table,
+)
 
 NOTES = {name: text for name, text in vars(notes).items() if name.isupper()}
 

@@ -12,13 +12,12 @@ import shakedown
 from shakedown import Problem
 from shakedown.assessment.verify import Verification
 from shakedown.ground.shown_values import FEW_DIGITS, down, few, up
-from shakedown.joint.conjugate_loads import without_loads
+from shakedown.joint.units import without_loads
 from shakedown.report import notes
-from shakedown.report.facts import Sheet
+from shakedown.report.facts import Sheet, sheet_as_text
 from shakedown.report.html import render, write_report
 from shakedown.report.limit_facts import decided_by, solve_sheet
 from shakedown.report.run_facts import answer, state_facts, verify_sheet, worst_table
-from shakedown.report.text_table import sheet_as_text
 from tests.report.test_page import Page, nominal
 
 LOADS = {

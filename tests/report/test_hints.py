@@ -8,8 +8,7 @@ from command import run
 
 import shakedown
 from shakedown.fem import ElasticBody, Material, Pressure, block_mesh, brick_mesh, contact_problem
-from shakedown.joint.conjugate_loads import without_loads
-from shakedown.joint.doubtful_data import doubtful_data
+from shakedown.joint.units import doubtful_data, without_loads
 
 JOINTS = ["block-9", "block-3x3"]
 

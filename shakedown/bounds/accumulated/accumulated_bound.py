@@ -17,14 +17,12 @@ from shakedown.bounds.accumulated.arc_search import (
     search_about,
 )
 from shakedown.bounds.accumulated.lid_check import Start, confirmed
-from shakedown.bounds.accumulated.lids import OWN, TOGETHER, NoLids
-from shakedown.bounds.accumulated.slip_arcs import FINER, Numbers
+from shakedown.bounds.accumulated.slip_arcs import FINER, OWN, TOGETHER, NoLids, Numbers
 from shakedown.bounds.bound_result import Bound, Evidence
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.ground.argument_kinds import written
+from shakedown.ground.constants import FOUR_DIGITS, SEVEN_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import FOUR_DIGITS, SEVEN_DIGITS
 from shakedown.ground.status import Status
 from shakedown.joint.arguments import check_load_factor, checked, checked_initial_slip, real_array
 from shakedown.joint.problem import Problem

@@ -7,13 +7,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.bounds.accumulated.lids import MARGIN, Lids, NoLids, lids_of
-from shakedown.bounds.accumulated.slip_arcs import FINER, Arcs, Cells, Numbers, all_cells, by_node
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import HALVINGS, NEGLIGIBLE, SEVEN_DIGITS
-from shakedown.joint.derived import once_per_problem
+from shakedown.bounds.accumulated.slip_arcs import (
+    FINER,
+    MARGIN,
+    Arcs,
+    Cells,
+    Lids,
+    NoLids,
+    Numbers,
+    all_cells,
+    by_node,
+    lids_of,
+)
+from shakedown.ground.constants import HALVINGS, NEGLIGIBLE, SEVEN_DIGITS, FloatArray
+from shakedown.joint.arguments import once_per_problem
+from shakedown.joint.fields import LARGEST
 from shakedown.joint.loading import loading, transient_path
-from shakedown.joint.numbers import LARGEST
 from shakedown.joint.problem import Problem
 
 START = "start"

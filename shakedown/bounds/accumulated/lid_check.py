@@ -6,11 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from shakedown.bounds.accumulated.lids import MARGIN, Lids
-from shakedown.bounds.accumulated.slip_arcs import Arcs, Flags, Numbers, by_node, crossed
-from shakedown.bounds.exact_rows import exact_numbers
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ROUND_OFF
+from shakedown.bounds.accumulated.slip_arcs import MARGIN, Arcs, Flags, Lids, Numbers, by_node, crossed
+from shakedown.bounds.row_programs import exact_numbers
+from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.joint.law import Law
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem

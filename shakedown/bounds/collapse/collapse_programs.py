@@ -7,14 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.certificate import starts_safe
+from shakedown.ground.constants import ITERATIONS, NEGLIGIBLE, SETTLED, FloatArray
 from shakedown.ground.errors import sought
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ITERATIONS, NEGLIGIBLE, SETTLED
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import Constraints, by_side, rows_of
 from shakedown.joint.problem import Problem
-from shakedown.programs.program import INF, Solution
-from shakedown.programs.scaling import power_of_two
+from shakedown.programs.program import INF, Solution, power_of_two
 from shakedown.programs.simplex import Simplex
 
 _NEWTON_UP_TO = 12  # nodes; one system of equations for each

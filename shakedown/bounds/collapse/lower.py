@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from shakedown.bounds.bound_result import Bound, Evidence
+from shakedown.bounds.bound_result import UNSAFE_MEAN, Bound, Evidence
 from shakedown.bounds.certificate import (
     LOWER_CERTIFIED_UP_TO,
     Certificate,
@@ -24,11 +24,10 @@ from shakedown.bounds.collapse.collapse_programs import (
     mean_load_is_safe,
 )
 from shakedown.bounds.collapse.proof_status import GuaranteeEvidence, GuaranteeStatus, guarantee_status
-from shakedown.bounds.results import UNSAFE_MEAN
 from shakedown.bounds.row_programs import load_factor_program
 from shakedown.bounds.upper import upper_bound
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import Missing, sought
-from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Guarantee, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, require_plane

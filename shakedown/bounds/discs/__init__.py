@@ -1,9 +1,9 @@
 """λ_max and safe slips with two tangential directions: a cone program over the discs of all nodes.
 
-Reading order: ``slip_basis`` (orthonormal columns for slips), ``disc_rows`` (the limits, node by node),
+Reading order: ``disc_rows`` (orthonormal columns for slips; the limits, node by node),
 ``scaled_discs`` (the program in numbers near 1),
-``scaled_solution`` (it solved: interior points, Newton's method on the active discs; what is proved of it),
-``frictionless`` (nodes without a limit), ``safest_slip`` (the slip with most slack, the mean load),
+``scaled_solution`` (it solved: interior points, Newton's method on the active discs; what is proved of it;
+nodes without a limit; the slip with most slack, the mean load),
 ``safe_proof`` (what proofs are computed with; safe slips, proved), ``enclosure`` (two load factors with
 λ_max between them, proved).
 
@@ -12,7 +12,7 @@ Reading order: ``slip_basis`` (orthonormal columns for slips), ``disc_rows`` (th
 1. ``bounds.upper.upper_bound`` (public) has ``best_zone.chosen_zone`` say which nodes stay open;
    ``disc_rows.zone_rows`` writes the limits, one disc a node and load step, and
    ``bounds.largest_load_factor`` answers.
-2. There, in ``_of_rows``, nodes without friction are taken out (``frictionless``); ``_limit`` states the
+2. There, in ``_of_rows``, nodes without friction are taken out; ``_limit`` states the
    program in numbers near 1 (``scaled_discs``) and has it solved by ``scaled_solution.solve_scaled``.
 3. ``solve_scaled`` calls ``programs.disc_solver.solve_discs``, which chooses the unknowns (``disc_program``;
    of many nodes ``reaction_unknowns``), and that ``programs.self_dual.solve_self_dual``: here λ_max is

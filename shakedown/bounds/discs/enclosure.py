@@ -26,8 +26,8 @@ from shakedown.bounds.discs.safe_proof import (
     proved_low,
 )
 from shakedown.bounds.discs.scaled_discs import UnscaledSolution
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import Missing
-from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips

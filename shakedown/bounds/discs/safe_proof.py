@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.discs.disc_rows import DiscRows, triples
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import HALVINGS
+from shakedown.ground.constants import HALVINGS, FloatArray
 from shakedown.joint.law import Law
 from shakedown.joint.loading import loading, no_mean
 from shakedown.joint.problem import Problem

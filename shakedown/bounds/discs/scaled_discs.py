@@ -7,9 +7,16 @@ from numpy.typing import NDArray
 
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.bounds.discs.safe_proof import exact_products
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import FOUR_DIGITS, ITERATIONS, MUCH, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
-from shakedown.ground.size_limits import CONE
+from shakedown.ground.constants import (
+    CONE,
+    FOUR_DIGITS,
+    ITERATIONS,
+    MUCH,
+    NEGLIGIBLE,
+    ROUND_OFF,
+    SIX_DIGITS,
+    FloatArray,
+)
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.self_dual import SelfDualSolution

@@ -1,16 +1,25 @@
-"""The solution of a program: interior points, Newton's method on the discs that meet there, and a proof."""
+"""The program of λ_max in space solved, with nodes without friction and for the safest slip."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
 
-from shakedown.bounds.discs.scaled_discs import ScaledDiscs, UnscaledSolution, in_units
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEWTON_ROUNDS, ROUND_OFF
-from shakedown.ground.size_limits import CONE
+from shakedown.bounds.discs.disc_rows import DiscRows, disc_rows
+from shakedown.bounds.discs.scaled_discs import (
+    Carrying,
+    ScaledDiscs,
+    UnscaledSolution,
+    in_units,
+    scaled_discs,
+)
+from shakedown.ground.constants import CONE, NEGLIGIBLE, NEWTON_ROUNDS, ROUND_OFF, FloatArray
 from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.problem import Problem
+from shakedown.joint.rigid_slips import RigidSlips
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.disc_solver import solve_discs
 from shakedown.programs.self_dual import (
@@ -20,12 +29,138 @@ from shakedown.programs.self_dual import (
     SelfDualSolution,
     balanced_multipliers,
 )
+from shakedown.programs.solver import widest
+
+Mask = NDArray[np.bool_]
+SAME = 100 * ROUND_OFF  # relative size of a singular value below which it is round-off
+
+
+@dataclass(frozen=True, eq=False)
+class Frictionless:
+    """A joint whose frictionless nodes are taken out.
+
+    Attributes
+    ----------
+    whole
+        The limits of all nodes.
+    start, slope : (k,)
+        Slips at which these have no reaction, at λ = 0 and their change with λ [length].
+    ways : (k, K)
+        The slips that leave it so.
+    forced
+        The only load factor at which they can have none; None where it is free.
+    against : (j', 2)
+        Multipliers of these discs that prove that they never have none; empty where they can.
+    """
+
+    whole: DiscRows
+    start: FloatArray
+    slope: FloatArray
+    ways: FloatArray
+    forced: float | None
+    against: FloatArray
+
+    @cached_property
+    def rest(self) -> DiscRows:
+        """The limits of the other nodes in (ζ, λ)."""
+        rows, gaps = self.whole, self.whole.half_spaces
+        kept = np.flatnonzero(~rows.smooth)
+        names, node = np.unique(rows.node[kept], return_inverse=True)
+        G, none = gaps.coefficients, RigidSlips(np.zeros((self.ways.shape[1], 0)), ())
+        at_start, with_load = ((rows.flat @ v).reshape(-1, 3)[rows.node] for v in (self.start, self.slope))
+        return replace(
+            rows,
+            stiffness=(rows.stiffness @ self.ways)[names],
+            node=node,
+            step=rows.step[kept],
+            c=(rows.c + at_start)[kept],
+            e=(rows.e + with_load)[kept],
+            half_spaces=replace(
+                gaps, G=G @ self.ways, g=gaps.g - G @ self.start, d=gaps.d + G @ self.slope, rigid=none
+            ),
+            names=rows.names[names],
+        )
+
+    def slips(self, zeta: FloatArray, load_factor: float) -> FloatArray:
+        """The unknowns (k,) of the whole joint."""
+        return np.asarray(self.start + load_factor * self.slope + self.ways @ zeta)
+
+    def multipliers(self, y: FloatArray, z: FloatArray, slope: float) -> FloatArray:
+        """Multipliers of all discs, from those of the others: they balance, and Σ yᵀ e = ``slope``."""
+        rows, smooth = self.whole, self.whole.smooth
+        found = np.zeros((len(smooth), 3))
+        found[~smooth] = y
+        E = _free_equations(rows, smooth)
+        left = (rows.sums @ found).ravel() @ rows.flat - z @ rows.half_spaces.coefficients
+        pull = float(np.vdot(found, rows.e)) - float(z @ rows.half_spaces.d) - slope
+        sizes = np.linalg.norm(E, axis=0)
+        sizes = np.maximum(sizes, NEGLIGIBLE * sizes.max())  # round-off of distant nodes balances nothing
+        sizes = np.where(sizes > 0, sizes, 1.0)
+        eta = np.linalg.lstsq((E / sizes).T, -np.append(left, pull) / sizes, rcond=None)[0]
+        found[smooth, 1:] = eta.reshape(-1, 2)
+        found[smooth, 0] = 2.0 * np.hypot(*found[smooth, 1:].T)  # as large as one likes: the limit is zero
+        return found
+
+
+def without_frictionless(rows: DiscRows, tolerances: Tolerances = DEFAULT) -> Frictionless | None:
+    """The joint without its frictionless nodes; None where it has none.
+
+    ``feasibility`` decides whether their equations can hold.
+
+    Examples
+    --------
+    >>> from shakedown import Problem
+    >>> from shakedown.bounds.discs.disc_rows import disc_rows
+    >>> loop = {"q_w": [[1.0, 0.0], [1.0, 0.0]], "p_w": [[3.0], [2.0]]}
+    >>> found = without_frictionless(disc_rows(Problem(A=2 * np.eye(2), B=[[0.5, 0.0]], f=0.0, **loop)))
+    >>> found.start, found.ways.shape, found.forced
+    (array([-0.5,  0. ]), (2, 0), None)
+    """
+    smooth = rows.smooth
+    if not smooth.any():
+        return None
+    basis = rows.basis
+    E = _free_equations(rows, smooth)
+    right = -rows.c[smooth, 1:].ravel()
+    sizes = np.repeat(basis.sizes[: len(rows.stiffness)][rows.node[smooth]], 2)
+    sizes = np.where(sizes > 0, sizes, np.maximum(np.abs(right), np.abs(E[:, -1])))
+    sizes = np.where(sizes > 0, sizes, 1.0)
+    load = np.abs(E[:, -1] / sizes).max() or 1.0
+    K = basis.to_slips.shape[1]
+    matrix = np.column_stack([(E[:, :-1] @ basis.to_slips) / sizes[:, None], E[:, -1] / sizes / load])
+    right = right / sizes
+    Q, R = np.linalg.qr(matrix)
+    U, values, V = np.linalg.svd(R)
+    rank = int(np.count_nonzero(values > SAME * values.max(initial=0.0)))
+    x = V[:rank].T @ ((U[:, :rank].T @ (Q.T @ right)) / values[:rank])
+    rest = right - matrix @ x
+    against = np.zeros((0, 2))
+    if np.abs(rest).max() > tolerances.feasibility * max(np.abs(right).max(), np.abs(matrix @ x).max()):
+        against = (-rest / sizes).reshape(-1, 2)
+    free = V[rank:].T
+    towards = free[K]
+    length = float(np.linalg.norm(towards))
+    start, slope, forced, ways = x[:K], np.zeros(K), None, free[:K]
+    if length <= SAME:
+        forced = float(x[K]) / load
+    else:
+        along = free @ (towards / length**2)
+        start, slope = start - x[K] * along[:K], along[:K] * load
+        across = np.linalg.svd(towards[None])[2][1:]
+        ways = (free @ across.T)[:K]
+    T = basis.to_slips
+    return Frictionless(rows, T @ start, T @ slope, T @ ways, forced, against)
+
+
+def _free_equations(rows: DiscRows, smooth: Mask) -> FloatArray:
+    """The change of the reactions (q_x, q_y) of some discs with (v, λ), (2j', k + 1)."""
+    of_slips = rows.stiffness[rows.node[smooth], 1:].reshape(-1, rows.stiffness.shape[-1])
+    return np.column_stack([of_slips, rows.e[smooth, 1:].ravel()])
+
 
 NEGATIVE = 10 * ROUND_OFF  # largest slack or multiplier below zero likewise
 ALIKE = (1.0, 1e2)  # ratios of slack to multiplier up to which a limit counts as active
 PROXIMITY = 100 * ROUND_OFF  # regularisation of slips left free by active limits, and of redundant limits
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,3 +364,85 @@ def proved(program: DiscProgram, end: ProvedSolution) -> float:
 
 def _pull(of_w: FloatArray) -> float:
     return float(of_w[-1]) if of_w[-1] > 0 else np.nan
+
+
+@dataclass(frozen=True, eq=False)
+class Safest:
+    """The slip with most slack at one load factor.
+
+    Attributes
+    ----------
+    x : (k,)
+        It, at the unknowns of programs [length].
+    margin
+        The radius of a ball of slips around it, all of them safe [length]; negative where none is, −inf
+        where a limit that no slip changes is broken.
+    cap
+        The largest margin that was looked for.
+    carrying
+        The discs and half-spaces that limit it.
+    reduced_accuracy
+        Whether the interior points reached less than their tolerances.
+    """
+
+    x: FloatArray
+    margin: float
+    cap: float
+    carrying: Carrying
+    reduced_accuracy: bool
+
+
+def safest(rows: DiscRows, load_factor: float, tolerances: Tolerances = DEFAULT) -> Safest:
+    """max t: f p − |q| ≥ t (f |B_i| + |A_i|) at every node and load step, half-spaces likewise.
+
+    A change δ of the slips changes f p − |q| by (f|B_i| + |A_i|) |δ| at most: slips up to t away are safe.
+    Without discs this is a linear program; else the unknown is t + cap ≥ 0.
+    """
+    H = rows.half_spaces
+    slopes = np.linalg.norm(rows.stiffness[:, 0], axis=1) + np.linalg.norm(
+        rows.stiffness[:, 1:], axis=(1, 2), ord=2
+    )
+    other_slopes = np.linalg.norm(H.G if rows.in_plane else H.coefficients, axis=1)
+    c, g = rows.c + load_factor * rows.e, H.g - load_factor * H.d
+    reach = np.abs(rows.c).max(axis=1) + np.abs(load_factor * rows.e).max(axis=1)
+    other_reach = np.abs(H.g) + np.abs(load_factor * H.d)
+    steep, also = slopes[rows.node] > 0, other_slopes > 0
+    distances = np.append(reach[steep] / slopes[rows.node][steep], other_reach[also] / other_slopes[also])
+    cap = 2.0 * float(distances.max(initial=0.0)) or 1.0  # twice the largest bounded margin
+    if rows.in_plane:
+        found = widest(H.coefficients, other_slopes, g, cap=cap, tolerances=tolerances)
+        carrying = rows.node, np.flatnonzero(found.multipliers)
+        return Safest(found.x, found.margin, cap, carrying, found.reduced_accuracy)
+    down = np.zeros_like(c)
+    down[:, 0] = -slopes[rows.node]
+    held = replace(H, g=g + cap * other_slopes, d=other_slopes)
+    moved = rows.under(c=c - cap * down, e=down, half_spaces=held)
+    end = solve_scaled(scaled_discs(moved, -1.0, 2.0 * cap), proves=False)
+    margin = end.load_factor - cap if end.optimal else -np.inf
+    return Safest(end.x, margin, cap, end.carrying, end.reduced_accuracy)
+
+
+def safe_under_mean_load(problem: Problem, tolerances: Tolerances) -> bool:
+    """Whether some slip keeps every node within its limit under the mean load alone, to ``feasibility``.
+
+    Raises
+    ------
+    SolverError
+        If the program ends without an answer.
+    """
+    rows = disc_rows(problem)
+    one = np.unique(rows.node, return_index=True)[1]  # under the mean all load steps of a node are alike
+    held = replace(rows.half_spaces, d=np.zeros_like(rows.half_spaces.d))
+    mean = replace(
+        rows, node=rows.node[one], step=rows.step[one], c=rows.c[one], e=0 * rows.e[one], half_spaces=held
+    )
+    x = np.zeros(rows.stiffness.shape[-1])
+    if mean.relative_excess(x, 0.0) > 0:
+        taken = without_frictionless(mean, tolerances)
+        if taken is None:
+            x = safest(mean, 0.0).x
+        elif taken.against.size:
+            return False
+        else:
+            x = taken.slips(safest(taken.rest, 0.0).x, 0.0)
+    return mean.relative_excess(x, 0.0) <= tolerances.feasibility

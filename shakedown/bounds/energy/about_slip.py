@@ -6,11 +6,9 @@ from functools import cached_property
 import numpy as np
 
 from shakedown.bounds.energy.ball_limits import BallLimits, Places, cleaned
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SETTLED
-from shakedown.ground.size_limits import CONE
+from shakedown.ground.constants import CONE, SETTLED, FloatArray
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.scaling import power_of_two
+from shakedown.programs.program import power_of_two
 from shakedown.programs.shared_blocks import SharedBlocks
 
 

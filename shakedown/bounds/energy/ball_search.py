@@ -12,9 +12,7 @@ from shakedown.bounds.discs.scaled_solution import ProvedSolution, balance
 from shakedown.bounds.energy.about_slip import LimitsAbout, limits_about
 from shakedown.bounds.energy.ball_limits import BallLimits, Places
 from shakedown.bounds.energy.proved_solution import proved_solution, solution
-from shakedown.ground.errors import Missing, SolverError, sought
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import (
+from shakedown.ground.constants import (
     ALTERNATIONS,
     FOUR_DIGITS,
     HALVINGS,
@@ -24,11 +22,13 @@ from shakedown.ground.round_off import (
     ROUND_OFF,
     SETTLED,
     SIX_DIGITS,
+    FloatArray,
 )
+from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.scaling import typical_size
+from shakedown.programs.program import typical_size
 from shakedown.programs.self_dual import Points
 
 INSIDE = 4.0  # margin, in round-offs of a radius, by which a state is in a ball for certain

@@ -8,9 +8,14 @@ from math import inf, isfinite, nan
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.bounds.energy.ball_limits import BallLimits, ball_limits, check_resolved, without_margin
+from shakedown.bounds.energy.ball_limits import (
+    BallLimits,
+    EnergyMetric,
+    ball_limits,
+    check_resolved,
+    without_margin,
+)
 from shakedown.bounds.energy.ball_search import ball_around, full_share, held_by_none, largest_ball, widest
-from shakedown.bounds.energy.energy_metric import EnergyMetric
 from shakedown.bounds.energy.energy_results import (
     ALL_ADMISSIBLE,
     NO_SAFE_SLIP,
@@ -19,8 +24,7 @@ from shakedown.bounds.energy.energy_results import (
     WEDGED,
 )
 from shakedown.bounds.energy.energy_results import EnergyBall as EnergyBall
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked, checked_initial_slip, require_problem

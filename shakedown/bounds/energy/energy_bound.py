@@ -32,16 +32,14 @@ from shakedown.bounds.energy.energy_results import (
 )
 from shakedown.bounds.energy.exact_check import ExactBall
 from shakedown.bounds.energy.proved_solution import contradiction
+from shakedown.ground.constants import NEGLIGIBLE, SETTLED, FloatArray
 from shakedown.ground.errors import Missing, UsageError, sought
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, SETTLED
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, checked_initial_slip
-from shakedown.joint.contact_zone import Zone, contact_zone
-from shakedown.joint.coupled_parts import Part, coupled_parts, of_slips, weakest
+from shakedown.joint.contact_zone import Part, Zone, contact_zone, coupled_parts, of_slips, weakest
 from shakedown.joint.problem import Problem
-from shakedown.programs.scaling import power_of_two
+from shakedown.programs.program import power_of_two
 
 NOT_CLEARLY = "as stored A without the pinned slips is not clearly positive definite"
 NOT_ALL_AT_ONCE = "at the least certified load factor of its parts the balls of the others are not confirmed"

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.bounds.bound_result import Bound, Evidence
-from shakedown.bounds.energy.energy_metric import EnergyMetric
+from shakedown.bounds.energy.ball_limits import EnergyMetric
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.joint.arguments import real_array
 from shakedown.joint.contact_zone import Zone

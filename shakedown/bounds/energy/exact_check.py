@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from shakedown.bounds.exact_rows import exact_numbers
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import THREE_DIGITS
+from shakedown.bounds.row_programs import exact_numbers
+from shakedown.ground.constants import THREE_DIGITS, FloatArray
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.programs.scaling import power_of_two
+from shakedown.programs.program import power_of_two
 
 DIGITS = 2**80  # denominator to which a square root is rounded up
 UNIT = Fraction(1, 2**53)  # round-off of one operation

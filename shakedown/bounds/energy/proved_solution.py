@@ -8,10 +8,8 @@ import numpy as np
 
 from shakedown.bounds.discs.scaled_solution import ProvedSolution, balance, polished, proved
 from shakedown.bounds.energy.ball_limits import Places
+from shakedown.ground.constants import DENSE_FROM, FOUR_DIGITS, NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, sought
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import FOUR_DIGITS, NEGLIGIBLE
-from shakedown.ground.size_limits import DENSE_FROM
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.disc_solver import solve_discs

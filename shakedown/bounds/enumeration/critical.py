@@ -19,17 +19,17 @@ from shakedown.bounds.enumeration.intersection import (
     scaled_rows,
     solve_subsets,
 )
-from shakedown.bounds.exact_rows import exact_rows
+from shakedown.bounds.row_programs import exact_rows
 from shakedown.ground.argument_kinds import check_count
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import BudgetExceeded, UsageError
-from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SUBSETS, checked, require_plane
 from shakedown.joint.constraints import Constraints, constraints, rows_named
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.programs.integer_algebra import solve_integers
+from shakedown.programs.exact_program import solve_integers
 
 Progress = Callable[[int, int], None]
 LISTED = 1000

@@ -9,12 +9,11 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import BATCH
+from shakedown.ground.constants import BATCH, FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import Constraints, rows_named
 from shakedown.joint.result import Result
-from shakedown.programs.scaling import equilibration
+from shakedown.programs.program import equilibration
 
 Candidate = tuple[float, tuple[int, ...]]
 NONE: Candidate = (inf, ())

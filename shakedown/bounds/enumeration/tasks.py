@@ -29,9 +29,9 @@ from shakedown.bounds.enumeration.walk_kernel import (
     elimination,
     walk,
 )
-from shakedown.ground.blas_threads import all_cores
-from shakedown.ground.size_limits import BATCH, BLOCK
+from shakedown.ground.constants import BATCH, BLOCK
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.work_limit import all_cores
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from shakedown.ground.code_cache import compiled, pipeline
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.constants import ROUND_OFF, FloatArray
 
 IntArray = NDArray[np.int64]
 

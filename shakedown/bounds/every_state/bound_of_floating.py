@@ -7,13 +7,16 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.bounds.discs.disc_rows import DiscRows
-from shakedown.bounds.every_state.least_pressures import LeastPressures, pressures_of_floating
-from shakedown.bounds.every_state.rigid_rates import rigid_rates
+from shakedown.bounds.every_state.least_pressures import (
+    LeastPressures,
+    SlipCurves,
+    pressures_of_floating,
+    slip_curves,
+)
+from shakedown.bounds.every_state.rates import rigid_rates
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint
-from shakedown.bounds.every_state.slip_curves import SlipCurves, slip_curves
 from shakedown.bounds.largest_load_factor import largest_load_factor
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import EPS, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS
+from shakedown.ground.constants import EPS, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS, FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import Constraints

@@ -1,4 +1,4 @@
-"""Lower bounds of the pressure of closed nodes over all admissible slips, by duality, without programs."""
+"""The least pressures of admissible states, and the reactions about which loads swing with least friction."""
 
 from dataclasses import dataclass
 
@@ -6,16 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import (
+from shakedown.ground.constants import (
     ALTERNATIONS,
     EPS,
     ITERATIONS,
     MISJUDGED,
     NEGLIGIBLE,
+    NEWTON_ROUNDS,
     ROUND_OFF,
     SETTLED,
     SWEEPS,
+    THREE_DIGITS,
+    FloatArray,
 )
 
 TRIES = 4  # to exceed their round-off
@@ -211,3 +213,215 @@ def _best_parts(joint: ScaledJoint, Y: FloatArray) -> FloatArray:
         c = -np.einsum("irs,is->ir", inverse, right)  # of motions that no weight tells of: none
     c[np.abs(Y).max(axis=1) == 0.0] = 0.0
     return c
+
+
+@dataclass(frozen=True)
+class SlipCurves:
+    """The points g(u) u of some nodes, u being a direction in which the node slips (statement 6.4).
+
+    With g(u) = size + lean · u a node that slips along u has g(u) p ≥ π. With one direction the curve is
+    two points, with two a limaçon.
+
+    Attributes
+    ----------
+    size : (k,)
+        |1 − f h_i| [–].
+    lean : (k, d)
+        f Y_i, by the multipliers of the node itself [–].
+    loose : (k,)
+        How far off these numbers may be, together [–].
+    """
+
+    size: FloatArray
+    lean: FloatArray
+    loose: FloatArray
+
+    def part(self, nodes: NDArray[np.intp]) -> "SlipCurves":
+        """Those of some of the nodes."""
+        return SlipCurves(self.size[nodes], self.lean[nodes], self.loose[nodes])
+
+    @property
+    def length(self) -> FloatArray:
+        """|lean|, (k,)."""
+        return np.asarray(np.linalg.norm(self.lean, axis=-1))
+
+    def point(self, u: FloatArray) -> FloatArray:
+        """g(u) u of unit vectors (…, k, d)."""
+        return np.asarray((self.size + np.sum(self.lean * u, axis=-1))[..., None] * u)
+
+    def reach(self, y: FloatArray) -> FloatArray:
+        """The largest y · t over the points t of every curve, of vectors (…, k, d): (…, k).
+
+        With two directions the largest g(u) u · y is the least value, over ν > 0, of
+        |y| (ν + c cos²ψ + γ² cos²ψ / 4ν + γ² sin²ψ / 4(ν + c)), where γ is the size, c = |lean| and
+        2ψ the angle between lean and y (the dual of a quadratic form on the unit circle). Every ν is a bound.
+        """
+        if self.lean.shape[-1] == 1:
+            return np.asarray(self.size * np.abs(y[..., 0]) + self.lean[:, 0] * y[..., 0])
+        angle, along, across, nu = self._dual(y)
+        beside = nu + self.length
+        largest = self.length * np.cos(angle) ** 2 + nu + along**2 / nu + across**2 / beside
+        return np.asarray(np.hypot(y[..., 0], y[..., 1]) * largest)
+
+    def farthest(self, y: FloatArray) -> FloatArray:
+        """The point t that :meth:`reach` reaches, (…, k, d)."""
+        if self.lean.shape[-1] == 1:
+            return self.point(np.where(y < 0, -1.0, 1.0))
+        angle, _, across, nu = self._dual(y)
+        beyond = np.arcsin(np.clip(across / (nu + self.length), -1.0, 1.0))
+        return self.point(_unit(np.arctan2(y[..., 1], y[..., 0]) - angle + beyond))
+
+    def around(self) -> FloatArray:
+        """d + 1 points of every curve with the origin between them, (d + 1, k, d)."""
+        if self.lean.shape[-1] == 1:
+            return self.point(np.tile([[[1.0]], [[-1.0]]], (1, len(self.size), 1)))
+        along = np.arctan2(self.lean[:, 1], self.lean[:, 0])
+        aside = np.arccos(-np.minimum(0.5, 0.5 * self.size / np.maximum(self.length, 0.5 * self.size)))
+        return self.point(_unit(np.stack([along, along + aside, along - aside])))
+
+    def _dual(self, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """ψ, γ cos ψ / 2, γ sin ψ / 2 and the best ν, each (…, k): where both terms' slopes add to 1."""
+        x, length = self.lean, self.length
+        angle = 0.5 * np.arctan2(x[:, 0] * y[..., 1] - x[:, 1] * y[..., 0], np.sum(x * y, axis=-1))
+        along, across = 0.5 * self.size * np.cos(angle), 0.5 * self.size * np.sin(angle)
+        least = np.maximum(np.maximum(along, np.abs(across) - length), ROUND_OFF * self.size)
+        nu = least
+        for _ in range(NEWTON_ROUNDS):
+            first, second = along / nu, across / (nu + length)
+            square = first**2 + second**2
+            slope = first**2 / nu + second**2 / (nu + length)
+            before, nu = nu, np.maximum(nu + square * (np.sqrt(square) - 1.0) / slope, least)
+            if (np.abs(nu - before) <= NEGLIGIBLE * nu).all():
+                break
+        return angle, along, across, nu
+
+
+def slip_curves(joint: ScaledJoint, least: LeastPressures) -> SlipCurves:
+    """The curves of all nodes; circles |t| = 1 (statement 6.3) where a curve nearly leaves the origin out."""
+    every, f = np.arange(joint.n), joint.f
+    lean = f[:, None] * least.multipliers.reshape(joint.n, joint.n, joint.d)[every, every]
+    own = f * least.weights[every, every]
+    size, long = np.abs(1.0 - own), np.linalg.norm(lean, axis=1)
+    inside = size - long * (joint.d == 1) > THREE_DIGITS * (1.0 + long)
+    return SlipCurves(
+        size=np.where(inside, size, 1.0),
+        lean=np.where(inside[:, None], lean, 0.0),
+        loose=np.where(inside, f * least.error + 8 * EPS * (1.0 + own + long), 8 * EPS),
+    )
+
+
+def _unit(angle: FloatArray) -> FloatArray:
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+@dataclass(frozen=True)
+class Loops:
+    """What limits some nodes: loops of loads q¹, and the least friction limits during each of them.
+
+    Attributes
+    ----------
+    curves
+        What slip in any direction asks of the reaction.
+    path : (m, k, d)
+        q¹ of these nodes at the load steps [force].
+    growing : (m, k)
+        f π¹ [force]: what the least friction limit grows by with the load factor.
+    constant : (k,)
+        f π⁰ > 0 under the mean load [force].
+    """
+
+    curves: SlipCurves
+    path: FloatArray
+    growing: FloatArray
+    constant: FloatArray
+
+    def part(self, nodes: NDArray[np.intp]) -> "Loops":
+        """Those of some of the nodes."""
+        return Loops(
+            self.curves.part(nodes), self.path[:, nodes], self.growing[:, nodes], self.constant[nodes]
+        )
+
+    def needed(self, centre: FloatArray) -> FloatArray:
+        """The 1/λ required for each load step, (m, k), by centres (k, d)."""
+        return np.asarray((self.curves.reach(-(centre + self.path)) - self.growing) / self.constant)
+
+    def needed_above(self, centre: FloatArray) -> FloatArray:
+        """The largest of :meth:`needed`, rounded up by more than its round-off, (k,)."""
+        size = np.abs(self.path).sum(axis=2) + np.abs(centre).sum(axis=1)
+        loose = (self.curves.loose + 16 * EPS * (self.curves.size + self.curves.length)) * size
+        worst = self.needed(centre) + (loose + 16 * EPS * np.abs(self.growing)) / self.constant
+        most = worst.max(axis=0)
+        return np.asarray(most + 8 * EPS * np.abs(most))
+
+    def round_off(self) -> FloatArray:
+        """The error of 1/λ due to round-off of loads, (k,)."""
+        size = np.abs(self.path).max(axis=(0, 2)) + np.abs(self.growing).max(axis=0)
+        return np.asarray(16 * EPS * size / self.constant)
+
+    def worst(self, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Where :meth:`needed` is largest: its value (k,), and the row t, f π⁰, t · q¹ + f π¹ (k, d + 2)."""
+        needed, k = self.needed(centre), np.arange(len(centre))
+        step = needed.argmax(axis=0)
+        point = self.curves.farthest(-(centre + self.path[step, k]))
+        right = np.sum(point * self.path[step, k], axis=1) + self.growing[step, k]
+        return needed[step, k], np.column_stack([point, self.constant, right])
+
+    def rows(self, points: FloatArray) -> FloatArray:
+        """The rows of some points t (j, k, d) at their worst load steps, (k, j, d + 2)."""
+        right = (np.einsum("mkd,jkd->jmk", self.path, points) + self.growing).min(axis=1)
+        constant = np.broadcast_to(self.constant, right.shape)
+        return np.concatenate([points, constant[..., None], right[..., None]], axis=2).swapaxes(0, 1)
+
+
+def reaction_centres(loops: Loops) -> tuple[FloatArray, FloatArray]:
+    """Minimise over η the largest (reach of −(η + q¹_k) − f π¹_k) / (f π⁰), for all nodes at once.
+
+    Returns an upper bound of this 1/λ (k,), and η (k, d): under the load factor λ the reaction A v* + q⁰ of
+    the node is λ η [force].
+
+    By the exchange algorithm (Remez; the dual simplex method, whose rows are tangents): d + 1 points of
+    the curve hold a centre from all sides; the one in which it misses most takes the place of one of them.
+    """
+    k = len(loops.constant)
+    basis = loops.rows(loops.curves.around())
+    centre, below = _vertex(basis)
+    if not k:
+        return below, centre
+    best, above, going = centre.copy(), np.full(k, np.inf), np.arange(k)
+    for _ in range(ITERATIONS):  # each exchanges one of d + 1 touching points: 10 to 40 are taken
+        part = loops.part(going)
+        reached = part.needed_above(centre[going])
+        better = reached < above[going]
+        above[going[better]], best[going[better]] = reached[better], centre[going[better]]
+        needed, new = part.worst(centre[going])
+        open_yet = needed - below[going] > np.maximum(ROUND_OFF * np.abs(needed), part.round_off())
+        if not open_yet.any():
+            break
+        going = going[open_yet]
+        found, ok = _exchanged(basis[going], new[open_yet])
+        basis[going[ok]] = found[ok]
+        going = going[ok]
+        if not len(going):
+            break
+        centre[going], below[going] = _vertex(basis[going])
+    return above, best
+
+
+def _vertex(basis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Centre and 1/λ where the rows t · η + f π⁰ / λ + (t · q¹ + f π¹) ≥ 0 meet."""
+    found = np.linalg.solve(basis[..., :-1], -basis[..., -1:])[..., 0]
+    return np.asarray(found[:, :-1]), np.asarray(found[:, -1])
+
+
+def _exchanged(basis: FloatArray, new: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """The bases with the new row in place of the one whose weight vanishes first, and which are regular."""
+    columns, row = basis[..., :-1].swapaxes(1, 2), new[:, :-1]
+    weighed = np.zeros_like(row)
+    weighed[:, -1] = 1.0
+    weights, change = np.moveaxis(np.linalg.solve(columns, np.stack([weighed, row], axis=2)), 2, 0)
+    changes = change > ROUND_OFF
+    ratio = np.where(changes, np.maximum(weights, 0.0) / np.where(changes, change, 1.0), np.inf)
+    leaving, found = ratio.argmin(axis=1), basis.copy()
+    found[np.arange(len(found)), leaving] = new
+    regular = np.abs(np.linalg.det(found[..., :-1])) > 4 * EPS * found[..., -2].max(axis=1)
+    return found, regular & np.isfinite(ratio.min(axis=1))

@@ -6,9 +6,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import EPS
-from shakedown.joint.derived import once_per_problem
+from shakedown.ground.constants import EPS, FloatArray
+from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.law import Law
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem

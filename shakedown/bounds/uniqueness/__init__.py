@@ -1,8 +1,7 @@
 """Uniqueness of the evolution: which nodes may slip, in which directions, without losing it.
 
-Reading order: ``scaled_stiffness`` (κ in units of its own), ``moving_sets`` (the friction at which the
-determinant of some moving nodes vanishes; the few that matter among many nodes), ``coupling`` (the ratio ρ*
-of a joint; friction up to which none can vanish), ``difference_gauge`` (where that is not below 1),
-``in_contact`` (the answer for the given friction), ``wedging`` (the friction at which a joint wedges),
-``friction_thresholds`` (at which uniqueness ends).
+Reading order: ``moving_sets`` (κ in units of its own; the friction at which the determinant of some moving
+nodes vanishes; the few that matter among many nodes), ``coupling`` (the ratio ρ* of a joint; friction up to
+which none can vanish; the answer for the given friction), ``difference_gauge`` (where that is not below 1),
+``friction_thresholds`` (at which uniqueness ends, and a joint wedges).
 """

@@ -5,10 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS, SWEEPS
-from shakedown.ground.size_limits import ALL_PAIRS_UP_TO
-from shakedown.joint.derived import once_per_problem
+from shakedown.ground.constants import ALL_PAIRS_UP_TO, NEGLIGIBLE, SIX_DIGITS, SWEEPS, FloatArray
+from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 

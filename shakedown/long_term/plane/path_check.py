@@ -8,9 +8,8 @@ contact states (:attr:`shakedown.motion.event_history.EventHistory.signature`).
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.named_state import Flags, Hash, NamedState, Reals, inner
-from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.status import OPEN
 from shakedown.motion.course import JUMPS, Course
 from shakedown.motion.plane.active_set import ActiveSet, add_product, larger

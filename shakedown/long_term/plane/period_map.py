@@ -13,9 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import schur, solve_sylvester
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.named_state import Integers, NamedState, Reals, inner, summing
-from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.plane.active_set import ActiveSet, larger
 from shakedown.motion.plane.moving_state import PlaneMotion

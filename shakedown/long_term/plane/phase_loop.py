@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.named_state import call_at, entered, inner
 from shakedown.ground.status import BACKWARD_SLIP, STICK
 from shakedown.long_term.plane.path_check import begin_check, broken_law, check_rows, end_check

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.named_state import Hash, Integers, NamedState, Reals
 from shakedown.long_term.plane.path_check import PathCheck
 from shakedown.long_term.plane.period_map import PeriodMap

@@ -12,8 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import EPS, MISJUDGED, MUCH, THREE_DIGITS
+from shakedown.ground.constants import EPS, MISJUDGED, MUCH, THREE_DIGITS, FloatArray
 from shakedown.long_term.space.measure import Measure
 from shakedown.long_term.space.recurrence_leaps import PRICE, WORTH, Leap
 

@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import MUCH, NEGLIGIBLE, PER_CENT, RESOLVED, THREE_DIGITS
-from shakedown.joint.layout import Layout
+from shakedown.ground.constants import MUCH, NEGLIGIBLE, PER_CENT, RESOLVED, THREE_DIGITS, FloatArray
+from shakedown.joint.law import Layout
 from shakedown.long_term.space.measure import STATE_ROUND_OFF, Measure
 
 CLEARLY = 4.0  # ratio of two changes from which on they show a slope

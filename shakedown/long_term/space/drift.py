@@ -4,9 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS
-from shakedown.joint.layout import Layout
+from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS, FloatArray
+from shakedown.joint.law import Layout
 from shakedown.long_term.space.decay import Period
 from shakedown.long_term.space.measure import Measure
 

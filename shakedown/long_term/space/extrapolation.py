@@ -4,8 +4,7 @@ from math import nan
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import MISJUDGED, MUCH
+from shakedown.ground.constants import MISJUDGED, MUCH, FloatArray
 from shakedown.ground.status import OPEN
 from shakedown.joint.rigid_slips import free_stiffness
 from shakedown.long_term.space.curve_leaps import CurveLeaps

@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import THREE_DIGITS
+from shakedown.ground.constants import THREE_DIGITS, FloatArray
 from shakedown.ground.status import OPEN, Outcome
 from shakedown.long_term.space.decay import Period
 from shakedown.long_term.space.measure import Measure, measure_of

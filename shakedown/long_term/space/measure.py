@@ -6,10 +6,8 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import EPS, NEGLIGIBLE, THREE_DIGITS
-from shakedown.ground.size_limits import BLOCK
-from shakedown.joint.derived import once_per_problem
+from shakedown.ground.constants import BLOCK, EPS, NEGLIGIBLE, THREE_DIGITS, FloatArray
+from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import free_stiffness, rigid_slips
 

@@ -6,25 +6,24 @@ import numpy as np
 
 from shakedown.bounds.energy.energy_ball import holding_ball
 from shakedown.bounds.every_state.universal_bound import universal_bound
-from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.constants import SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.errors import Missing, allowed
-from shakedown.ground.round_off import SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import OPEN, Outcome
-from shakedown.ground.work_limit import work_again
-from shakedown.joint.derived import once_per_problem
+from shakedown.ground.work_limit import on_one_thread, work_again
+from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.loading import transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import can_drift
-from shakedown.long_term.known_bounds import (
+from shakedown.long_term.passage import (
     ABOVE,
     BELOW,
+    Passage,
     beyond_all,
     bound_of_all,
     known_limits,
     proof_from_start,
 )
-from shakedown.long_term.passage import Passage
 from shakedown.long_term.state import VARIES_LITTLE, LongTermState, of_long_term_period
 from shakedown.motion.checked_law import scales
 from shakedown.motion.method import State

@@ -10,8 +10,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ROUND_OFF
+from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.long_term.space.measure import Measure, product
 
 WORTH = 8.0  # periods that a leap must gain at least, as it costs some, and so does its preparation

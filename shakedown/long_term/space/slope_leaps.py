@@ -13,8 +13,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import EPS, MUCH, NEGLIGIBLE, PER_CENT, RESOLVED, THREE_DIGITS
+from shakedown.ground.constants import EPS, MUCH, NEGLIGIBLE, PER_CENT, RESOLVED, THREE_DIGITS, FloatArray
 from shakedown.long_term.space.measure import STATE_ROUND_OFF, Measure
 from shakedown.long_term.space.recurrence_leaps import PRICE, WORTH, longer
 

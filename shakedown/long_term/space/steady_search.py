@@ -6,8 +6,7 @@ all but reached; and if none is so, whether a leap leads on.
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import (
+from shakedown.ground.constants import (
     FOUR_DIGITS,
     MISJUDGED,
     NEGLIGIBLE,
@@ -15,6 +14,7 @@ from shakedown.ground.round_off import (
     SEVEN_DIGITS,
     SIX_DIGITS,
     THREE_DIGITS,
+    FloatArray,
 )
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome

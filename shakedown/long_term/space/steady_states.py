@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import DISTINCT, RESOLVED
+from shakedown.ground.constants import DISTINCT, RESOLVED, FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.ground.work_limit import work_again
 from shakedown.long_term.passage import Passage

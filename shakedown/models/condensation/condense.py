@@ -9,15 +9,15 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from shakedown.ground.argument_kinds import checked
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.joint.layout import Layout
+from shakedown.joint.fields import DOMAIN, LOOP
+from shakedown.joint.law import Layout
 from shakedown.joint.loading import with_initial_gap
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import zero_modes
-from shakedown.joint.texts import DOMAIN, LOOP
 from shakedown.models.condensation.contact_frame import (
     PLANE,
     ContactFrame,
@@ -28,7 +28,6 @@ from shakedown.models.condensation.contact_frame import (
 )
 from shakedown.models.condensation.factorised_interior import Interior, WeldedCase, interior_of
 from shakedown.models.condensation.load_case import LoadCase, histories, stated_loads
-from shakedown.models.condensation.node_coupling import NodeCoupling
 from shakedown.models.condensation.stiffness_checks import (
     asymmetry,
     check_against_run,
@@ -36,6 +35,7 @@ from shakedown.models.condensation.stiffness_checks import (
     checked_matrix,
     without_resistance,
 )
+from shakedown.models.condensation.surface_mesh import NodeCoupling
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -349,7 +349,7 @@ def condensed_stiffness(
         The two directions that span the plane of a plane problem.
     tangent : (3,) or (n, 3) or (n, 2, 3), optional
         In space the direction towards which the first tangent leads, one for all or one per node, or
-        a pair per node (:func:`~shakedown.models.condensation.tangent_pairs.tangent_pairs`). A node that is
+        a pair per node (:func:`~shakedown.models.condensation.contact_frame.tangent_pairs`). A node that is
         held in one direction takes that as a tangent.
     free_out_of_plane
         Contact nodes of a plane problem with a third direction that is not held are an error,

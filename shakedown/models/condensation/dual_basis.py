@@ -18,10 +18,16 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial import KDTree
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF, THREE_DIGITS
-from shakedown.models.condensation.facet_shapes import CORNERS, changed_shapes, local_places, shapes
-from shakedown.models.condensation.surface_mesh import ContactSurface, FacetBlock, IntArray
+from shakedown.ground.constants import NEGLIGIBLE, ROUND_OFF, THREE_DIGITS, FloatArray
+from shakedown.models.condensation.surface_mesh import (
+    CORNERS,
+    ContactSurface,
+    FacetBlock,
+    IntArray,
+    changed_shapes,
+    local_places,
+    shapes,
+)
 
 OPPOSED = np.cos(np.radians(120.0))  # largest cosine between the normals of facets that face each other
 SLIVER = 1e-11  # relative to a facet: smaller segments are round-off

@@ -10,14 +10,14 @@ from scipy import sparse
 from scipy.linalg import LinAlgError
 from scipy.sparse.linalg import ArpackError, SuperLU, splu
 
-from shakedown.ground.blas_threads import all_cores, threads_of_blas
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
+from shakedown.ground.work_limit import all_cores, threads_of_blas
 from shakedown.models.condensation.contact_frame import ContactFrame
 from shakedown.models.condensation.fronts import FrontFactors, announced, dissection, elimination, factorised
 from shakedown.models.condensation.load_case import LoadCase
-from shakedown.models.condensation.loose_motion import Places, loose_motion
+from shakedown.models.condensation.stiffness_checks import Places, loose_motion
 
 _COLUMNS = 64  # right-hand sides solved at a time, which limits the dense workspace to 64 vectors
 _WORTH_THREADS = 1e12  # multiplications, a minute of one core; in fewer, threads wait for each other

@@ -18,9 +18,8 @@ from scipy.linalg.blas import dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf
 from scipy.sparse.csgraph import dijkstra
 
+from shakedown.ground.constants import FloatArray, memory
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import memory
 
 IntArray = NDArray[np.intp]
 BYTES = np.dtype(float).itemsize

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.ground.argument_kinds import check_fields
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError, UsageError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
+from shakedown.ground.shown_values import LONGEST_NAME, shortened, visible
 from shakedown.joint.arguments import real_array
 from shakedown.joint.result import Result
 

@@ -8,12 +8,16 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.ground.argument_kinds import checked
+from shakedown.ground.constants import NEGLIGIBLE, PER_CENT, ROUND_OFF, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, PER_CENT, ROUND_OFF, SIX_DIGITS
 from shakedown.models.condensation.dual_basis import DualBasis, dual_basis, facet_pairs
-from shakedown.models.condensation.node_coupling import NodeCoupling, exact_rotations, own_basis
-from shakedown.models.condensation.surface_mesh import ContactSurface, IntArray
+from shakedown.models.condensation.surface_mesh import (
+    ContactSurface,
+    IntArray,
+    NodeCoupling,
+    exact_rotations,
+    own_basis,
+)
 
 REACH = 0.25  # in sizes of slave facets, or spacings of pairs: farther away another partner may be meant
 UNCOVERED = 0.02  # share of the slave's area without a partner that is not worth a warning
@@ -28,7 +32,7 @@ class SurfaceCoupling(NodeCoupling):
     Attributes
     ----------
     labels, master, P, normals, middle_nodes, partner
-        As :class:`~shakedown.models.condensation.node_coupling.NodeCoupling` has them; the contact nodes are
+        As :class:`~shakedown.models.condensation.surface_mesh.NodeCoupling` has them; the contact nodes are
         those of the slave that are covered.
     area : (n,)
         Area D_j = ∫N_j over what is covered: nodal forces over it are tractions [length²]; in a plane

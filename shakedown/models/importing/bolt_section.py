@@ -6,11 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.constants import LARGEST_LABEL, NEGLIGIBLE, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.ground.shown_values import few
-from shakedown.ground.size_limits import LARGEST_LABEL
 from shakedown.models.condensation.factorised_interior import WeldedCase
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.importing.load_section import LoadSection

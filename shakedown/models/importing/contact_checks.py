@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shakedown.ground.constants import THREE_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.joint.result import Result
 from shakedown.models.condensation.surface_coupling import REACH
 from shakedown.models.importing.contact_section import ContactSection, spacings

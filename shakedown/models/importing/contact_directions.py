@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.constants import THREE_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError, found_in
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.models.condensation.contact_frame import PLANE, SPACE
 from shakedown.models.importing.model_section import Model
 from shakedown.models.readers.toml_table import TomlTable

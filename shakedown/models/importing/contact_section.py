@@ -9,22 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError, found_in
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE, SIX_DIGITS
 from shakedown.joint.contact_patches import NEIGHBOURS
 from shakedown.joint.places import arc_lengths, faces_among, split_face, strips
-from shakedown.models.condensation.contact_frame import SPACE, check_unique, node_names
-from shakedown.models.condensation.node_coupling import NodeCoupling, coupling_of_nodes, hat_areas
+from shakedown.models.condensation.contact_frame import SPACE, check_unique, node_names, patch_positions
 from shakedown.models.condensation.surface_coupling import REACH, SurfaceCoupling, surface_coupling
-from shakedown.models.condensation.surface_mesh import ContactSurface
-from shakedown.models.condensation.tangent_pairs import patch_positions
+from shakedown.models.condensation.surface_mesh import (
+    ContactSurface,
+    NodeCoupling,
+    coupling_of_nodes,
+    hat_areas,
+)
 from shakedown.models.importing.contact_directions import ContactDirections, contact_directions, in_space
 from shakedown.models.importing.model_section import Model
-from shakedown.models.readers.input_files import InputFiles
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.table import read_table
-from shakedown.models.readers.text import quoted
+from shakedown.models.readers.text import InputFiles, quoted
 from shakedown.models.readers.toml_table import TomlTable, is_number, shown
 
 Friction = FloatArray | Mapping[str, float]  # () or (n,), or a coefficient for each node set

@@ -9,17 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shakedown.ground.argument_kinds import checked
-from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError, found_in
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import plain
+from shakedown.ground.shown_values import LONGEST_NAME, plain, shortened, visible
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
-from shakedown.joint.doubtful_data import doubtful_data
+from shakedown.ground.work_limit import on_one_thread
 from shakedown.joint.places import bearing_no_pressure
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.joint.units import units_in
+from shakedown.joint.units import doubtful_data, units_in
 from shakedown.models.condensation.condense import Condensation, condensed_stiffness
 from shakedown.models.condensation.contact_frame import SPACE, friction_left_out
 from shakedown.models.condensation.load_case import without_closing
@@ -63,9 +61,9 @@ from shakedown.models.importing.model_section import NOTHING, Model, model_secti
 from shakedown.models.importing.stiffness_section import ImportContext, stiffness_section
 from shakedown.models.readers.calculix_storage import NUMBERED
 from shakedown.models.readers.circumference import circumference_notes
-from shakedown.models.readers.input_files import InputFiles, sha256
 from shakedown.models.readers.mesh import CALCULIX, SOLIDS, Mesh
 from shakedown.models.readers.stiffness import Stiffness
+from shakedown.models.readers.text import InputFiles, sha256
 from shakedown.models.readers.toml_table import TomlTable, change_number, read_toml
 
 

@@ -6,15 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
-from shakedown.models.condensation.contact_frame import SPACE
-from shakedown.models.condensation.node_coupling import NodeCoupling, coupling_of_nodes, joined_couplings
-from shakedown.models.condensation.tangent_pairs import patch_positions, tangent_pairs
+from shakedown.models.condensation.contact_frame import SPACE, patch_positions, tangent_pairs
+from shakedown.models.condensation.surface_mesh import NodeCoupling, coupling_of_nodes, joined_couplings
 from shakedown.models.importing.contact_section import ContactSection, Friction, check_order, contact_section
 from shakedown.models.importing.model_section import Model
-from shakedown.models.readers.input_files import InputFiles
-from shakedown.models.readers.text import quoted
+from shakedown.models.readers.text import InputFiles, quoted
 from shakedown.models.readers.toml_table import TomlTable, shown
 
 BESIDE = 5.0  # node spacings left on the axis of positions between patches that would overlap there

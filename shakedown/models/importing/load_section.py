@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.constants import PER_CENT, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError, found_in
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import PER_CENT, SIX_DIGITS
 from shakedown.joint.loading import LARGEST_FORCE
 from shakedown.models.condensation.condense import Condensation
 from shakedown.models.condensation.load_case import LoadCase, histories

@@ -13,12 +13,10 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from shakedown import __version__
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import FOUR_DIGITS, MUCH, NEGLIGIBLE, RESOLVED, SIX_DIGITS
-from shakedown.ground.size_limits import BLOCK
+from shakedown.ground.constants import BLOCK, FOUR_DIGITS, MUCH, NEGLIGIBLE, RESOLVED, SIX_DIGITS, FloatArray
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.result import Result
-from shakedown.models.condensation.loose_motion import motions_in_words, rigid_motions
+from shakedown.models.condensation.stiffness_checks import motions_in_words, rigid_motions
 from shakedown.models.importing.contact_checks import PairDistances, distances_of
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.readers.mesh import CALCULIX, SOLIDS, Mesh

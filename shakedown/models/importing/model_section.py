@@ -7,13 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.constants import LARGEST_LABEL, FloatArray
 from shakedown.ground.errors import ProblemError, found_in
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import LARGEST_LABEL
-from shakedown.models.readers.input_files import InputFiles
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.sniff import read_any_mesh
-from shakedown.models.readers.text import quoted
+from shakedown.models.readers.text import InputFiles, quoted
 from shakedown.models.readers.toml_table import TomlTable, shown
 
 NOTHING = Mesh("", np.zeros(0, dtype=np.intp), np.zeros((0, 3)))

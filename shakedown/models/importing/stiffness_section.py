@@ -9,23 +9,27 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError, found_in
-from shakedown.ground.float_array import FloatArray
 from shakedown.joint.problem import COARSEST
 from shakedown.models.condensation.stiffness_checks import check_condensed
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.model_section import Model, Values
 from shakedown.models.readers.calculix_reactions import Order, unit_displacement_stiffness
 from shakedown.models.readers.circumference import HOOP, circumference_factor
-from shakedown.models.readers.input_files import InputFiles
 from shakedown.models.readers.mesh import CALCULIX, Mesh
-from shakedown.models.readers.nastran_bulk import is_bulk_data, read_analysis_set, read_grids
-from shakedown.models.readers.nastran_cards import cards, of_superelement
+from shakedown.models.readers.nastran_bulk import (
+    cards,
+    is_bulk_data,
+    of_superelement,
+    read_analysis_set,
+    read_grids,
+)
 from shakedown.models.readers.reactions_table import read_nodal_vectors
 from shakedown.models.readers.row_map import Rows
 from shakedown.models.readers.sniff import read_stiffness, stiffness_format
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import read_lines
+from shakedown.models.readers.text import InputFiles, read_lines
 from shakedown.models.readers.toml_table import TomlTable
 
 _BESIDE = {"numbered": (".dof",), "op4": (".pch", ".asm")}  # maps that codes write beside the matrix

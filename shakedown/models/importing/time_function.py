@@ -4,13 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from shakedown.ground.constants import DIRECTIONS, MANY, PER_CENT, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import PER_CENT, SIX_DIGITS
-from shakedown.ground.size_limits import DIRECTIONS, MANY
-from shakedown.models.readers.input_files import InputFiles
 from shakedown.models.readers.table import NumberTable, read_table
-from shakedown.models.readers.text import listed
+from shakedown.models.readers.text import InputFiles, listed
 from shakedown.models.readers.toml_table import TomlTable
 
 _UNRECORDED = 0.05  # share of the period that may be missing after the last row of a record

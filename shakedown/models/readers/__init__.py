@@ -8,16 +8,15 @@ coordinates, sets and normals.
 
 Reading order:
 
-- ``text`` and ``table``: lines, and columns of numbers;
-- ``stiffness``, by formats with labels: ``abaqus_matrix``, ``abaqus_substructure``, ``nastran_dmig`` (its
-  cards: ``nastran_cards``); by formats that need a ``row_map``: ``calculix_storage`` (also Abaqus
-  COORDINATE), ``matrix_market``, ``harwell_boeing``, ``nastran_op4``; ``circumference`` (of axisymmetric
-  models);
+- ``text`` and ``table``: files and their lines, and columns of numbers;
+- ``stiffness``, by formats with labels: ``abaqus_matrix``, ``abaqus_substructure``, ``nastran_dmig``;
+  by formats that need a ``row_map``: ``calculix_storage`` (also Abaqus COORDINATE), ``matrix_market``,
+  ``harwell_boeing``, ``nastran_op4``; ``circumference`` (of axisymmetric models);
 - ``nodal_vectors`` (reactions and displacements), by ``calculix_reactions``, ``calculix_frd`` or
   ``reactions_table``;
 - ``mesh``, by ``deck`` (its local systems: ``coordinate_system``), ``nastran_bulk``, ``ansys_archive``,
   ``mesh_files`` (Gmsh, MED, VTU, UNV) or ``coordinates``;
 - ``formats``, which recognises a file: a new format is a module that ends in its ``FORMATS``; ``sniff``,
   which reads a stiffness or a mesh of any format;
-- ``toml_table`` and ``input_files``: a configuration, and the files that it names.
+- ``toml_table``: a configuration.
 """

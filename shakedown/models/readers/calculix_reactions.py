@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from shakedown.ground.constants import SEVEN_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import SEVEN_DIGITS
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.condensation.stiffness_checks import asymmetry
 from shakedown.models.readers.formats import Format, has

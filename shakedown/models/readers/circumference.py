@@ -7,8 +7,8 @@ those of the wedge without what the stress around the circumference carries.
 Abaqus takes and writes everything for the whole circumference.
 """
 
+from shakedown.ground.constants import PER_CENT
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.round_off import PER_CENT
 from shakedown.models.readers.abaqus_matrix import ABAQUS_MATRIX
 from shakedown.models.readers.calculix_storage import NUMBERED
 from shakedown.models.readers.mesh import ABAQUS, CALCULIX, Mesh

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEGLIGIBLE
 from shakedown.models.readers.text import number, quoted
 
 Line = tuple[str, list[str]]  # where it stands in a deck, its fields

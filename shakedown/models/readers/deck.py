@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
 from shakedown.models.readers.coordinate_system import Line
 from shakedown.models.readers.formats import Format, has
 from shakedown.models.readers.mesh import ABAQUS, CALCULIX, FACES, Element, Mesh, Orientation

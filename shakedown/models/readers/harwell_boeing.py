@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
 from shakedown.models.readers.formats import Format, begins
 from shakedown.models.readers.row_map import Rows, row_map
 from shakedown.models.readers.stiffness import Stiffness, check_entries_once, checked, completed

@@ -9,12 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shakedown.ground.constants import THREE_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import THREE_DIGITS
 from shakedown.joint.places import without_cancelled
-from shakedown.models.condensation.facet_shapes import CORNERS as FACET_CORNERS
-from shakedown.models.condensation.facet_shapes import shapes
+from shakedown.models.condensation.surface_mesh import CORNERS as FACET_CORNERS
+from shakedown.models.condensation.surface_mesh import shapes
 from shakedown.models.readers.coordinate_system import CoordinateSystem, Line, coordinate_system, nodal_system
 from shakedown.models.readers.text import listed, quoted
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.formats import Format, has
-from shakedown.models.readers.nastran_cards import cards, chosen_matrix, of_superelement
+from shakedown.models.readers.nastran_bulk import cards, chosen_matrix, of_superelement
 from shakedown.models.readers.stiffness import Stiffness, from_entries
 from shakedown.models.readers.text import integers, listed, number, read_lines
 

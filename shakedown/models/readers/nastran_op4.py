@@ -8,12 +8,10 @@ from typing import Any, Literal
 import numpy as np
 from scipy import sparse
 
+from shakedown.ground.constants import TIMES_A_FILE, FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.size_limits import TIMES_A_FILE
 from shakedown.models.readers.formats import Format, begins
-from shakedown.models.readers.nastran_bulk import pyyeti_module
-from shakedown.models.readers.nastran_cards import chosen_matrix
+from shakedown.models.readers.nastran_bulk import chosen_matrix, pyyeti_module
 from shakedown.models.readers.row_map import Rows, row_map
 from shakedown.models.readers.stiffness import Stiffness, checked
 from shakedown.models.readers.text import UNREADABLE, quoted, read_bytes

@@ -9,8 +9,8 @@ from typing import Literal, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
 
 What = Literal["reactions", "displacements"]
 

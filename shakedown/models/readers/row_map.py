@@ -6,7 +6,7 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.files.npy import read_array, read_header
+from shakedown.files.npz import read_array, read_header
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.models.readers.formats import Format, begins, format_of
 from shakedown.models.readers.text import LARGEST_WHOLE, open_input, quoted, read_lines, whole_number

@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
+from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.condensation.contact_frame import checked_dofs
 from shakedown.models.readers.text import rows_of_numbers, whole_numbers

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.float_array import FloatArray
 from shakedown.models.readers.text import listed, number, quoted, read_lines, whole_numbers
 
 DELIMITERS = {"tab": "\t", ";": ";", ",": ",", "space": None}

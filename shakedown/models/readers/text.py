@@ -1,21 +1,24 @@
-"""Input files as bytes and lines, and the numbers in them, with errors that say where."""
+"""Text files line by line, with their includes; limits on their size."""
 
+import hashlib
 import math
 import os
 import re
 import struct
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
 from io import BufferedReader
+from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.constants import LARGEST_LABEL, FloatArray
 from shakedown.ground.errors import ProblemError, found_in
-from shakedown.ground.float_array import FloatArray
 from shakedown.ground.regular_file import open_regular
 from shakedown.ground.shown_values import LONGEST_VALUE
-from shakedown.ground.size_limits import LARGEST_LABEL
 
 LARGEST_WHOLE = 2.0**53  # of whole numbers that are read as real ones
 MOST_BYTES = 4 << 30  # of one input file
@@ -220,3 +223,71 @@ def whole_number(field: str, where: str) -> int:
         value = number(text, where)
         text = str(int(value)) if value.is_integer() and abs(value) < LARGEST_LABEL else text
     return integers([text], where)[0]
+
+
+Result = TypeVar("Result")
+
+
+@dataclass
+class InputFiles:
+    """Paths relative to the folder of the configuration.
+
+    Attributes
+    ----------
+    folder : Path
+        Where the configuration stands.
+    sources : dict
+        SHA-256 of every file that was read, by the name that the configuration gives it.
+    """
+
+    folder: Path
+    sources: dict[str, str] = field(default_factory=dict)
+
+    def path(self, name: str) -> Path:
+        """The path of a file that the configuration names."""
+        return self.folder / name
+
+    def read(self, name: str, reader: Callable[[Path], Result]) -> Result:
+        """What a reader returns for a file that the configuration names.
+
+        A file outside the folder may be read like any other, but no message
+        repeats anything of its content.
+
+        Raises
+        ------
+        ProblemError
+            As the reader raises it.
+        """
+        path = self.path(name)
+        open_input(path).close()
+        try:
+            found = reader(path)
+        except ProblemError as error:
+            if self._inside(path):
+                raise
+            said = str(error).partition(", found ")[0]
+            raise ProblemError(
+                f"{said} (what was found is not shown: the file lies outside the folder)"
+            ) from None
+        if name not in self.sources:
+            self.sources[name] = sha256(path)
+        return found
+
+    def _inside(self, path: Path) -> bool:
+        try:
+            return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(self.folder))
+        except (OSError, ValueError):  # a name that no file can have
+            return True
+
+    def same(self, first: str, second: str) -> bool:
+        """Whether two names lead to one file."""
+        try:
+            return os.path.samefile(self.path(first), self.path(second))
+        except (OSError, ValueError):
+            return False
+
+
+def sha256(path: str | os.PathLike[str]) -> str:
+    """SHA-256 of a regular file, in hexadecimal digits."""
+    with open_input(path) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

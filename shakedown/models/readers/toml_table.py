@@ -7,9 +7,9 @@ from collections.abc import Callable
 from difflib import get_close_matches
 from typing import Any
 
+from shakedown.ground.constants import LARGEST_LABEL, READ_AT_ONCE
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.size_limits import LARGEST_LABEL, READ_AT_ONCE
-from shakedown.ground.visible_text import visible
+from shakedown.ground.shown_values import visible
 from shakedown.models.readers.text import quoted, read_bytes
 
 

@@ -53,9 +53,8 @@ touched tangentially is no slip.
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.ground.named_state import Integers, NamedState, Reals, entered, inner, summing
-from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 
 

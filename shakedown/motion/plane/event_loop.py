@@ -50,9 +50,8 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.ground.named_state import address_of, entered, handed_on, inner
-from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 from shakedown.motion.course import (
     CLOSES,

@@ -5,7 +5,7 @@ The data of one run of the compiled loops.
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.named_state import Flags, Hash, Integers, NamedState, Reals, entered
 from shakedown.motion.course import JUMPS, LOAD_STEP, Course
 from shakedown.motion.plane.active_set import ActiveSet, Rates

@@ -16,8 +16,8 @@ the ends of a step, may be in error by the whole of it.
 
 import numpy as np
 
+from shakedown.ground.constants import ROUND_OFF, SEVEN_DIGITS, SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.named_state import entered, inner, summing
-from shakedown.ground.round_off import ROUND_OFF, SEVEN_DIGITS, SIX_DIGITS, THREE_DIGITS
 from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.course import (
     DONE,

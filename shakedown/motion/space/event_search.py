@@ -8,9 +8,8 @@ node stops it is its speed.
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import HALVINGS, FloatArray
 from shakedown.ground.named_state import inner, summing
-from shakedown.ground.round_off import HALVINGS
 from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.course import CLOSES, OPENS
 from shakedown.motion.space.exchange import move, move_twice

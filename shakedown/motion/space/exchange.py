@@ -11,9 +11,8 @@ its three places, closing it the same three: the exchange is its own inverse. Wh
 and the other is not the matrix is antisymmetric, elsewhere symmetric, so that its rows serve as columns.
 """
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.ground.named_state import Flags, Reals, inner, summing
-from shakedown.ground.round_off import ROUND_OFF
 from shakedown.ground.status import OPEN
 from shakedown.motion.course import Course
 from shakedown.motion.space.space_run import TOGETHER, CompiledJoint, Slipping, SpaceMotion, SpaceRates

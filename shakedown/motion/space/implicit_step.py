@@ -5,7 +5,7 @@ it touches, w its gap, ρ and c stiffnesses of the node alone, it obeys the law 
 
     q = Π(q − ρ s)  on the disc of radius f p⁺,    p = p⁺,    p⁺ = max(p − c w, 0).
 
-It begins from sweeps of Gauss–Seidel (:mod:`shakedown.motion.gauss_seidel`), and from more of them where it
+It begins from sweeps of Gauss–Seidel (:mod:`shakedown.motion.fixed_steps`), and from more of them where it
 fails.
 """
 
@@ -14,11 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import FOUR_DIGITS, NEWTON_ROUNDS, ROUND_OFF, SWEEPS
-from shakedown.joint.law import Law
-from shakedown.joint.layout import Layout
-from shakedown.motion.gauss_seidel import contact_nodes, load_steps, places_by_node
+from shakedown.ground.constants import FOUR_DIGITS, NEWTON_ROUNDS, ROUND_OFF, SWEEPS, FloatArray
+from shakedown.joint.law import Law, Layout
+from shakedown.motion.fixed_steps import contact_nodes, load_steps, places_by_node
 
 CLOSE = 20 * ROUND_OFF  # accepted departure from the law, relative to the force scale
 FIRST_SWEEPS = 3  # before Newton's method; twice as many after every failure of it
@@ -243,7 +241,7 @@ class ImplicitJoint:
     ) -> tuple[FloatArray, FloatArray]:
         """Where nodes that were open touch (m, 2), and how that follows all displacements (m, 2, 3n).
 
-        As in :func:`shakedown.motion.gauss_seidel.find_contact`: on the way to where they would be free of
+        As in :func:`shakedown.motion.fixed_steps.find_contact`: on the way to where they would be free of
         reactions, at the share of it at which the gap closes.
         """
         places = np.column_stack([self.layout.slips_of(nodes).reshape(-1, 2), self.layout.gaps_of(nodes)])

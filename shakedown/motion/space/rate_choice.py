@@ -14,9 +14,8 @@ the problem until it has left the cone or is found outside.
 
 import numpy as np
 
+from shakedown.ground.constants import DIRECTIONS, NEGLIGIBLE, ROUND_OFF
 from shakedown.ground.named_state import inner, summing
-from shakedown.ground.round_off import NEGLIGIBLE, ROUND_OFF
-from shakedown.ground.size_limits import DIRECTIONS
 from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.ground.work_limit import BY_BLAS
 from shakedown.motion.course import CLOSES, ENUMERABLE, OPENS, Course

@@ -14,9 +14,8 @@ That holds at the apex, too, where a reaction vanishes. The others' directions f
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import MUCH, NEWTON_ROUNDS, PER_CENT, FloatArray
 from shakedown.ground.named_state import inner, summing
-from shakedown.ground.round_off import MUCH, NEWTON_ROUNDS, PER_CENT
 from shakedown.motion.course import Course
 from shakedown.motion.space.space_run import (
     DEGREE,

@@ -16,13 +16,19 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, lapack
 from scipy.sparse import csc_array
 
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.round_off import NEWTON_ROUNDS, PER_CENT, ROUND_OFF, SIX_DIGITS, THREE_DIGITS
-from shakedown.ground.size_limits import BLOCK
+from shakedown.ground.constants import (
+    BLOCK,
+    NEWTON_ROUNDS,
+    PER_CENT,
+    ROUND_OFF,
+    SIX_DIGITS,
+    THREE_DIGITS,
+    FloatArray,
+)
 from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.ground.tolerances import Tolerances
 from shakedown.ground.work_limit import BY_BLAS, count_work
-from shakedown.joint.layout import Layout
+from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales, swing
 from shakedown.motion.course import (

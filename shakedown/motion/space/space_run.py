@@ -13,9 +13,8 @@ from numba import types
 from numba.extending import get_cython_function_address, intrinsic
 from numpy.typing import NDArray
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import BLOCK, DENSE_FROM, FloatArray
 from shakedown.ground.named_state import Flags, Hash, Integers, NamedState, Reals, Shorts
-from shakedown.ground.size_limits import BLOCK, DENSE_FROM
 from shakedown.motion.checked_law import Scales
 from shakedown.motion.course import JUMPS, LOAD_STEP, Course, Precision
 

@@ -8,9 +8,8 @@ vanishes: with v̇ = μ u, for the speeds μ of all nodes that slip
 
 import numpy as np
 
-from shakedown.ground.float_array import FloatArray
+from shakedown.ground.constants import FOUR_DIGITS, ROUND_OFF, FloatArray
 from shakedown.ground.named_state import Shorts, inner, summing
-from shakedown.ground.round_off import FOUR_DIGITS, ROUND_OFF
 from shakedown.ground.work_limit import BY_BLAS
 from shakedown.motion.course import Course
 from shakedown.motion.space.space_run import (

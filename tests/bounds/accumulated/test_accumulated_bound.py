@@ -16,8 +16,7 @@ from benchmarks.problems import in_units, random_problem
 from shakedown import Problem
 from shakedown.bounds.accumulated.accumulated_bound import total_slip_bound
 from shakedown.bounds.accumulated.lid_check import Start, confirmed
-from shakedown.bounds.accumulated.lids import Lids
-from shakedown.bounds.accumulated.slip_arcs import Arcs
+from shakedown.bounds.accumulated.slip_arcs import Arcs, Lids
 
 
 def example(name: str, **changes: object) -> Problem:

@@ -9,10 +9,8 @@ import pytest
 
 import shakedown
 from shakedown import Problem
-from shakedown.bounds.collapse.lift_off import lift_off_bound
-from shakedown.bounds.collapse.proof_status import GuaranteeEvidence, guarantee_status
-from shakedown.bounds.uniqueness.coupling import coupling, row_coupling_ratio
-from shakedown.bounds.uniqueness.in_contact import unique_in_contact
+from shakedown.bounds.collapse.proof_status import GuaranteeEvidence, guarantee_status, lift_off_bound
+from shakedown.bounds.uniqueness.coupling import coupling, row_coupling_ratio, unique_in_contact
 from shakedown.joint.loading import loading
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.studies.parameters import with_parameter
+from shakedown.studies.design_point import with_parameter
 
 JOINT = shakedown.example("one-node-3d")
 

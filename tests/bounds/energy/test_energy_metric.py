@@ -7,8 +7,7 @@ import pytest
 from bounds.energy.joints import one_node, strong_joint
 
 import shakedown
-from shakedown.bounds.energy.ball_limits import ball_limits, spreads
-from shakedown.bounds.energy.energy_metric import energy_metric
+from shakedown.bounds.energy.ball_limits import ball_limits, energy_metric, spreads
 from shakedown.joint.contact_zone import contact_zone
 
 

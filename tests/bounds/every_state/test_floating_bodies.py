@@ -8,12 +8,11 @@ from difficult_joints import floating_joint
 
 import shakedown
 from shakedown import Problem, universal_bound
-from shakedown.bounds.every_state.bound_from_every_state import least_pressure_bound
 from shakedown.bounds.every_state.bound_of_floating import FloatingLimits, bounds_at
-from shakedown.bounds.every_state.least_pressures import pressures_of_floating
-from shakedown.bounds.every_state.rigid_rates import rigid_rates
+from shakedown.bounds.every_state.least_pressures import SlipCurves, pressures_of_floating
+from shakedown.bounds.every_state.rates import rigid_rates
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint, scaled_joint
-from shakedown.bounds.every_state.slip_curves import SlipCurves
+from shakedown.bounds.every_state.universal_bound import least_pressure_bound
 from shakedown.joint.loading import loading
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.bounds.collapse.lift_off import lift_off_bound
-from shakedown.bounds.every_state.bound_from_every_state import least_pressure_bound
+from shakedown.bounds.collapse.proof_status import lift_off_bound
+from shakedown.bounds.every_state.universal_bound import least_pressure_bound
 from shakedown.joint.loading import loading
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shakedown.bounds.every_state.slip_curves import SlipCurves
+from shakedown.bounds.every_state.least_pressures import SlipCurves
 
 ANGLES = 2 * np.pi * np.arange(20_000) / 20_000
 

@@ -8,7 +8,7 @@ from scipy.optimize import linprog
 
 import shakedown
 from benchmarks.problems import in_units, joint, random_problem
-from shakedown.bounds.every_state.bound_from_every_state import least_pressure_bound
+from shakedown.bounds.every_state.universal_bound import least_pressure_bound
 from shakedown.joint.loading import loading
 
 PRESSURES = [  # load factors up to which least pressures prove it

@@ -10,10 +10,21 @@ import pytest
 import shakedown
 from benchmarks.problems import chain, joint
 from shakedown import Problem
-from shakedown.bounds.uniqueness.coupling import coupling, coupling_limit, energy_limit, row_coupling_ratio
-from shakedown.bounds.uniqueness.in_contact import unique_in_contact
-from shakedown.bounds.uniqueness.moving_sets import MovingSet, every_set, first_to_lose, grown_set
-from shakedown.bounds.uniqueness.scaled_stiffness import held, scaled_stiffness
+from shakedown.bounds.uniqueness.coupling import (
+    coupling,
+    coupling_limit,
+    energy_limit,
+    row_coupling_ratio,
+    unique_in_contact,
+)
+from shakedown.bounds.uniqueness.moving_sets import (
+    MovingSet,
+    every_set,
+    first_to_lose,
+    grown_set,
+    held,
+    scaled_stiffness,
+)
 
 
 def exact_determinant(matrix) -> Fraction:

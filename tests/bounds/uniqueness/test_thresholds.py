@@ -8,9 +8,14 @@ import pytest
 
 import shakedown
 from shakedown.bounds.uniqueness.coupling import coupling_limit, energy_limit
-from shakedown.bounds.uniqueness.moving_sets import MovingSet, every_set, first_to_lose, grown_set
-from shakedown.bounds.uniqueness.scaled_stiffness import scaled_stiffness
-from shakedown.bounds.uniqueness.wedging import friction_used, wedged_slip
+from shakedown.bounds.uniqueness.friction_thresholds import friction_used, wedged_slip
+from shakedown.bounds.uniqueness.moving_sets import (
+    MovingSet,
+    every_set,
+    first_to_lose,
+    grown_set,
+    scaled_stiffness,
+)
 
 
 def scaled(problem):

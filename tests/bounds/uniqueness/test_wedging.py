@@ -6,9 +6,9 @@ import pytest
 import shakedown
 from benchmarks.problems import in_units, joint
 from shakedown import Problem
-from shakedown.bounds.uniqueness.in_contact import unique_in_contact
-from shakedown.bounds.uniqueness.wedging import PROGRAMS
-from shakedown.ground.round_off import SIX_DIGITS
+from shakedown.bounds.uniqueness.coupling import unique_in_contact
+from shakedown.bounds.uniqueness.friction_thresholds import PROGRAMS
+from shakedown.ground.constants import SIX_DIGITS
 
 
 def sparse_joint(seed: int) -> Problem:

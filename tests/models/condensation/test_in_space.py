@@ -9,7 +9,7 @@ from scipy.linalg import block_diag
 
 from shakedown import LoadCase, ProblemError, condense
 from shakedown.models.condensation.condense import condensed_stiffness
-from shakedown.models.condensation.tangent_pairs import tangent_pairs
+from shakedown.models.condensation.contact_frame import tangent_pairs
 
 NODES = 5
 DOFS = np.array([(10 * k, d) for k in range(NODES) for d in (1, 2, 3)])

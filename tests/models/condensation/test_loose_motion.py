@@ -7,7 +7,7 @@ from scipy import sparse
 from shakedown import ProblemError
 from shakedown.fem import ElasticBody, Material, block_mesh
 from shakedown.models.condensation.condense import condensed_stiffness
-from shakedown.models.condensation.loose_motion import loose_motion
+from shakedown.models.condensation.stiffness_checks import loose_motion
 
 
 def block(columns=2, rows=2):

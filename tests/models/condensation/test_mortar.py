@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from shakedown import LoadCase, ProblemError, ShakedownError, condense
-from shakedown.models.condensation.facet_shapes import basis_change, shapes
-from shakedown.models.condensation.node_coupling import coupling_of_nodes
 from shakedown.models.condensation.surface_coupling import surface_coupling
-from shakedown.models.condensation.surface_mesh import ContactSurface
+from shakedown.models.condensation.surface_mesh import ContactSurface, basis_change, coupling_of_nodes, shapes
 
 SIDES = (2.0, 1.5)
 

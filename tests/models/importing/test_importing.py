@@ -18,7 +18,7 @@ from shakedown.fem import ElasticBody, Material, Support, block_mesh
 from shakedown.models.condensation.condense import condensed_stiffness
 from shakedown.models.importing.import_model import import_problem
 from shakedown.models.importing.time_function import time_function
-from shakedown.models.readers.input_files import InputFiles
+from shakedown.models.readers.text import InputFiles
 from shakedown.models.readers.toml_table import TomlTable
 
 

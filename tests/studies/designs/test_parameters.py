@@ -9,7 +9,7 @@ import shakedown
 from benchmarks.problems import joint, random_problem
 from shakedown.ground.errors import ProblemError, UsageError
 from shakedown.joint.loading import loading
-from shakedown.studies.parameters import with_parameter
+from shakedown.studies.design_point import with_parameter
 
 TWO = shakedown.example("two-node")
 TRANSIENT = replace(joint(3), q_transient=np.full((2, 4), 0.1), p_transient=np.full((2, 4), 3.0))

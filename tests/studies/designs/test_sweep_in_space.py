@@ -9,7 +9,7 @@ from command import document, run
 
 import shakedown
 from shakedown import Problem, sweep
-from shakedown.studies.parameters import with_parameter
+from shakedown.studies.design_point import with_parameter
 
 JOINT = shakedown.example("one-node-3d")
 

@@ -80,7 +80,10 @@ def test_the_command(tmp_path):
     for grid, line in (
         (["0", "1"], "--grid: expected NODE:x or NODE:y twice, as the joint has two directions, found 0 1"),
         (["0:x", "9:x"], "grid: expected two different slips (x0, y0, x1, y1, …) from 0 to 3, found (0, 18)"),
-        (["0:z", "1:x"], "--grid: expected NODE:x or NODE:y twice, as the joint has two directions, found 0:z 1:x"),
+        (
+            ["0:z", "1:x"],
+            "--grid: expected NODE:x or NODE:y twice, as the joint has two directions, found 0:z 1:x",
+        ),
     ):
         code, out, err = run(*words, "--grid", *grid, cwd=tmp_path)
         assert (code, out) == (2, "")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.bounds.uniqueness.in_contact import unique_in_contact
+from shakedown.bounds.uniqueness.coupling import unique_in_contact
 from shakedown.motion.evolution import Evolution
 
 JOINT = shakedown.example("two-attractors")

@@ -11,7 +11,7 @@ import shakedown
 from benchmarks.bodies.sphere import sphere_on_flat
 from benchmarks.refinement import block_on_plane
 from shakedown import ProblemError, UsageError, plot
-from shakedown.assessment.slip_limit import slip_limit
+from shakedown.assessment.transient_limit import slip_limit
 from shakedown.joint.contact_surface import element_count
 from shakedown.studies import refined as module
 from shakedown.studies.refined import COLUMNS, HEADINGS, SLOWEST, Refinement, trend
