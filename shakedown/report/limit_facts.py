@@ -251,7 +251,9 @@ def decided_by(found: Assessment) -> Iterator[Fact]:
         yield from _deciding_node(found)
     if found.said_as_given == Said.OPEN:
         yield from _not_proved(limits.energy)
-    if 0.0 < slip.load_factor < inf and not upper.open_nodes:
+    if problem.law.smooth.size:
+        yield Fact("first slip", "0", note="nodes without friction slip under any load")
+    elif 0.0 < slip.load_factor < inf and not upper.open_nodes:
         where = f"{node_in_words(problem, slip.node)}; below it no node slips"
         yield Fact("first slip", slip.load_factor, rounding="down", note=where)
     if found.proved_from_this_state < found.proved_from_every_state and not limits.open_nodes:
@@ -306,7 +308,7 @@ def _zone(upper: Bound, problem: Problem) -> Iterator[Fact]:
         return
     unbounded = upper.status == Status.UNBOUNDED
     at = "at every load factor" if unbounded else number(upper.load_factor, rounding="down")
-    yield Fact("at rest up to", at, note="with exactly these nodes open throughout")
+    yield Fact("safe slip up to", at, note="with exactly these nodes open throughout")
 
 
 def _why_less(limits: JointLimits) -> str:
@@ -390,6 +392,8 @@ def limits_table(limits: JointLimits, digits: int = FEW_DIGITS, *, simulated: bo
     ]
     for name, onset in (("first slip", limits.first_slip), ("first opening", limits.first_opening)):
         where = onset.reason or (node_in_words(limits.problem, onset.node) if onset.node >= 0 else "")
+        if name == "first slip" and limits.problem.law.smooth.size:
+            where = f"{where}, of the nodes with friction".removeprefix(", ")
         alone = ", if no node slipped" if name == "first opening" and onset.node >= 0 else ""
         rows.append(["", name, number(onset.load_factor, digits, "down"), f"{where}{alone}", IN_FLOATS])
     least = limits.upper.least_load_factor

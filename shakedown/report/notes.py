@@ -51,11 +51,12 @@ UNTRIED = "Of states not tried only “proved from every state” says something
 MAP_IMPOSSIBLE = "λ lies above λ_max: while all nodes stay in contact no state shakes down."
 MAP_PROVED = "λ lies below λ_U: shakedown is proved from every state within the friction limits."
 AT_VALUES = "Limits are proved at the values given, not between them."
-OF_ZONES = "Where nodes are open, λ_max is no upper bound of the whole joint."
+OF_ZONES = "–: nodes are open there, and no limit of the whole joint is known."
 TREND = "A number converges where a + c h^p fits the last three meshes with p ≥ 0.5: evidence, no proof."
 FALLING = "What falls or grows says something about one element; order is then the power of its size."
 FEW_MESHES = "Undecided: so few meshes show no trend; three or more may."
 ZERO_MESHES = "zero: no slip, or nothing proved, on these meshes."
+OTHER_LOADS = "The other loads stay as they are at λ = 1: an amplitude here is no load factor."
 NO_DISPLACEMENT = "Displacements are not known: the problem has no load_compliance."
 SAME_FROM_START = (
     "From the first state every amplitude ends in the same dissipation as from the one before it."

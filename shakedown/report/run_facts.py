@@ -291,7 +291,7 @@ def verify_sheet(
     >>> v = shakedown.verify(shakedown.example("two-node"), load_factors=[1.0], random_states=0)
     >>> print(*verify_sheet(v).answer, sep="\\n")
     At the nominal load (λ = 1) the joint slips in every cycle: simulated.
-    Simulation confirms the limits in all 3 runs.
+    Simulation agrees with the limits in all 3 runs.
     """
     followed = v.transient is not None and v.transient.at_proved is not None
     known = claims(v.assessment, follow=followed)
@@ -355,8 +355,8 @@ def verdict(v: Verification) -> str:
             f"The limits predict no outcome of {count(len(v.runs), 'run')}: there is nothing to agree with."
         )
     others = len(v.runs) - judged
-    rest = f" that they predict; of {others} they say nothing" if others else ""
-    return f"Simulation confirms the limits in all {count(judged, 'run')}{rest}."
+    rest = f" with a predicted outcome; {others} have none" if others else ""
+    return f"Simulation agrees with the limits in all {count(judged, 'run')}{rest}."
 
 
 def banner_class(v: Verification) -> str:

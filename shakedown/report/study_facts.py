@@ -314,11 +314,16 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
 def _limits(found: Sweep) -> dict[str, tuple[Claim, FloatArray, Rounding]]:
     """The limits that were asked for, by the headings of their columns; proofs from this state are one."""
     limits: dict[str, tuple[Claim, FloatArray, Rounding]] = {}
+    in_zone = np.array([bool(point.open_nodes) for point in found.points]).reshape(
+        found.from_this_state.shape
+    )
     for name in found.bounds:
         claim = BOUNDS[name].claim
         heading = claim.removeprefix("proved from ").removesuffix(" above")
         values = found.from_this_state if claim == Claim.THIS_STATE else found.load_factors(name)
         rounding: Rounding = "up" if claim == Claim.IMPOSSIBLE else "down"
+        if claim in CLAIMED:  # the limits of a zone with open nodes are not those of the whole joint
+            values = np.where(in_zone & ((values == 0.0) | (claim == Claim.IMPOSSIBLE)), np.nan, values)
         limits[heading if claim in CLAIMED else BOUNDS[name].symbol] = claim, values, rounding
     return limits
 
@@ -395,7 +400,8 @@ def damping_sheet(problem: Problem, curve: DampingCurve) -> Sheet:
         if not np.isnan(limit):
             at = "at any amplitude" if np.isinf(limit) else f"up to {number(limit, SHOWN, 'down')}"
             facts.append(Fact(f"no damping, {how}", at, note="from the first state"))
-    said = [notes.NO_DISPLACEMENT] if np.isnan(curve.displacement).all() else []
+    said = [notes.OTHER_LOADS] * bool(np.isnan(curve.proved_limit))
+    said += [notes.NO_DISPLACEMENT] * bool(np.isnan(curve.displacement).all())
     if curve.from_zero is not None:
         where = _numbers(curve.amplitude[curve.differs])
         if where:

@@ -97,7 +97,7 @@ def test_of_many_pairs_few_states_are_simulated_unless_more_are_asked_for(monkey
 def test_the_command_answers(tmp_path):
     code, out, err = run("verify", "one-node-3d", "--random", "0", "--load-factor", "0.5", cwd=tmp_path)
     assert code == 0, err
-    assert "Simulation confirms the limits" in out
+    assert "Simulation agrees with the limits" in out
     assert max(map(len, out.splitlines())) <= 80
 
 

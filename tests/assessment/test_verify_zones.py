@@ -96,7 +96,7 @@ def test_the_command_and_the_report_name_the_zone(tmp_path):
     code, out, _ = run(*words, "--details", "-o", "r.html", cwd=tmp_path)
     text = " ".join(out.split())
     assert code == 0
-    assert "open nodes nodes 0–4, 28–32 assumed; all others closed at rest up to 0.2281" in text
+    assert "open nodes nodes 0–4, 28–32 assumed; all others closed safe slip up to 0.2281" in text
     assert "safe (zone)" in text
     for page in (text, (tmp_path / "r.html").read_text()):
         assert "nodes 0–4, 28–32 open" in page

@@ -20,7 +20,7 @@ def test_solve_finds_a_zone_where_the_joint_opens():
 
 def test_the_text_names_the_open_nodes_and_claims_no_upper_bound_of_the_joint():
     text = " ".join(run("solve", "receding-block", "--details")[1].split())
-    assert "open nodes nodes 0–4, 28–32 assumed; all others closed at rest up to 0.2281" in text
+    assert "open nodes nodes 0–4, 28–32 assumed; all others closed safe slip up to 0.2281" in text
     assert "impossible above unknown (10 nodes open)" in text
     for wrong in ("upper bound", "cannot shake down", "λ_max impossible above"):
         assert wrong not in text
