@@ -221,12 +221,15 @@ class Program:
         """The units in which the program has numbers near 1."""
         if self.rank is None:
             row, column = equilibration(self.matrix, self.tolerances.equilibration_sweeps, self.cones)
-            sizes = np.abs(self.right) * row
+            empty = ~self.matrix.any(axis=1) & (np.arange(len(row)) < self.linear)
+            sizes = (np.abs(self.right) * row)[~empty]
             if np.any(self.left > -INF):
-                sizes = np.concatenate([np.abs(self.left) * row, sizes])
+                sizes = np.concatenate([(np.abs(self.left) * row)[~empty], sizes])
             size = typical_size(_weighing(sizes) if self.cones else sizes, otherwise=0.0)
             if size == 0.0:  # all right sides are zero: the column with the largest cost keeps its unit
                 size = 1.0 / float(column[np.abs(self.cost * column).argmax()])
+            for k in np.flatnonzero(empty & np.isfinite(self.right) & (self.right != 0.0)):
+                row[k] = size / power_of_two(abs(float(self.right[k])))  # nothing else tells its unit
         else:
             row, column, size = ball_scales(self.matrix, self.right, self.linear, self.rank)
         return ProgramScales(row, column, size).with_cost(self.cost)[1]

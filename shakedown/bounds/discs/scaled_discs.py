@@ -117,7 +117,12 @@ def scaled_discs(rows: DiscRows, towards: float, cap: float = np.inf) -> ScaledD
     lengths = np.append(np.linalg.norm(Q, axis=(1, 2)), np.linalg.norm(basis.Q[3 * n :], axis=1))
     loads = np.append(_largest(rows), np.maximum(np.abs(rows.half_spaces.g), np.abs(rows.half_spaces.d)))
     first = 1.0 / np.where(basis.sizes > 0, basis.sizes, 1.0)
-    second = 1.0 / np.where(lengths > 0, lengths, np.where(loads > 0, loads * first, 1.0))
+    moved = lengths > 0
+    second = 1.0 / np.where(moved, lengths, 1.0)
+    heights = loads * first * second
+    # A row that no slip changes has no length of its own: it stands as high as the others do, in any units.
+    constant = ~moved & (heights > 0)
+    second[constant] *= (_median(heights[moved]) or 1.0) / heights[constant]
     heights = loads * first * second
     # times the median of loads: no row is kept farther from its limit than that
     most = _median(heights) / SIX_DIGITS
