@@ -1,7 +1,6 @@
 """The only way in which files are written, and tables as CSV or Parquet."""
 
 import csv
-import errno
 import hashlib
 import io
 import os
@@ -24,15 +23,13 @@ from shakedown.joint.result import frame
 
 try:
     import fcntl
-except ImportError:  # not POSIX: no locks, so unfinished files are not swept
+except ImportError:  # not POSIX: no locks
     fcntl = None  # type: ignore[assignment]
 
 PART = ".shakedown-part"  # suffix of an unfinished file
-_PARTS = ".*." + "[0-9a-f]" * 16 + PART
 _STEM = 40  # characters of the target's name in that of its unfinished file, as names have at most 255 bytes
 PIECES = ".parts"  # what the name of a file is followed by in that of the folder with its pieces
-_TRIES = 16  # to make a file that no sweep finds between two system calls
-_LONGEST = 255  # bytes of a name, where the file system does not tell
+_LONGEST = 255  # bytes of a name
 
 
 class _Part(NamedTuple):
@@ -81,7 +78,7 @@ def check_target(path: str | os.PathLike[str]) -> Path:
 def pieces_beside(path: str | os.PathLike[str]) -> str:
     """The folder for the pieces of what will be written to ``path``: ``.parts`` after it, links followed.
 
-    A name that becomes too long for its folder is cut short and told apart by a checksum.
+    A name that becomes too long is cut short and told apart by a checksum.
 
     Examples
     --------
@@ -89,14 +86,10 @@ def pieces_beside(path: str | os.PathLike[str]) -> str:
     ('runs/map.npz.parts', 255)
     """
     folder, name = os.path.split(os.path.realpath(path) if os.path.islink(path) else os.fspath(path))
-    try:
-        longest = os.pathconf(folder or ".", "PC_NAME_MAX")
-    except (AttributeError, OSError, ValueError):  # no such question there, or no such folder
-        longest = _LONGEST
     spelt, end = os.fsencode(name), PIECES
-    if len(spelt) + len(end) > longest:
+    if len(spelt) + len(end) > _LONGEST:
         end = f".{hashlib.sha256(spelt).hexdigest()[:16]}{end}"
-        name = spelt[: longest - len(end)].decode(errors="ignore")  # without half a character
+        name = spelt[: _LONGEST - len(end)].decode(errors="ignore")  # without half a character
     return os.path.join(folder, name + end)
 
 
@@ -106,8 +99,7 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
 
     Until then an older file stands there unchanged; afterwards the new one does,
     with the older one's mode. A kill at any moment leaves one or the other, and at
-    most an unfinished file named ``.NAME.….shakedown-part`` beside it, which the
-    next write into that folder sweeps away.
+    most an unfinished file named ``.NAME.….shakedown-part`` beside it.
 
     Parameters
     ----------
@@ -148,9 +140,8 @@ def atomic_write_together(paths: Sequence[str | os.PathLike[str]]) -> Iterator[l
             with _refusing(part.name):
                 part.file.flush()
                 os.fsync(part.file.fileno())
-        for part in parts:
-            if fcntl is None:  # an open file cannot be renamed there
                 part.file.close()
+        for part in parts:
             with _refusing(part.name):
                 os.replace(part.temporary, part.target)
         for folder in {part.target.parent for part in parts}:
@@ -168,13 +159,13 @@ def _refusing(name: str) -> Iterator[None]:
 
 @contextmanager
 def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
-    """An unfinished file beside its target, locked while we write, gone afterwards in any case."""
+    """An unfinished file beside its target, gone afterwards in any case."""
     target, name = check_target(path), os.fspath(path)
-    if fcntl is not None:
-        _sweep(target.parent)
+    temporary = target.with_name(f".{target.name[:_STEM]}.{secrets.token_hex(8)}{PART}")
+    flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
     with _refusing(name):
         old = _status(target)
-        temporary, handle = _created_part(target, 0o666 if old is None else 0o600)
+        handle = os.open(temporary, flags, 0o666 if old is None else 0o600)  # less the umask
     file = os.fdopen(handle, "w+b")
     try:
         if old is not None:
@@ -187,29 +178,6 @@ def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
             temporary.unlink(missing_ok=True)
 
 
-def _created_part(target: Path, mode: int) -> tuple[Path, int]:
-    """A new, locked file beside ``target``; the kernel applies the umask to its mode."""
-    flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
-    for left in reversed(range(_TRIES)):
-        temporary = target.with_name(f".{target.name[:_STEM]}.{secrets.token_hex(8)}{PART}")
-        handle = os.open(temporary, flags, mode)
-        # where even a new file cannot be locked, no sweep locks it either
-        if (locked(handle) or not left) and _is_at(handle, temporary):
-            return temporary, handle
-        os.close(handle)
-        temporary.unlink(missing_ok=True)
-    raise BlockingIOError(errno.EAGAIN, "new files are swept away as soon as they are made")
-
-
-def _sweep(folder: Path) -> None:
-    """Remove the unfinished files of killed writers, which nobody locks."""
-    for path in folder.glob(_PARTS):
-        with suppress(OSError, ProblemError), open_regular(path) as left:
-            fcntl.flock(left, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if _is_at(left.fileno(), path):
-                path.unlink()
-
-
 def locked(handle: int) -> bool:
     """Lock a file until it is closed, where there are locks; False where somebody else holds it."""
     try:
@@ -217,17 +185,9 @@ def locked(handle: int) -> bool:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
-    except OSError:  # no locks on this file system, so nothing is swept
+    except OSError:  # no locks on this file system
         pass
     return True
-
-
-def _is_at(handle: int, path: Path) -> bool:
-    """Whether an open file is still the one at that path."""
-    try:
-        return os.path.samestat(os.fstat(handle), os.stat(path))
-    except FileNotFoundError:
-        return False
 
 
 def sync_folder(folder: Path) -> None:
