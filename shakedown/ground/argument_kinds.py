@@ -89,12 +89,11 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 
-class Unfit(Exception):
-    """Raised where an argument is of another kind."""
+UNFIT = object()  # what a reader answers where an argument is of another kind
 
 
 class Kind(NamedTuple):
-    """A kind of argument: how it is read (or ``Unfit``), and its description."""
+    """A kind of argument: how it is read (or ``UNFIT``), and its description."""
 
     read: Callable[[Any], Any]
     expected: str
@@ -113,14 +112,13 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
     UsageError
         If an argument is of another kind.
     """
-    code = unwrap(function).__code__
-    names = code.co_varnames[: code.co_argcount]
+    inner = unwrap(function)
+    names = inner.__code__.co_varnames[: inner.__code__.co_argcount]
     kinds: dict[str, Kind] = {}
 
     @wraps(function)
     def guarded(*args: P.args, **kwargs: P.kwargs) -> T:
         if not kinds:
-            inner = unwrap(function)
             kinds.update(_kinds(inner.__annotations__, inner.__globals__))
         placed = [
             _read(kinds, name, value) for name, value in zip(chain(names, repeat("")), args, strict=False)
@@ -148,22 +146,13 @@ def check_fields(instance: Any, error: type[ShakedownError] = UsageError, only: 
 
 
 def _read(kinds: Mapping[str, Kind], name: str, value: Any, said: str = "") -> Any:
-    kind = kinds.get(name)
-    if kind is None:
+    if name not in kinds:
         return value
-    try:
-        return kind.read(value)
-    except Unfit:
-        said = said or name.replace("_", " ")
-        raise UsageError(f"{said}: expected {kind.expected}, found {_found(value)}") from None
-
-
-def _found(value: object) -> str:
-    """The value given instead, for a message: numbers and text as they are, else their type."""
-    if isinstance(value, Integral) and abs(int(value)) >= LARGEST_WHOLE:
-        return f"{written(value)}, beyond 2^63"
-    plain = value is None or isinstance(value, Number | Decimal | str | bytes | np.generic | np.ndarray)
-    return written(value) if plain or isinstance(value, list | tuple) else type(value).__name__
+    found = kinds[name].read(value)
+    if found is UNFIT:
+        shown = written(value) if isinstance(value, SHOWN) else type(value).__name__
+        raise UsageError(f"{said or name.replace('_', ' ')}: expected {kinds[name].expected}, found {shown}")
+    return found
 
 
 def _kinds(annotations: Mapping[str, Any], scope: dict[str, Any]) -> dict[str, Kind]:
@@ -188,27 +177,31 @@ def _kind_of(annotation: Any) -> Kind | None:
         return _any_of([_kind_of(member) for member in members])
     if origin is Literal:
         words = " or ".join(map(repr, members))
-        return Kind(lambda value: _where(isinstance(value, str) and value in members, value), words)
+        return _that(lambda value: isinstance(value, str) and value in members, words)
     if origin in SIMPLE:
         return SIMPLE[origin]
     if origin in (Iterable, Sequence, tuple):
         return _several(origin, members)
-    if not isinstance(origin, type):
-        return None
-    if getattr(origin, "_is_protocol", False) and origin.__module__.startswith("shakedown"):
-        parts = [name for name in vars(origin) if not name.startswith("_")]
-        said = (origin.__doc__ or origin.__name__).splitlines()[0].rstrip(".").rstrip(",")
-        return Kind(
-            lambda value: _where(all(hasattr(value, name) for name in parts), value),
-            said[:1].lower() + said[1:],
-        )
     if origin is np.ndarray:
         return _array_of(members)
-    if origin.__module__.startswith(("shakedown", "matplotlib", "skfem", "concurrent")):
-        article = "an" if origin.__name__[0] in "AEIOU" else "a"
-        expected = f"{article} {origin.__name__}"
-        return Kind(lambda value: _where(isinstance(value, origin), value), expected)
-    return None
+    if not isinstance(origin, type) or not origin.__module__.startswith(WITH_CLASSES):
+        return None
+    if getattr(origin, "_is_protocol", False):
+        parts = [name for name in vars(origin) if not name.startswith("_")]
+        said = (origin.__doc__ or origin.__name__).splitlines()[0].rstrip(".,")
+        return _that(lambda value: all(hasattr(value, name) for name in parts), said[:1].lower() + said[1:])
+    article = "an" if origin.__name__[0] in "AEIOU" else "a"
+    return _that(lambda value: isinstance(value, origin), f"{article} {origin.__name__}")
+
+
+def _that(fits: Callable[[Any], bool], expected: str) -> Kind:
+    """The kind of values that pass a test, and stay as they are."""
+    return Kind(lambda value: value if fits(value) else UNFIT, expected)
+
+
+def _converted(convert: Callable[[Any], Any], expected: str) -> Kind:
+    """The kind of values that a function converts; it answers None of others."""
+    return Kind(lambda value: UNFIT if (found := convert(value)) is None else found, expected)
 
 
 def _any_of(kinds: Sequence[Kind | None]) -> Kind | None:
@@ -216,40 +209,35 @@ def _any_of(kinds: Sequence[Kind | None]) -> Kind | None:
     known = [kind for kind in kinds if kind is not None]
     if len(known) < len(kinds):
         return None
-
-    def read(value: Any) -> Any:
-        for kind in known:
-            try:
-                return kind.read(value)
-            except Unfit:
-                continue
-        raise Unfit
-
-    return Kind(read, " or ".join(dict.fromkeys(kind.expected for kind in known)))
+    expected = " or ".join(dict.fromkeys(kind.expected for kind in known))
+    return Kind(
+        lambda value: next((found for kind in known if (found := kind.read(value)) is not UNFIT), UNFIT),
+        expected,
+    )
 
 
 def _several(origin: Any, members: tuple[Any, ...]) -> Kind:
-    """Several values, each read as its kind where that is known; a tuple has a fixed number."""
-    kinds = [_kind_of(member) for member in members if member is not Ellipsis]
-    count = len(members) if origin is tuple and Ellipsis not in members and members else None
+    """Several values, each read as its kind where that is a number or text; a tuple has a fixed number."""
+    kinds = [_kind_of(member) for member in members]
+    fixed = origin is tuple and Ellipsis not in members and None not in kinds
+    each = kinds[0].expected if kinds and kinds[0] is not None else ""
     needed = "__len__" if origin is Sequence else "__iter__"
-    each = kinds[0] if kinds else None
-    if each is None or not (each.expected in (WHOLE, NUMBER, TEXT) or count):
-        return Kind(lambda value: _where(_is_listed(value, needed), value), "several values")
+    if not fixed and each not in SEVERAL:
+        return _that(lambda value: _is_listed(value, needed), "several values")
 
     def read(value: Any) -> Any:
-        if isinstance(value, str) and each.expected == TEXT:
+        if isinstance(value, str) and each == TEXT:
             return value
-        _where(_is_listed(value, needed) and not isinstance(value, str | bytes | Mapping), value)
-        listed = list(islice(value, MANY + 1))  # an iterator may have no end
-        _where(len(listed) == count if count else len(listed) <= MANY, value)
-        readers = kinds if count else [each] * len(listed)
-        return tuple(
-            item if kind is None else kind.read(item) for kind, item in zip(readers, listed, strict=True)
-        )
+        if not _is_listed(value, needed) or isinstance(value, str | bytes | Mapping):
+            return UNFIT
+        given = list(islice(value, MANY + 1))  # an iterator may have no end
+        if len(given) != len(kinds) if fixed else len(given) > MANY:
+            return UNFIT
+        readers = [kind.read for kind in (kinds if fixed else kinds[:1] * len(given)) if kind]
+        found = tuple(read_one(item) for read_one, item in zip(readers, given, strict=True))
+        return UNFIT if any(item is UNFIT for item in found) else found
 
-    said = {WHOLE: "whole numbers", NUMBER: "numbers", TEXT: "texts"}.get(each.expected, "values")
-    return Kind(read, f"{count or 'several'} {said}")
+    return Kind(read, f"{len(kinds) if fixed else 'several'} {SEVERAL.get(each, 'values')}")
 
 
 def _array_of(members: tuple[Any, ...]) -> Kind | None:
@@ -260,22 +248,13 @@ def _array_of(members: tuple[Any, ...]) -> Kind | None:
     accepted = "fiub" if dtype is np.float64 else "iu"
 
     def read(value: Any) -> Any:
-        if isinstance(value, np.ndarray) and value.dtype.kind in accepted:
-            return value
         try:
-            array = real_values(value)
+            array = value if isinstance(value, np.ndarray) else real_values(value)
         except ValueError:  # ragged
-            raise Unfit from None
-        return _where(array.dtype.kind in accepted, array)
+            return UNFIT
+        return array if array.dtype.kind in accepted else UNFIT
 
     return Kind(read, "an array of numbers" if dtype is np.float64 else "an array of whole numbers")
-
-
-def _where(fits: bool, value: Any) -> Any:
-    """The value itself where it fits."""
-    if not fits:
-        raise Unfit
-    return value
 
 
 def _is_listed(value: object, member: str) -> bool:
@@ -283,31 +262,36 @@ def _is_listed(value: object, member: str) -> bool:
     return hasattr(value, member) and not isinstance(value, type) and getattr(value, "ndim", 1) > 0
 
 
-def _flag(value: object) -> bool:
+def _flag(value: object) -> bool | None:
     if isinstance(value, bool | np.bool_):
         return bool(value)
     whole = whole_number(value)
-    return bool(_where(whole in (0, 1), whole))
-
-
-def _number_or_unfit(read: Callable[[object], Any]) -> Callable[[object], Any]:
-    def number(value: object) -> Any:
-        found = read(value)
-        return _where(found is not None, found)
-
-    return number
+    return bool(whole) if whole in (0, 1) else None
 
 
 WHOLE, NUMBER, TEXT = "a whole number", "a number", "text"
+SEVERAL = {WHOLE: "whole numbers", NUMBER: "numbers", TEXT: "texts"}
+SHOWN = (
+    NoneType,
+    Number,
+    Decimal,
+    str,
+    bytes,
+    np.generic,
+    np.ndarray,
+    list,
+    tuple,
+)  # as they are, in messages
+WITH_CLASSES = ("shakedown", "matplotlib", "skfem", "concurrent")  # packages
 SIMPLE: dict[Any, Kind] = {
-    NoneType: Kind(lambda value: _where(value is None, value), "None"),
-    bool: Kind(_flag, "true or false"),
-    int: Kind(_number_or_unfit(whole_number), WHOLE),
-    float: Kind(_number_or_unfit(real_number), NUMBER),
-    str: Kind(lambda value: _where(isinstance(value, str), value), TEXT),
-    os.PathLike: Kind(lambda value: _where(isinstance(value, os.PathLike), value), "a path"),
-    Mapping: Kind(lambda value: _where(isinstance(value, Mapping), value), "a dictionary"),
-    Callable: Kind(lambda value: _where(callable(value), value), "a function"),
+    NoneType: _that(lambda value: value is None, "None"),
+    bool: _converted(_flag, "true or false"),
+    int: _converted(whole_number, WHOLE),
+    float: _converted(real_number, NUMBER),
+    str: _that(lambda value: isinstance(value, str), TEXT),
+    os.PathLike: _that(lambda value: isinstance(value, os.PathLike), "a path"),
+    Mapping: _that(lambda value: isinstance(value, Mapping), "a dictionary"),
+    Callable: _that(callable, "a function"),
 }
 
 

@@ -59,7 +59,6 @@ def _with_faces(
     covered = np.unique(corners)
     bare = np.setdiff1d(np.arange(len(places)), covered)
     nearest = covered[KDTree(places[covered]).query(places[bare])[1]] if len(bare) else bare
-    owner = _with_slivers(owner, corners)
     for number in np.unique(owner):
         own = faces[owner == number]
         nodes = np.unique(corners[owner == number])
@@ -67,19 +66,6 @@ def _with_faces(
         nodes = np.concatenate([nodes, bare[np.isin(nearest, nodes)]])
         place[nodes] = np.arange(len(nodes))
         yield nodes, place[own]
-
-
-def _with_slivers(owner: IntArray, corners: IntArray) -> IntArray:
-    """Assign faces whose nodes all belong to another patch to that one: slivers with meaningless normals."""
-    whole = owner.copy()
-    for number in np.argsort(np.bincount(owner), kind="stable").tolist():
-        nodes = np.unique(corners[whole == number])
-        others = np.setdiff1d(whole[np.isin(corners, nodes[:1]).any(axis=1)], [number])
-        for other in others.tolist():
-            if np.isin(nodes, corners[whole == other]).all():
-                whole[whole == number] = other
-                break
-    return whole
 
 
 def _beside(faces: IntArray, across: FloatArray, *, either_side: bool) -> tuple[IntArray, IntArray]:

@@ -6,17 +6,17 @@ import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from numbers import Integral
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError, UsageError
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import once_per_problem, require_problem
+from shakedown.joint.arguments import node_numbers, once_per_problem
 from shakedown.joint.constraints import Constraints, Side, constraints, through_transient
 from shakedown.joint.fields import FORCES
 from shakedown.joint.law import Layout
@@ -161,6 +161,7 @@ class Zone:
         return u
 
 
+@checked
 def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tolerances = DEFAULT) -> Zone:
     """The joint of the closed nodes where the others are open and carry no load.
 
@@ -187,8 +188,7 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
     >>> zone.closed_nodes, zone.joint.A.round(2), zone.joint.B.round(2)
     ((0,), array([[219.67]]), array([[344.3]]))
     """
-    require_problem(problem)
-    chosen = _node_numbers(problem, open_nodes)
+    chosen = sorted(set(node_numbers("open nodes", open_nodes, problem.n)))
     k = [i for i in range(problem.n) if i not in set(chosen)]
     if not k:
         raise UsageError(
@@ -246,18 +246,6 @@ def _without_round_off(follow: FloatArray) -> FloatArray:
     """
     noise = MOTION_ROUND_OFF * len(follow) * np.abs(follow).max(initial=0.0)
     return np.where(np.abs(follow) <= noise, 0.0, follow)
-
-
-def _node_numbers(problem: Problem, open_nodes: Iterable[int]) -> list[int]:
-    """The open nodes in increasing order, each once."""
-    try:
-        given = list(open_nodes)
-    except TypeError:
-        raise UsageError(f"open nodes: expected node numbers, found {open_nodes!r}") from None
-    for node in given:
-        if not isinstance(node, Integral) or isinstance(node, bool) or not 0 <= node < problem.n:
-            raise UsageError(f"open nodes: expected numbers from 0 to {problem.n - 1}, found {node!r}")
-    return sorted({int(node) for node in given})
 
 
 def _inverse(stiffness: FloatArray, nodes: list[int], tolerances: Tolerances) -> FloatArray:

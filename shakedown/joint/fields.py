@@ -155,30 +155,20 @@ def _check_shape(key: str, shape: tuple[int, ...], sizes: dict[str, int], direct
         wanted = "(" + ", ".join(map(str, expected)) + ("," if len(expected) == 1 else "") + ")"
         if key == "x" and in_space:
             wanted = "({0},), ({0}, 2) or ({0}, 3)".format(expected[0])
-        hint = _in_space_hint(shape, expected) if in_space else _transposition_hint(shape, expected)
+        hint = _shape_hint(shape, expected)
         raise ProblemError(f"key '{key}': expected shape {wanted}, found {shape}{hint}")
     for axis, have in zip(axes, shape, strict=True):
         if isinstance(axis, str):
             sizes.setdefault(axis, have)
 
 
-def _in_space_hint(shape: tuple[int, ...], expected: tuple[int | str, ...]) -> str:
-    """What a wrong shape of a joint with two tangential directions looks like."""
-    size = expected[-1] if expected else None
-    if (
-        len(shape) > len(expected)
-        and isinstance(size, int)
-        and shape[-2:] in ((size // 2, 2), (2, size // 2))
-    ):
+def _shape_hint(shape: tuple[int, ...], expected: tuple[int | str, ...]) -> str:
+    """What a wrong shape looks like."""
+    if len(shape) == len(expected) == 2 and shape[0] == expected[1]:
+        return " (it looks transposed)" if isinstance(expected[0], str) or shape[1] == expected[0] else ""
+    size = expected[-1] if len(shape) > len(expected) > 0 else None
+    if isinstance(size, int) and shape[-2:] in ((size // 2, 2), (2, size // 2)):
         return " (two directions of all nodes in one row: x0, y0, x1, y1, …)"
-    return " (it looks transposed)" if _transposition_hint(shape, expected) else ""
-
-
-def _transposition_hint(shape: tuple[int, ...], expected: tuple[int | str, ...]) -> str:
-    if len(shape) == 2 and len(expected) == 2 and shape[0] == expected[1]:
-        first = expected[0]
-        if isinstance(first, str) or shape[1] == first:
-            return " (it looks transposed: one column per node)"
     return ""
 
 
@@ -449,38 +439,27 @@ def names(key: str, value: ArrayLike) -> tuple[str, ...]:
     return found
 
 
-def json_object(key: str, value: Any) -> str:
-    """The text of one JSON object, or no text at all; raises ``ProblemError`` for anything else.
-
-    Examples
-    --------
-    >>> json_object("source", '{"files": []}')
-    '{"files": []}'
-    """
-    text = plain_text(key, value)
-    if not text:
-        return text
-    try:
-        found = json.loads(text, parse_constant=_not_json)
-    except (ValueError, RecursionError) as error:
-        raise ProblemError(f"key '{key}': expected JSON text, found what is none ({error})") from None
-    if not isinstance(found, dict):
-        raise ProblemError(f"key '{key}': expected a JSON object, found {type(found).__name__}")
-    return text
-
-
 def origin(key: str, value: Any) -> str:
-    """The text of a JSON object whose ``files`` are objects and ``warnings`` texts; else ``ProblemError``.
+    """The text of a JSON object whose ``files`` are objects and ``warnings`` texts, or no text at all.
+
+    Raises ``ProblemError`` for anything else.
 
     Examples
     --------
+    >>> origin("source", '{"files": []}')
+    '{"files": []}'
     >>> origin("source", '{"warnings": 3}')
     Traceback (most recent call last):
     ...
     shakedown.ground.errors.ProblemError: key 'source': 'warnings': expected a list of texts, found 3
     """
-    text = json_object(key, value)
-    told = json.loads(text) if text else {}
+    text = plain_text(key, value)
+    try:
+        told = json.loads(text or "{}", parse_constant=_not_json)
+    except (ValueError, RecursionError) as error:
+        raise ProblemError(f"key '{key}': expected JSON text, found what is none ({error})") from None
+    if not isinstance(told, dict):
+        raise ProblemError(f"key '{key}': expected a JSON object, found {type(told).__name__}")
     for entry, (kind_of, words) in SOURCE_LISTS.items():
         found = told.get(entry, [])
         if not (isinstance(found, list) and all(isinstance(each, kind_of) for each in found)):

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.joint.arguments import checked, is_finite
+from shakedown.joint.arguments import is_finite
 from shakedown.joint.contact_surface import Surface, around, cell_weights, surface_of
 from shakedown.joint.fields import FIELDS
 from shakedown.joint.problem import Problem

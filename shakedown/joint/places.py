@@ -1,7 +1,7 @@
 """The nodes of a problem in the model it was made from: areas, directions, faces."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -242,24 +242,17 @@ def check_places(arrays: Mapping[str, FloatArray]) -> None:
                 f"key '{key}': expected vectors of length 1, found the length {length[place]:.9g} "
                 f"at node {place[0]}"
             )
-    if "tangent" in arrays and "normal" in arrays:
-        slanted = np.abs(np.einsum("ij,ij->i", arrays["tangent"], arrays["normal"]))
-        if np.any(slanted > DEFAULT.printed_digits):
-            j = int(np.argmax(slanted > DEFAULT.printed_digits))
-            raise ProblemError(
-                "key 'tangent': expected a direction at a right angle to 'normal', found the scalar product "
-                f"{slanted[j]:.9g} at node {j}"
-            )
+    along = [arrays["tangent"]] if "tangent" in arrays else []
     if "tangents" in arrays:
-        first, second = np.moveaxis(arrays["tangents"], 1, 0)
-        normal = arrays.get("normal", np.zeros_like(first))
-        products = [
-            np.einsum("ij,ij->i", a, b) for a, b in ((first, second), (first, normal), (second, normal))
-        ]
-        slanted = np.abs(products).max(axis=0)
+        along = list(np.moveaxis(arrays["tangents"], 1, 0))
+    directions = [*along, *(arrays[key] for key in ("normal",) if key in arrays)]
+    for first, second in combinations(directions, 2) if along else ():
+        slanted = np.abs(np.einsum("ij,ij->i", first, second))
         if np.any(slanted > DEFAULT.printed_digits):
             j = int(np.argmax(slanted > DEFAULT.printed_digits))
+            key, expected = "tangent", "a direction at a right angle to 'normal'"
+            if len(along) == 2:
+                key, expected = "tangents", "two directions at right angles to each other and to 'normal'"
             raise ProblemError(
-                "key 'tangents': expected two directions at right angles to each other and to 'normal', "
-                f"found the scalar product {slanted[j]:.9g} at node {j}"
+                f"key '{key}': expected {expected}, found the scalar product {slanted[j]:.9g} at node {j}"
             )

@@ -333,15 +333,10 @@ def _pinned(basis: FloatArray, lengths: FloatArray, doubt: str) -> RigidSlips:
         left = left - np.outer(left @ along, along)
     motions = np.linalg.solve(basis[pinned].T, basis.T).T
     motions[np.abs(motions) <= NEGLIGIBLE * np.abs(motions).max(axis=0)] = 0.0
-    return _sorted(lengths[:, None] * motions / lengths[pinned], pinned, doubt)
-
-
-def _sorted(motions: FloatArray, pinned: list[int], doubt: str) -> RigidSlips:
-    """With the pinned nodes in increasing order, and exactly one there."""
     order = np.argsort(pinned)
     nodes = [pinned[k] for k in order]
-    motions = motions[:, order]
-    motions[nodes] = np.eye(len(nodes))
+    motions = (lengths[:, None] * motions / lengths[pinned])[:, order]
+    motions[nodes] = np.eye(len(nodes))  # exactly
     return RigidSlips(motions, tuple(nodes), doubt)
 
 

@@ -8,10 +8,11 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.shown_values import FEW_DIGITS
-from shakedown.joint.arguments import checked, once_per_problem, require_problem
+from shakedown.joint.arguments import once_per_problem, require_problem
 from shakedown.joint.loading import MEAN_ROUND_OFF, loading
 from shakedown.joint.problem import NamedLoad, Problem
 

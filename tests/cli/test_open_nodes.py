@@ -67,7 +67,7 @@ def test_with_all_nodes_closed_nothing_changes(name):
         ("0,x", "--open: expected auto, none or node numbers like 0,3,7, found '0,x'"),
         ("", "expected auto, none or node numbers"),
         ("-1", "expected auto, none or node numbers"),
-        ("99", "open nodes: expected numbers from 0 to 32, found 99"),
+        ("99", "open nodes: expected node numbers from 0 to 32, found 99"),
         (",".join(map(str, range(33))), "found all 33 open"),
     ],
 )

@@ -75,9 +75,9 @@ def test_units_do_not_matter(power):
     [
         ([9], "from 0 to 8, found 9"),
         ([-1], "from 0 to 8, found -1"),
-        ([1.5], "found 1.5"),
-        (["1"], "found '1'"),
-        (3, "expected node numbers, found 3"),
+        ([1.5], r"expected several whole numbers, found \[1.5\]"),
+        (["1"], r"expected several whole numbers, found \['1'\]"),
+        (3, "expected several whole numbers, found 3"),
         (range(9), "found all 9 open"),
     ],
 )
