@@ -209,11 +209,14 @@ def _any_of(kinds: Sequence[Kind | None]) -> Kind | None:
     known = [kind for kind in kinds if kind is not None]
     if len(known) < len(kinds):
         return None
-    expected = " or ".join(dict.fromkeys(kind.expected for kind in known))
-    return Kind(
-        lambda value: next((found for kind in known if (found := kind.read(value)) is not UNFIT), UNFIT),
-        expected,
-    )
+
+    def read(value: Any) -> Any:
+        for kind in known:
+            if (found := kind.read(value)) is not UNFIT:
+                return found
+        return UNFIT
+
+    return Kind(read, " or ".join(dict.fromkeys(kind.expected for kind in known)))
 
 
 def _several(origin: Any, members: tuple[Any, ...]) -> Kind:
