@@ -12,7 +12,7 @@ from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.energy.energy_ball import no_ball_holds
 from shakedown.bounds.energy.energy_bound import energy_bound
 from shakedown.bounds.upper import upper_bound
-from shakedown.ground.constants import MISJUDGED, NEGLIGIBLE, FloatArray
+from shakedown.ground.constants import ERROR_FACTOR, NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import OPEN, Status
@@ -95,7 +95,7 @@ class Passage:
         """The states after successive cycles: the stored ones, then others up to a given number."""
         error = 0.0
         for done, (record, state) in enumerate(self._cycles(first_cycles or (), most), start=1):
-            error += MISJUDGED * record.error
+            error += ERROR_FACTOR * record.error
             open_nodes = tuple(np.flatnonzero(state.contact == OPEN).tolist())
             yield Passed(done, record.end_slip, open_nodes, error)
 

@@ -9,8 +9,8 @@ from shakedown.bounds.every_state.scaled_joint import ScaledJoint
 from shakedown.ground.constants import (
     ALTERNATIONS,
     EPS,
+    ERROR_FACTOR,
     ITERATIONS,
-    MISJUDGED,
     NEGLIGIBLE,
     NEWTON_ROUNDS,
     ROUND_OFF,
@@ -114,7 +114,7 @@ def least_pressures(
         found = _solved(given, given.sizes(y, np.arange(joint.n)) + excess[:, None])
         if found.proved.all():
             break
-        excess = np.where(found.proved, excess, np.maximum(4.0 * excess, MISJUDGED * found.error))
+        excess = np.where(found.proved, excess, np.maximum(4.0 * excess, ERROR_FACTOR * found.error))
     return found
 
 

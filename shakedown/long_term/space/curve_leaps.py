@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from shakedown.ground.constants import EPS, MISJUDGED, MUCH, THREE_DIGITS, FloatArray
+from shakedown.ground.constants import EPS, ERROR_FACTOR, MUCH, THREE_DIGITS, FloatArray
 from shakedown.long_term.space.measure import Measure
 from shakedown.long_term.space.recurrence_leaps import PRICE, WORTH, Leap
 
@@ -201,7 +201,7 @@ class CurveLeaps:
         step = self.step
         assert step is not None
         otherwise = np.minimum(np.abs(step.turned - step.turned_before), np.abs(step.turned))
-        off = step.length**2 * (0.5 * np.abs(step.turned - step.turning) + MISJUDGED / 6.0 * otherwise)
+        off = step.length**2 * (0.5 * np.abs(step.turned - step.turning) + ERROR_FACTOR / 6.0 * otherwise)
         return float(np.abs(measure.rigid).T.max(axis=1, initial=0.0) @ (np.abs(measure.rigid).T @ off))
 
     def adapt(self, taken: bool, cycles: int) -> None:

@@ -4,7 +4,7 @@ from math import nan
 
 import numpy as np
 
-from shakedown.ground.constants import MISJUDGED, MUCH, FloatArray
+from shakedown.ground.constants import ERROR_FACTOR, MUCH, FloatArray
 from shakedown.ground.status import OPEN
 from shakedown.joint.rigid_slips import free_stiffness
 from shakedown.long_term.space.curve_leaps import CurveLeaps
@@ -193,7 +193,7 @@ class Leaps:
         slipped = np.sum([record.slip for record in before.records[-p:]], axis=0) > 0.0
         changed = self.layout.slips_of(np.flatnonzero(slipped != (self.cycles.slip(1, p) > 0.0)))
         moved = self.cycles.states[0].u - before.state.u
-        return MISJUDGED * float(np.abs(moved[changed]).max(initial=0.0))
+        return ERROR_FACTOR * float(np.abs(moved[changed]).max(initial=0.0))
 
     def _turned(self, before: Position) -> float:
         """By how much a leap may miss a way that turns where contact states change, unseen [length]."""

@@ -7,8 +7,8 @@ all but reached; and if none is so, whether a leap leads on.
 import numpy as np
 
 from shakedown.ground.constants import (
+    ERROR_FACTOR,
     FOUR_DIGITS,
-    MISJUDGED,
     NEGLIGIBLE,
     PER_CENT,
     SEVEN_DIGITS,
@@ -249,7 +249,7 @@ class SteadySearch:
             if cycles.leaps:
                 now = cycles.last(period)
                 farthest = leaps.decays[period - 1].farthest(now, self.layout, self.measure, drifts)
-                left = max(left, MISJUDGED * farthest)
+                left = max(left, ERROR_FACTOR * farthest)
             if not cycles.follow(period):
                 return self._undecided(f"{self._why_stopped()}, after {reason}")
         moved, error, rigid_error = cycles.change(period), leaps.error, leaps.rigid_error
