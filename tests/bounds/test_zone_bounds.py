@@ -8,9 +8,11 @@ import pytest
 
 import shakedown
 from benchmarks.bodies.lap_joint import lap_joint
+from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from shakedown import SolverError, UsageError, safe_slip, upper_bound
 from shakedown.bounds.best_zone import best_zone, change_weights, opened_by_mean_load, zone_limit
 from shakedown.bounds.discs.disc_rows import zone_rows
+from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.contact_zone import contact_zone
@@ -314,3 +316,28 @@ def test_a_closed_node_that_moves_with_open_ones_alone_is_pinned(unit):
         assert shakedown.energy_bound(joint, open_nodes=open_nodes).load_factor == pytest.approx(
             exact, rel=1e-8
         )
+
+
+@pytest.mark.parametrize("power", [-40, 13, 25, 40])
+@pytest.mark.parametrize(("seed", "index"), [(503, 6), (516, 2)])
+def test_rows_that_no_slip_changes_do_not_set_the_units_of_the_others(power, seed, index):
+    """In the plane as in space: gaps of a zone that no slip opens have lengths, discs have forces."""
+    problem = replace(drawn_joint_in_space(seed, index), initial_slip=None)
+    zone = (0, 1) if index == 6 else (0,)
+    stiffness = {key: getattr(problem, key) * 2.0**power for key in "ABC"}
+    here, there = (
+        upper_bound(problem, open_nodes=zone),
+        upper_bound(replace(problem, **stiffness), open_nodes=zone),
+    )
+    assert there.status == here.status == "optimal"
+    assert there.load_factor == pytest.approx(here.load_factor, rel=1e-9)
+    conic = conic_upper_bound(replace(problem, **stiffness), open_nodes=zone)
+    assert conic.load_factor == pytest.approx(here.load_factor, rel=1e-7)
+
+
+@pytest.mark.parametrize("power", [-40, 20, 40])
+def test_a_row_without_unknowns_that_is_violated_is_seen_in_any_units(power):
+    problem = replace(drawn_joint(902, 4), initial_slip=None)
+    stiffness = {key: getattr(problem, key) * 2.0**power for key in "ABC"}
+    assert upper_bound(replace(problem, **stiffness), open_nodes=(0,)).status == "infeasible"
+    assert conic_upper_bound(replace(problem, **stiffness), open_nodes=(0,)).status == "infeasible"
