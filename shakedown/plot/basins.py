@@ -14,7 +14,6 @@ from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import at_lambda, with_unit
 from shakedown.joint.arguments import checked
-from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.units import units_of
 from shakedown.plot import style
@@ -64,7 +63,9 @@ def basin(found: Result, *, ax: Axes | None = None) -> Axes:
     low, high = points.min(axis=0), points.max(axis=0)
     margin = np.where(high > low, style.MARGIN * (high - low), 1.0)
     low, high = low - margin, high + margin
-    names = [with_unit(f"initial slip of {_slip_name(k, problem)}", units.length) for k in pair]
+    d = problem.directions
+    slips = [node_name(k // d, problem) + ("" if d == 1 else f" along {'xy'[k % d]}") for k in pair]
+    names = [with_unit(f"initial slip of {slip}", units.length) for slip in slips]
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel=names[0], ylabel=names[1])
     look: dict[str, Any] = {"mec": style.BLACK, "ls": "none", "clip_on": False, "ms": 9}
     hollow = look | {"mfc": "none", "path_effects": [withStroke(linewidth=3.0, foreground="white")]}
@@ -78,12 +79,6 @@ def basin(found: Result, *, ax: Axes | None = None) -> Axes:
     axes.set_title(f"{at_lambda(states.load_factor)}{others}", fontsize="medium")
     axes.legend(handles=handles, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2)
     return axes
-
-
-def _slip_name(place: int, problem: Problem) -> str:
-    """Which node's slip a place holds; in space also along which of its tangents."""
-    d = problem.directions
-    return node_name(place // d, problem) + ("" if d == 1 else f" along {'xy'[place % d]}")
 
 
 def _draw_states(axes: Axes, found: Any, points: FloatArray, label: str) -> list[Any]:

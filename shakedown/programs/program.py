@@ -225,7 +225,10 @@ class Program:
             sizes = (np.abs(self.right) * row)[~empty]
             if np.any(self.left > -INF):
                 sizes = np.concatenate([(np.abs(self.left) * row)[~empty], sizes])
-            size = typical_size(_weighing(sizes) if self.cones else sizes, otherwise=0.0)
+            if self.cones:  # those that are more than round-off of the largest
+                known = sizes[np.isfinite(sizes)]
+                sizes = known[known > ROUND_OFF * known.max(initial=0.0)]
+            size = typical_size(sizes, otherwise=0.0)
             if size == 0.0:  # all right sides are zero: the column with the largest cost keeps its unit
                 size = 1.0 / float(column[np.abs(self.cost * column).argmax()])
             for k in np.flatnonzero(empty & np.isfinite(self.right) & (self.right != 0.0)):
@@ -323,12 +326,6 @@ def ball(rank: int, columns: int) -> FloatArray:
     rows[0, rank] = -1.0
     rows[np.arange(1, rank + 1), np.arange(rank)] = -1.0
     return rows
-
-
-def _weighing(sizes: FloatArray) -> FloatArray:
-    """The entries that are more than round-off of the largest."""
-    finite = sizes[np.isfinite(sizes)]
-    return np.asarray(finite[finite > ROUND_OFF * finite.max(initial=0.0)])
 
 
 def _outside(u: FloatArray) -> float:

@@ -15,11 +15,10 @@ from shakedown.programs.program import INF, Program, Solution, solution_of
 from shakedown.programs.simplex import Simplex
 
 SETTINGS = ClarabelSettings(1e-11, 0.99, rescaled=True, reduced=SIX_DIGITS, stalled=True)
-METHOD_COUNT = 2
 
 
-def solve(program: Program, first: int = 0) -> Solution:
-    """The solution of a program; of one with cones by the first method, from this one on, that comes to one.
+def solve(program: Program) -> Solution:
+    """The solution of a program; of one with cones by the first method that comes to one.
 
     Without cones the simplex (:class:`Simplex`). With cones interior points: Clarabel's, and dense ones for
     one cone over the first columns, which come first where there are many rows.
@@ -39,21 +38,16 @@ def solve(program: Program, first: int = 0) -> Solution:
     """
     if not program.cones:
         return Simplex(program).solve()
-    methods = [by_clarabel_points, by_dense_points]
+    methods = [lambda each: by_clarabel(each, SETTINGS), by_dense_points]
     if program.linear >= DENSE_FROM:
         methods.reverse()
     failures = []
-    for each in methods[first:]:
+    for each in methods:
         found = sought(each, program)
         if not isinstance(found, Missing):
             return found
         failures.append(found.reason)
     raise SolverError(failures[0])
-
-
-def by_clarabel_points(program: Program) -> Solution:
-    """The solution of a program with cones by Clarabel; raises ``SolverError`` where it ends without one."""
-    return by_clarabel(program, SETTINGS)
 
 
 def by_dense_points(program: Program) -> Solution:

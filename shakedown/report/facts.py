@@ -150,11 +150,7 @@ def _tell(limits: Sequence[tuple[float, Rounding]], texts: Sequence[str], *, apa
     if any(np.sign(float(text) - 1) != np.sign(value - 1) for value, text in known):
         return False
     pairs = combinations(known, 2) if apart else ()
-    return all(one[1] != other[1] or _same(one[0], other[0]) for one, other in pairs)
-
-
-def _same(one: float, other: float) -> bool:
-    return abs(one - other) <= SIX_DIGITS * abs(one)
+    return all(x != y or abs(one - other) <= SIX_DIGITS * abs(one) for (one, x), (other, y) in pairs)
 
 
 def _padded(value: float, rounding: Rounding, digits: int) -> str:

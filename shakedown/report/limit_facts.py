@@ -241,7 +241,7 @@ def decided_by(found: Assessment) -> Iterator[Fact]:
     """The node that a limit depends on most, or why there is none; what less is proved; the mesh."""
     limits, problem = found.details, found.problem
     upper, slip = limits.upper, limits.first_slip
-    if is_constant(problem):
+    if not (loading(problem).q1.any() or loading(problem).p1.any()):  # the load factor multiplies nothing
         yield Fact("loading", "constant", note=notes.CONSTANT)
     elif upper.open_nodes:
         yield from _zone(upper, problem)
@@ -251,11 +251,10 @@ def decided_by(found: Assessment) -> Iterator[Fact]:
         yield from _deciding_node(found)
     if found.said_as_given == Said.OPEN:
         yield from _not_proved(limits.energy)
-    if problem.law.smooth.size:
-        yield Fact("first slip", "0", note="nodes without friction slip under any load")
-    elif 0.0 < slip.load_factor < inf and not upper.open_nodes:
-        where = f"{node_in_words(problem, slip.node)}; below it no node slips"
-        yield Fact("first slip", slip.load_factor, rounding="down", note=where)
+    free = problem.law.smooth.size > 0
+    if free or (0.0 < slip.load_factor < inf and not upper.open_nodes):
+        note = "without friction" if free else f"{node_in_words(problem, slip.node)}; below it no node slips"
+        yield Fact("first slip", 0.0 if free else slip.load_factor, rounding="down", note=note)
     if found.proved_from_this_state < found.proved_from_every_state and not limits.open_nodes:
         yield Fact("this state", _why_less(limits))
     if limits.mesh.warning:
@@ -326,12 +325,6 @@ def _why_less(limits: JointLimits) -> str:
     return f"{makes}, so {state} is not one of all"
 
 
-def is_constant(problem: Problem) -> bool:
-    """Whether the loading does not change over the period, so that the load factor multiplies nothing."""
-    loop = loading(problem)
-    return not (loop.q1.any() or loop.p1.any())
-
-
 def next_step(found: Assessment, file: str) -> list[Fact]:
     """The one thing to do next: a command on the file, and its purpose."""
     from_zero = not np.nan_to_num(found.details.energy.initial_slip).any()
@@ -390,11 +383,10 @@ def limits_table(limits: JointLimits, digits: int = FEW_DIGITS, *, simulated: bo
         [bound.symbol, _title(bound), text, _limited_by(bound, limits.problem), _computed(bound)]
         for bound, text in zip(known, texts, strict=True)
     ]
+    others = ", of the nodes with friction" * bool(limits.problem.law.smooth.size)
     for name, onset in (("first slip", limits.first_slip), ("first opening", limits.first_opening)):
         where = onset.reason or (node_in_words(limits.problem, onset.node) if onset.node >= 0 else "")
-        if name == "first slip" and limits.problem.law.smooth.size:
-            where = f"{where}, of the nodes with friction".removeprefix(", ")
-        alone = ", if no node slipped" if name == "first opening" and onset.node >= 0 else ""
+        alone = (", if no node slipped" if name == "first opening" else others) * (onset.node >= 0)
         rows.append(["", name, number(onset.load_factor, digits, "down"), f"{where}{alone}", IN_FLOATS])
     least = limits.upper.least_load_factor
     if least > 0:

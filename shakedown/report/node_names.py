@@ -124,12 +124,8 @@ def by_direction(problem: Problem, name: str, slips: FloatArray) -> dict[str, li
     >>> by_direction(shakedown.example("one-node-3d"), "slip", np.array([1.0, 2.0]))
     {'slip x': [1.0], 'slip y': [2.0]}
     """
-    return dict(zip(of_directions(problem, name), problem.layout.by_node(slips).T.tolist(), strict=True))
-
-
-def of_directions(problem: Problem, name: str, between: str = " ") -> list[str]:
-    """The name of a tangential quantity, or with two directions the names of both components."""
-    return [name] if problem.directions == 1 else [f"{name}{between}{axis}" for axis in AXES]
+    names = [name] if problem.directions == 1 else [f"{name} {axis}" for axis in AXES]
+    return dict(zip(names, problem.layout.by_node(slips).T.tolist(), strict=True))
 
 
 def ranges(numbers: Sequence[int]) -> str:

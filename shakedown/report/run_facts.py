@@ -354,8 +354,7 @@ def verdict(v: Verification) -> str:
         return (
             f"The limits predict no outcome of {count(len(v.runs), 'run')}: there is nothing to agree with."
         )
-    others = len(v.runs) - judged
-    rest = f" with a predicted outcome; {others} have none" if others else ""
+    rest = f" with a predicted outcome; {len(v.runs) - judged} have none" if judged < len(v.runs) else ""
     return f"Simulation agrees with the limits in all {count(judged, 'run')}{rest}."
 
 

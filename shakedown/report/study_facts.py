@@ -299,8 +299,8 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
     said = [notes.AT_VALUES] * (len(found.points) > 1) + [notes.LOAD_DOMAIN] * problem.is_domain
     said += [notes.OF_ZONES] * any(bool(point.open_nodes) for point in found.points)
     limits = {here: [REGIONS[str(name)] for name in regions.ravel()]}
-    for heading, (_, values, rounding) in _limits(found).items():
-        limits[heading] = [number(value, SHOWN, rounding) for value in values.ravel()]
+    for heading, (_, sizes, way) in _limits(found).items():
+        limits[heading] = [number(size, SHOWN, way) for size in sizes.ravel()]
     sections = [Section("", (), [_table(found, limits)], said), *_small_slips(problem, found)]
     if found.load_factors_simulated:
         simulated = {
@@ -314,16 +314,15 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
 def _limits(found: Sweep) -> dict[str, tuple[Claim, FloatArray, Rounding]]:
     """The limits that were asked for, by the headings of their columns; proofs from this state are one."""
     limits: dict[str, tuple[Claim, FloatArray, Rounding]] = {}
-    in_zone = np.array([bool(point.open_nodes) for point in found.points]).reshape(
-        found.from_this_state.shape
-    )
+    in_zone = np.reshape([bool(point.open_nodes) for point in found.points], found.shape)
     for name in found.bounds:
         claim = BOUNDS[name].claim
         heading = claim.removeprefix("proved from ").removesuffix(" above")
         values = found.from_this_state if claim == Claim.THIS_STATE else found.load_factors(name)
         rounding: Rounding = "up" if claim == Claim.IMPOSSIBLE else "down"
-        if claim in CLAIMED:  # the limits of a zone with open nodes are not those of the whole joint
-            values = np.where(in_zone & ((values == 0.0) | (claim == Claim.IMPOSSIBLE)), np.nan, values)
+        # the limits of a zone with open nodes are not those of the whole joint
+        unknown = in_zone & (claim in CLAIMED) & ((values == 0.0) | (claim == Claim.IMPOSSIBLE))
+        values = np.where(unknown, np.nan, values)
         limits[heading if claim in CLAIMED else BOUNDS[name].symbol] = claim, values, rounding
     return limits
 
@@ -358,8 +357,8 @@ def _places(found: Sweep, chosen: NDArray[np.bool_]) -> str:
 def _valued(found: Sweep, axis: int, places: list[int]) -> str:
     """A parameter with some of its values; with × where they are factors."""
     values = ", ".join(few(found.values[axis][k], DIGITS) for k in places)
-    factor = found.is_factor(axis)
-    return f"{found.meanings[axis]} × {values}" if factor else f"{found.parameters[axis]} = {values}"
+    name = f"{found.meanings[axis]} ×" if found.is_factor(axis) else f"{found.parameters[axis]} ="
+    return f"{name} {values}"
 
 
 def _table(found: Sweep, columns: dict[str, list[str]], rows: Iterable[int] | None = None) -> Table:

@@ -141,7 +141,7 @@ def test_points_without_a_joint_are_counted_and_said():
 
 def test_a_limit_with_nodes_open_is_said_to_be_one():
     out = run("sweep", "receding-block", "--vary", "f=0.2,0.35", "--bounds", "upper")[1]
-    assert "Where nodes are open, λ_max is no upper bound of the whole joint." in " ".join(out.split())
+    assert "–: nodes are open there, and no limit of the whole joint is known." in " ".join(out.split())
 
 
 @pytest.mark.parametrize(

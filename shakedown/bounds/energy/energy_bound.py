@@ -236,7 +236,10 @@ def _of_closed(
     if reason := without_margin(zone, limits):
         return no_bound(start, distance, reason).but(share=limits.share, pinned=limits.rigid.pinned)
     check_resolved(limits, start, distance, tolerances)
-    unit = _load_unit(limits)
+    # The power of two next to the load factor at which the periodic part is as large as the constant one.
+    varying = max(np.abs(each).max(initial=0.0) for each in (limits.d, limits.rows.d))
+    constant = max(np.abs(each).max(initial=0.0) for each in (limits.g, limits.rows.g))
+    unit = power_of_two(float(constant / varying)) if varying > 0 else 1.0
     scaled = replace(limits, d=unit * limits.d, rows=limits.rows._replace(d=unit * limits.rows.d))
     found = sought(_largest, zone, scaled, start, distance, tolerances, split=split)
     if isinstance(found, Missing):
@@ -251,13 +254,6 @@ def _of_closed(
     if found.share.any() and _may_open_in_a_jump(zone.joint, limits, found):
         return _of_closed(zone, given, distance, tolerances, split=False)
     return found
-
-
-def _load_unit(limits: BallLimits) -> float:
-    """The power of two next to the load factor at which the periodic part is as large as the constant one."""
-    varying = max(np.abs(each).max(initial=0.0) for each in (limits.d, limits.rows.d))
-    constant = max(np.abs(each).max(initial=0.0) for each in (limits.g, limits.rows.g))
-    return power_of_two(float(constant / varying)) if varying > 0 else 1.0
 
 
 def _may_open_in_a_jump(joint: Problem, limits: BallLimits, found: Bound) -> bool:

@@ -125,7 +125,8 @@ def least_pressure_bound(problem: Problem, *, unique: bool = False) -> LeastPres
         if not least.proved[node]:
             reason = f"no least pressure of node {node} was found"
         return replace(found, node=node, limited_by="lift-off", reason=reason)
-    lift_off = _lift_off(joint, least, pressures)
+    # 1/λ of the load factor at which the least pressure of every node vanishes
+    lift_off = np.maximum(-least.at(joint, joint.q1, joint.p1).min(axis=0), 0.0) / pressures
     found = replace(found, lift_off_bound=_load_factor(lift_off.max()))
     if joint.floats:
         reach = floating_reach(joint, least, unique, DEFAULT)
@@ -168,11 +169,6 @@ def _of_held(joint: ScaledJoint, least: LeastPressures, pressures: FloatArray, l
     lifts = inverse[node] > 0.0 and lift_off[node] >= (1.0 - NEGLIGIBLE) * inverse[node]
     z = load_factor * centre.ravel() - joint.q0 if load_factor < inf else nowhere
     return Reach(load_factor, z, nowhere, node, "lift-off" if lifts else "swing")
-
-
-def _lift_off(joint: ScaledJoint, least: LeastPressures, pressures: FloatArray) -> FloatArray:
-    """1/λ of the load factor at which the least pressure of every node vanishes, (n,)."""
-    return np.maximum(-least.at(joint, joint.q1, joint.p1).min(axis=0), 0.0) / pressures
 
 
 def _load_factor(inverse: float) -> float:
