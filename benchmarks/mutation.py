@@ -101,7 +101,10 @@ def cases(short: bool) -> list[dict]:
     """Places drawn over all of the modules, each with its tests; the first of Coulomb's law, in short."""
     if short:
         first = next(places(ROOT / "shakedown" / "joint" / "law.py"))
-        return [first._asdict() | {"tests": ["tests/joint/test_two_directions.py::test_the_extreme_load_steps_suffice"]}]
+        return [
+            first._asdict()
+            | {"tests": ["tests/joint/test_two_directions.py::test_the_extreme_load_steps_suffice"]}
+        ]
     files = [path for folder in FOLDERS for path in sorted((ROOT / "shakedown" / folder).rglob("*.py"))]
     found = [place for path in files for place in places(path)]
     drawn = np.random.default_rng(1).choice(len(found), min(PLACES, len(found)), replace=False)
