@@ -15,6 +15,7 @@ import numpy as np
 
 import shakedown
 from shakedown import Problem
+from shakedown.files.atomic_write import check_table, check_target, pieces_beside
 from shakedown.ground.constants import CYCLES, FloatArray
 from shakedown.ground.shown_values import FEW_DIGITS, shortened
 
@@ -45,8 +46,6 @@ def writes(name: str, path: str | os.PathLike[str]) -> None:
 
 def writes_whole(name: str, path: Path) -> None:
     """As :func:`writes`, after a check that the file can be written."""
-    from shakedown.files.atomic_write import check_target  # only where a file is asked for
-
     check_target(path)
     writes(name, path)
 
@@ -54,8 +53,6 @@ def writes_whole(name: str, path: Path) -> None:
 def pieces_of(output: Path | None, resume: bool) -> None:
     """Note the folder beside the output in which a run keeps its pieces."""
     if output is not None:
-        from shakedown.files.atomic_write import pieces_beside  # only where a file is asked for
-
         writes("the pieces of -o", pieces_beside(output))
     elif resume:
         raise click.UsageError("--resume: expected -o FILE, beside which the pieces of the run are kept")
@@ -108,8 +105,6 @@ class OutputFile(click.ParamType):
         path = Path(value)
         writes_whole(name, path)
         if self.table:
-            from shakedown.files.atomic_write import check_table  # only where a table is asked for
-
             check_table(path)
         return path
 

@@ -9,7 +9,7 @@ import click
 
 import shakedown
 from shakedown import Problem
-from shakedown.ground.errors import Missing
+from shakedown.assessment.three_numbers import open_ends
 from shakedown.ground.shown_values import down, plain
 from shakedown.ground.work_limit import on_one_thread
 from shakedown.report.json_documents import assessment_document, averaged_document, quick_document
@@ -92,7 +92,7 @@ def solve(
         return Answer(
             partial(quick_document, problem, energy, upper),
             partial(quick_sheet, problem, energy, upper, details=shown["details"], digits=shown["digits"]),
-            open_ends=_open_ends(upper, energy),
+            open_ends=[*open_ends(upper, energy)],
         )
     if problem.n >= ANNOUNCED_FROM and problem.directions == 1:
         click.echo(
@@ -114,12 +114,5 @@ def solve(
         lambda: assessment_document(found, follow=follow) | document,
         # with --quiet the lines on what is not met, and the exit code, are the answer
         None if require and is_quiet() else sheet,
-        open_ends=[*_open_ends(limits.lower, limits.upper, limits.energy, limits.universal), *unmet],
+        open_ends=[*open_ends(limits.lower, limits.upper, limits.energy, limits.universal), *unmet],
     )
-
-
-def _open_ends(*results: shakedown.Bound | Missing) -> list[str]:
-    """Why something stays open, a line each."""
-    from shakedown.assessment.three_numbers import open_ends  # loads what the results were made with
-
-    return [*open_ends(*results)]

@@ -10,6 +10,7 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.report.json_documents import verification_document
+from shakedown.report.run_facts import verify_sheet
 
 from . import options
 from .command import Answer, command, progress
@@ -65,7 +66,9 @@ def verify(
     **settings: Any,
 ) -> Answer:
     """Hold the bounds of FILE against time integration from several states."""
-    beside: dict[str, Any] = {"average": average, "refinement": _refinement(problem, average, refinement)}
+    if average is not None:
+        shakedown.averaged(problem, average)  # before the work, not after
+    beside: dict[str, Any] = {"average": average, "refinement": _refinement(problem, refinement)}
     if output is not None:
         from shakedown.report.html import report_path, write_report  # what draws is wanted only here
 
@@ -77,8 +80,6 @@ def verify(
             write_report(output, result, **beside)
     if nodes is not None:
         result.nodes.save(nodes)
-    from shakedown.report.run_facts import verify_sheet  # loads compiled code
-
     about: dict[str, Any] = {"average": average, "details": details, "digits": digits, "page": output}
     return Answer(
         lambda: verification_document(result, **beside),
@@ -87,10 +88,8 @@ def verify(
     )
 
 
-def _refinement(problem: Problem, average: float | None, path: str | None) -> Any:
+def _refinement(problem: Problem, path: str | None) -> Any:
     """A refinement to report beside; what belongs to another joint is refused before the work."""
-    if average is not None:
-        shakedown.averaged(problem, average)
     if path is None:
         return None
     from shakedown.report.html import check_refinement

@@ -331,8 +331,6 @@ def scan_end(upper: Bound) -> float | None:
 
 def _top(problem: Problem, open_nodes: tuple[int, ...], tolerances: Tolerances) -> float:
     """Where the scan ends by default."""
-    from shakedown.bounds.upper import upper_bound  # linear programs are needed only here
-
     upper = upper_bound(problem, open_nodes=open_nodes, certify=False, tolerances=tolerances)
     if upper.status != Status.OPTIMAL:
         raise UsageError(f"largest: needed because the upper bound is {upper.status}, found none")

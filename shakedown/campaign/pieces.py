@@ -17,7 +17,6 @@ from importlib.metadata import version
 from itertools import islice
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait as wait_for
-from os import _exit
 from pathlib import Path
 from threading import Thread, current_thread, main_thread
 from typing import Any
@@ -333,7 +332,7 @@ def _begin() -> None:
     threadpool_limits(1)
     parent = multiprocessing.parent_process()
     assert parent is not None
-    Thread(target=lambda: (wait_for([parent.sentinel]), _exit(1)), daemon=True).start()
+    Thread(target=lambda: (wait_for([parent.sentinel]), os._exit(1)), daemon=True).start()
 
 
 def _sent(work: Callable[[int], Any]) -> Callable[[int], Any]:

@@ -113,8 +113,8 @@ def _against_one(diagram: Any, axes: Axes) -> Axes:
     for name in seen:
         (colour, dashes), alike = LINES[BOUNDS[name].claim], kinds_of(BOUNDS[name].claim)
         dashes = dashes if BOUNDS[name] == alike[0] else ":"
-        whole = np.isfinite(edges.never) | (BOUNDS[name].claim != Claim.IMPOSSIBLE)  # not of a zone's λ_max
-        curve = np.where(np.isfinite(curves[name]) & whole, curves[name], np.nan)
+        whole = diagram.of_joint(name)
+        curve = np.where(np.isfinite(whole), whole, np.nan)
         axes.plot(x, curve, color=colour, ls=dashes, marker=".", ms=4, lw=1.4, label=BOUNDS[name].titled)
     _draw_outcomes(axes, diagram)
     axes.set(xlabel=_named(diagram, 0), ylabel="load factor λ", ylim=(0.0, top))

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from shakedown.models.importing.import_model import Import
     from shakedown.models.importing.load_evidence import LoadEvidence, LoadPart
 
-SHOWN = 5  # digits of places and loads
-
 
 def headline(problem: Problem) -> list[str]:
     """Name, size and friction; loads at λ = 1; what is doubtful, a line each.

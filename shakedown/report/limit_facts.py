@@ -251,10 +251,11 @@ def decided_by(found: Assessment) -> Iterator[Fact]:
         yield from _deciding_node(found)
     if found.said_as_given == Said.OPEN:
         yield from _not_proved(limits.energy)
-    free = problem.law.smooth.size > 0
-    if free or (0.0 < slip.load_factor < inf and not upper.open_nodes):
-        note = "without friction" if free else f"{node_in_words(problem, slip.node)}; below it no node slips"
-        yield Fact("first slip", 0.0 if free else slip.load_factor, rounding="down", note=note)
+    if problem.law.smooth.size:
+        yield Fact("first slip", 0.0, rounding="down", note="without friction")
+    elif 0.0 < slip.load_factor < inf and not upper.open_nodes:
+        note = f"{node_in_words(problem, slip.node)}; below it no node slips"
+        yield Fact("first slip", slip.load_factor, rounding="down", note=note)
     if found.proved_from_this_state < found.proved_from_every_state and not limits.open_nodes:
         yield Fact("this state", _why_less(limits))
     if limits.mesh.warning:

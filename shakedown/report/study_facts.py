@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from shakedown.bounds.registry import BOUNDS, Claim
 from shakedown.ground.constants import EACH_SHOWN
-from shakedown.ground.shown_values import DIGITS, count, few, shortened, sized, with_unit
+from shakedown.ground.shown_values import DIGITS, at_lambda, count, few, shortened, sized, with_unit
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.rigid_slips import rigid_slips
@@ -200,7 +200,8 @@ def _limit_cycles(found: InitialStateMap) -> Section:
     cycles, more = found.limit_cycles[:MOST_CYCLES], len(found.limit_cycles) - MOST_CYCLES
     if not cycles:
         return Section()
-    lost = [without_round_off(cycle.dissipation, work_that_is_none(found)) for cycle in cycles]
+    none = work_that_is_none(found)
+    lost = [without_round_off(cycle.dissipation, none) for cycle in cycles]
     columns = {
         "limit cycle": [str(cycle.outcome) for cycle in cycles],
         "reached": [" and ".join(f"from {STATES[name]}" for name in cycle.named) for cycle in cycles],
@@ -242,10 +243,10 @@ def _over_load_factors(found: InitialStateMaps, path: list[str]) -> list[Section
         shares[f"below {number(first.slip_below)}"] = [per_cent(part) for part in met]
     facts = [Fact("at every load factor", states(first))]
     for one in maps:
-        facts += [replace(fact, label=f"undecided at λ = {one.load_factor:.7g}") for fact in undecided(one)]
-    facts += [
-        Fact(f"λ = {each.load_factor:.7g}", "no energy ball", note=each.reason) for each in found.missing
-    ]
+        facts += [
+            replace(fact, label=f"undecided at {at_lambda(one.load_factor)}") for fact in undecided(one)
+        ]
+    facts += [Fact(at_lambda(each.load_factor), "no energy ball", note=each.reason) for each in found.missing]
     table = Table.of(load_factors | shares, ())
     return [
         Section(tables=[Table.of(load_factors | named, list(named))]),
@@ -297,7 +298,7 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
         where = f"at {len(missing)} of {len(found.points)} points"
         facts.append(Fact("no joint", where, note=point.reason))
     said = [notes.AT_VALUES] * (len(found.points) > 1) + [notes.LOAD_DOMAIN] * problem.is_domain
-    said += [notes.OF_ZONES] * any(bool(point.open_nodes) for point in found.points)
+    said += [notes.OF_ZONES] * bool(found.in_zone.any())
     limits = {here: [REGIONS[str(name)] for name in regions.ravel()]}
     for heading, (_, sizes, way) in _limits(found).items():
         limits[heading] = [number(size, SHOWN, way) for size in sizes.ravel()]
@@ -314,15 +315,13 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
 def _limits(found: Sweep) -> dict[str, tuple[Claim, FloatArray, Rounding]]:
     """The limits that were asked for, by the headings of their columns; proofs from this state are one."""
     limits: dict[str, tuple[Claim, FloatArray, Rounding]] = {}
-    in_zone = np.reshape([bool(point.open_nodes) for point in found.points], found.shape)
     for name in found.bounds:
         claim = BOUNDS[name].claim
         heading = claim.removeprefix("proved from ").removesuffix(" above")
-        values = found.from_this_state if claim == Claim.THIS_STATE else found.load_factors(name)
+        values = found.from_this_state if claim == Claim.THIS_STATE else found.of_joint(name)
         rounding: Rounding = "up" if claim == Claim.IMPOSSIBLE else "down"
-        # the limits of a zone with open nodes are not those of the whole joint
-        unknown = in_zone & (claim in CLAIMED) & ((values == 0.0) | (claim == Claim.IMPOSSIBLE))
-        values = np.where(unknown, np.nan, values)
+        if claim in CLAIMED:  # what is not proved of a zone with open nodes may be of the whole joint
+            values = np.where(found.in_zone & (values == 0.0), np.nan, values)
         limits[heading if claim in CLAIMED else BOUNDS[name].symbol] = claim, values, rounding
     return limits
 

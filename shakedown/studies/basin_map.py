@@ -7,6 +7,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.bounds.every_state.universal_bound import universal_bound
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, allowed
@@ -203,8 +204,6 @@ class InitialStateMap(Result):
     @cached_property
     def proved_everywhere(self) -> bool:
         """Whether the load factor lies below λ_U: proved from states not tried, too."""
-        from shakedown.bounds.every_state.universal_bound import universal_bound  # needed in no worker
-
         if self.problem.q_transient is not None:
             return False  # λ_U is about the states that the transient leaves
         found = allowed(universal_bound, self.problem, tolerances=self.sampling.tolerances)

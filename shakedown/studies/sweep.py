@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.bounds.registry import BOUNDS
+from shakedown.bounds.registry import BOUNDS, Claim
 from shakedown.campaign.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
 from shakedown.files.atomic_write import check_table, write_table
 from shakedown.ground.constants import FloatArray
@@ -182,6 +182,16 @@ class Sweep(Result):
         """The load factors of a limit by its name; NaN where there is none."""
         return self._of_limits(name, "load_factor", nan)
 
+    @cached_property
+    def in_zone(self) -> NDArray[np.bool_]:
+        """Where nodes are open in the state that λ_max and λ_E belong to: they are those of a zone."""
+        return self._grid([bool(point.open_nodes) for point in self.points])
+
+    def of_joint(self, name: str) -> FloatArray:
+        """The same, but NaN for the λ_max of a zone, which excludes nothing of the whole joint."""
+        hidden = self.in_zone & (BOUNDS[name].claim == Claim.IMPOSSIBLE)
+        return np.where(hidden, nan, self.load_factors(name))
+
     def status(self, name: str) -> NDArray[np.str_]:
         """How each load factor of a limit was found (:class:`Status`); ``"no joint"`` where there is none."""
         return self._of_limits(name, "status", Region.NO_JOINT).astype(np.str_)
@@ -199,11 +209,13 @@ class Sweep(Result):
         Nothing is concluded from a limit with conditions (proved only from some load factor on, or
         for a joint that is partly open).
         """
-        joints = np.where([point.exists for point in self.points], 0.0, np.nan)
-        every = joints + [_proved_from_every_state(point) for point in self.points]
-        this = joints + np.nan_to_num(self.from_this_state.ravel(), posinf=inf)
-        never = joints + [_never_from(point) for point in self.points]
-        return Boundaries(*(x.reshape(self.shape) for x in (every, np.maximum(every, this), never)))
+        joints = self._grid([0.0 if point.exists else nan for point in self.points])
+        proved = np.isin(self.status("universal"), (Status.OPTIMAL, Status.UNBOUNDED))
+        every = joints + np.where(proved, self.universal, 0.0)
+        this = joints + np.nan_to_num(self.from_this_state, posinf=inf)
+        nowhere = ~self.in_zone & (self.status("upper") == Status.INFEASIBLE)
+        never = joints + np.where(nowhere, 0.0, np.nan_to_num(self.of_joint("upper"), nan=inf, posinf=inf))
+        return Boundaries(every, np.maximum(every, this), never)
 
     def regions(self, load_factor: float) -> NDArray[np.str_]:
         """The :class:`Region` that a load factor lies in, at every point of the grid.
@@ -307,21 +319,6 @@ class Sweep(Result):
             yield "largest_slip_range", "", [slips.largest for slips in known]
         yield "open_nodes", "", [" ".join(map(str, point.open_nodes)) for point in self.points]
         yield "remark", "", ["; ".join(_remarks(point)) for point in self.points]
-
-
-def _proved_from_every_state(point: DesignPoint) -> float:
-    """λ_U; 0 where it is not known."""
-    limit = point.limits.get("universal")
-    proved = limit is not None and limit.status in (Status.OPTIMAL, Status.UNBOUNDED)
-    return limit.load_factor if limit is not None and proved else 0.0
-
-
-def _never_from(point: DesignPoint) -> float:
-    """λ_max of the whole joint, above which nothing shakes down in contact; inf where it is not known."""
-    limit = point.limits.get("upper")
-    if limit is None or point.open_nodes or limit.status == Status.UNDECIDED:
-        return inf
-    return 0.0 if limit.status == Status.INFEASIBLE else limit.load_factor
 
 
 def _remarks(point: DesignPoint) -> Iterator[str]:

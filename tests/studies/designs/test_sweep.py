@@ -198,6 +198,7 @@ def test_a_parameter_that_makes_no_joint_is_a_point_with_its_reason():
     assert np.isnan(found.upper[0]).all()
     assert found.status("lower")[2].tolist() == [Status.INFEASIBLE, Status.OPTIMAL]
     assert len(found.points[4].open_nodes) == 1  # pulled apart: λ_max is that of a zone, if of anything
+    assert np.isnan(found.of_joint("upper")).tolist() == (np.isnan(found.upper) | found.in_zone).tolist()
     assert found.contradictions == ()
 
 
