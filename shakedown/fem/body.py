@@ -205,8 +205,6 @@ class ElasticBody:
 
     def __post_init__(self) -> None:
         check_fields(self, ProblemError)
-        if self.plane not in ("strain", "stress"):
-            raise ProblemError(f"plane: expected 'strain' or 'stress', found '{self.plane}'")
         if self.order not in (1, 2):
             raise ProblemError(f"order: expected 1 or 2, found {self.order}")
         if not 0 < self.thickness < inf:

@@ -85,9 +85,6 @@ def _around(body: ElasticBody, corners: IntArray) -> IntArray:
     return corners[np.argsort(np.arctan2(arms @ second, arms @ first))]
 
 
-COUPLINGS = ("nodes", "mortar")
-
-
 @checked
 def contact_problem(
     body: ElasticBody,
@@ -399,8 +396,6 @@ def _coupled(
     reach: float | None,
 ) -> SurfaceCoupling | None:
     """The coupling of meshes that need not match; None where nodes face nodes, or an obstacle."""
-    if coupling not in COUPLINGS:
-        raise ProblemError(f"coupling: expected one of {', '.join(COUPLINGS)}, found '{coupling}'")
     if coupling == "nodes":
         if reach is not None:
             raise ProblemError(f"reach: expected beside coupling = 'mortar' only, found {reach}")

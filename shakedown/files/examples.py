@@ -27,7 +27,7 @@ def example(name: str) -> Problem:
     >>> example("two-node").n
     2
     """
-    if not isinstance(name, str) or name not in _EXAMPLES:
+    if name not in _EXAMPLES:
         raise UsageError(f"no built-in problem '{name}'; there are {', '.join(_EXAMPLES)}")
     return _EXAMPLES[name]()
 

@@ -170,8 +170,6 @@ def save_problem(path: str | os.PathLike[str], problem: Problem) -> None:
     ProblemError
         If the file cannot be written.
     """
-    if not isinstance(problem, Problem):
-        raise ProblemError(f"problem: expected a Problem, found {type(problem).__name__}")
     present = {d.name: getattr(problem, d.name) for d in fields(problem)}
     arrays = {key: value for key, value in present.items() if value is not None}
     for key, usual in (("source", ""), ("load_path", LOOP)):  # left out for earlier versions
@@ -217,7 +215,7 @@ def load_initial_slip(path: str | os.PathLike[str]) -> FloatArray:
 
 
 def _path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
-    if not isinstance(path, str | os.PathLike) or not os.fspath(path):
+    if not os.fspath(path):
         raise ProblemError(f"expected the path of a file, found {path!r}")
     return path
 

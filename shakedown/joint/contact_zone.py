@@ -17,7 +17,7 @@ from shakedown.ground.errors import ProblemError, UsageError
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import node_numbers, once_per_problem
-from shakedown.joint.constraints import Constraints, Side, constraints, through_transient
+from shakedown.joint.constraints import Constraints, Side, constraints, stacked, through_transient
 from shakedown.joint.fields import FORCES
 from shakedown.joint.law import Layout
 from shakedown.joint.loading import loading
@@ -69,16 +69,8 @@ class Zone:
         rows = constraints(self.joint)
         if not self.open_nodes:
             return rows
-        closed, gaps = np.array(self.closed_nodes, dtype=np.intp), self.gap_rows
-        return Constraints(
-            G=np.vstack([rows.G, gaps.G]),
-            d=np.concatenate([rows.d, gaps.d]),
-            g=np.concatenate([rows.g, gaps.g]),
-            node=np.concatenate([closed[rows.node], gaps.node]),
-            side=np.concatenate([rows.side, gaps.side]),
-            step=np.concatenate([rows.step, gaps.step]),
-            rigid=rows.rigid,
-        )
+        closed = np.array(self.closed_nodes, dtype=np.intp)
+        return stacked(replace(rows, node=closed[rows.node]), self.gap_rows)
 
     @cached_property
     def gap_rows(self) -> Constraints:

@@ -224,7 +224,6 @@ def without_loads(problem: Problem) -> Problem:
     >>> without_loads(joint).load_history is None
     True
     """
-    require_problem(problem)
     return replace(problem, **NO_LOADS)
 
 

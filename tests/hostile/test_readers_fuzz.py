@@ -21,14 +21,13 @@ from model_files import BLOCK, HEAT
 from scipy import sparse
 
 from shakedown import ProblemError, import_model
-from shakedown.models.importing.model_section import read_model
 from shakedown.models.readers.abaqus_matrix import read_nodal_loads
 from shakedown.models.readers.abaqus_substructure import read_substructure_load
 from shakedown.models.readers.formats import formats
 from shakedown.models.readers.nastran_bulk import pyyeti_module, read_analysis_set
 from shakedown.models.readers.nastran_op4 import read_op4_columns
 from shakedown.models.readers.row_map import read_row_map
-from shakedown.models.readers.sniff import read_stiffness
+from shakedown.models.readers.sniff import read_any_mesh, read_stiffness
 from shakedown.models.readers.table import read_table
 from shakedown.models.readers.toml_table import read_toml
 
@@ -315,7 +314,7 @@ LIES = {
 
 @pytest.mark.parametrize("kind", LIES)
 def test_headers_that_claim_much_cost_little(tmp_path, kind):
-    readers = {"set": read_model, "thru": read_analysis_set, "substructure": read_stiffness}
+    readers = {"set": read_any_mesh, "thru": read_analysis_set, "substructure": read_stiffness}
     reader = readers.get(kind, stiffness)
     (tmp_path / "lie").write_text(LIES[kind])
     tracemalloc.start()

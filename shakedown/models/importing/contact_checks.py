@@ -169,7 +169,7 @@ def _normals(contact: ContactSection, mesh: Mesh, where: str) -> Iterator[str]:
         return
     names, given = contact.names, contact.unit_normals
     if contact.normals_are_given:
-        faces, _ = mesh.face_normals(contact.first, contact.surface)
+        faces = mesh.face_normals(contact.first, contact.surface)
         cosine = (given * faces).sum(axis=1)
         if (wrong := cosine < LEVEL).any():
             k = int(np.argmax(wrong))
@@ -187,7 +187,7 @@ def _normals(contact: ContactSection, mesh: Mesh, where: str) -> Iterator[str]:
         return
     yield from _left_out(mesh, contact.first.tolist())
     if contact.labels.ndim > 1:
-        opposite, _ = mesh.face_normals(contact.labels[:, 1])
+        opposite = mesh.face_normals(contact.labels[:, 1])
         if ((given * opposite).sum(axis=1) > 0).all():
             raise ProblemError(
                 f"{where}: expected faces of the second body that look at those of the first, found that "

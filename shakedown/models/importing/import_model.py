@@ -372,8 +372,6 @@ def import_model(
     ProblemError
         As :func:`import_problem`.
     """
-    if not isinstance(config_path, str | os.PathLike):
-        raise ProblemError(f"expected the path of a TOML file, found {config_path!r}")
     root, files = read_toml(config_path), InputFiles(Path(config_path).parent)
     numbers = vary_loads(root, changes or {})
     for key, value in numbers.items():

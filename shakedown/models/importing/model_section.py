@@ -1,13 +1,12 @@
 """``[model]``: coordinates, node sets and surfaces, from a deck, bulk data or a list of nodes."""
 
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import LARGEST_LABEL, FloatArray
+from shakedown.ground.constants import LARGEST_LABEL
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.sniff import read_any_mesh
@@ -26,13 +25,9 @@ class Model:
     ----------
     mesh : Mesh
         Nodes, sets and faces; without nodes where the configuration names no file.
-    frames : dict
-        Directions of nodes that have their own (Nastran), as
-        :meth:`shakedown.models.readers.Stiffness.in_basic_directions` takes them.
     """
 
     mesh: Mesh = NOTHING
-    frames: dict[int, FloatArray] = field(default_factory=dict)
 
     @property
     def axisymmetric(self) -> bool:
@@ -107,10 +102,4 @@ def model_section(table: TomlTable, files: InputFiles, superelement: int | None 
         return Model()
     name = str(table.text("file"))
     table.done()
-    return files.read(name, lambda path: read_model(path, superelement))
-
-
-def read_model(path: Path, superelement: int | None = None) -> Model:
-    """A deck, Nastran bulk data, a list of nodes …: whatever its content is."""
-    mesh = read_any_mesh(path, superelement)
-    return Model(mesh, dict(mesh.frames))
+    return Model(files.read(name, lambda path: read_any_mesh(path, superelement)))

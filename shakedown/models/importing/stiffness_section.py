@@ -1,6 +1,6 @@
 """``[stiffness]``: the matrix with its map, or from unit displacements, in the directions of the model."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -158,7 +158,7 @@ def _matrix(
     files: InputFiles,
 ) -> Stiffness:
     """The matrix of a file, its rows in the directions of the model."""
-    frames = model.frames
+    frames = model.mesh.frames
     if map_name is None:
         stiffness = files.read(name, read)
     else:
@@ -183,7 +183,7 @@ def _rows(path: Path, superelement: int | None) -> Rows:
     return path
 
 
-def _frames(path: Path, superelement: int | None) -> dict[int, FloatArray]:
+def _frames(path: Path, superelement: int | None) -> Mapping[int, FloatArray]:
     """Directions of the grid points of a punch file, where it holds any."""
     lines = read_lines(path)
     if not is_bulk_data(lines):
@@ -191,7 +191,7 @@ def _frames(path: Path, superelement: int | None) -> dict[int, FloatArray]:
     lines = of_superelement(lines, superelement, str(path))
     if not any(card == "GRID" for _, card, _ in cards(lines)):
         return {}
-    return dict(read_grids(path, superelement).frames)
+    return read_grids(path, superelement).frames
 
 
 def _unit_displacements(

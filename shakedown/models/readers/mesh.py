@@ -234,7 +234,7 @@ class Mesh:
             If no face of the boundary ends at a node, or a normal leaves the plane.
         """
         wanted = np.asarray(labels).ravel()
-        units, _ = self.face_normals(wanted, surface)
+        units = self.face_normals(wanted, surface)
         bare = np.isnan(units[:, 0])
         if bare.any():
             raise ProblemError(
@@ -256,15 +256,10 @@ class Mesh:
             )
         return plane
 
-    def face_normals(self, labels: ArrayLike, surface: str | None = None) -> tuple[FloatArray, FloatArray]:
-        """Mean unit normals into the body of the faces of :meth:`normals`, and how these faces differ.
+    def face_normals(self, labels: ArrayLike, surface: str | None = None) -> FloatArray:
+        """Mean unit normals into the body of the faces of :meth:`normals`, (n, 3).
 
-        Returns
-        -------
-        (n, 3)
-            NaN where a node has no such face.
-        (n,)
-            Least cosine between the mean and one of the faces at the node.
+        NaN where a node has no such face.
         """
         wanted = [int(label) for label in np.asarray(labels).ravel()]
         inward: dict[int, list[FloatArray]] = {label: [] for label in wanted}
@@ -272,12 +267,11 @@ class Mesh:
             normal = self._area(facet)
             for node in inward.keys() & set(facet.nodes):
                 inward[node].append(normal)
-        units, least = np.full((len(wanted), 3), np.nan), np.ones(len(wanted))
+        units = np.full((len(wanted), 3), np.nan)
         for k, faces in enumerate(map(np.array, map(inward.get, wanted))):
             if len(faces) and (size := np.linalg.norm(faces.sum(axis=0))) > 0:
                 units[k] = faces.sum(axis=0) / size
-                least[k] = (faces @ units[k] / np.linalg.norm(faces, axis=1).clip(np.finfo(float).tiny)).min()
-        return units, least
+        return units
 
     def node_areas(
         self, labels: ArrayLike, surface: str | None = None, thickness: float = 1.0
@@ -327,15 +321,6 @@ class Mesh:
                     if (key := frozenset(facet.corners)) in corners:
                         found.setdefault(key, (element, k))
         return found
-
-    def outer_faces(self, nodes: set[int]) -> list[frozenset[int]]:
-        """Corners of the faces of the boundary that have some of the nodes."""
-        seen = Counter[frozenset[int]]()
-        for element, (_, own) in self.elements.items():
-            if not nodes.isdisjoint(own):
-                faces = (frozenset(facet.corners) for facet in self._facets_of(element))
-                seen.update(corners for corners in faces if not nodes.isdisjoint(corners))
-        return [corners for corners, count in seen.items() if count == 1]
 
     def boundary(self, wanted: set[int], surface: str | None = None) -> list[Facet]:
         """The faces on the boundary whose corners are all wanted; or those of an element surface."""

@@ -7,7 +7,6 @@ from scipy.io import hb_read, hb_write
 from scipy.sparse import csc_array
 
 from shakedown import ProblemError
-from shakedown.models.importing.model_section import read_model
 from shakedown.models.readers.abaqus_substructure import read_substructure_load
 from shakedown.models.readers.coordinates import read_coordinates
 from shakedown.models.readers.deck import read_deck
@@ -15,7 +14,7 @@ from shakedown.models.readers.harwell_boeing import read_harwell_boeing
 from shakedown.models.readers.nastran_bulk import read_analysis_set, read_grids
 from shakedown.models.readers.reactions_table import read_nodal_vectors, read_vectors_table
 from shakedown.models.readers.row_map import read_row_map
-from shakedown.models.readers.sniff import read_stiffness
+from shakedown.models.readers.sniff import read_any_mesh, read_stiffness
 from shakedown.models.readers.table import read_table
 
 BRICKS = """*HEADING
@@ -323,7 +322,7 @@ FINISH
 @pytest.mark.parametrize("text", [NLIST, ARCHIVE], ids=["NLIST", "archive"])
 def test_nodes_are_read_as_ansys_writes_them(tmp_path, text):
     (tmp_path / "nodes").write_text(text)
-    mesh = read_model(tmp_path / "nodes").mesh
+    mesh = read_any_mesh(tmp_path / "nodes")
     assert mesh.at([1, 7]).tolist() == [[0.0, 0.5, 0.0], [1.0, 0.0, -2.0]]
     if text is ARCHIVE:
         assert {name: own.tolist() for name, own in mesh.node_sets.items()} == {"FOOT": [1, 2, 3, 7]}
@@ -343,7 +342,7 @@ def test_one_thing_wrong_in_an_archive_is_named(tmp_path, old, new, message):
     assert old in ARCHIVE
     (tmp_path / "nodes").write_text(ARCHIVE.replace(old, new, 1))
     with pytest.raises(ProblemError, match=message):
-        read_model(tmp_path / "nodes")
+        read_any_mesh(tmp_path / "nodes")
 
 
 @pytest.mark.parametrize("first", [0, 1])
