@@ -96,9 +96,10 @@ def conic_upper_bound(
         bound = _over_rows(limits, solver, tolerances)
         return replace(bound, slip=zone.slips(limits.slips(bound.slip)))
 
+    rows = zone_rows(zone)
+
     def end(towards: float) -> ConicBound:
-        rows = zone_rows(zone)
-        if solver is None and not rows.in_plane:
+        if solver is None:
             return _end(partial(_over_discs, rows, towards), rows.half_spaces.n, "CLARABEL")
         found = extreme_load_factor(load_factor_program(limits, towards, tolerances), solver)
         return replace(found, slip=limits.slips(found.slip))

@@ -29,6 +29,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.constraints import Constraints
 from shakedown.joint.contact_zone import Part, Zone, contact_zone, coupled_parts, of_slips, weakest
+from shakedown.joint.loading import transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.program import Program
@@ -182,7 +183,7 @@ def of_joint(limits: Any) -> Bound:
 def _of_zone(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> Bound:
     """λ_max of the closed nodes."""
     problem, rows = zone.problem, zone_rows(zone, transient)
-    with_transient = transient and problem.q_transient is not None and len(problem.q_transient) > 0
+    with_transient = transient and len(transient_path(problem)) > 0
     plain = not zone.open_nodes and not with_transient
     if certify is None:
         certify = problem.n <= (UPPER_CERTIFIED_UP_TO if rows.in_plane else LARGE)

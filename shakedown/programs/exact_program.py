@@ -110,15 +110,10 @@ def solve_integers(matrix: IntegerRows, right: list[int]) -> tuple[list[int], in
     >>> solve_integers([[1, 2], [2, 4]], [1, 1]) is None
     True
     """
-    return solve_matrix(integer_matrix(matrix), right)
-
-
-def solve_matrix(matrix: fmpz_mat, right: list[int]) -> tuple[list[int], int] | None:
-    """:func:`solve_integers` for a FLINT matrix."""
     if not right:
         return [], 1
     try:
-        solution = cast("fmpq_mat", matrix.solve(integer_column(right)))
+        solution = cast("fmpq_mat", integer_matrix(matrix).solve(integer_column(right)))
     except ZeroDivisionError:
         return None
     numerators, denominator = solution.numer_denom()

@@ -33,7 +33,7 @@ class ProgramScales:
     row: FloatArray
     column: FloatArray
     size: float
-    cost: float = 1.0
+    cost: float
 
     @property
     def x(self) -> FloatArray:
@@ -48,12 +48,6 @@ class ProgramScales:
     def value(self, scaled: float) -> float:
         """The value of a cost in the units of the program."""
         return scaled * self.size / self.cost
-
-    def with_cost(self, cost: FloatArray) -> tuple[FloatArray, "ProgramScales"]:
-        """A cost in numbers near 1, and the scales with its own."""
-        scaled = cost * self.column
-        scale = 1.0 / power_of_two(np.abs(scaled).max())
-        return scaled * scale, ProgramScales(self.row, self.column, self.size, scale)
 
 
 def power_of_two(size: float) -> float:
@@ -235,7 +229,7 @@ class Program:
                 row[k] = size / power_of_two(abs(float(self.right[k])))  # nothing else tells its unit
         else:
             row, column, size = ball_scales(self.matrix, self.right, self.linear, self.rank)
-        return ProgramScales(row, column, size).with_cost(self.cost)[1]
+        return ProgramScales(row, column, size, 1.0 / power_of_two(np.abs(self.cost * column).max()))
 
     def scaled(self) -> tuple["Program", ProgramScales]:
         """The program in numbers near 1, with sides and bounds of its own for every row and column."""

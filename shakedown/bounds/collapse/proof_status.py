@@ -1,4 +1,12 @@
-"""x"""
+"""How far the first collapse is a guarantee of shakedown from every initial state.
+
+The proofs are statements 1 to 6 of docs/guarantee.md. In short: where the coupling ratio ρ* is below 1
+every motion below λ_1 comes to rest (statement 3), for any number of nodes; also where no slip raises a
+measure of the differences between nodes (8), as of many bodies that friction alone holds; for two nodes
+wherever the motion is unique (5).
+That no node lifts off is checked apart (6, ``lift_off_bound``). All of it follows one loop in its
+order: of a load domain nothing is proved here unless slip changes no pressure.
+"""
 
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -14,7 +14,7 @@ from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import Constraints, Side, pressure_stiffness, rows_named, stacked
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.law import Law
-from shakedown.joint.loading import loading
+from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
 from shakedown.programs.shared_blocks import SharedBlocks
@@ -235,18 +235,13 @@ def zone_rows(zone: Zone, transient: bool = False) -> DiscRows:
         names = np.array(zone.closed_nodes, dtype=np.intp)
         pressures = replace(rows.half_spaces, node=names[rows.half_spaces.node])
         rows = replace(rows, half_spaces=stacked(pressures, zone.gap_rows), names=names)
-    problem = zone.problem
-    if (
-        not transient
-        or problem.q_transient is None
-        or problem.p_transient is None
-        or not len(problem.q_transient)
-    ):
+    problem, path = zone.problem, transient_path(zone.problem)
+    if not (transient and len(path)):
         return rows
-    law, steps = problem.law, np.arange(-len(problem.p_transient), 0)
-    node, step = law.extreme_steps(problem.q_transient, problem.p_transient)
-    before = triples(law, problem.q_transient, problem.p_transient)[step, node]
-    pressures = _pressures(problem, np.zeros(problem.n), -problem.p_transient, steps)
+    law, steps, (q, p) = problem.law, np.arange(-len(path), 0), problem.layout.split(path)
+    node, step = law.extreme_steps(q, p)
+    before = triples(law, q, p)[step, node]
+    pressures = _pressures(problem, np.zeros(problem.n), -p, steps)
     pressures = replace(pressures, g=-pressures.d, d=np.zeros_like(pressures.d))
     return replace(
         rows,

@@ -36,7 +36,7 @@ class ExactBall:
     """
 
     def __init__(self, problem: Problem, share: FloatArray) -> None:
-        self._problem, self._n, self._d = problem, problem.n, problem.directions
+        self._problem, self._d = problem, problem.directions
         self._A, self._B, self._f = (exact_numbers(part) for part in (problem.A, problem.B, problem.f))
         self._means = _means(problem)
         loop = loading(problem)
