@@ -94,9 +94,7 @@ def joined_state(
         error=float(np.max([state.error for state in states])),
         signature=reduce(lambda known, state: (known ^ state.signature) * PRIME % 2**64, states, 0),
         met=float(np.fmax.reduce([state.met for state in states])),
-        begun=replace(
-            worst.begun, problem=problem, start=slips(lambda state: state.begun.start), open_nodes=open_nodes
-        ),
+        begun=replace(worst.begun, problem=problem, start=more["initial_slip"], open_nodes=open_nodes),
         goal=State(u, nodes(lambda state: state.goal.contact)),
         first_cycles=None,
         jumps=(),

@@ -68,7 +68,7 @@ class LimitSearch:
     """
 
     def __init__(self, evolution: Evolution, most_cycles: int, longest_period: int) -> None:
-        self.evolution, self.most_cycles, problem = evolution, most_cycles, evolution.problem
+        self.evolution, problem = evolution, evolution.problem
         capacity = min(most_cycles + longest_period, BATCH)  # states between two cycles
         events, t = self._events, evolution.tolerances
         runs = events.run_of(True, False), events.run_of(False, False), events.run_of(False, True)
@@ -98,7 +98,6 @@ class LimitSearch:
         evolution, scale = self.evolution, self.evolution.scale
         share, lost = evolution.tolerances.periodicity, self._events.precision.force
         near, moving = share * scale.length, swing(evolution.problem, evolution.load)
-        self._near = near
         self.compiled.set(least_force=scale.force, blurred=0.0 < moving < RESOLVED * lost)
         self.compiled.check.set(force=scale.force, length=scale.length, near=near)
         self.compiled.weight[:] = near / alone(evolution.problem, max(share * moving, DISTINCT * lost))
@@ -138,7 +137,7 @@ class LimitSearch:
             signature=int(answers.signature[0]),
             stop=motion.stop,
             met=met,
-            most_cycles=self.most_cycles,
+            most_cycles=at.most_cycles,
             begun=begun,
             goal=State(at.goal.copy(), at.contact.copy()) if known else motion.state,
         )
@@ -174,7 +173,7 @@ class LimitSearch:
         decaying, drift = end.decaying, end.drift
         if not can_drift(self.evolution.problem):  # otherwise what does not decay is merely too slow to tell
             of_nodes = self.compiled.weight[affine.stuck[affine.moves[:k]]]
-            decaying = decaying and bool(np.all(of_nodes * np.abs(drift) <= self._near))
+            decaying = decaying and bool(np.all(of_nodes * np.abs(drift) <= self.compiled.check.near))
             drift = np.zeros_like(drift)
         affine.limit[:k], affine.drift[:k] = end.change, drift
         tell(self.compiled, LIMIT_WANTED, float(decaying), end.contraction)

@@ -18,7 +18,6 @@ from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_arguments, checked, is_finite
-from shakedown.joint.loading import loop_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import Patience, settled_state
@@ -107,7 +106,7 @@ class Simulation(SettledState):
         "open_nodes proved energy_margin cycles_simulated method events residual jumps slides_away"
     )
 
-    settled: LongTermState | SteppedState
+    settled: Settled
     method: str
     followed: Walk | None = field(default=None, repr=False)
     slip_criterion: SlipCriterion | None = None
@@ -254,9 +253,7 @@ def _from_event_to_event(settled: LongTermState, record: bool) -> Simulation:
     return _simulation(_judged(settled, path), "event", path)
 
 
-def _simulation(
-    settled: LongTermState | SteppedState, method: str, followed: Walk | None = None
-) -> Simulation:
+def _simulation(settled: Settled, method: str, followed: Walk | None = None) -> Simulation:
     said = {each.name: getattr(settled, each.name) for each in fields(SettledState)}
     return Simulation(**said, settled=settled, method=method, followed=followed)
 
@@ -339,7 +336,7 @@ def _periodic(cycles: Sequence[CycleRecord], period: int, threshold: FloatArray)
 def _at_fixed_steps(motion: FixedSteps, cycles: int, method: str, record: bool) -> Simulation:
     """Cycle until the last cycles show the settled state, or the allowed cycles are spent."""
     problem, scale, t, records = motion.problem, motion.scale, motion.tolerances, list[CycleRecord]()
-    moving = swing(problem, loop_path(problem, motion.load_factor))
+    moving = swing(problem, motion.load)
     threshold = alone(problem, max(t.steadiness * moving, DISTINCT * t.convergence * scale.force))[
         : problem.n
     ]

@@ -388,7 +388,7 @@ def opened_and_closed(records: Sequence[CycleRecord], n: int) -> tuple[NDArray[n
 
 
 @on_one_thread
-def energy_proof(state: "LongTermState") -> EnergyProof:
+def energy_proof(state: LongTermState) -> EnergyProof:
     """What an energy ball, or else a bound on the slip to come, proves of a motion found to shake down.
 
     Within a ball the distance from its centre never grows. So a motion that comes to
@@ -413,7 +413,7 @@ def energy_proof(state: "LongTermState") -> EnergyProof:
     return slip_proof(state)
 
 
-def slip_proof(state: "LongTermState") -> EnergyProof:
+def slip_proof(state: LongTermState) -> EnergyProof:
     """The proof by accumulated slip (docs/accumulated.md), of all nodes closed.
 
     The start is asked about, then the state at rest. Where that one proves nothing, states near it hardly
@@ -447,7 +447,7 @@ def _after_transient(problem: Problem) -> Problem:
 
 
 @on_one_thread
-def with_margins(state: "LongTermState") -> EnergyProof:
+def with_margins(state: LongTermState) -> EnergyProof:
     """The proof by an energy ball, with the margins of the ball best suited to the state at rest.
 
     Where that takes long, without shares where such a ball holds it: one program instead of three.
@@ -459,19 +459,19 @@ def with_margins(state: "LongTermState") -> EnergyProof:
     return EnergyProof(True)
 
 
-def proof_in(ball: EnergyBall, state: "LongTermState") -> EnergyProof | None:
+def proof_in(ball: EnergyBall, state: LongTermState) -> EnergyProof | None:
     """The proof by a given ball of the load factor; None where it proves nothing."""
     holds = ball.open_nodes == state.open_nodes and bool(ball.contains(state.final_slip))
     cycles = comes_into(ball, state) if holds else None
     return None if cycles is None else replace(_proof_of(ball, state, best=True), cycles=cycles)
 
 
-def _proof_of(ball: EnergyBall, state: "LongTermState", *, best: bool) -> EnergyProof:
+def _proof_of(ball: EnergyBall, state: LongTermState, *, best: bool) -> EnergyProof:
     slip = state.final_slip
     return EnergyProof(True, float(ball.margin(slip)), float(ball.single_node_margin(slip)), best, by=ENERGY)
 
 
-def comes_into(ball: EnergyBall, state: "LongTermState") -> int | None:
+def comes_into(ball: EnergyBall, state: LongTermState) -> int | None:
     """The number of cycles until a motion that comes to rest in a ball is in it; None if not found."""
     kept = 0 if state.first_cycles is None else len(state.first_cycles)
     for passed in state.begun.passed(state.first_cycles, state.cycles_examined):
@@ -492,7 +492,7 @@ def _cycles_left(away: float, margin: float, contraction: float) -> float:
     return log(margin / away) / log(contraction) if contraction < 1.0 else inf
 
 
-def _ball(state: "LongTermState", *, best: bool, split: bool = True) -> EnergyBall | Missing | None:
+def _ball(state: LongTermState, *, best: bool, split: bool = True) -> EnergyBall | Missing | None:
     """A ball that holds the state at rest, or the best one; None where there is none, or no such zone."""
     about, slip = (state.problem, state.load_factor), state.final_slip
     opened, tolerances = state.open_nodes, state.begun.tolerances

@@ -43,6 +43,7 @@ from shakedown.motion.method import (
 )
 from shakedown.motion.plane.plane_events import PlaneEvents
 from shakedown.motion.space.space_events import SpaceEvents
+from shakedown.motion.steady_slide import ViscousJoint
 from shakedown.motion.viscous_jump import Jump, default_damping, jump_of
 
 MOST_RETRIES = 20  # at one instant, each with a larger change of load
@@ -205,8 +206,8 @@ class Evolution(Motion):
         time = min(now + nudge, 1.0)
         self._nudged = (step, time, retries)
         load, before = path[step] + time * rate, self.state
-        reaction = method.reaction(path[step] + now * rate)
-        moving = method.relaxation(before, reaction, load, self.damping)
+        joint = ViscousJoint(self.kappa, self.problem.law, load, self.damping, self.scale)
+        moving = method.relaxation(joint, before, method.reaction(path[step] + now * rate))
         rest = moving.to_rest()
         if rest is None:
             goes = moving.endless or moving.moved > SIX_DIGITS * self.scale.length
@@ -217,7 +218,7 @@ class Evolution(Motion):
             self._nudged = (step, now, retries)
             return self.jump()  # it stands still next to where it was: a larger change of load leads away
         cycle = self.done + (self.problem.m - len(path) + step + time) / self.problem.m
-        jump = jump_of(cycle, self.problem.layout, self.kappa, load, before.u, rest)
+        jump = jump_of(cycle, self.problem.layout, self.kappa, load, before.u, rest, moving.steps)
         self.state = State(rest.u, rest.contact)
         if not self.held:
             return False

@@ -5,6 +5,7 @@ What one cycle of a motion did, the state between cycles, and why an evolution s
 What following a joint from event to event in the plane and in space has in common.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,7 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.named_state import NamedState
 from shakedown.ground.status import BACKWARD_SLIP, OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked_initial_slip
@@ -189,7 +189,7 @@ def beginning(
     return Beginning(State(u, contact), load)
 
 
-class Motion:
+class Motion(ABC):
     """A joint under its loading loop, carried from cycle to cycle by some method.
 
     Attributes
@@ -234,9 +234,9 @@ class Motion:
         self.scale = scales_of(problem, self.load, transient)
         self._begin(start, transient)
 
+    @abstractmethod
     def _begin(self, start: Beginning, transient: FloatArray) -> None:
         """Begin before given transient load steps and the first period."""
-        raise NotImplementedError
 
     @property
     def state(self) -> State:
@@ -251,18 +251,14 @@ class Motion:
         self.stop = None
         self._set_state(state)
 
+    @abstractmethod
     def _set_state(self, state: State) -> None:
         """Go to a state between two cycles."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def history(self) -> EventHistory:
         """The path over all cycles that were recorded."""
-        raise NotImplementedError
-
-    def enter_cycle(self, done: int) -> None:
-        """Enter a cycle: a number of cycles are done, and nothing has stopped the next one yet."""
-        self.done, self.stop = done, None
 
     def cycle(self, *, record: bool = False) -> CycleRecord | None:
         """Carry the joint through its next cycle; None, and ``stop`` says why, where that cannot be done.
@@ -273,13 +269,13 @@ class Motion:
             return None
         return self._what_it_did()
 
+    @abstractmethod
     def _follow(self, cycles: int, record: bool) -> bool:
         """Follow at least one of a number of cycles; False, and ``stop`` says why, where it ends."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _what_it_did(self) -> CycleRecord:
         """The record of the last cycle."""
-        raise NotImplementedError
 
     def advance(self, cycles: int) -> int:
         """Carry the joint through so many cycles without a record of each; how many it passes.
@@ -380,6 +376,7 @@ class EventMethod:
     """
 
     rows: ClassVar[Any]  # what is recorded: the cycles done before, and columns of a record
+    new_record: ClassVar[Any]  # an empty one, of so many rows and nodes
 
     def __init__(
         self,
@@ -405,13 +402,9 @@ class EventMethod:
     def run_of(self, first: bool, record: bool) -> Any:
         """The run through the first cycle or another one, created when first needed."""
         if (first, record) not in self._runs:
-            rows = self.empty_record(RECORD_ROWS if record else 0)
+            rows = self.new_record(RECORD_ROWS if record else 0, self.problem.n)
             self._runs[first, record] = self.run.with_parts(course=self._courses[first], record=rows)
         return self._runs[first, record]
-
-    def empty_record(self, rows: int) -> NamedState:
-        """Arrays for so many rows of a path."""
-        raise NotImplementedError
 
     def set_state(self, state: State) -> bool:
         """Go to a state; False where nothing holds its moving nodes."""

@@ -17,7 +17,7 @@ from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.law import Law
 from shakedown.motion.checked_law import Scales, law_violation, reaction_round_off
 
-HOLDS = 10 * ROUND_OFF  # violation of the law, relative
+HOLDS = 10 * ROUND_OFF  # violation of the law at rest and in a slide, relative
 
 
 class ViscousJoint(NamedTuple):

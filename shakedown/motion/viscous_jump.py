@@ -22,6 +22,7 @@ motion began, whether it was put out of balance by 1e-9 or by 2e-9: its steps so
 and a jump that comes again in every cycle repeats.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from itertools import pairwise
 from math import floor, inf, log, sqrt
@@ -30,7 +31,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import NEGLIGIBLE, PER_CENT, ROUND_OFF, SETTLED, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, PER_CENT, SETTLED, SIX_DIGITS, FloatArray
 from shakedown.ground.status import OPEN
 from shakedown.ground.work_limit import BY_BLAS, count_work, work_is_left
 from shakedown.joint.law import Layout
@@ -40,7 +41,7 @@ from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED, Precision, c
 from shakedown.motion.plane.active_set import ActiveSet, active_set, factorize, rates, solve
 from shakedown.motion.plane.event_loop import enumerate_states, follow_straight
 from shakedown.motion.plane.moving_state import begin, empty_record, motion_at_rest, run_along
-from shakedown.motion.steady_slide import ViscousJoint, steady_slide
+from shakedown.motion.steady_slide import HOLDS, ViscousJoint, steady_slide
 
 ACCURACY = 0.01  # accepted departure of a step from a straight path, relative to the motion so far
 CHANGING = 0.4  # length of a step in which nodes change their contact states, relative to the motion so far
@@ -153,7 +154,7 @@ class StepLengths:
         speed = speeds.after(way)
         return min(way / speed, longest) if speed > 0.0 else longest
 
-    def _speeds_ahead(self) -> "Speeds":
+    def _speeds_ahead(self) -> Speeds:
         """What the last speeds let expect: the parabola through them where they grow faster and faster."""
         slopes = list[float]()
         for (before, slow), (at, fast) in pairwise(self.passed):
@@ -172,7 +173,6 @@ MOST_IDLE = 16  # of these within round-off of where they begin: it stands betwe
 FAR = (
     1 / SIX_DIGITS
 )  # motion, relative to the length scale and earlier slips, beyond which a body slides away
-AT_REST = 10 * ROUND_OFF  # violation of the law at the end, relative
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -222,31 +222,20 @@ class Jump(Result):
         return self.energy_released - self.friction_work
 
 
-@dataclass(frozen=True)
-class Rest:
-    """The state at rest of a viscous motion, with the work and slip on the way there.
+class StepEnd(NamedTuple):
+    """Where an implicit step ends, or the whole motion.
 
-    Displacements u = (v, w), contact states, friction work of each node (n,)
-    [force × length], slip in contact (n,) [length] and steps taken.
+    Displacements u = (v, w), contact states, and from its beginning on the friction work of each node (n,)
+    [force × length] and its slip in contact (n,) [length].
     """
 
     u: FloatArray
     contact: NDArray[np.int64]
     work: FloatArray
     slip: FloatArray
-    steps: int
 
 
-class StepEnd(NamedTuple):
-    """Where an implicit step ends: displacements, contact states, and friction work and ways of the nodes."""
-
-    u: FloatArray
-    contact: NDArray[np.int64]
-    work: FloatArray
-    slip: FloatArray
-
-
-class Relaxation:
+class Relaxation(ABC):
     """The viscous system at constant load, from a state put out of balance by a small change of load.
 
     It is carried to rest by implicit steps of increasing length.
@@ -274,7 +263,7 @@ class Relaxation:
         self.slows_down = True  # in the last step
         self.asked_at = scale.length  # how far it has moved beyond which a slide for ever is looked for
 
-    def to_rest(self) -> Rest | None:
+    def to_rest(self) -> StepEnd | None:
         """Follow the motion to its end; None where it has none, ``endless`` where it goes on for ever."""
         fastest = float(np.max(np.diag(self.kappa) / self.damping))
         dt = 0.05 / fastest if fastest > 0 else 1.0  # without stiffness there is no time scale
@@ -342,11 +331,11 @@ class Relaxation:
         self.slip += end.slip
         return True
 
+    @abstractmethod
     def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         """The end of the static problem with this stiffness between two welded reactions, if there is one."""
-        raise NotImplementedError
 
-    def _rest(self) -> Rest | None:
+    def _rest(self) -> StepEnd | None:
         """The equilibrium of the present contact states, if it is admissible and the motion is near it."""
         u = self._equilibrium()
         if u is None or not self._is_near(u):
@@ -354,23 +343,23 @@ class Relaxation:
         layout, slips = self.layout, self.layout.slips
         (v, w), (q, p) = layout.split(u), layout.split(self.load + self.kappa @ u)
         violation = law_violation(self.law.f, q, p, w, np.zeros_like(v), self.scale).max()
-        if violation > max(AT_REST, reaction_round_off(self.kappa, u, self.scale)):
+        if violation > max(HOLDS, reaction_round_off(self.kappa, u, self.scale)):
             return None
         last = layout.by_node(v - self.u[slips])
         last = np.where((self.contact == OPEN)[:, None], 0.0, last)
         twice = layout.by_node(self.reaction[slips] + q)
         work = self.work - (last * (0.5 * twice)).sum(axis=1)
         slip = self.slip + self.law.size(last.ravel())
-        return Rest(u, self.contact.copy(), work, slip, self.steps)
+        return StepEnd(u, self.contact.copy(), work, slip)
 
     def _is_near(self, u: FloatArray) -> bool:
         """Whether the motion is near displacements, so that these may be its end."""
         way = float(np.abs(u - self.start).max())
         return bool(np.abs(u - self.u).max() <= 1e-3 * way + 1e-12 * self.scale.length)
 
+    @abstractmethod
     def _equilibrium(self) -> FloatArray | None:
         """Displacements in which the present contact states are in equilibrium; None where there are none."""
-        raise NotImplementedError
 
 
 class ViscousMotion(Relaxation):
@@ -421,12 +410,18 @@ class ViscousMotion(Relaxation):
 
 
 def jump_of(
-    cycle: float, layout: Layout, kappa: FloatArray, load: FloatArray, before: FloatArray, rest: Rest
+    cycle: float,
+    layout: Layout,
+    kappa: FloatArray,
+    load: FloatArray,
+    before: FloatArray,
+    rest: StepEnd,
+    steps: int,
 ) -> Jump:
-    """The record of a jump from displacements to a state of rest at this load."""
+    """The record of a jump from displacements to a state of rest at this load, in so many implicit steps."""
     (v, w), (v_rest, w_rest) = layout.split(before), layout.split(rest.u)
     released = potential_energy(kappa, load, before) - potential_energy(kappa, load, rest.u)
-    return Jump(cycle, v, w, v_rest, w_rest, rest.contact, released, rest.work, rest.slip, rest.steps)
+    return Jump(cycle, v, w, v_rest, w_rest, rest.contact, released, rest.work, rest.slip, steps)
 
 
 def equilibrium(act: ActiveSet, u: FloatArray, load: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ from shakedown import Outcome, Problem, Tolerances
 from shakedown.joint.loading import slip_reach
 from shakedown.long_term.space.decay import Decay, Period
 from shakedown.long_term.space.measure import Measure
-from shakedown.long_term.space.slope_leaps import MovingSlips, SlopeLeaps, Step
+from shakedown.long_term.space.slope_leaps import MovingSlips, PeriodStep, SlopeLeaps
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
 
@@ -537,7 +537,7 @@ def test_leaps_by_slopes_say_how_far_they_are_off_a_bent_way(narrow):
         return 1e-4 * np.array([-x - 0.8 * x * y, narrow + 2.0 * y * y if narrow else -0.3 * y - x * x])
 
     def period(u):
-        return Step(np.append(step(u), 0.0), 1)
+        return PeriodStep(np.append(step(u), 0.0), 1)
 
     measure = Measure(np.eye(2, 3), np.zeros((3, 0)), np.ones(1), 1.5)
     moving = MovingSlips.of(np.eye(3), np.arange(2), np.arange(0))
@@ -562,7 +562,7 @@ def test_a_leap_by_slopes_follows_an_affine_map(drifts):
         c -= vectors[:, -1] * (vectors[:, -1] @ c)
 
     def period(u):
-        return Step(np.append((J @ u[:k] + c) - u[:k], np.zeros(k // 2)), 1)
+        return PeriodStep(np.append((J @ u[:k] + c) - u[:k], np.zeros(k // 2)), 1)
 
     measure = Measure(np.eye(k, k + k // 2), np.zeros((k + k // 2, 0)), np.ones(k // 2), 2.0)
     start, leaps = np.append(rng.normal(size=k), np.zeros(k // 2)), SlopeLeaps()

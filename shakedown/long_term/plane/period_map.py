@@ -353,10 +353,10 @@ def shrinking_factor(matrix: FloatArray, vector: FloatArray) -> float:
         image = matrix @ vector
         norm = float(np.linalg.norm(image))
         log += np.log(norm) if norm > 0 else -np.inf
-        if log < np.log(1e-13):
+        if log < DIED_OUT:
             return factor
         factor = norm ** (1.0 / steps)
-        if log > np.log(1e6):
+        if log > GROWN:
             return factor
         vector, matrix, steps = image / norm, matrix @ matrix, 2 * steps
     return factor

@@ -11,7 +11,7 @@ from shakedown.long_term.space.curve_leaps import CurveLeaps
 from shakedown.long_term.space.decay import Decay, Period
 from shakedown.long_term.space.followed_cycles import FollowedCycles, Position, signatures
 from shakedown.long_term.space.recurrence_leaps import Leap, RecurrenceLeaps
-from shakedown.long_term.space.slope_leaps import MovingSlips, SlopeLeaps, Step
+from shakedown.long_term.space.slope_leaps import MovingSlips, PeriodStep, SlopeLeaps
 from shakedown.motion.method import State
 
 STUCK = 200  # cycles after which slopes of a period are measured, one cycle each
@@ -137,7 +137,7 @@ class Leaps:
         start, first = cycles.states[-1 - p].u, self._step()
         before, count, error = self._begin(p), cycles.count, cycles.error
 
-        def period(state: FloatArray) -> Step | None:
+        def period(state: FloatArray) -> PeriodStep | None:
             cycles.go_to(State(state, contact))
             return self._step() if cycles.follow(p) else None
 
@@ -156,10 +156,10 @@ class Leaps:
         cycles.probes += cycles.count - count
         return True
 
-    def _step(self) -> Step:
+    def _step(self) -> PeriodStep:
         """What the last period has changed."""
         p = self.period
-        return Step(self.cycles.change(p), sum(signatures(list(self.cycles.records)[-p:])))
+        return PeriodStep(self.cycles.change(p), sum(signatures(list(self.cycles.records)[-p:])))
 
     def _begin(self, last: int) -> Position:
         """Where a leap begins; on it the state may jump where it did in so many of the last cycles.

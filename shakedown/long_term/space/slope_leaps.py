@@ -33,14 +33,14 @@ MOST_POWERS = MOST_EARLIER + len(SHARES)
 PASCAL = np.array([[comb(i, j) for j in range(MOST_POWERS)] for i in range(MOST_POWERS)], dtype=float)
 
 
-class Step(NamedTuple):
+class PeriodStep(NamedTuple):
     """What a period changes of the state, (N,) [length], and what identifies its contact states."""
 
     change: FloatArray
     signature: int
 
 
-Follow = Callable[[FloatArray], Step | None]  # a period from a state on; None where the motion stops
+Follow = Callable[[FloatArray], PeriodStep | None]  # a period from a state on; None where the motion stops
 
 
 class MovingSlips(NamedTuple):
@@ -135,14 +135,14 @@ class LocalMap:
         """The change of the state, (N,), in a period from u + y with this remainder [length]."""
         return np.asarray(self.moving.follow @ (self.linear(y) + remainder))
 
-    def remainder(self, y: FloatArray) -> Step:
+    def remainder(self, y: FloatArray) -> PeriodStep:
         """r(y), (k,), by a period from there; NaN where none can be followed, or where other nodes slip."""
         there = self.follow(self.at(y)) if self.size(y) < np.inf else None
         if there is not None:
             other = there.change - self.moving.follow @ there.change[self.moving.places]
             if not other.any() or self.measure.size(other) <= THREE_DIGITS * self.measure.size(there.change):
-                return Step(there.change[self.moving.places] - self.linear(y), there.signature)
-        return Step(np.full_like(y, np.nan), 0)
+                return PeriodStep(there.change[self.moving.places] - self.linear(y), there.signature)
+        return PeriodStep(np.full_like(y, np.nan), 0)
 
     def sampled(self, periods: int, polynomial: FloatArray, earlier: Samples) -> tuple[Samples, bool]:
         """The remainder sampled on a way so many periods long, and earlier; whether no contact state changes.
@@ -237,7 +237,7 @@ class SlopeLeaps:
     periods: int = int(WORTH)
     since: int = 0
     wait: int = 0
-    probed: deque[tuple[FloatArray, Step]] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
+    probed: deque[tuple[FloatArray, PeriodStep]] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
     starts: deque[LeapStart] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
     gone: int = 0
     end: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -247,7 +247,7 @@ class SlopeLeaps:
         follow: Follow,
         landed: Callable[[], None],
         start: FloatArray,
-        first: Step,
+        first: PeriodStep,
         moving: MovingSlips,
         measure: Measure,
     ) -> Landing | None:
@@ -301,7 +301,7 @@ class SlopeLeaps:
         return self.care * max(THREE_DIGITS, PRICE * measure.size(start) / way)
 
     def _local_map(
-        self, follow: Follow, start: FloatArray, first: Step, moving: MovingSlips, measure: Measure
+        self, follow: Follow, start: FloatArray, first: PeriodStep, moving: MovingSlips, measure: Measure
     ) -> LocalMap | None:
         """The map next to a state, from a period of each of the states next to it."""
         places, moves = moving
@@ -334,7 +334,7 @@ class SlopeLeaps:
         return LocalMap(follow, measure, start, moving, change, slopes, first.signature)
 
     def _correction(
-        self, slopes: FloatArray, start: FloatArray, first: Step, moving: MovingSlips, measure: Measure
+        self, slopes: FloatArray, start: FloatArray, first: PeriodStep, moving: MovingSlips, measure: Measure
     ) -> FloatArray:
         """What slopes (k, k) lack along the way from an earlier state far off: Broyden's update."""
         places, root = moving.places, measure.root @ moving.follow

@@ -23,7 +23,6 @@ from shakedown.motion.plane.event_loop import enumerate_states, follow_straight
 from shakedown.motion.plane.moving_state import (
     PlaneMotion,
     PlaneRun,
-    Record,
     begin,
     empty_record,
     motion_at_rest,
@@ -64,6 +63,7 @@ class PlaneEvents(EventMethod):
     run: PlaneRun
     motion: PlaneMotion
     rows = Rows
+    new_record = staticmethod(empty_record)
     passable = (NO_RATES,)
     effort, error = 0, 0.0
 
@@ -80,12 +80,7 @@ class PlaneEvents(EventMethod):
         """
         locked, t = np.abs(self.kappa) @ np.abs(start), self.tolerances
         force = max(scale.force, float(locked.max()))
-        self.scale = scale
         self.lead(first, later, Precision(t.limit * force, t.limit * scale.length, t.rate, ROUNDING * force))
-
-    def empty_record(self, rows: int) -> Record:
-        """Arrays for so many states."""
-        return empty_record(rows, self.problem.n)
 
     def set_state(self, state: State) -> bool:
         """Go to a state; False where nothing holds its moving nodes."""
@@ -131,11 +126,8 @@ class PlaneEvents(EventMethod):
         """Reactions at the present instant, under these welded ones, (2n,) [force]."""
         return self.motion.r
 
-    def relaxation(
-        self, state: State, reaction: FloatArray, load: FloatArray, damping: FloatArray
-    ) -> ViscousMotion:
-        """The viscous motion from a state with given reactions that the load puts out of balance."""
-        joint = ViscousJoint(self.kappa, self.problem.law, load, damping, self.scale)
+    def relaxation(self, joint: ViscousJoint, state: State, reaction: FloatArray) -> ViscousMotion:
+        """The viscous motion from a state with given reactions that the joint's load puts out of balance."""
         return ViscousMotion(joint, state.u, state.contact, reaction, self.precision)
 
     def resume(self, time: float) -> None:

@@ -49,7 +49,6 @@ from shakedown.motion.space.implicit_step import TURNS, ImplicitJoint
 from shakedown.motion.space.space_run import (
     DEGREE,
     CompiledJoint,
-    CurveRecord,
     Measures,
     SpaceMotion,
     SpaceRun,
@@ -263,6 +262,7 @@ class SpaceEvents(EventMethod):
     run: SpaceRun
     motion: SpaceMotion
     rows = PathSteps
+    new_record = staticmethod(empty_curve_record)
     passable = NO_RATES, TOO_MANY_EVENTS
 
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
@@ -279,10 +279,6 @@ class SpaceEvents(EventMethod):
         self.run.control.set(**self.measures.of_steps)
         at_rest = (np.zeros_like(part) for part in self.checkpoint())
         self.restore(*at_rest)
-
-    def empty_record(self, rows: int) -> CurveRecord:
-        """Arrays for so many steps."""
-        return empty_curve_record(rows, self.problem.n)
 
     def checkpoint(self) -> Checkpoint:
         """Everything the continuation depends on: besides u and contact, directions of slip at an apex."""
@@ -429,11 +425,8 @@ class SpaceEvents(EventMethod):
         """Reactions at the present instant, under these welded ones, (3n,) [force]."""
         return load + self.kappa @ self.u
 
-    def relaxation(
-        self, state: State, reaction: FloatArray, load: FloatArray, damping: FloatArray
-    ) -> DirectedJump:
-        """The viscous motion from a state with given reactions that the load puts out of balance."""
-        joint = ViscousJoint(self.kappa, self.problem.law, load, damping, self.scale)
+    def relaxation(self, joint: ViscousJoint, state: State, reaction: FloatArray) -> DirectedJump:
+        """The viscous motion from a state with given reactions that the joint's load puts out of balance."""
         return DirectedJump(joint, state.u, state.contact, reaction, self.measures)
 
     def resume(self, time: float) -> None:
