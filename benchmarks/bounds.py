@@ -26,8 +26,8 @@ Value = float
 Peer = Callable[[np.ndarray, np.ndarray, np.ndarray], Value]
 
 
-def highs_solved(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> highspy.Highs:
-    """HiGHS as it comes, on the same arrays."""
+def highs_model(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> highspy.Highs:
+    """HiGHS as it comes, given these arrays: free slips, and a load factor that is not negative."""
     rows, columns = matrix.shape
     model = highspy.HighsLp()
     model.num_row_, model.num_col_ = rows, columns
@@ -42,6 +42,11 @@ def highs_solved(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> hig
     solver = highspy.Highs()
     solver.setOptionValue("output_flag", False)
     solver.passModel(model)
+    return solver
+
+
+def highs_solved(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> highspy.Highs:
+    solver = highs_model(matrix, right, cost)
     solver.run()
     return solver
 

@@ -11,7 +11,6 @@ from shakedown.motion.evolution import evolve
 from shakedown.report.facts import table
 
 TITLE = "Classical contacts: error against element size"
-CONTACTS = ("press fit", "cylinder on a flat")
 INTERFERENCE, FRICTION, HALF = 1e-3, 0.3, 1.5
 
 

@@ -23,7 +23,6 @@ from shakedown.report.facts import table
 TITLE = "Floating joints: bounds against HiGHS, the rational truth, other units, orders and scales"
 EACH = 20  # joints per row
 AGREES = 1e-8  # relative, with HiGHS
-EPS = np.finfo(float).eps
 LOAD_STEPS = 6
 
 

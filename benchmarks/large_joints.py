@@ -14,6 +14,7 @@ from scipy.linalg import cholesky, solve_triangular
 from threadpoolctl import threadpool_limits
 
 import shakedown
+from benchmarks.bounds import highs_model
 from benchmarks.problems import chain, random_problem
 from shakedown import Problem
 from shakedown.fem import ElasticBody, Material, Pressure, Support, Traction, block_mesh, contact_problem
@@ -88,21 +89,8 @@ def _measured(case: dict) -> dict:
 def _model(problem: Problem, towards: float) -> tuple[highspy.Highs, FloatArray]:
     """The rows of a joint in HiGHS with its own options, scaled by it."""
     rows = constraints(problem)
-    matrix, n = np.column_stack([rows.G, rows.d]), rows.n
-    model = highspy.HighsLp()
-    model.num_row_, model.num_col_ = matrix.shape
-    model.col_cost_ = np.append(np.zeros(n), towards)
-    model.row_lower_, model.row_upper_ = np.full(2 * n, -INFINITE), rows.g
-    model.col_lower_ = np.append(np.full(n, -INFINITE), 0.0)
-    model.col_upper_ = np.full(n + 1, INFINITE)
-    model.a_matrix_.format_ = highspy.MatrixFormat.kRowwise
-    model.a_matrix_.start_ = np.arange(0, matrix.size + 1, n + 1, dtype=np.int32)
-    model.a_matrix_.index_ = np.tile(np.arange(n + 1, dtype=np.int32), 2 * n)
-    model.a_matrix_.value_ = matrix.ravel()
-    solver = highspy.Highs()
-    solver.setOptionValue("output_flag", False)
-    solver.passModel(model)
-    return solver, rows.g
+    cost = np.append(np.zeros(rows.n), towards)
+    return highs_model(np.column_stack([rows.G, rows.d]), rows.g, cost), rows.g
 
 
 def _value(solver: highspy.Highs) -> float:
