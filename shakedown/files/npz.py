@@ -21,7 +21,7 @@ from shakedown.ground.constants import BLOCK, TIMES_A_FILE, FloatArray, memory
 from shakedown.ground.errors import ProblemError, UsageError, found_in
 from shakedown.ground.regular_file import open_regular
 from shakedown.ground.shown_values import LONGEST_NAME, shortened
-from shakedown.joint.fields import ARRAYS, FIELDS, LOOP, NAMES, TEXTS, check_shapes, plain_text, real_numbers
+from shakedown.joint.fields import AXES, LOOP, NAMES, REQUIRED, TEXTS, check_shapes, plain_text, real_numbers
 from shakedown.joint.problem import Problem
 
 LONGEST_HEADER = 4096  # bytes; those of plain arrays have about 100
@@ -117,7 +117,7 @@ def damaged(error: Exception) -> ProblemError:
 
 
 SCHEMA = "shakedown/1"
-KEYS = frozenset(FIELDS)
+KEYS = frozenset((*AXES, *TEXTS))
 HARMLESS = 2**28  # bytes of all arrays together, whatever the file's size
 ASSUMED = 2**34  # bytes of a machine that does not say how much memory it has
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # as written by numpy.savez and savez_compressed
@@ -232,7 +232,7 @@ def _read_arrays(path: str | os.PathLike[str]) -> dict[str, Any]:
                 members = _members(archive)
                 headers = {key: _read_header(archive, key, info) for key, info in members.items()}
                 _check_sizes(headers, os.fstat(file.fileno()).st_size)
-                check_shapes({key: header.shape for key, header in headers.items() if key in ARRAYS})
+                check_shapes({key: header.shape for key, header in headers.items() if key in AXES})
                 arrays = {key: _read_member(archive, key, members[key], headers[key]) for key in headers}
         except ProblemError:
             raise
@@ -273,7 +273,7 @@ def _members(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
         raise ProblemError(f"unknown key {names}{known}")
     if len(members) != len(listed):
         raise ProblemError("expected every key once, found one twice")
-    missing = [key for key in ("A", "B", "f", "q_w", "p_w") if key not in members]
+    missing = [key for key in REQUIRED if key not in members]
     if missing:
         found = ", ".join(sorted(members)) or "an empty archive"
         raise ProblemError(f"missing key '{missing[0]}'; found {found}")

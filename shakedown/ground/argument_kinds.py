@@ -8,7 +8,7 @@ from decimal import Decimal
 from functools import wraps
 from inspect import get_annotations, unwrap
 from itertools import chain, islice, repeat
-from numbers import Integral, Number, Real
+from numbers import Integral, Real
 from types import NoneType, UnionType
 from typing import Any, Literal, NamedTuple, ParamSpec, TypeVar, Union, get_args, get_origin
 
@@ -89,14 +89,12 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 
-UNFIT = object()  # what a reader answers where an argument is of another kind
-
-
 class Kind(NamedTuple):
-    """A kind of argument: how it is read (or ``UNFIT``), and its description."""
+    """A kind of argument: how it is read (None: it is of another kind), and its description."""
 
     read: Callable[[Any], Any]
     expected: str
+    or_none: bool = False
 
 
 def checked(function: Callable[P, T]) -> Callable[P, T]:
@@ -132,10 +130,9 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
 def check_fields(instance: Any, error: type[ShakedownError] = UsageError, only: Sequence[str] = ()) -> None:
     """The same for the fields of a frozen dataclass, or some of them, from its ``__post_init__``."""
     cls = type(instance)
-    kinds = {}
+    kinds = dict[str, Kind]()
     for base in reversed(cls.__mro__):
-        scope = vars(sys.modules[base.__module__])
-        kinds.update(_kinds(get_annotations(base), scope))
+        kinds |= _kinds(get_annotations(base), vars(sys.modules[base.__module__]))
     for each in fields(instance):
         if each.name in kinds and (not only or each.name in only):
             try:
@@ -146,12 +143,13 @@ def check_fields(instance: Any, error: type[ShakedownError] = UsageError, only: 
 
 
 def _read(kinds: Mapping[str, Kind], name: str, value: Any, said: str = "") -> Any:
-    if name not in kinds:
+    kind = kinds.get(name)
+    if kind is None or (value is None and kind.or_none):
         return value
-    found = kinds[name].read(value)
-    if found is UNFIT:
-        shown = written(value) if isinstance(value, SHOWN) else type(value).__name__
-        raise UsageError(f"{said or name.replace('_', ' ')}: expected {kinds[name].expected}, found {shown}")
+    found = kind.read(value)
+    if found is None:
+        shown = type(value).__name__ if hasattr(value, "__dict__") else written(value)
+        raise UsageError(f"{said or name.replace('_', ' ')}: expected {kind.expected}, found {shown}")
     return found
 
 
@@ -174,7 +172,7 @@ def _kind_of(annotation: Any) -> Kind | None:
     """The kind that an annotation names, or None where the function checks it."""
     origin, members = get_origin(annotation) or annotation, get_args(annotation)
     if origin in (Union, UnionType):
-        return _any_of([_kind_of(member) for member in members])
+        return _any_of(members)
     if origin is Literal:
         words = " or ".join(map(repr, members))
         return _that(lambda value: isinstance(value, str) and value in members, words)
@@ -182,9 +180,9 @@ def _kind_of(annotation: Any) -> Kind | None:
         return SIMPLE[origin]
     if origin in (Iterable, Sequence, tuple):
         return _several(origin, members)
-    if origin is np.ndarray:
-        return _array_of(members)
-    if not isinstance(origin, type) or not origin.__module__.startswith(WITH_CLASSES):
+    if not isinstance(origin, type) or not origin.__module__.startswith(
+        ("shakedown", "matplotlib", "skfem", "concurrent")
+    ):
         return None
     if getattr(origin, "_is_protocol", False):
         parts = [name for name in vars(origin) if not name.startswith("_")]
@@ -196,68 +194,56 @@ def _kind_of(annotation: Any) -> Kind | None:
 
 def _that(fits: Callable[[Any], bool], expected: str) -> Kind:
     """The kind of values that pass a test, and stay as they are."""
-    return Kind(lambda value: value if fits(value) else UNFIT, expected)
+    return Kind(lambda value: value if fits(value) else None, expected)
 
 
-def _converted(convert: Callable[[Any], Any], expected: str) -> Kind:
-    """The kind of values that a function converts; it answers None of others."""
-    return Kind(lambda value: UNFIT if (found := convert(value)) is None else found, expected)
-
-
-def _any_of(kinds: Sequence[Kind | None]) -> Kind | None:
+def _any_of(members: tuple[Any, ...]) -> Kind | None:
     """One of several kinds, the first that fits; None where one of them is not known."""
+    kinds = [_kind_of(member) for member in members if member is not NoneType]
     known = [kind for kind in kinds if kind is not None]
     if len(known) < len(kinds):
         return None
-
-    def read(value: Any) -> Any:
-        for kind in known:
-            if (found := kind.read(value)) is not UNFIT:
-                return found
-        return UNFIT
-
-    return Kind(read, " or ".join(dict.fromkeys(kind.expected for kind in known)))
+    or_none = NoneType in members
+    said = dict.fromkeys([kind.expected for kind in known] + ["None"] * or_none)
+    return Kind(
+        lambda value: next((found for kind in known if (found := kind.read(value)) is not None), None),
+        " or ".join(said),
+        or_none,
+    )
 
 
 def _several(origin: Any, members: tuple[Any, ...]) -> Kind:
     """Several values, each read as its kind where that is a number or text; a tuple has a fixed number."""
-    kinds = [_kind_of(member) for member in members]
-    fixed = origin is tuple and Ellipsis not in members and None not in kinds
-    each = kinds[0].expected if kinds and kinds[0] is not None else ""
+    kinds = [kind for member in members if (kind := _kind_of(member))]
+    fixed = origin is tuple and len(kinds) == len(members)
+    each = kinds[0].expected if kinds else ""
+    plural = {"a whole number": "whole numbers", "a number": "numbers", "text": "texts"}.get(each, "values")
     needed = "__len__" if origin is Sequence else "__iter__"
-    if not fixed and each not in SEVERAL:
+    if not fixed and plural == "values":
         return _that(lambda value: _is_listed(value, needed), "several values")
 
     def read(value: Any) -> Any:
-        if isinstance(value, str) and each == TEXT:
+        if isinstance(value, str) and each == "text":
             return value
         if not _is_listed(value, needed) or isinstance(value, str | bytes | Mapping):
-            return UNFIT
+            return None
         given = list(islice(value, MANY + 1))  # an iterator may have no end
         if len(given) != len(kinds) if fixed else len(given) > MANY:
-            return UNFIT
-        readers = [kind.read for kind in (kinds if fixed else kinds[:1] * len(given)) if kind]
-        found = tuple(read_one(item) for read_one, item in zip(readers, given, strict=True))
-        return UNFIT if any(item is UNFIT for item in found) else found
+            return None
+        readers = kinds if fixed else kinds[:1] * len(given)
+        found = tuple(kind.read(item) for kind, item in zip(readers, given, strict=True))
+        return None if any(item is None for item in found) else found
 
-    return Kind(read, f"{len(kinds) if fixed else 'several'} {SEVERAL.get(each, 'values')}")
+    return Kind(read, f"{len(kinds) if fixed else 'several'} {plural}")
 
 
-def _array_of(members: tuple[Any, ...]) -> Kind | None:
+def _numbers(value: Any) -> NDArray[Any] | None:
     """Numbers in an array, or in anything that NumPy converts to one."""
-    (dtype,) = get_args(members[1]) if len(members) == 2 else (None,)
-    if dtype not in (np.float64, np.int64):
+    try:
+        array = value if isinstance(value, np.ndarray) else real_values(value)
+    except ValueError:  # ragged
         return None
-    accepted = "fiub" if dtype is np.float64 else "iu"
-
-    def read(value: Any) -> Any:
-        try:
-            array = value if isinstance(value, np.ndarray) else real_values(value)
-        except ValueError:  # ragged
-            return UNFIT
-        return array if array.dtype.kind in accepted else UNFIT
-
-    return Kind(read, "an array of numbers" if dtype is np.float64 else "an array of whole numbers")
+    return array if array.dtype.kind in "fiub" else None
 
 
 def _is_listed(value: object, member: str) -> bool:
@@ -272,27 +258,13 @@ def _flag(value: object) -> bool | None:
     return bool(whole) if whole in (0, 1) else None
 
 
-WHOLE, NUMBER, TEXT = "a whole number", "a number", "text"
-SEVERAL = {WHOLE: "whole numbers", NUMBER: "numbers", TEXT: "texts"}
-SHOWN = (
-    NoneType,
-    Number,
-    Decimal,
-    str,
-    bytes,
-    np.generic,
-    np.ndarray,
-    list,
-    tuple,
-)  # as they are, in messages
-WITH_CLASSES = ("shakedown", "matplotlib", "skfem", "concurrent")  # packages
 SIMPLE: dict[Any, Kind] = {
-    NoneType: _that(lambda value: value is None, "None"),
-    bool: _converted(_flag, "true or false"),
-    int: _converted(whole_number, WHOLE),
-    float: _converted(real_number, NUMBER),
-    str: _that(lambda value: isinstance(value, str), TEXT),
+    bool: Kind(_flag, "true or false"),
+    int: Kind(whole_number, "a whole number"),
+    float: Kind(real_number, "a number"),
+    str: _that(lambda value: isinstance(value, str), "text"),
     os.PathLike: _that(lambda value: isinstance(value, os.PathLike), "a path"),
+    np.ndarray: Kind(_numbers, "an array of numbers"),
     Mapping: _that(lambda value: isinstance(value, Mapping), "a dictionary"),
     Callable: _that(callable, "a function"),
 }

@@ -26,6 +26,11 @@ class ProblemError(ShakedownError, ValueError):
     """The problem data are wrong; the message says what, where, expected and found."""
 
 
+def wrong_key(key: str, expected: str, found: object) -> ProblemError:
+    """The error of a problem in which the value of a key is not what is expected."""
+    return ProblemError(f"key '{key}': expected {expected}, found {found}")
+
+
 class UsageError(ShakedownError, ValueError):
     """An argument of a library call is outside what the call is defined for."""
 

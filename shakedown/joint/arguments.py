@@ -9,12 +9,12 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.ground.argument_kinds import check_count, real_number, real_values, whole_number, written
+from shakedown.ground.argument_kinds import check_count, real_number, whole_number, written
 from shakedown.ground.argument_kinds import checked as checked
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError, UsageError
 from shakedown.ground.shown_values import short
-from shakedown.joint.fields import LARGEST, check_slip
+from shakedown.joint.fields import LARGEST, check_slip, finite_array
 from shakedown.joint.problem import Problem
 
 PLANE_SO_FAR = "it exists in the plane only, so far"  # the reason why one tangential direction is required
@@ -78,17 +78,7 @@ def in_the_plane_only(what: str, why: str = PLANE_SO_FAR) -> str:
 
 def real_array(name: str, values: ArrayLike) -> FloatArray:
     """A private float64 copy; raises ``UsageError`` unless all of it is real and finite."""
-    try:
-        array = real_values(values)
-    except ValueError:  # ragged
-        raise UsageError(f"{name}: expected a regular array of numbers, found ragged rows") from None
-    if array.dtype.kind not in "fiu":
-        raise UsageError(f"{name}: expected real numbers, found {written(values)}")
-    with np.errstate(over="ignore", invalid="ignore"):  # overflow is rejected as not finite
-        array = array.astype(np.float64)
-    if not np.isfinite(array).all():
-        raise UsageError(f"{name}: expected finite numbers, found {array[~np.isfinite(array)][0]}")
-    return array
+    return finite_array(name, name, values, UsageError)
 
 
 def node_numbers(name: str, nodes: Iterable[int], n: int) -> tuple[int, ...]:

@@ -18,9 +18,8 @@ from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import node_numbers, once_per_problem
 from shakedown.joint.constraints import Constraints, Side, constraints, stacked, through_transient
-from shakedown.joint.fields import FORCES
 from shakedown.joint.law import Layout
-from shakedown.joint.loading import loading
+from shakedown.joint.loading import changed_loads, loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import MOTION_ROUND_OFF, NO_STIFFNESS, rigid_slips, stiffness_error
 from shakedown.joint.units import NO_LOADS
@@ -204,7 +203,7 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
         C=C,
         initial_slip=None if given is None else given[:, layout.slips_of(k)],
         **problem.node_data(k),
-        **_condensed_loads(problem, closed, held, free, follow),
+        **changed_loads(problem, lambda r: closed.split(r[..., held] - r[..., free] @ follow)),
     )
     return Zone(problem, tuple(chosen), tuple(k), joint, follow[:, closed.slips], flexibility)
 
@@ -251,26 +250,6 @@ def _inverse(stiffness: FloatArray, nodes: list[int], tolerances: Tolerances) ->
             f"open nodes: expected nodes that the body holds when open, found {named} free to move"
         )
     return np.asarray((vectors / values) @ vectors.T * np.outer(scale, scale))
-
-
-def _condensed_loads(
-    problem: Problem, closed: Layout, held: Places, free: Places, follow: FloatArray
-) -> dict[str, Any]:
-    """The welded reactions of the closed nodes with the open ones free, for every kind of load step."""
-    condensed: dict[str, Any] = {}
-    pairs = (("q_w", "p_w"), ("q_transient", "p_transient"), ("q_mean", "p_mean"))
-    mean = loading(problem)
-    for q_key, p_key in pairs:
-        q, p = getattr(problem, q_key), getattr(problem, p_key)
-        if q_key == "q_mean" and not (q is None and p is None):  # one alone may be given
-            q, p = mean.q0, mean.p0
-        if q is None or p is None:
-            condensed |= {q_key: None, p_key: None}
-            continue
-        both = problem.layout.joined(q, p)
-        left = closed.split(both[..., held] - both[..., free] @ follow)
-        condensed |= dict(zip((q_key, p_key), left, strict=True))
-    return condensed
 
 
 @dataclass(frozen=True, eq=False)
@@ -385,17 +364,14 @@ def _labels(problem: Problem) -> NDArray[np.intp]:
 
 def _part(problem: Problem, nodes: NDArray[np.intp]) -> Part:
     slips = problem.layout.slips_of(nodes)
-    cut: dict[str, Any] = {key: getattr(problem, key) for key in (*FORCES, "initial_slip")}
-    for key, values in cut.items():
-        if values is not None:
-            cut[key] = values[..., nodes if key.startswith("p_") else slips]
     joint = replace(
         problem,
         **NO_LOADS,  # these work along displacements of the whole joint
         A=problem.A[np.ix_(slips, slips)],
         B=problem.B[np.ix_(nodes, slips)],
         C=None if problem.C is None else problem.C[np.ix_(nodes, nodes)],
-        **cut,
+        initial_slip=None if problem.initial_slip is None else problem.initial_slip[:, slips],
+        **changed_loads(problem, lambda r: (r[..., slips], r[..., problem.layout.gaps_of(nodes)])),
         **problem.node_data(nodes),
     )
     return Part(nodes, slips, joint)

@@ -4,76 +4,53 @@ import json
 import sys
 from collections.abc import Mapping
 from decimal import Decimal
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.ground.argument_kinds import real_values
+from shakedown.ground.argument_kinds import real_values, written
 from shakedown.ground.constants import EPS, FloatArray
-from shakedown.ground.errors import ProblemError
+from shakedown.ground.errors import ProblemError, ShakedownError, wrong_key
 from shakedown.ground.shown_values import LONGEST_NAME, shortened, visible
 from shakedown.ground.tolerances import DEFAULT
 
-Axes = tuple[str | int, ...]
-
-
-class Field(NamedTuple):
-    """One field of a problem: numbers with axes, names where ``of_text``, or a single text.
-
-    Axes are named: n contact nodes, dn their tangential directions, m load steps, k transient steps,
-    s states, c load cases, L loads with unit reactions, e faces; numbers are components x, y, z.
-    """
-
-    part: str
-    axes: Axes
-    of_text: bool = False
-    required: bool = False
-    one: Axes | None = None  # alternative shape, with one value for all
-    directions: int = 0  # number of tangential directions for which it has a meaning; 0: any
-
-
-FIELDS = {
-    "A": Field("stiffness", ("dn", "dn"), required=True),
-    "B": Field("stiffness", ("n", "dn"), required=True),
-    "C": Field("stiffness", ("n", "n")),
-    "stiffness_accuracy": Field("stiffness", ()),
-    "f": Field("friction", ("n",), required=True, one=()),
-    "q_w": Field("loading", ("m", "dn"), required=True),
-    "p_w": Field("loading", ("m", "n"), required=True),
-    "q_mean": Field("loading", ("dn",)),
-    "p_mean": Field("loading", ("n",)),
-    "q_transient": Field("loading", ("k", "dn")),
-    "p_transient": Field("loading", ("k", "n")),
-    "load_path": Field("loading", (), of_text=True),
-    "load_reactions": Field("loading", ("L", "(d+1)n")),
-    "load_history": Field("loading", ("m", "L")),
-    "load_compliance": Field("loading", ("L", "L")),
-    "load_frequency": Field("loading", ("L",)),
-    "load_names": Field("loading", ("c",), of_text=True),
-    "load_mean": Field("loading", ("c",)),
-    "load_amplitude": Field("loading", ("c",)),
-    "load_units": Field("loading", ("c",), of_text=True),
-    "initial_slip": Field("start", ("s", "dn"), one=("dn",)),
-    "x": Field("origin", ("n",)),
-    "coordinates": Field("origin", ("n", 3)),
-    "normal": Field("origin", ("n", 3)),
-    "tangent": Field("origin", ("n", 3), directions=1),
-    "tangents": Field("origin", ("n", 2, 3), directions=2),
-    "node_area": Field("origin", ("n",)),
-    "faces": Field("origin", ("e", 4), directions=2),
-    "label": Field("origin", ("n",), of_text=True),
-    "name": Field("origin", (), of_text=True),
-    "units": Field("origin", (), of_text=True),
-    "source": Field("origin", (), of_text=True),
+# Axes: n contact nodes, dn their tangential directions, m load steps, k transient steps, s states, c load
+# cases, L loads with unit reactions, e faces; a number of components, as of x, y, z.
+AXES: dict[str, tuple[str | int, ...]] = {
+    key: tuple(int(axis) if axis.isdigit() else axis for axis in axes.split())
+    for axes, keys in (
+        ("dn dn", "A"),
+        ("n dn", "B"),
+        ("n n", "C"),
+        ("", "stiffness_accuracy"),
+        ("n", "f x node_area label"),
+        ("m dn", "q_w"),
+        ("m n", "p_w"),
+        ("dn", "q_mean"),
+        ("n", "p_mean"),
+        ("k dn", "q_transient"),
+        ("k n", "p_transient"),
+        ("L (d+1)n", "load_reactions"),
+        ("m L", "load_history"),
+        ("L L", "load_compliance"),
+        ("L", "load_frequency"),
+        ("c", "load_names load_mean load_amplitude load_units"),
+        ("s dn", "initial_slip"),
+        ("n 3", "coordinates normal tangent"),
+        ("n 2 3", "tangents"),
+        ("e 4", "faces"),
+    )
+    for key in keys.split()
 }
-TEXTS = tuple(key for key, field in FIELDS.items() if field.of_text and not field.axes)
-NAMES = tuple(key for key, field in FIELDS.items() if field.of_text and field.axes)
-ARRAYS = tuple(key for key in FIELDS if key not in TEXTS)
-REQUIRED = tuple(key for key, field in FIELDS.items() if field.required)
-OF_NODES = tuple(  # fields of single nodes, independent of the others
-    key for key, field in FIELDS.items() if field.axes[:1] == ("n",) and field.part in ("friction", "origin")
-)
+ONE_FOR_ALL = {"f": (), "initial_slip": ("dn",)}  # another shape that these may have
+DIRECTIONS_OF = {"tangent": 1, "tangents": 2, "faces": 2}  # the tangential directions with which they exist
+TEXTS = ("load_path", "name", "units", "source")
+NAMES = ("load_names", "load_units", "label")
+REQUIRED = ("A", "B", "f", "q_w", "p_w")
+OF_NODES = ("f", "x", "coordinates", "normal", "tangent", "tangents", "node_area", "label")  # of each alone
+STIFFNESS = ("A", "B", "C")
+FORCES = ("q_w", "p_w", "q_mean", "p_mean", "q_transient", "p_transient")
 TOGETHER = (  # where one is given, the other is required
     ("q_transient", "p_transient"),
     ("p_transient", "q_transient"),
@@ -86,9 +63,6 @@ TOGETHER = (  # where one is given, the other is required
     ("load_units", "load_mean"),
     ("load_mean", "load_names"),
 )
-STIFFNESS = ("A", "B", "C")
-MAY_BE_NAN = ("load_frequency",)  # for a load that is not a mode
-FORCES = ("q_w", "p_w", "q_mean", "p_mean", "q_transient", "p_transient")
 
 
 def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
@@ -105,61 +79,43 @@ def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
     for given, needed in TOGETHER:
         if given in shapes and needed not in shapes:
             raise ProblemError(f"key '{needed}': required because '{given}' is given, found none")
-    A = shapes["A"]
+    A, B = shapes["A"], shapes["B"]
     if len(A) != 2 or A[0] != A[1]:
-        raise ProblemError(f"key 'A': expected a square array (n, n), found shape {A}")
+        raise wrong_key("A", "a square array (n, n)", f"shape {A}")
     if A[0] == 0:
-        raise ProblemError("key 'A': expected at least one contact node, found shape (0, 0)")
-    if len(shapes["B"]) == 2 and shapes["B"] == (A[0], A[0] // 2) and A[0] % 2 == 0:
-        raise ProblemError(
-            f"key 'B': expected shape {A} or, with two tangential directions, {(A[0] // 2, A[0])}, found "
-            f"{shapes['B']} (it looks transposed: one row per node, p = p_w + B v)"
-        )
-    directions = directions_of(A, shapes["B"])
+        raise wrong_key("A", "at least one contact node", "shape (0, 0)")
+    half = A[0] // 2
+    if (A[0], half) == B and A[0] == 2 * half:
+        expected = f"shape {A} or, with two tangential directions, {(half, A[0])}"
+        raise wrong_key("B", expected, f"{B} (it looks transposed: one row per node, p = p_w + B v)")
+    directions = 2 if len(B) == 2 and B[1] == A[0] == 2 * B[0] else 1
     sizes = {"dn": A[0], "n": A[0] // directions, "(d+1)n": A[0] + A[0] // directions}
     for key, shape in shapes.items():
         _check_shape(key, shape, sizes, directions)
     if sizes["m"] == 0:
-        raise ProblemError("key 'q_w': expected at least one load step, found m = 0")
-
-
-def directions_of(A: tuple[int, ...], B: tuple[int, ...]) -> int:
-    """The tangential directions of a node that the shapes of A and B tell: two where B is (n, 2n).
-
-    Examples
-    --------
-    >>> directions_of((4, 4), (4, 4)), directions_of((4, 4), (2, 4))
-    (1, 2)
-    """
-    return 2 if len(B) == 2 and B[1] == A[0] == 2 * B[0] else 1
+        raise wrong_key("q_w", "at least one load step", "m = 0")
 
 
 def _check_shape(key: str, shape: tuple[int, ...], sizes: dict[str, int], directions: int) -> None:
     """Match one shape against its axis names, learning m, k and s where they first occur."""
-    field, in_space = FIELDS[key], directions > 1
-    if field.directions not in (0, directions):
-        wanted, found = (
-            ("one tangential direction", "two") if in_space else ("two tangential directions", "one")
-        )
-        raise ProblemError(f"key '{key}': expected only with {wanted}, found {found}")
-    axes = field.axes
-    if field.one is not None and len(shape) == len(field.one):
-        axes = field.one
-    elif key == "x" and in_space and len(shape) == 2:  # in a plane or in space
+    only = DIRECTIONS_OF.get(key, directions)
+    if only != directions:
+        wanted = "one tangential direction" if only == 1 else "two tangential directions"
+        raise wrong_key(key, f"only with {wanted}", "two" if only == 1 else "one")
+    axes = AXES[key]
+    if len(shape) == len(ONE_FOR_ALL.get(key, axes)):
+        axes = ONE_FOR_ALL.get(key, axes)
+    if key == "x" and directions > 1 and len(shape) == 2:  # in a plane or in space
         axes = ("n", 2 if shape[1] == 2 else 3)
     expected = tuple(axis if isinstance(axis, int) else sizes.get(axis, axis) for axis in axes)
-    fits = len(shape) == len(axes) and all(
-        isinstance(want, str) or want == have for want, have in zip(expected, shape, strict=True)
-    )
-    if not fits:
-        wanted = "(" + ", ".join(map(str, expected)) + ("," if len(expected) == 1 else "") + ")"
-        if key == "x" and in_space:
+    if len(shape) != len(expected) or any(
+        isinstance(want, int) and want != have for want, have in zip(expected, shape, strict=True)
+    ):
+        wanted = f"({', '.join(map(str, expected))}{',' * (len(expected) == 1)})"
+        if key == "x" and directions > 1:
             wanted = "({0},), ({0}, 2) or ({0}, 3)".format(expected[0])
-        hint = _shape_hint(shape, expected)
-        raise ProblemError(f"key '{key}': expected shape {wanted}, found {shape}{hint}")
-    for axis, have in zip(axes, shape, strict=True):
-        if isinstance(axis, str):
-            sizes.setdefault(axis, have)
+        raise wrong_key(key, f"shape {wanted}", f"{shape}{_shape_hint(shape, expected)}")
+    sizes |= {axis: have for axis, have in zip(axes, shape, strict=True) if isinstance(axis, str)}
 
 
 def _shape_hint(shape: tuple[int, ...], expected: tuple[int | str, ...]) -> str:
@@ -178,28 +134,35 @@ SMALLEST = 1 / LARGEST  # smallest admissible value of the largest nonzero entry
 NEGLIGIBLE = 1e-30  # entries so much smaller than the largest of their array are taken as zero
 LARGEST_FRICTION = 1e12
 LARGEST_LENGTH = 1e75  # largest slip, force over stiffness
-LEAST_PRINTED, MOST_PRINTED = 5, 12  # digits: numbers of fewer are as good as exact, of more as round-off
-SAMPLED = 4096  # entries looked at, whether they are short
-CANCELLED = 2**12 * EPS  # relative to the largest stiffness: the rest where larger ones cancel each other
 
 
 def real_numbers(key: str, value: ArrayLike) -> NDArray[np.float64]:
-    """A private float64 copy of a real, finite array; raises ``ProblemError`` for anything else."""
+    """A private float64 copy of the real, finite array of a key; raises ``ProblemError`` for anything else.
+
+    The frequency of a load that is no mode is NaN.
+    """
+    return finite_array(f"key '{key}'", key, value, ProblemError, nan=key == "load_frequency")
+
+
+def finite_array(
+    what: str, name: str, value: ArrayLike, error: type[ShakedownError], *, nan: bool = False
+) -> NDArray[np.float64]:
+    """A private float64 copy of a real, finite array; raises an error for anything else."""
     if np.ma.is_masked(value):
-        raise ProblemError(f"key '{key}': expected every number, found masked ones")
+        raise error(f"{what}: expected every number, found masked ones")
     try:
         array = real_values(value)
     except ValueError:  # ragged nested lists
-        raise ProblemError(f"key '{key}': expected a regular array of numbers, found ragged rows") from None
+        raise error(f"{what}: expected a regular array of numbers, found ragged rows") from None
     if array.dtype.kind not in "fiu":
-        raise ProblemError(f"key '{key}': expected real numbers, found {kind(array)}")
+        raise error(f"{what}: expected real numbers, found {kind(array) if array.ndim else written(value)}")
     with np.errstate(over="ignore", invalid="ignore"):  # overflow is reported as not finite below
         array = np.array(array, dtype=np.float64)
-    bad = ~(np.isfinite(array) | (np.isnan(array) & (key in MAY_BE_NAN)))
+    bad = ~np.isfinite(array) & ~(np.isnan(array) & nan)
     if bad.any():
         first = np.unravel_index(int(bad.argmax()), bad.shape)
-        place = "".join(f"[{i}]" for i in first)
-        raise ProblemError(f"key '{key}': expected finite numbers, found {array[first]} at {key}{place}")
+        place = name + "".join(f"[{i}]" for i in first)
+        raise error(f"{what}: expected finite numbers, found {array[first]} at {place}")
     return array
 
 
@@ -226,10 +189,8 @@ def in_range(key: str, array: NDArray[np.float64]) -> NDArray[np.float64]:
     sizes = np.abs(array)
     largest = float(np.fmax.reduce(sizes, axis=None, initial=0.0))  # NaN is ignored here
     if largest and not SMALLEST <= largest <= LARGEST:
-        raise ProblemError(
-            f"key '{key}': expected the largest magnitude to be 0 or between {SMALLEST:g} and {LARGEST:g}, "
-            f"found {largest:g} (choose other units)"
-        )
+        expected = f"the largest magnitude to be 0 or between {SMALLEST:g} and {LARGEST:g}"
+        raise wrong_key(key, expected, f"{largest:g} (choose other units)")
     return np.where(sizes < NEGLIGIBLE * largest, 0.0, array)
 
 
@@ -239,23 +200,22 @@ def check_ratios(arrays: Mapping[str, NDArray[np.float64]]) -> None:
     Raises
     ------
     ProblemError
-        If a friction coefficient exceeds 1e12, forces over stiffness are no
-        lengths between 1e-75 and 1e75, or stiffness times the initial slip no
-        forces below 1e100.
+        If a friction coefficient exceeds 1e12, forces over stiffness are no lengths between 1e-75 and
+        1e75, or stiffness times the initial slip no forces below 1e100.
     """
-    friction = _largest(arrays, ("f",))
-    if friction > LARGEST_FRICTION:
-        raise ProblemError(
-            f"key 'f': expected friction coefficients up to {LARGEST_FRICTION:g}, found {friction:g}"
-        )
-    stiffness, force = _largest(arrays, STIFFNESS), _largest(arrays, FORCES)
+    if (friction := arrays["f"].max()) > LARGEST_FRICTION:
+        raise wrong_key("f", f"friction coefficients up to {LARGEST_FRICTION:g}", f"{friction:g}")
+    stiffness, force, slip = (
+        max((float(np.abs(arrays[key]).max(initial=0.0)) for key in keys if key in arrays), default=0.0)
+        for keys in (STIFFNESS, FORCES, ("initial_slip",))
+    )
     length = force / stiffness if stiffness else 0.0
     if length and not 1 / LARGEST_LENGTH <= length <= LARGEST_LENGTH:
         raise ProblemError(
             f"keys 'A', 'q_w', …: expected forces over stiffness between {1 / LARGEST_LENGTH:g} and "
             f"{LARGEST_LENGTH:g}, found {length:g}"
         )
-    check_slip("key 'initial_slip'", stiffness, _largest(arrays, ("initial_slip",)))
+    check_slip("key 'initial_slip'", stiffness, slip)
 
 
 def check_slip(what: str, stiffness: float, slip: float) -> None:
@@ -264,10 +224,6 @@ def check_slip(what: str, stiffness: float, slip: float) -> None:
         raise ProblemError(
             f"{what}: expected slips with reactions up to {LARGEST:g}, found the slip {slip:g}"
         )
-
-
-def _largest(arrays: Mapping[str, NDArray[np.float64]], keys: tuple[str, ...]) -> float:
-    return max((float(np.abs(arrays[key]).max(initial=0.0)) for key in keys if key in arrays), default=0.0)
 
 
 def check_definiteness(arrays: Mapping[str, FloatArray], rounding: float) -> None:
@@ -305,24 +261,23 @@ def printed_error(*matrices: FloatArray) -> float:
     >>> printed_error(exact), printed_error(np.round(exact, 8)) < 1e-7, printed_error(np.eye(3))
     (0.0, True, 0.0)
     """
+    least, most = 5, 12  # digits: numbers of fewer are as good as exact, of more as round-off
     entries = np.concatenate([each[each != 0.0] for each in matrices])
     digits, decimals = list[int](), list[int]()
-    for entry in entries[:: len(entries) // SAMPLED + 1].tolist():
+    for entry in entries[:: len(entries) // 4096 + 1].tolist():  # some show whether they are short
         number = Decimal(repr(entry)).normalize().as_tuple()
         digits.append(len(number.digits))
         decimals.append(-int(number.exponent))
-        if digits[-1] > MOST_PRINTED:
+        if digits[-1] > most:
             return 0.0
-    if not digits or max(digits) < LEAST_PRINTED:
+    if not digits or max(digits) < least:
         return 0.0
-    if _mostly(digits) or not _mostly(decimals):
+    of_digits, of_decimals = (  # whether half of them, at least, have the most or one less
+        2 * sum(count >= max(counts) - 1 for count in counts) >= len(counts) for counts in (digits, decimals)
+    )
+    if of_digits or not of_decimals:
         return 5.0 * 10.0 ** -max(digits)
     return float(0.5 * 10.0 ** -max(decimals) / np.abs(entries).max() * np.sqrt(matrices[0].shape[1]))
-
-
-def _mostly(counts: list[int]) -> bool:
-    """Whether half of some counts, at least, are the largest one or one less."""
-    return 2 * sum(count >= max(counts) - 1 for count in counts) >= len(counts)
 
 
 def _clearly_definite(matrix: FloatArray) -> bool:
@@ -347,12 +302,11 @@ def symmetrised(key: str, matrix: FloatArray, rounding: float, largest: float) -
            [1.e-14, 0.e+00]])
     """
     error = np.abs(matrix - matrix.T)
-    if error.max() > max(max(DEFAULT.symmetry, 2 * rounding) * np.abs(matrix).max(), CANCELLED * largest):
+    cancelled = 2**12 * EPS * largest  # what is left where larger ones cancel each other
+    if error.max() > max(max(DEFAULT.symmetry, 2 * rounding) * np.abs(matrix).max(), cancelled):
         i, j = np.unravel_index(int(np.argmax(error)), error.shape)
-        raise ProblemError(
-            f"key '{key}': expected a symmetric matrix, found {key}[{i},{j}] = {matrix[i, j]:.9g} "
-            f"but {key}[{j},{i}] = {matrix[j, i]:.9g}"
-        )
+        entries = (f"{key}[{i},{j}] = {matrix[i, j]:.9g}", f"{key}[{j},{i}] = {matrix[j, i]:.9g}")
+        raise wrong_key(key, "a symmetric matrix", " but ".join(entries))
     return 0.5 * matrix + 0.5 * matrix.T
 
 
@@ -383,22 +337,19 @@ def check_unit_loads(arrays: dict[str, FloatArray]) -> None:
     if "load_compliance" in arrays:
         S = arrays["load_compliance"]
         arrays["load_compliance"] = symmetrised("load_compliance", S, 0.0, float(np.abs(S).max(initial=0.0)))
-    for j in np.flatnonzero(arrays.get("load_frequency", np.ones(0)) <= 0):
-        raise ProblemError(
-            f"key 'load_frequency': expected frequencies > 0 or NaN, found {arrays['load_frequency'][j]:g} "
-            f"of load {j}"
-        )
+    frequency = arrays.get("load_frequency", np.ones(0))
+    for j in np.flatnonzero(frequency <= 0):
+        raise wrong_key("load_frequency", "frequencies > 0 or NaN", f"{frequency[j]:g} of load {j}")
 
 
 LOOP, DOMAIN = "loop", "domain"  # the meaning of load steps: a loop followed in order, or corners of a domain
-SOURCE_LISTS = {"files": (dict, "objects"), "warnings": (str, "texts")}
 
 
 def plain_text(key: str, value: Any) -> str:
     """One text of whole characters; raises ``ProblemError`` for anything else."""
     array = np.asarray(value)
     if array.dtype.kind != "U" or array.ndim != 0:
-        raise ProblemError(f"key '{key}': expected one text string, found {kind(array)}")
+        raise wrong_key(key, "one text string", kind(array))
     _check_characters(key, array)
     return str(array)
 
@@ -420,22 +371,17 @@ def names(key: str, value: ArrayLike) -> tuple[str, ...]:
     try:
         array = np.asarray(value)
     except ValueError:  # ragged nested lists
-        raise ProblemError(f"key '{key}': expected one text each, found ragged rows") from None
+        raise wrong_key(key, "one text each", "ragged rows") from None
     if array.ndim != 1 or array.dtype.kind not in "Uiu":
-        raise ProblemError(f"key '{key}': expected one text each, found {kind(array)}")
+        raise wrong_key(key, "one text each", kind(array))
     if array.dtype.kind == "U":
         _check_characters(key, array)
     found = tuple(map(str, array.tolist()))
     for k, name in enumerate(found):
         if len(name) > LONGEST_NAME:
-            raise ProblemError(
-                f"key '{key}': expected at most {LONGEST_NAME} characters, found {len(name)} at {key}[{k}]"
-            )
-        if visible(name) != name:
-            raise ProblemError(
-                f"key '{key}': expected text that can be shown, found '{shortened(visible(name), 60)}' "
-                f"at {key}[{k}]"
-            )
+            raise wrong_key(key, f"at most {LONGEST_NAME} characters", f"{len(name)} at {key}[{k}]")
+        if (shown := visible(name)) != name:
+            raise wrong_key(key, "text that can be shown", f"'{shortened(shown, 60)}' at {key}[{k}]")
     return found
 
 
@@ -457,10 +403,10 @@ def origin(key: str, value: Any) -> str:
     try:
         told = json.loads(text or "{}", parse_constant=_not_json)
     except (ValueError, RecursionError) as error:
-        raise ProblemError(f"key '{key}': expected JSON text, found what is none ({error})") from None
+        raise wrong_key(key, "JSON text", f"what is none ({error})") from None
     if not isinstance(told, dict):
-        raise ProblemError(f"key '{key}': expected a JSON object, found {type(told).__name__}")
-    for entry, (kind_of, words) in SOURCE_LISTS.items():
+        raise wrong_key(key, "a JSON object", type(told).__name__)
+    for entry, kind_of, words in (("files", dict, "objects"), ("warnings", str, "texts")):
         found = told.get(entry, [])
         if not (isinstance(found, list) and all(isinstance(each, kind_of) for each in found)):
             shown = shortened(visible(json.dumps(found, ensure_ascii=False)), 60)
@@ -478,9 +424,7 @@ def load_path(key: str, value: Any) -> str:
     """
     text = plain_text(key, value)
     if text not in (LOOP, DOMAIN):
-        raise ProblemError(
-            f"key '{key}': expected '{LOOP}' or '{DOMAIN}', found '{shortened(visible(text), 40)}'"
-        )
+        raise wrong_key(key, f"'{LOOP}' or '{DOMAIN}'", f"'{shortened(visible(text), 40)}'")
     return text
 
 
@@ -490,7 +434,7 @@ def _check_characters(key: str, array: NDArray[Any]) -> None:
     codes = np.frombuffer(native.tobytes(), dtype=np.uint32)
     wrong = codes[(codes > sys.maxunicode) | ((codes >= 0xD800) & (codes < 0xE000))]
     if wrong.size:
-        raise ProblemError(f"key '{key}': expected text, found the character number 0x{wrong[0]:x}")
+        raise wrong_key(key, "text", f"the character number 0x{wrong[0]:x}")
 
 
 def _not_json(word: str) -> NoReturn:

@@ -12,7 +12,7 @@ from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.joint.arguments import is_finite
 from shakedown.joint.contact_surface import Surface, around, cell_weights, surface_of
-from shakedown.joint.fields import FIELDS
+from shakedown.joint.fields import AXES, OF_NODES
 from shakedown.joint.problem import Problem
 
 IntArray = NDArray[np.intp]
@@ -146,14 +146,14 @@ def between_knots(problem: Problem, surface: Surface, knots: IntArray) -> Proble
     tangential = _tangential(problem, normal, knots)
     of_axis = {"dn": tangential, "n": normal, "(d+1)n": block_diag(tangential, normal)}
     changed: dict[str, Any] = problem.node_data(knots) | {"faces": None}
-    for key, field in FIELDS.items():
+    for key, axes in AXES.items():
         value = getattr(problem, key)
-        if value is None or field.part not in ("stiffness", "loading"):
+        if value is None or key in (*OF_NODES, "initial_slip"):
             continue
-        for number, axis in enumerate(field.axes):
+        for number, axis in enumerate(axes):
             if axis in of_axis:
                 value = np.moveaxis(np.tensordot(value, of_axis[str(axis)], axes=(number, 0)), -1, number)
-        changed[key] = value
+                changed[key] = value
     changed["f"] = _mean_friction(problem.f, normal)
     if problem.node_area is not None:
         changed["node_area"] = normal.T @ problem.node_area

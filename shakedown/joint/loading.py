@@ -1,7 +1,8 @@
 """The loading loop: its constant and its periodic part, the load factor, the effect of initial gaps."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -165,14 +166,23 @@ def with_initial_gap(problem: Problem, gap: ArrayLike) -> Problem:
     if g.shape not in ((), (problem.n,)):
         raise UsageError(f"initial gap: expected one number or shape ({problem.n},), found {g.shape}")
     g = np.broadcast_to(g, problem.n)
-    layout = problem.layout
-    change = layout.split(-problem.kappa[layout.gaps].T @ g)
-    shifted: dict[str, FloatArray] = {}
+    shift = problem.kappa[problem.layout.gaps].T @ g
+    return replace(problem, **changed_loads(problem, lambda r: problem.layout.split(r - shift)))
+
+
+def changed_loads(
+    problem: Problem, change: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+) -> dict[str, Any]:
+    """The fields of the loading where the reactions (…, (d + 1) n) of load steps become others, (q, p)."""
+    found: dict[str, Any] = {}
     for keys in (("q_w", "p_w"), ("q_transient", "p_transient"), ("q_mean", "p_mean")):
-        for key, part in zip(keys, change, strict=True):
-            if getattr(problem, key) is not None:
-                shifted[key] = getattr(problem, key) + part
-    return replace(problem, **shifted)  # type: ignore[arg-type]  # the keys are fields
+        given = [getattr(problem, key) for key in keys]
+        if given[0] is None and given[1] is None:
+            continue
+        if given[0] is None or given[1] is None:  # one mean alone
+            given = [loading(problem).q0, loading(problem).p0]
+        found |= zip(keys, change(problem.layout.joined(*given)), strict=True)
+    return found
 
 
 def no_mean(samples: FloatArray, mean: FloatArray) -> NDArray[np.bool_]:

@@ -7,14 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
-from shakedown.ground.errors import ProblemError
+from shakedown.ground.errors import wrong_key
 from shakedown.ground.tolerances import DEFAULT
 
 IntArray = NDArray[np.intp]
 NONE = -1  # in the last column of a triangle
 APART = 3.0  # longest steps between strips: far enough to be told from the steps within one
-NOT_NEGATIVE = {"node_area": ("areas", "node"), "load_amplitude": ("amplitudes", "load")}
-DIRECTIONS = ("normal", "tangent", "tangents")
 
 
 def checked_faces(numbers: FloatArray, n: int) -> IntArray | None:
@@ -34,17 +32,13 @@ def checked_faces(numbers: FloatArray, n: int) -> IntArray | None:
     wrong = np.argwhere(~((numbers >= least) & (numbers < n) & (numbers == np.round(numbers))))
     if wrong.size:
         k, corner = wrong[0]
-        raise ProblemError(
-            f"key 'faces': expected numbers of nodes from 0 to {n - 1} (−1 as the last of a triangle), found "
-            f"{numbers[k, corner]:g} at faces[{k}][{corner}]"
-        )
+        expected = f"numbers of nodes from 0 to {n - 1} (−1 as the last of a triangle)"
+        raise wrong_key("faces", expected, f"{numbers[k, corner]:g} at faces[{k}][{corner}]")
     faces = numbers.astype(np.intp)
     ordered = np.sort(faces, axis=1)
     twice = np.flatnonzero((ordered[:, 1:] == ordered[:, :-1]).any(axis=1))
     if twice.size:
-        raise ProblemError(
-            f"key 'faces': expected corners that differ, found {faces[twice[0]].tolist()} as face {twice[0]}"
-        )
+        raise wrong_key("faces", "corners that differ", f"{faces[twice[0]].tolist()} as face {twice[0]}")
     return faces if len(faces) else None
 
 
@@ -226,33 +220,22 @@ def bearing_no_pressure(area: FloatArray, names: Sequence[str]) -> tuple[str, ..
 
 def check_places(arrays: Mapping[str, FloatArray]) -> None:
     """Raise ``ProblemError`` unless areas and amplitudes are >= 0, directions perpendicular unit vectors."""
-    for key in filter(arrays.__contains__, NOT_NEGATIVE):
-        what, where = NOT_NEGATIVE[key]
-        if np.any(arrays[key] < 0):
-            j = int(np.argmax(arrays[key] < 0))
-            raise ProblemError(
-                f"key '{key}': expected {what} >= 0, found {arrays[key][j]:.9g} at {where} {j}"
-            )
-    for key in filter(arrays.__contains__, DIRECTIONS):
+    for key, what, where in (("node_area", "areas", "node"), ("load_amplitude", "amplitudes", "load")):
+        for j in np.flatnonzero(arrays.get(key, np.zeros(0)) < 0):
+            raise wrong_key(key, f"{what} >= 0", f"{arrays[key][j]:.9g} at {where} {j}")
+    given = [key for key in ("tangent", "tangents", "normal") if key in arrays]
+    for key in given:
         length = np.linalg.norm(arrays[key], axis=-1)
-        wrong = np.abs(length - 1) > DEFAULT.printed_digits
-        if np.any(wrong):
-            place = tuple(np.argwhere(wrong)[0])
-            raise ProblemError(
-                f"key '{key}': expected vectors of length 1, found the length {length[place]:.9g} "
-                f"at node {place[0]}"
-            )
-    along = [arrays["tangent"]] if "tangent" in arrays else []
-    if "tangents" in arrays:
-        along = list(np.moveaxis(arrays["tangents"], 1, 0))
-    directions = [*along, *(arrays[key] for key in ("normal",) if key in arrays)]
-    for first, second in combinations(directions, 2) if along else ():
+        for place in map(tuple, np.argwhere(np.abs(length - 1) > DEFAULT.printed_digits)):
+            found = f"the length {length[place]:.9g} at node {place[0]}"
+            raise wrong_key(key, "vectors of length 1", found)
+    if not given:
+        return
+    directions = np.concatenate([arrays[key].reshape(len(arrays["B"]), -1, 3) for key in given], axis=1)
+    for first, second in combinations(np.moveaxis(directions, 1, 0), 2):
         slanted = np.abs(np.einsum("ij,ij->i", first, second))
-        if np.any(slanted > DEFAULT.printed_digits):
-            j = int(np.argmax(slanted > DEFAULT.printed_digits))
-            key, expected = "tangent", "a direction at a right angle to 'normal'"
-            if len(along) == 2:
-                key, expected = "tangents", "two directions at right angles to each other and to 'normal'"
-            raise ProblemError(
-                f"key '{key}': expected {expected}, found the scalar product {slanted[j]:.9g} at node {j}"
-            )
+        for j in np.flatnonzero(slanted > DEFAULT.printed_digits):
+            expected = "a direction at a right angle to 'normal'"
+            if given[0] == "tangents":
+                expected = "two directions at right angles to each other and to 'normal'"
+            raise wrong_key(given[0], expected, f"the scalar product {slanted[j]:.9g} at node {j}")

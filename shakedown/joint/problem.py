@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.constants import THREE_DIGITS, FloatArray
-from shakedown.ground.errors import ProblemError
+from shakedown.ground.errors import ProblemError, wrong_key
 from shakedown.ground.shown_values import as_html_table, one_line, same, short, shortened, visible
 from shakedown.ground.tolerances import FIRST_DIGIT
 from shakedown.joint.fields import (
-    ARRAYS,
+    AXES,
     DOMAIN,
     LOOP,
     NAMES,
@@ -226,27 +226,25 @@ class Problem(ReadOnly):
         for key in TEXTS:
             check = {"source": origin, "load_path": load_path}.get(key, plain_text)
             object.__setattr__(self, key, check(key, getattr(self, key)))
-        given = [key for key in ARRAYS if getattr(self, key) is not None]
+        given = [key for key in AXES if getattr(self, key) is not None]
         listed = {key: names(key, getattr(self, key)) for key in given if key in NAMES}
         arrays = {key: real_numbers(key, getattr(self, key)) for key in given if key not in NAMES}
         check_shapes({key: np.shape(value) for key, value in (listed | arrays).items()})
-        if arrays["f"].ndim == 0:
-            arrays["f"] = np.full(len(arrays["B"]), float(arrays["f"]))
+        n = len(arrays["B"])
+        arrays["f"] = np.array(np.broadcast_to(arrays["f"], n))
         if "initial_slip" in arrays:
             arrays["initial_slip"] = np.atleast_2d(arrays["initial_slip"])
+        found: dict[str, Any] = dict(listed)
         if "faces" in arrays:
-            object.__setattr__(self, "faces", checked_faces(arrays.pop("faces"), len(arrays["B"])))
+            found["faces"] = checked_faces(arrays.pop("faces"), n)
         _check_values(arrays)
         if "stiffness_accuracy" in arrays:
-            object.__setattr__(self, "stiffness_accuracy", float(arrays.pop("stiffness_accuracy")))
-        for key in ("q_transient", "p_transient"):
-            if key in arrays and not len(arrays[key]):  # an empty transient is none
-                del arrays[key]
-                object.__setattr__(self, key, None)
+            found["stiffness_accuracy"] = float(arrays.pop("stiffness_accuracy"))
         for key, array in arrays.items():
-            object.__setattr__(self, key, array)
-        for key, found in listed.items():
-            object.__setattr__(self, key, found)
+            empty = key in ("q_transient", "p_transient") and not len(array)  # an empty transient is none
+            found[key] = None if empty else array
+        for key, value in found.items():
+            object.__setattr__(self, key, value)
         super().__post_init__()
 
     @property
@@ -414,16 +412,14 @@ def _check_values(arrays: dict[str, FloatArray]) -> None:
     f = arrays["f"]
     if np.any(f < 0):
         j = int(np.argmax(f < 0))
-        raise ProblemError(f"key 'f': expected friction coefficients >= 0, found {f[j]} at node {j}")
+        raise wrong_key("f", "friction coefficients >= 0", f"{f[j]} at node {j}")
     for key, array in arrays.items():
         arrays[key] = in_range(key, array)
     check_ratios(arrays)
     accuracy = arrays.get("stiffness_accuracy", COARSEST)
     if not 0.0 < accuracy <= COARSEST:
-        raise ProblemError(
-            f"key 'stiffness_accuracy': expected a number above 0 and up to {COARSEST:g} (three digits), "
-            f"found {accuracy:g}"
-        )
+        expected = f"a number above 0 and up to {COARSEST:g} (three digits)"
+        raise wrong_key("stiffness_accuracy", expected, f"{accuracy:g}")
     if "node_area" in arrays:
         arrays["node_area"] = without_cancelled(arrays["node_area"])
     check_places(arrays)

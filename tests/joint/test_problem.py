@@ -13,7 +13,7 @@ import pytest
 
 import shakedown
 from shakedown import Problem, ProblemError, load_problem, save_problem
-from shakedown.joint.fields import ARRAYS
+from shakedown.joint.fields import AXES
 
 
 def valid() -> dict:
@@ -170,7 +170,7 @@ def test_refused(tmp_path, kind):
 
 
 @pytest.mark.parametrize("value", [nan, inf, -inf])
-@pytest.mark.parametrize("key", ARRAYS)
+@pytest.mark.parametrize("key", AXES)
 def test_one_number_that_is_none_is_refused_for_every_key(tmp_path, key, value):
     """Without axes, as NumPy stores a single number; the line names the key, or one that it needs."""
     path = written(tmp_path / "bad.npz", **{key: np.array(value)})
