@@ -27,9 +27,6 @@ except ImportError:  # not POSIX: no locks
     fcntl = None  # type: ignore[assignment]
 
 PART = ".shakedown-part"  # suffix of an unfinished file
-_STEM = 40  # characters of the target's name in that of its unfinished file, as names have at most 255 bytes
-PIECES = ".parts"  # what the name of a file is followed by in that of the folder with its pieces
-_LONGEST = 255  # bytes of a name
 
 
 class _Part(NamedTuple):
@@ -58,18 +55,14 @@ def check_target(path: str | os.PathLike[str]) -> Path:
         target = Path(os.path.realpath(path))
         old = _status(target)
         if old is not None and not stat.S_ISREG(old.st_mode):
-            raise UsageError(
-                f"{path}: cannot be written (expected a regular file, found {kind_of(old.st_mode)})"
-            )
+            raise OSError(0, f"expected a regular file, found {kind_of(old.st_mode)}")
         if old is not None and not os.access(target, os.W_OK):
-            raise UsageError(f"{path}: cannot be written (the file there is read-only)")
+            raise OSError(0, "the file there is read-only")
         if not stat.S_ISDIR(os.stat(target.parent).st_mode):
-            raise NotADirectoryError(0, f"no folder {target.parent}")
+            raise OSError(0, f"no folder {target.parent}")
         if not os.access(target.parent, os.W_OK | os.X_OK):
-            raise PermissionError(0, f"no permission to write in the folder {target.parent}")
+            raise OSError(0, f"no permission to write in the folder {target.parent}")
     except (OSError, ValueError) as error:
-        if isinstance(error, UsageError):
-            raise
         raise _refusal(path, error) from None
     return target
 
@@ -86,10 +79,11 @@ def pieces_beside(path: str | os.PathLike[str]) -> str:
     ('runs/map.npz.parts', 255)
     """
     folder, name = os.path.split(os.path.realpath(path) if os.path.islink(path) else os.fspath(path))
-    spelt, end = os.fsencode(name), PIECES
-    if len(spelt) + len(end) > _LONGEST:
+    spelt, end = os.fsencode(name), ".parts"
+    longest = 255  # bytes of a name
+    if len(spelt) + len(end) > longest:
         end = f".{hashlib.sha256(spelt).hexdigest()[:16]}{end}"
-        name = spelt[: _LONGEST - len(end)].decode(errors="ignore")  # without half a character
+        name = spelt[: longest - len(end)].decode(errors="ignore")  # without half a character
     return os.path.join(folder, name + end)
 
 
@@ -161,7 +155,7 @@ def _refusing(name: str) -> Iterator[None]:
 def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
     """An unfinished file beside its target, gone afterwards in any case."""
     target, name = check_target(path), os.fspath(path)
-    temporary = target.with_name(f".{target.name[:_STEM]}.{secrets.token_hex(8)}{PART}")
+    temporary = target.with_name(f".{target.name[:40]}.{secrets.token_hex(8)}{PART}")  # of 255 bytes at most
     flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
     with _refusing(name):
         old = _status(target)
@@ -213,8 +207,6 @@ def _refusal(path: str | os.PathLike[str], error: Exception) -> UsageError:
 
 
 Columns = Mapping[str, Sequence[Any]]
-FORMULA = tuple("=+-@＝＋－＠")  # first characters that a spreadsheet takes for a formula
-NUMBER = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?")
 
 
 def write_csv(path: str | PathLike[str], columns: Columns) -> None:
@@ -287,5 +279,5 @@ def cell(entry: float | str) -> str:
     if isinstance(entry, float):
         return "" if entry != entry else repr(float(entry))
     text = visible(str(entry))
-    runs = text.startswith(FORMULA) and not NUMBER.fullmatch(text)
-    return f"'{text}" if runs else text
+    formula = text.startswith(tuple("=+-@＝＋－＠"))  # as a spreadsheet takes it
+    return f"'{text}" if formula and not re.fullmatch(r"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?", text) else text

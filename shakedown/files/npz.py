@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from shakedown.files.atomic_write import atomic_write
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import BLOCK, TIMES_A_FILE, FloatArray, memory
-from shakedown.ground.errors import ProblemError, UsageError, found_in
+from shakedown.ground.errors import ProblemError, UsageError, found_in, wrong_key
 from shakedown.ground.regular_file import open_regular
 from shakedown.ground.shown_values import LONGEST_NAME, shortened
 from shakedown.joint.fields import AXES, LOOP, NAMES, REQUIRED, TEXTS, check_shapes, plain_text, real_numbers
@@ -117,10 +117,7 @@ def damaged(error: Exception) -> ProblemError:
 
 
 SCHEMA = "shakedown/1"
-KEYS = frozenset((*AXES, *TEXTS))
-HARMLESS = 2**28  # bytes of all arrays together, whatever the file's size
 ASSUMED = 2**34  # bytes of a machine that does not say how much memory it has
-COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # as written by numpy.savez and savez_compressed
 
 
 @checked
@@ -172,8 +169,8 @@ def save_problem(path: str | os.PathLike[str], problem: Problem) -> None:
     """
     present = {d.name: getattr(problem, d.name) for d in fields(problem)}
     arrays = {key: value for key, value in present.items() if value is not None}
-    for key, usual in (("source", ""), ("load_path", LOOP)):  # left out for earlier versions
-        if arrays[key] == usual:
+    for key, usual in (("source", ""), ("load_path", LOOP)):
+        if arrays[key] == usual:  # left out for earlier versions
             del arrays[key]
     try:
         with atomic_write(_path(path)) as file:
@@ -233,7 +230,10 @@ def _read_arrays(path: str | os.PathLike[str]) -> dict[str, Any]:
                 headers = {key: _read_header(archive, key, info) for key, info in members.items()}
                 _check_sizes(headers, os.fstat(file.fileno()).st_size)
                 check_shapes({key: header.shape for key, header in headers.items() if key in AXES})
-                arrays = {key: _read_member(archive, key, members[key], headers[key]) for key in headers}
+                arrays = {}
+                for key, info in members.items():
+                    with _member(archive, key, info) as data:
+                        arrays[key] = read_array(data, headers[key], info.file_size)
         except ProblemError:
             raise
         except OSError as error:
@@ -248,7 +248,7 @@ def _read_arrays(path: str | os.PathLike[str]) -> dict[str, Any]:
         ) as error:
             raise ProblemError(f"expected an NPZ file, found a damaged or different one ({error})") from None
     if "schema" in arrays and (schema := plain_text("schema", arrays.pop("schema"))) != SCHEMA:
-        raise ProblemError(f"key 'schema': expected '{SCHEMA}', found '{shortened(schema)}'")
+        raise wrong_key("schema", f"'{SCHEMA}'", f"'{shortened(schema)}'")
     return arrays
 
 
@@ -258,7 +258,7 @@ def _meant(key: str) -> str:
 
     if key == "directions":
         return ": it follows from the shape of B"
-    near = ["f"] if key in ("mu", "friction") else get_close_matches(key, sorted(KEYS), 1)
+    near = ["f"] if key in ("mu", "friction") else get_close_matches(key, (*AXES, *TEXTS), 1)
     return f": did you mean '{near[0]}'?" if near else ""
 
 
@@ -266,9 +266,10 @@ def _members(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
     """The members of an archive by key, each known, there once and of a plain kind."""
     listed = archive.infolist()
     members = {info.filename.removesuffix(".npy"): info for info in listed}
-    unknown = sorted(set(members) - KEYS - {"schema"})
+    keys = (*AXES, *TEXTS)
+    unknown = sorted(set(members).difference(keys, ["schema"]))
     if unknown:
-        known = "" if all(map(_meant, unknown)) else f"; expected keys are {', '.join(sorted(KEYS))}"
+        known = "" if all(map(_meant, unknown)) else f"; expected keys are {', '.join(sorted(keys))}"
         names = shortened(", ".join(f"'{shortened(key, 40)}'{_meant(key)}" for key in unknown))
         raise ProblemError(f"unknown key {names}{known}")
     if len(members) != len(listed):
@@ -279,12 +280,10 @@ def _members(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
         raise ProblemError(f"missing key '{missing[0]}'; found {found}")
     for key, info in members.items():
         if info.flag_bits & 0x1:
-            raise ProblemError(f"key '{key}': expected an open archive, found an encrypted member")
-        if info.compress_type not in COMPRESSIONS:
-            raise ProblemError(
-                f"key '{key}': expected a stored or deflated member (numpy.savez), found compression "
-                f"type {info.compress_type}"
-            )
+            raise wrong_key(key, "an open archive", "an encrypted member")
+        if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            found = f"compression type {info.compress_type}"
+            raise wrong_key(key, "a stored or deflated member (numpy.savez)", found)
     return members
 
 
@@ -293,7 +292,7 @@ def _read_header(archive: zipfile.ZipFile, key: str, info: zipfile.ZipInfo) -> H
         header = read_header(file)
     longest = BLOCK if key in (*TEXTS, "schema") else LONGEST_NAME
     if key in (*TEXTS, *NAMES, "schema") and header.dtype.itemsize > 4 * longest:
-        raise ProblemError(f"key '{key}': expected at most {longest} characters, found more")
+        raise wrong_key(key, f"at most {longest} characters", "more")
     return header
 
 
@@ -302,16 +301,12 @@ def _check_sizes(headers: Mapping[str, Header], file_size: int) -> None:
     total = sum(header.size for header in headers.values())
     if total > memory(ASSUMED) / 4:
         raise ProblemError(f"its arrays, {total:.3g} bytes, are more than this machine can hold")
-    if total > max(HARMLESS, TIMES_A_FILE * file_size):
+    harmless = 2**28  # bytes, whatever the file's size
+    if total > max(harmless, TIMES_A_FILE * file_size):
         raise ProblemError(
             f"expected arrays of at most {TIMES_A_FILE} times the file's size, found {total:.3g} bytes in "
             f"{file_size} bytes"
         )
-
-
-def _read_member(archive: zipfile.ZipFile, key: str, info: zipfile.ZipInfo, header: Header) -> NDArray[Any]:
-    with _member(archive, key, info) as file:
-        return read_array(file, header, info.file_size)
 
 
 @contextmanager

@@ -19,10 +19,7 @@ from shakedown.files.atomic_write import atomic_write, atomic_write_together
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
 
-GRIDS = {".vtu": "UnstructuredGrid", ".vtp": "PolyData"}
-CELL_TYPES = np.array(
-    [0, 1, 0, 5, 9], dtype=np.uint8
-)  # VTK's: a vertex, a triangle, a quadrilateral, by corners
+FORMS = {"u": ("UInt8", "<u1"), "i": ("Int64", "<i8"), "f": ("Float64", "<f8")}  # of numbers, by kind
 
 
 def write_points(
@@ -96,9 +93,16 @@ def series_paths(path: str | PathLike[str], count: int) -> tuple[Path, ...]:
     ['nodes.pvd', 'nodes_000.vtp', 'nodes_001.vtp']
     """
     name = Path(path)
-    if name.suffix.lower() not in GRIDS:
-        raise UsageError(f"{path}: expected a name that ends in .vtu or .vtp")
+    _grid(name)
     return name.with_suffix(".pvd"), *(name.with_stem(f"{name.stem}_{k:03d}") for k in range(count))
+
+
+def _grid(path: str | PathLike[str]) -> str:
+    """What VTK calls the kind of file that a name stands for."""
+    grid = {".vtu": "UnstructuredGrid", ".vtp": "PolyData"}.get(Path(path).suffix.lower())
+    if grid is None:
+        raise UsageError(f"{path}: expected a name that ends in .vtu or .vtp")
+    return grid
 
 
 def _collection(files: Sequence[Path], times: Sequence[float]) -> bytes:
@@ -116,22 +120,27 @@ def _document(
     numbers: Mapping[str, NDArray[np.generic]],
     faces: NDArray[np.integer] | None,
 ) -> bytes:
-    """One file."""
-    grid = GRIDS.get(Path(path).suffix.lower())
-    if grid is None:
-        raise UsageError(f"{path}: expected a name that ends in .vtu or .vtp")
-    n = len(points)
+    """One file: the cells of an unstructured grid, points alone and then faces; both apart in poly data."""
+    grid, n = _grid(path), len(points)
+    corners = np.zeros((0, 4), dtype=np.intp) if faces is None else faces
+    alone = np.setdiff1d(np.arange(n), corners)[:, None]
+    kinds = {"Verts": [alone], "Lines": [], "Strips": [], "Polys": [corners]}
+    if grid == "UnstructuredGrid":
+        kinds = {"Cells": [alone, corners]}
     root = Element(
         "VTKFile", {"type": grid, "version": "1.0", "byte_order": "LittleEndian", "header_type": "UInt64"}
     )
     piece = SubElement(SubElement(root, grid), "Piece", {"NumberOfPoints": str(n)})
     _add(SubElement(piece, "Points"), "Points", points)
-    corners = np.zeros((0, 4), dtype=np.intp) if faces is None else faces
-    alone = np.setdiff1d(np.arange(n), corners)[:, None]
-    if grid == "PolyData":
-        _add_poly_data(piece, alone, corners)
-    else:
-        _add_cells(piece, alone, corners)
+    for kind, cells in kinds.items():
+        sizes = np.array([(cell >= 0).sum() for each in cells for cell in each], dtype=np.intp)
+        piece.set(f"NumberOf{kind}", str(len(sizes)))
+        if len(sizes):
+            element = SubElement(piece, kind)
+            _add(element, "connectivity", np.concatenate([each[each >= 0] for each in cells]))
+            _add(element, "offsets", sizes.cumsum())
+            if kind == "Cells":  # VTK's types of a vertex, a triangle and a quadrilateral
+                _add(element, "types", np.array([0, 1, 0, 5, 9], dtype=np.uint8)[sizes])
     of_points = SubElement(piece, "PointData")
     for name, values in numbers.items():
         _add(of_points, name, values)
@@ -143,42 +152,11 @@ def _as_bytes(root: Element) -> bytes:
     return bytes(tostring(root, encoding="utf-8", xml_declaration=True))
 
 
-def _add_cells(piece: Element, alone: NDArray[np.integer], faces: NDArray[np.integer]) -> None:
-    """The cells of an unstructured grid: points alone, and then faces."""
-    sizes = np.concatenate([_sizes(alone), _sizes(faces)])
-    piece.set("NumberOfCells", str(len(sizes)))
-    cells = SubElement(piece, "Cells")
-    _connect(cells, alone, faces)
-    _add(cells, "types", CELL_TYPES[sizes])
-
-
-def _add_poly_data(piece: Element, alone: NDArray[np.integer], faces: NDArray[np.integer]) -> None:
-    """The same of poly data."""
-    for kind, count in (("Verts", len(alone)), ("Lines", 0), ("Strips", 0), ("Polys", len(faces))):
-        piece.set(f"NumberOf{kind}", str(count))
-    for kind, cells in (("Verts", alone), ("Polys", faces)):
-        if len(cells):
-            _connect(SubElement(piece, kind), cells)
-
-
-def _connect(parent: Element, *kinds: NDArray[np.integer]) -> None:
-    """The points of every cell, and where they end."""
-    _add(parent, "connectivity", np.concatenate([cells[cells >= 0] for cells in kinds]))
-    _add(parent, "offsets", np.concatenate([_sizes(cells) for cells in kinds]).cumsum())
-
-
-def _sizes(cells: NDArray[np.integer]) -> NDArray[np.intp]:
-    """How many points each cell has."""
-    return np.asarray((cells >= 0).sum(axis=1))
-
-
 def _add(parent: Element, name: str, values: NDArray[np.generic]) -> None:
     """A data array, its bytes in the order that the file states."""
-    kind = values.dtype.kind
-    dtype = np.dtype({"u": "<u1", "i": "<i8"}.get(kind, "<f8"))
+    form, dtype = FORMS.get(values.dtype.kind, FORMS["f"])
     data = np.ascontiguousarray(values, dtype=dtype).tobytes()
-    named = {"<u1": "UInt8", "|u1": "UInt8", "<i8": "Int64", "<f8": "Float64"}[dtype.str]
-    about = {"type": named, "Name": name, "format": "binary"}
+    about = {"type": form, "Name": name, "format": "binary"}
     if values.ndim == 2:
         about["NumberOfComponents"] = str(values.shape[1])
     SubElement(parent, "DataArray", about).text = b64encode(struct.pack("<Q", len(data)) + data).decode()
