@@ -92,7 +92,6 @@ FEW_DIGITS = 4  # digits of simulated values and margins, and at least of a limi
 SHORT_DIGITS = 3  # digits of differences, and in titles of pictures
 LONGEST_VALUE = 56  # characters of one value
 WIDTH = 79  # characters of a line shown
-LONGEST_WHOLE = 20  # digits of a whole number that is written out
 
 
 def plain(value: Any) -> Any:
@@ -103,35 +102,28 @@ def plain(value: Any) -> Any:
     >>> plain({"slip": np.array([1.0, np.nan]), "load_factor": math.inf})
     {'slip': [1.0, None], 'load_factor': 'inf'}
     """
-    if value is None or isinstance(value, bool | int):
-        return value if value is None or isinstance(value, bool) or type(value) is int else int(value)
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if value is None or isinstance(value, bool):
+        return value
+    if isinstance(value, int):
+        return int(value)
     if isinstance(value, str):  # an enumeration member becomes its text
         return str(value)
     if isinstance(value, float):
-        if math.isnan(value):
-            return None
-        return value if math.isfinite(value) else ("inf" if value > 0 else "-inf")
+        return value if math.isfinite(value) else None if math.isnan(value) else str(value)
     if isinstance(value, complex):
         return [plain(value.real), plain(value.imag)]
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    return _plain_parts(value)
-
-
-def _plain_parts(value: Any) -> Any:
-    """A composite value for JSON."""
     if hasattr(value, "to_dict"):
         return value.to_dict()
+    if is_dataclass(value):
+        value = {name: getattr(value, name) for name in field_names(value)}
+    elif hasattr(value, "_asdict"):
+        value = value._asdict()
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, tuple) and hasattr(value, "_asdict"):
-        return {key: plain(item) for key, item in value._asdict().items()}
     if isinstance(value, list | tuple | set | frozenset):
         return [plain(item) for item in value]
-    if is_dataclass(value):
-        return {name: plain(getattr(value, name)) for name in field_names(value)}
     return one_line(str(value))
 
 
@@ -219,7 +211,10 @@ def same(one: Any, other: Any) -> bool:
     if one is other:
         return True
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
-        return type(one) is type(other) and _same_arrays(one, other)
+        if type(one) is not type(other):
+            return False
+        floats = one.dtype.kind in "fc" and other.dtype.kind in "fc"
+        return np.array_equal(one, other, equal_nan=floats)
     if isinstance(one, float) and isinstance(other, float):
         return one == other or (math.isnan(one) and math.isnan(other))
     if isinstance(one, list | tuple) and isinstance(other, list | tuple):
@@ -227,23 +222,11 @@ def same(one: Any, other: Any) -> bool:
         return type(one) is type(other) and len(one) == len(other) and all(same(a, b) for a, b in pairs)
     if isinstance(one, Mapping) and isinstance(other, Mapping):
         return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
-    if type(one) is type(other) and is_dataclass(one) and not _compares_itself(one):
+    if type(one) is type(other) and is_dataclass(one) and not hasattr(one, "to_dict"):  # no result
         return all(same(getattr(one, d.name), getattr(other, d.name)) for d in fields(one) if d.compare)
     if hasattr(one, "tocsr") and hasattr(other, "tocsr"):  # sparse matrices
         return one.shape == other.shape and abs(one - other).nnz == 0
     return bool(one == other)
-
-
-def _compares_itself(value: Any) -> bool:
-    """Whether its class defines equality in a way that works with arrays."""
-    own: object = type(value).__eq__
-    return own is not object.__eq__ and hasattr(value, "to_dict")
-
-
-def _same_arrays(one: NDArray[Any], other: NDArray[Any]) -> bool:
-    if one.dtype.kind in "fc" and other.dtype.kind in "fc":
-        return np.array_equal(one, other, equal_nan=True)
-    return np.array_equal(one, other)
 
 
 def short(value: Any) -> str:
@@ -260,7 +243,7 @@ def short(value: Any) -> str:
         return repr(one_line(str(value), LONGEST_VALUE))
     if isinstance(value, float | np.floating):
         return f"{value:.10g}"
-    if isinstance(value, int) and abs(value) >= 10**LONGEST_WHOLE:  # Python refuses to write the longest ones
+    if isinstance(value, int) and abs(value) >= 10**20:  # Python refuses to write the longest ones
         return f"{'-' * (value < 0)}10^{int(value.bit_length() * math.log10(2))}"
     if isinstance(value, np.ndarray):
         return _short_array(value)

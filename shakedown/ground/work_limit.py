@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache, wraps
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ParamSpec, TypeVar
 import numpy as np
 
 if TYPE_CHECKING:
-    from threadpoolctl import LibController
+    from threadpoolctl import ThreadpoolController
 
 
 BY_BLAS = 0.1  # time of an operation of dense linear algebra, relative to one of a loop
@@ -96,27 +96,19 @@ def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
     return limited
 
 
-@contextmanager
-def threads_of_blas(count: int) -> Iterator[None]:
+def threads_of_blas(count: int) -> AbstractContextManager[object]:
     """Limit the threads of BLAS to a number while a block runs."""
-    counts = [(library, library.get_num_threads()) for library in _libraries()]
-    others = [(library, threads) for library, threads in counts if threads != count]
-    try:
-        for library, _ in others:
-            library.set_num_threads(count)
-        yield
-    finally:
-        for library, threads in others:
-            library.set_num_threads(threads)
+    limited: AbstractContextManager[object] = _libraries().limit(limits=count, user_api="blas")
+    return limited
 
 
 @cache
-def _libraries() -> "list[LibController]":
-    """The BLAS libraries of NumPy and SciPy, found once, as that takes a millisecond or two."""
+def _libraries() -> "ThreadpoolController":
+    """The libraries of NumPy and SciPy with threads, found once, as that takes a millisecond or two."""
     import scipy.linalg  # noqa: F401 -- loads code, as the next line: not before there is work
     from threadpoolctl import ThreadpoolController
 
-    return ThreadpoolController().select(user_api="blas").lib_controllers
+    return ThreadpoolController()
 
 
 def all_cores() -> int:
