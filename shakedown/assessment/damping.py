@@ -34,7 +34,6 @@ from shakedown.long_term.state import LongTermState
 
 # of another amplitude
 UNSTATED: dict[str, Any] = dict.fromkeys(("load_mean", "load_amplitude", "load_units"))
-SCANNED = 2  # load factors between 0 and the first amplitude that damps
 
 
 class _Point(NamedTuple):
@@ -455,7 +454,7 @@ def _limits(
         loaded.start,
         open_nodes=loaded.open_nodes,
         largest=float(damped[0]),
-        steps=SCANNED,
+        steps=2,  # load factors between 0 and the first amplitude that damps
         accuracy=THREE_DIGITS,
         tolerances=tolerances,
     )

@@ -16,9 +16,7 @@ from shakedown.joint.hat_functions import coarsened
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
-FEWEST = {True: 9, False: 16}  # nodes, in the plane or in space; fewer cannot be coarsened
 MOST = 0.5  # share of the multipliers at the edge from which on it determines the limit
-TIMES = 2.0  # a larger relative change is given as a factor
 WORDS = ("impossible_above", "proved_from_this_state", "proved_from_every_state")
 
 
@@ -53,7 +51,8 @@ def mesh_check(limits: Any) -> MeshCheck:
     """Check limits on one mesh: whether its edge determines λ_max, and their values on a coarser mesh."""
     problem = limits.problem
     surface = surface_of(problem)
-    if surface is None or problem.n < FEWEST[surface.in_plane] or limits.open_nodes:
+    # nodes, in the plane or in space; fewer cannot be coarsened
+    if surface is None or problem.n < (9 if surface.in_plane else 16) or limits.open_nodes:
         return MeshCheck(nan, (), {}, None)
     edge = _shares(limits) * surface.edge
     ranked = np.argsort(-edge, kind="stable")
@@ -120,6 +119,6 @@ def _change(by: float) -> str:
     """The change of a limit on the coarser mesh."""
     if isinf(by):
         return "positive, here 0"
-    if by > TIMES:
+    if by > 2.0:  # a larger relative change is given as a factor
         return f"{1 + by:.3g} times as high"
     return f"{100 * abs(by):.0f} % {'higher' if by > 0 else 'lower'}"

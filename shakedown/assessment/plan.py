@@ -81,15 +81,11 @@ def _paths(problem: Problem, count: int, seed: int) -> Iterator[Problem]:
 
 UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above λ_max"
 PROVED = "below λ_U"  # for a load domain, where λ_1 predicts nothing, and in space, where it does not exist
-NARROW = 10.0**-FEW_DIGITS  # relative width below which nothing is simulated in a region
 IN_ZONE, OUTSIDE = "zone is safe", "zone is not safe"  # between λ_lo and λ_max of a zone, and elsewhere
 NO_ZONE = "no zone is safe"  # all were tried
 OVERLOAD = (
     2.0  # of the random loads that leave initial states behind: within those of the loop few joints slip
 )
-IN_BALL = 2  # initial states drawn in the energy ball per load factor
-JUST_INSIDE = 1 - 10 * NEGLIGIBLE  # times its radius, as the proof is for its interior
-JUST_BELOW = 1 - SIX_DIGITS  # times the largest proof from the given state
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -191,7 +187,8 @@ def default_load_factors(limits: JointLimits) -> list[float]:
         if energy is not None and 0.0 < energy.load_factor < last:
             first = energy.load_factor
             factors = [0.95 * first]
-    if last > first * (1 + NARROW):
+    # relative width below which nothing is simulated in a region
+    if last > first * (1 + 10.0**-FEW_DIGITS):
         factors.append(first + 0.3 * (last - first))
     return [*factors, 1.05 * last or 1.0]
 
@@ -227,7 +224,7 @@ def plan_steps(
     ]
     here = limits.from_state
     if load_factors is None and not BOUNDS[here.kind].of_ball and here.load_factor < np.inf:
-        near = JUST_BELOW * here.load_factor
+        near = (1 - SIX_DIGITS) * here.load_factor  # times the largest proof from the given state
         steps.append(lambda: [_case(limits, near, *_first_state(limits.problem))])
     return steps
 
@@ -289,9 +286,10 @@ def _states_in_ball(
     ball = limits.ball_at(load_factor)
     if isinstance(ball, Missing) or not 0 < ball.radius < np.inf:
         return {}
-    count = 1 if takes_long(limits.problem) else IN_BALL
+    count = 1 if takes_long(limits.problem) else 2  # initial states drawn in the energy ball per load factor
     away = np.random.default_rng(seed).normal(size=(count, ball.metric.inverse.shape[1]))
-    offsets = ball.at(away, JUST_INSIDE) - ball.slip
+    # times its radius, as the proof is for its interior
+    offsets = ball.at(away, 1 - 10 * NEGLIGIBLE) - ball.slip
     reach = max(np.nan_to_num(abs(other - ball.slip)).max() for other in others)
     farthest = abs(offsets).max(axis=1)
     return {

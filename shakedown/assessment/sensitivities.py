@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.energy.ball_limits import BallLimits, EnergyMetric, ball_limits
-from shakedown.ground.constants import NEGLIGIBLE, FloatArray
+from shakedown.ground.constants import EPS, NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import DIGITS, plain
 from shakedown.ground.status import Status
@@ -28,9 +28,7 @@ NOT_UNIQUE = "what limits it is not unique: several nodes, or load steps, do so 
 SAME = 10 * NEGLIGIBLE  # relative to the terms of a derivative: differences between optima that do not matter
 KINDS = ("friction", "constant", "amplitude")
 SMOOTH = 10.0**-DIGITS  # of the largest elasticity: one-sided values that differ by less are equal
-ENDS_SOUGHT_UP_TO = 40  # nodes: two small programs for each of them
 SIDES = np.array([-1.0, 1.0])  # a parameter falls, or grows
-SLOPE_ROUND_OFF = 64 * np.finfo(float).eps  # of a difference of slopes, relative to its terms
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -441,7 +439,8 @@ def _of_upper(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Optimum:
         multipliers=y / (y @ rows.d[chosen]),
         pressure=rates.pressures(slip),
         turn=rates.pressure_slopes(),
-        rows=rows.coefficients if zone.problem.n <= ENDS_SOUGHT_UP_TO else None,
+        # nodes: two small programs for each of them
+        rows=rows.coefficients if zone.problem.n <= 40 else None,
         slack=slack,
         tolerances=tolerances,
     )
@@ -466,7 +465,8 @@ def _of_energy(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Optimum:
     needs = widening[np.where(rates.rubs, rates.row, -1)]
     rising, growing = rates.pressure_slopes() @ metric.inverse, needs[:, None] * ray
     turn = rising - growing
-    turn[np.abs(turn) <= SLOPE_ROUND_OFF * (np.abs(rising) + np.abs(growing))] = 0.0
+    # of a difference of slopes, relative to its terms
+    turn[np.abs(turn) <= 64 * EPS * (np.abs(rising) + np.abs(growing))] = 0.0
     return _Optimum(
         rates=rates,
         W=limits.rows.G[chosen] @ metric.inverse + s[:, None] * ray,

@@ -34,8 +34,6 @@ SCAN_ABOVE = 1.05  # times λ_max, beyond which nothing shakes down: end of the 
 BELOW = (  # shares below λ_T at which a proof is sought
     0.0, 1e-6, 1e-5, 1e-4, 2e-4, 4e-4, 6e-4, 8e-4, 1e-3, 2e-3, 5e-3, 1e-2, 1.5e-2, 2e-2, 3e-2, 0.1, 0.3,
 )  # fmt: skip
-NOWHERE = "no load factor scanned shakes down"
-SHARPENED = 0.3  # of the distance between two of these: where bisection ends, with two tangential directions
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -268,7 +266,9 @@ def _found(history: History, low: float, high: float) -> Bound:
         at_proved=at_proved,
     )
     if not isfinite(low):
-        return Bound("transient", Status.INFEASIBLE, low, evidence, reason=NOWHERE)
+        return Bound(
+            "transient", Status.INFEASIBLE, low, evidence, reason="no load factor scanned shakes down"
+        )
     if not isfinite(high):
         reason = f"every load factor scanned shakes down, up to {down(low)}"
         return Bound("transient", Status.UNDECIDED, low, evidence, reason=reason)
@@ -296,7 +296,8 @@ def _proved(history: History, low: float) -> LongTermState | None:
     if first == len(BELOW):
         return None
     without, proved = BELOW[first - 1], BELOW[first]
-    width = SHARPENED * (proved - without)
+    # of the distance between two of these: where bisection ends, with two tangential directions
+    width = 0.3 * (proved - without)
     return below(bisected(lambda share: not below(share).proved, without, proved, lambda _: width)[1])
 
 
@@ -335,9 +336,6 @@ def _top(problem: Problem, open_nodes: tuple[int, ...], tolerances: Tolerances) 
     if upper.status != Status.OPTIMAL:
         raise UsageError(f"largest: needed because the upper bound is {upper.status}, found none")
     return SCAN_ABOVE * upper.load_factor
-
-
-DOUBLINGS = 10  # at most so many doublings of the end of the scan, while slips there are small enough
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -457,7 +455,8 @@ def slip_limit(
         return max((x for x in found if x < high), default=nan), high
 
     top = largest or _first_end(problem, opened, tolerances)
-    for _ in range(DOUBLINGS):
+    # at most so many doublings of the end of the scan, while slips there are small enough
+    for _ in range(10):
         if met(top):
             top *= 2.0
     for load_factor in np.linspace(0.0, top, steps + 1).tolist():

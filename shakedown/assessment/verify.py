@@ -36,12 +36,8 @@ from shakedown.long_term.state import proof_in
 Progress = Callable[[int, int], None]
 T = TypeVar("T")
 
-RANDOM_STATES = 3
 MOST_WORK = 8e10  # multiplications and additions that a run may take, and λ_T in all: half a minute or so
-AFTER_SPENT = 0.25 * MOST_WORK  # where they were too few for λ = 1
-LEAST_WORK = 1e6  # of a cycle that is followed for its code only
 GO_ON = "simulate, which has no such limit, goes on with it"
-WORKED_OUT = ("proved", "energy_margin", "residual", "jumps")  # of a simulation when it is asked for
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -93,7 +89,7 @@ class Run(Case):
 
 def compile_loops(limits: JointLimits, method: str) -> None:
     """Follow a joint through one cycle at λ = 0, so that no run's time includes compilation."""
-    with limited_work(LEAST_WORK):
+    with limited_work(1e6):  # of a cycle that is followed for its code only
         simulate(limits.problem, 0.0, cycles=1, method=method)
 
 
@@ -123,7 +119,7 @@ def _run_of(limits: JointLimits, case: Case, cycles: int, method: str) -> Run:
         proof = None if ball is None else proof_in(ball, state)
         simulation = replace(simulation, settled=replace(state, proof=proof))
     seconds = time.perf_counter() - began
-    for word in WORKED_OUT:  # in this thread, and kept
+    for word in ("proved", "energy_margin", "residual", "jumps"):  # asked for in this thread, and kept
         getattr(simulation, word)
     return Run(**vars(case), simulation=simulation, seconds=seconds)
 
@@ -368,7 +364,7 @@ def verify(
     """
     require_problem(problem)
     if random_states is None:
-        random_states = 1 if takes_long(problem) else RANDOM_STATES
+        random_states = 1 if takes_long(problem) else 3
     if not 0 <= random_states <= MANY:
         raise UsageError(f"random states: expected 0 to {MANY:,}, found {random_states}")
     check_seed(seed)
@@ -490,7 +486,8 @@ def _simulated(
     plan = plan_steps(limits, asked.load_factors, settings.random_states, settings.seed)
     planned = [begin(step) for step in plan]
     runs: list[Run] = [nominal()]
-    most = AFTER_SPENT if is_spent(runs[0].simulation) else MOST_WORK
+    # where they were too few for λ = 1
+    most = 0.25 * MOST_WORK if is_spent(runs[0].simulation) else MOST_WORK
     cases, ends = list[Case](), list[Callable[[], Run]]()
     for step in planned:  # what one load factor has begins while the next one is planned
         new = step()

@@ -38,15 +38,12 @@ from shakedown.joint.problem import Problem
 Arrays = dict[str, NDArray[Any]]
 Progress = Callable[[int, int], None]
 
-NAME = re.compile(r"[0-9a-f]{16}-[0-9]+\.npz")  # of a piece: the checksum of its run's settings, its number
-SUBMITTED = 256  # pieces that an executor holds at most: more than workers; memory stays flat
 ASK_AGAIN = 1.0  # seconds after which a cluster is asked whether it still works
 WANTED = "workers: expected functions that other processes can import (of a module, no lambda)"
 GUARD = (
     "workers: expected processes that begin to work, found that they end before; a script has to keep "
     'what it does under if __name__ == "__main__":'
 )
-DIED = "workers: one died (killed, or out of memory?); what is done is kept where there is an output"
 
 
 @contextmanager
@@ -161,7 +158,8 @@ def _unwritable(path: Path, error: OSError) -> UsageError:
 
 def _names(folder: Path) -> list[str]:
     """The names of all pieces in a folder."""
-    return [name for name in os.listdir(folder) if NAME.fullmatch(name)]
+    # of a piece: the checksum of its run's settings, its number
+    return [name for name in os.listdir(folder) if re.fullmatch(r"[0-9a-f]{16}-[0-9]+\.npz", name)]
 
 
 def remove_pieces(folder: Path) -> None:
@@ -272,7 +270,8 @@ def finished(
         running, waiting = dict[Future[Any], int](), iter(numbers)
         try:
             while True:
-                for number in islice(waiting, SUBMITTED - len(running)):
+                # pieces that an executor holds at most: more than workers; memory stays flat
+                for number in islice(waiting, 256 - len(running)):
                     with _signals_held_back():
                         running[pool.submit(work, number)] = number
                 if not running:
@@ -282,7 +281,9 @@ def finished(
                 if getattr(getattr(pool, "_client", None), "status", "running") != "running":
                     raise BrokenExecutor  # a scheduler of dask is lost, some of whose futures never end then
         except BrokenExecutor:
-            raise SolverError(DIED) from None
+            raise SolverError(
+                "workers: one died (killed, or out of memory?); what is done is kept where there is an output"
+            ) from None
         finally:
             for future in running:
                 future.cancel()

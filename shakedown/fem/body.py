@@ -40,7 +40,6 @@ from shakedown.models.condensation.surface_mesh import rigid_rows
 
 IntArray = NDArray[np.intp]
 AXES = "xyz"
-CLOCKWISE = np.array([[0.0, -1.0], [1.0, 0.0]])  # normals times it are tangents with the body on their left
 
 
 class ElementKind(NamedTuple):
@@ -328,7 +327,8 @@ class ElasticBody:
             [position[label] for label in set(self.dofs[rows, 0].tolist()) if label in position]
             for rows in (self.basis.get_dofs(np.array([facet])).flatten() for facet in self.facets(boundary))
         ]
-        return strips(self.positions(nodes), normals @ CLOCKWISE, edges)
+        # normals times it are tangents with the body on their left
+        return strips(self.positions(nodes), normals @ np.array([[0.0, -1.0], [1.0, 0.0]]), edges)
 
     def areas_on(self, boundary: str, nodes: IntArray) -> FloatArray:
         """The area of a named boundary that each node stands for: ∫ N_j ds times the thickness, (n,)."""

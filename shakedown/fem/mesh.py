@@ -21,7 +21,6 @@ from shakedown.models.readers.mesh_files import read_by_meshlane
 from shakedown.models.readers.sniff import read_any_mesh
 
 REACH = 1e-9  # of a boundary, relative to the size of the mesh
-NODES_ONLY = ("bulk", "coordinates")  # formats of which an import takes the nodes alone
 
 
 @checked
@@ -149,7 +148,8 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
         triangles or quadrilaterals in one plane.
     """
     name, found = os.fspath(path), format_of(path, "mesh")
-    raw = read_by_meshlane(path) if found.name in NODES_ONLY else read_any_mesh(path)
+    # formats of which an import takes the nodes alone
+    raw = read_by_meshlane(path) if found.name in ("bulk", "coordinates") else read_any_mesh(path)
     there = {(shape, len(nodes) == CORNERS[shape]) for shape, nodes in raw.elements.values()}
     shapes = {shape for shape, _ in there}
     shapes = shapes.intersection(SOLIDS) or shapes

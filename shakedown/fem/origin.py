@@ -16,7 +16,6 @@ from shakedown import __version__
 from shakedown.fem.body import AXES, BodyLoad, ElasticBody, Material, Support
 from shakedown.ground.constants import EACH_SHOWN, FloatArray
 
-MADE_BY = "shakedown.fem.contact_problem"
 FILE = "read_from"  # attribute of a mesh: name and SHA-256 of the file that it was read from
 Entry = dict[str, Any]  # of a JSON object
 
@@ -67,7 +66,7 @@ def origin_text(
     gap = contact.gap if callable(contact.gap) or np.any(np.asarray(contact.gap)) else "none"
     about: Entry = {
         "toolkit": f"shakedown-bounds {__version__}",
-        "made_by": MADE_BY,
+        "made_by": "shakedown.fem.contact_problem",
         "friction": _told(contact.f),
         "steps": contact.steps,
         "gap": _told(gap),

@@ -24,7 +24,6 @@ from shakedown.ground.shown_values import LONGEST_NAME, shortened
 from shakedown.joint.fields import AXES, LOOP, NAMES, REQUIRED, TEXTS, check_shapes, plain_text, real_numbers
 from shakedown.joint.problem import Problem
 
-LONGEST_HEADER = 4096  # bytes; those of plain arrays have about 100
 # A header is a Python literal. Only one that looks like that of a plain array is passed to NumPy.
 _DESCR = r"'descr' *: *'[<>|=]?[?biufcmMOSUV][0-9]{0,10}(?:\[[0-9a-zA-Z]*\])?'"
 _ORDER = r"'fortran_order' *: *(?:True|False)"
@@ -50,7 +49,7 @@ def read_header(file: IO[bytes]) -> Header:
     ProblemError
         If the bytes are not the header of an array of numbers or text.
     """
-    head = file.read(LONGEST_HEADER)
+    head = file.read(4096)  # bytes; those of plain arrays have about 100
     stream = io.BytesIO(head)
     try:
         version = np.lib.format.read_magic(stream)

@@ -26,7 +26,6 @@ from numba.misc.appdirs import user_cache_dir
 from shakedown.ground.errors import UsageError
 
 NUMBERS = count()
-WANTED = ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals")
 FOLDER = "compiled-"  # of the package, and the first digits of the hash of its sources
 NOT_KEPT = "it is compiled anew in every run, about half a minute; set NUMBA_CACHE_DIR to a folder"
 
@@ -168,5 +167,8 @@ class LinkedCompiler(Compiler):
 
 def pipeline() -> dict[str, Any]:
     """The option of ``njit`` that compiles a function so, where numba is as expected."""
-    known = all(hasattr(JITCodeLibrary, name) for name in WANTED)
+    known = all(
+        hasattr(JITCodeLibrary, name)
+        for name in ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals")
+    )
     return {"pipeline_class": LinkedCompiler} if known else {}

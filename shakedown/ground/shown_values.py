@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-LONGEST = 1000  # characters of one message
 LONGEST_NAME = 200  # characters of one name, unit or path inside a message
 
 # A symbol and its subscript: λ_E, p_w; not the name of a file, p_w.mtx.
@@ -65,7 +64,7 @@ def shortened(text: str, longest: int = LONGEST_NAME) -> str:
     return f"{text[:half]}…{text[len(text) - half :]}"
 
 
-def one_line(text: str, longest: int = LONGEST) -> str:
+def one_line(text: str, longest: int = 1000) -> str:
     r"""A message of one line: white space runs become one blank, the rest is visible and short.
 
     Examples

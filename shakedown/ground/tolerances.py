@@ -6,7 +6,6 @@ from shakedown.ground.argument_kinds import check_fields
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import short
 
-LARGEST = 1e300  # largest tolerance; anything larger, or NaN, is a mistake
 FIRST_DIGIT = 5.0  # seven digits, an accuracy of 1e-7, mean an error of 5e-7 where the first digit is 1
 
 
@@ -108,7 +107,7 @@ class Tolerances:
         check_fields(self)
         for each in fields(self):
             value = getattr(self, each.name)
-            if not 0 <= value <= LARGEST:
+            if not 0 <= value <= 1e300:  # largest tolerance; anything larger, or NaN, is a mistake
                 whole = "a whole number" if isinstance(value, int) else "a number"
                 raise UsageError(f"Tolerances: {each.name}: expected {whole} >= 0, found {short(value)}")
 

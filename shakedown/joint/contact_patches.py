@@ -15,7 +15,6 @@ IntArray = NDArray[np.intp]
 TURN = float(np.cos(np.radians(40.0)))  # least cosine between neighbouring normals of one patch
 GAP = 2.5  # a distance this many times the usual one separates two patches
 NEIGHBOURS = 8  # nearest neighbours considered per node
-ROW = 1 / 3  # width over length of the neighbourhood of a node that belongs to a row
 
 
 def contact_patches(
@@ -116,7 +115,8 @@ def _joined(places: FloatArray, normals: FloatArray | None, owner: IntArray, wid
     from scipy.spatial import KDTree
 
     parts = [np.flatnonzero(owner == number) for number in range(owner.max() + 1)]
-    rows = [np.median(widths[part]) < ROW for part in parts]
+    # width over length of the neighbourhood of a node that belongs to a row
+    rows = [np.median(widths[part]) < 1 / 3 for part in parts]
     looks = None if normals is None else np.array([normals[part].mean(axis=0) for part in parts])
     links: list[tuple[int, int]] = []
     tree = KDTree(places)

@@ -13,11 +13,6 @@ from shakedown.joint.contact_patches import GAP, NEIGHBOURS, contact_patches
 from shakedown.joint.places import NONE
 from shakedown.joint.problem import Problem
 
-AROUND = 2 * NEIGHBOURS  # nearest nodes among which the neighbours of a node are sought
-FAR = 40.0  # spacings: distance of auxiliary points that close the cells of edge nodes
-ACROSS = 1.9  # times the usual distance of a neighbour: nodes farther away lie across a hole
-OUTSIDE = 0.7 * np.pi  # width of a sector without neighbours from which on a node is at an edge
-
 IntArray = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
@@ -187,7 +182,8 @@ def _rim(surface: Surface) -> Mask:
             near = _neighbours(offsets) if len(beside) > 2 else offsets
             angles = np.sort(np.arctan2(near[:, 1], near[:, 0]))
             gaps = np.diff(np.append(angles, angles[:1] + 2 * np.pi))
-            edge[node] = len(near) < 3 or gaps.max() > OUTSIDE
+            # width of a sector without neighbours from which on a node is at an edge
+            edge[node] = len(near) < 3 or gaps.max() > 0.7 * np.pi
     return edge
 
 
@@ -195,7 +191,8 @@ def _neighbours(offsets: FloatArray) -> FloatArray:
     """The points about the origin whose cells touch its own, without those across a hole."""
     near = offsets[cell_weights(offsets) > 0]
     size = np.linalg.norm(near, axis=1)
-    return np.asarray(near[size <= ACROSS * np.median(size)])
+    # times the usual distance of a neighbour: nodes farther away lie across a hole
+    return np.asarray(near[size <= 1.9 * np.median(size)])
 
 
 def around(surface: Surface, node: int, among: IntArray) -> tuple[IntArray, FloatArray]:
@@ -205,7 +202,8 @@ def around(surface: Surface, node: int, among: IntArray) -> tuple[IntArray, Floa
     """
     offsets = surface.points[among] - surface.points[node]
     size = np.linalg.norm(offsets, axis=1)
-    nearest = np.argsort(size, kind="stable")[:AROUND]
+    # nearest nodes among which the neighbours of a node are sought
+    nearest = np.argsort(size, kind="stable")[: 2 * NEIGHBOURS]
     offsets, size = offsets[nearest], size[nearest]
     if offsets.shape[1] == 3:
         normal = None if surface.normals is None else surface.normals[node]
@@ -241,7 +239,8 @@ def cell_weights(offsets: FloatArray) -> FloatArray:
     size = np.linalg.norm(offsets, axis=1)
     weights, unit = np.zeros(len(offsets)), float(size.min())
     turn = np.linspace(0.0, 2.0 * np.pi, 13)[:-1] + 0.1  # not aligned with a grid
-    ghosts = FAR * size.max() * np.column_stack([np.cos(turn), np.sin(turn)])
+    # spacings: distance of auxiliary points that close the cells of edge nodes
+    ghosts = 40.0 * size.max() * np.column_stack([np.cos(turn), np.sin(turn)])
     cells = Voronoi(np.vstack([np.zeros(2), offsets, ghosts]) / unit)
     for (one, other), sides in zip(cells.ridge_points, cells.ridge_vertices, strict=True):
         point = int(one + other)  # the origin is number 0

@@ -44,7 +44,6 @@ AXES: dict[str, tuple[str | int, ...]] = {
     for key in keys.split()
 }
 ONE_FOR_ALL = {"f": (), "initial_slip": ("dn",)}  # another shape that these may have
-DIRECTIONS_OF = {"tangent": 1, "tangents": 2, "faces": 2}  # the tangential directions with which they exist
 TEXTS = ("load_path", "name", "units", "source")
 NAMES = ("load_names", "load_units", "label")
 REQUIRED = ("A", "B", "f", "q_w", "p_w")
@@ -98,7 +97,8 @@ def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
 
 def _check_shape(key: str, shape: tuple[int, ...], sizes: dict[str, int], directions: int) -> None:
     """Match one shape against its axis names, learning m, k and s where they first occur."""
-    only = DIRECTIONS_OF.get(key, directions)
+    # the tangential directions with which they exist
+    only = {"tangent": 1, "tangents": 2, "faces": 2}.get(key, directions)
     if only != directions:
         wanted = "one tangential direction" if only == 1 else "two tangential directions"
         raise wrong_key(key, f"only with {wanted}", "two" if only == 1 else "one")

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import EPS, FloatArray
 
 T = TypeVar("T", bound=np.generic)
 Nodes = Sequence[int] | NDArray[np.intp]
@@ -106,7 +106,6 @@ def layout_of(n: int, d: int) -> Layout:
 
 
 Numbers = NDArray[Any]  # floats, or exact numbers as objects
-LOAD_ROUND_OFF = 16 * np.finfo(float).eps  # round-off of a load, relative to the largest of its node
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,7 +282,8 @@ def _hull(points: FloatArray) -> NDArray[np.intp]:
     size = float(np.abs(points).max())
     spread = np.ldexp(points - points[0], -int(np.frexp(size)[1]))
     values, directions = np.linalg.svd(spread, full_matrices=False)[1:]
-    rank = int(np.count_nonzero(values > LOAD_ROUND_OFF * len(points)))
+    # round-off of a load, relative to the largest of its node
+    rank = int(np.count_nonzero(values > 16 * EPS * len(points)))
     along = spread @ directions[:rank].T
     if rank < 2:
         ends = [along[:, 0].argmin(), along[:, 0].argmax()] if rank else [0]

@@ -12,7 +12,6 @@ from shakedown.ground.tolerances import DEFAULT
 
 IntArray = NDArray[np.intp]
 NONE = -1  # in the last column of a triangle
-APART = 3.0  # longest steps between strips: far enough to be told from the steps within one
 
 
 def checked_faces(numbers: FloatArray, n: int) -> IntArray | None:
@@ -182,7 +181,8 @@ def arc_lengths(places: FloatArray, tangents: FloatArray, found: Sequence[IntArr
     order, ends = np.concatenate(found), np.cumsum([len(strip) for strip in found])[:-1] - 1
     steps = np.linalg.norm(np.diff(places[order], axis=0), axis=1)
     if (np.ptp(tangents, axis=0) > SIX_DIGITS).any():
-        steps[ends] = np.maximum(steps[ends], APART * np.delete(steps, ends).max(initial=0.0))
+        # longest steps between strips: far enough to be told from the steps within one
+        steps[ends] = np.maximum(steps[ends], 3.0 * np.delete(steps, ends).max(initial=0.0))
     x = np.empty(len(places))
     x[order] = np.append(0.0, np.cumsum(steps))
     return x

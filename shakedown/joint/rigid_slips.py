@@ -22,7 +22,6 @@ CLEAR = 1e4  # ratio by which true resistance exceeds round-off or printing erro
 CLEARLY_HELD = 1 / CLEAR  # smallest eigenvalue of a scaled stiffness, relative, that needs no closer look
 MOTION_ROUND_OFF = 16 * np.finfo(float).eps  # relative round-off of a projected stiffness
 ASKED = ": give stiffness_accuracy"
-INVERSE_ITERATIONS = 3  # each gains eight digits at least
 
 
 @dataclass(frozen=True)
@@ -267,7 +266,7 @@ def _softest(R: FloatArray, values: FloatArray, count: int) -> FloatArray:
     diagonal = np.einsum("ii->i", factor)
     diagonal[np.abs(diagonal) < least] = least
     found = np.linalg.qr(np.random.default_rng(0).normal(size=(n, count)))[0]
-    for _ in range(INVERSE_ITERATIONS):
+    for _ in range(3):  # each gains eight digits at least
         found = np.linalg.qr(solve_triangular(factor, solve_triangular(factor, found, trans=1)))[0]
     return np.asarray(found)
 

@@ -41,7 +41,6 @@ ROUNDINGS = {
     "up": (ROUND_CEILING, FEW_DIGITS),
     "nearest": (ROUND_HALF_EVEN, 6),
 }  # digits
-_EXACT = Context(prec=60)  # exact for a product of two floats
 
 
 class Units(NamedTuple):
@@ -166,7 +165,8 @@ def _load_in_words(load: NamedLoad, load_factor: float, rounding: str) -> str:
         return f"{' '.join(filter(None, [load.name, mean, unit]))}, unchanged"
     if math.isinf(load_factor):
         return f"{' '.join(filter(None, [load.name, mean, unit]))} with any amplitude"
-    product = _EXACT.multiply(_decimal(load_factor), _decimal(load.amplitude))
+    # exact for a product of two floats
+    product = Context(prec=60).multiply(_decimal(load_factor), _decimal(load.amplitude))
     varying = f"± {_decimal_text(product, rounding)}"
     return " ".join(filter(None, [load.name, mean if load.mean else "", varying, unit]))
 
@@ -330,8 +330,6 @@ def _unit(load: NamedLoad, units: Units, constant: float, varying: float) -> Loa
     return LoadUnit(size, load.unit, moved, f"{load.unit}/({moved})")
 
 
-LARGEST_USUAL_FRICTION = 2.0
-LEAST_USUAL_STRAIN = 1e-8  # steel at 2 kPa; with loads in N, mm and a modulus in Pa it is 5e-9 at 1000 MPa
 JUMP = 5.0  # times the usual distance of load steps: a step so far from both neighbours may be misplaced
 UNALIKE = 100.0  # ratio of stiffnesses of one body beyond which they are probably in different units
 
@@ -357,7 +355,7 @@ def doubtful_data(problem: Problem) -> list[str]:
             "The mean pressure is negative at every node: compression is positive in p_w. Is its sign right? "
             "Or does an initial gap stay open?"
         )
-    if np.any(problem.f > LARGEST_USUAL_FRICTION):
+    if np.any(problem.f > 2.0):
         hints.append(f"The friction coefficient {problem.f.max():g} is unusually large: is it in percent?")
     return [*hints, *_units_in_doubt(problem), *_steps_in_doubt(problem)]
 
@@ -379,7 +377,8 @@ def _units_in_doubt(problem: Problem) -> Iterator[str]:
     extent = float(np.ptp(place.reshape(problem.n, -1), axis=0).max())
     along, across = (np.abs(r).max() / np.diagonal(problem.A).max() for r in (problem.q_w, problem.p_w))
     moved, spacing = float(max(along, across)), extent / problem.n ** (1 / problem.directions)
-    if 0 < extent < along or 0 < moved < LEAST_USUAL_STRAIN * spacing:
+    # steel at 2 kPa; with loads in N, mm and a modulus in Pa it is 5e-9 at 1000 MPa
+    if 0 < extent < along or 0 < moved < 1e-8 * spacing:
         yield (
             f"The load is as large as the stiffness times {moved:.3g}, {moved / extent:.2g} of the size of "
             f"the contact, {extent:.3g}: are forces, stiffnesses and positions in the same units?"

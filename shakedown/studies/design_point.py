@@ -15,7 +15,7 @@ from shakedown.assessment.every_limit import JointLimits
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.registry import BOUNDS, Claim, kinds_of
 from shakedown.ground.argument_kinds import checked
-from shakedown.ground.constants import MANY, SIX_DIGITS, THREE_DIGITS, FloatArray
+from shakedown.ground.constants import EPS, MANY, SIX_DIGITS, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import BudgetExceeded, Missing, UsageError, allowed
 from shakedown.ground.shown_values import few, nodes_in_words, shortened, up
 from shakedown.ground.status import Guarantee, Outcome, Status
@@ -36,7 +36,6 @@ PARAMETERS = {
     "coupling": "1",
 }  # fmt: skip
 FACTORS = ("friction", "amplitude", "mean", "stiffness", "coupling")
-_NEAR = 64 * np.finfo(float).eps  # relative to a period: a shift this close to whole load steps counts as one
 
 
 def parameter_of(name: str) -> str:
@@ -176,7 +175,8 @@ def _shifted(problem: Problem, phase: float) -> Problem:
     loop, m = loading(problem), problem.m
     share = phase % 1.0
     steps = round(share * m)
-    if abs(share * m - steps) <= _NEAR * m:
+    # relative to a period: a shift this close to whole load steps counts as one
+    if abs(share * m - steps) <= 64 * EPS * m:
         return _loaded(problem, Loading(loop.q0, loop.p0, np.roll(loop.q1, steps, axis=0), loop.p1), NO_LOADS)
     corners = np.arange(m) / m
     times = np.sort(np.concatenate([corners, (corners + share) % 1.0]))

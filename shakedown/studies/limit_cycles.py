@@ -22,10 +22,6 @@ Columns = dict[str, NDArray[Any]]
 Rows = NDArray[np.intp]  # numbers of states
 
 LOOKED_AT = 8  # largest number of undecided states followed again
-WHEN = re.compile(r" (at time \S+ cycles|on the way to the first period)")
-MOST_ALONE = 20  # limit cycles of a kind that are told apart; further ones count as a continuum
-MOST_LONELY = 2  # states of a kind with a limit cycle of their own; the others then count as a continuum
-APART = 160.0  # times the error of a path over one cycle: closer states are the same
 
 
 class Scatter(NamedTuple):
@@ -162,8 +158,10 @@ def limit_cycles(sampling: Sampling, columns: Columns) -> tuple[LimitCycle, ...]
     found, same = list[LimitCycle](), same_slip(sampling)
     for kind, rows in _by_kind(sampling, columns).items():
         rest = list[tuple[_Example, Rows]]()
-        for _ in range(MOST_ALONE if len(kind.slipping_nodes) == sampling.problem.n else 0):
-            if not len(rows) or len(rest) == MOST_LONELY:
+        # limit cycles of a kind that are told apart; further ones count as a continuum
+        for _ in range(20 if len(kind.slipping_nodes) == sampling.problem.n else 0):
+            # states of a kind with a limit cycle of their own; the others then count as a continuum
+            if not len(rows) or len(rest) == 2:
                 break
             one = _example(sampling, columns, rows[0])
             here = np.abs(_from_nearest(columns["final_slip"][rows], one.places)).max(axis=1) <= same
@@ -230,7 +228,8 @@ def _counted(
 
 def same_slip(sampling: Sampling) -> float:
     """Difference between the slips of limit cycles that counts as none [length] (``same_cycle``)."""
-    known = APART * path_accuracy(sampling.problem, sampling.tolerances)  # of the ends of searches
+    # times the error of a path over one cycle: closer states are the same
+    known = 160.0 * path_accuracy(sampling.problem, sampling.tolerances)  # of the ends of searches
     share = max(sampling.tolerances.same_cycle, known)
     return share * scales(sampling.problem, sampling.load_factor).length
 
@@ -335,6 +334,7 @@ def undecided_reasons(
     for example in rows[chosen].tolist():
         state = sampling.state(slips[example])
         ran_out = state.stop is None and state.cycles_simulated >= sampling.max_cycles
-        found[WHEN.sub("", state.reason), ran_out].append(example)
+        reason = re.sub(r" (at time \S+ cycles|on the way to the first period)", "", state.reason)
+        found[reason, ran_out].append(example)
     reasons = (UndecidedReason(why, len(of), of[0], ran_out) for (why, ran_out), of in found.items())
     return tuple(sorted(reasons, key=lambda one: (-one.count, one.example)))

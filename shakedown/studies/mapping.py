@@ -30,15 +30,11 @@ from shakedown.studies.basin_map import InitialStateMap, InitialStateMaps, Missi
 from shakedown.studies.limit_cycles import limit_cycles
 from shakedown.studies.samplers import BLOCK, FIRST_TWO, Sampler, Sampling
 
-LOGGER = logging.getLogger("shakedown")
-LITTLE = 1 << 13  # states times nodes squared in space: a few seconds, as long as processes take to start
-IN_SPACE = 16  # times the work of a state in the plane, with correspondingly fewer states in a piece
 RANGES: dict[str, float] = {  # slip ranges of states that need not be followed once more for them
     Outcome.SHAKEDOWN: 0.0,
     Outcome.RATCHETTING: inf,
     Outcome.UNDECIDED: nan,
 }
-NOT_KEPT = ("load_factor", "cycles_simulated")  # of the long-term states
 
 
 @checked
@@ -148,7 +144,8 @@ def initial_state_map(
     if executor is None and workers is None:
         if problem.directions == 1:  # processes take several times as much of the processor
             threads, workers = all_cores(), 1
-        elif len(chosen) * chosen[0].states * problem.n**2 < LITTLE:
+        # states times nodes squared in space: a few seconds, as long as processes take to start
+        elif len(chosen) * chosen[0].states * problem.n**2 < 1 << 13:
             workers = 1
     work = MapPieces(chosen, slip_below is not None, threads)
     columns = _finished(target, work) if resume and target is not None and target.exists() else None
@@ -180,7 +177,8 @@ class MapPieces:
     def size(self) -> int:
         """States in one piece: about a second of work."""
         problem = self.samplings[0].problem
-        return BLOCK * max(1, 256 // (problem.n if problem.directions == 1 else IN_SPACE * problem.n))
+        # times the work of a state in the plane, with correspondingly fewer states in a piece
+        return BLOCK * max(1, 256 // (problem.n if problem.directions == 1 else 16 * problem.n))
 
     @property
     def of_each(self) -> int:
@@ -201,7 +199,10 @@ class MapPieces:
         found = long_term_states(
             chosen.problem, chosen.load_factor, slips, **chosen.patience, threads=self.threads
         )
-        columns: Arrays = {key: value for key, value in vars(found).items() if key not in NOT_KEPT}
+        # of the long-term states
+        columns: Arrays = {
+            key: value for key, value in vars(found).items() if key not in ("load_factor", "cycles_simulated")
+        }
         if self.slip_ranges:
             ends = zip(found.outcome, slips, strict=True)
             columns["slip_range"] = np.array([_slip_range(chosen, *end) for end in ends], dtype=float)
@@ -254,5 +255,7 @@ def _finished(path: Path, work: MapPieces) -> Arrays | None:
             return columns
     except (ProblemError, KeyError, ValueError, TypeError, RecursionError):
         pass
-    LOGGER.warning("%s: not this map, or altered since; made again", visible(str(path)))
+    logging.getLogger("shakedown").warning(
+        "%s: not this map, or altered since; made again", visible(str(path))
+    )
     return None

@@ -32,10 +32,8 @@ from shakedown.long_term.node_results import node_results
 from shakedown.long_term.simulation import check_slip_below
 
 Make = Callable[[Any], Problem] | Mapping[Any, Problem]
-LOGGER = logging.getLogger("shakedown")
 
 SLOWEST = 0.5  # least order of convergence; below it the extrapolated limit is too uncertain
-SLOW = 0.25  # order below which there is none: what is left cannot be told from a power of h, or log h
 LEVEL = 0.03  # power of h, or relative change over three meshes, below which a number counts as constant
 FASTEST = 8.0  # largest order; above it the last change is meaningless
 NEAR = 0.25  # largest relative distance of the extrapolated limit; beyond twice this it is open
@@ -114,7 +112,8 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
         return Trend(Tendency.CONVERGES, last + left, order)
     if second * last > 0:
         power = float(np.log(second / last) / np.log(h[1] / h[2]))
-    slow, far = near and order >= SLOW, order >= SLOWEST and abs(left) <= 2.0 * NEAR * abs(last)
+    # order below which there is none: what is left cannot be told from a power of h, or log h
+    slow, far = near and order >= 0.25, order >= SLOWEST and abs(left) <= 2.0 * NEAR * abs(last)
     if slow or far or abs(power) < LEVEL or abs(last - first) <= LEVEL * abs(last):
         return Trend(Tendency.UNDECIDED)
     return Trend(Tendency.FALLS if now * last < 0 or last == 0.0 else Tendency.GROWS, order=power)
@@ -382,7 +381,9 @@ def _check_one_joint(meshes: Sequence[Mapping[str, Any]]) -> None:
     kept = ("friction", "load steps", "loads")
     differ = [name for name in kept if any(mesh[name] != meshes[0][name] for mesh in meshes)]
     if differ:
-        LOGGER.warning("the meshes differ in %s: are they one joint?", " and ".join(differ))
+        logging.getLogger("shakedown").warning(
+            "the meshes differ in %s: are they one joint?", " and ".join(differ)
+        )
 
 
 def _mesh(

@@ -23,8 +23,6 @@ from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.passage import slip_after_transient
 from shakedown.long_term.state import LongTermState
 
-MOST_STATES = 10_000_000  # in one map: hours for a small joint, some gigabytes
-LEFT_BEHIND = 16  # random transients of which a box contains what they leave
 NAMED = {"zero": "zero", "given": "given", "critical": "witness"}  # name in a map, and of ``named_start``
 FIRST_TWO = (0, 1)  # slips of a picture
 BLOCK = 64  # states that share one stream of random numbers, or are recorded together
@@ -53,9 +51,6 @@ class Sampler(StrEnum):
     LATIN = "latin"
     BALL = "ball"
     TRANSIENTS = "transients"
-
-
-BOXES = (Sampler.GRID, Sampler.SOBOL, Sampler.LATIN)
 
 
 @dataclass(frozen=True)
@@ -100,7 +95,7 @@ class Sampling:
     tolerances: Tolerances = field(default=DEFAULT, repr=False)
 
     def __post_init__(self) -> None:
-        check_count("states", self.states, MOST_STATES)
+        check_count("states", self.states, 10_000_000)  # in one map: hours for a small joint, some gigabytes
         if self.sampler not in list(Sampler):
             raise UsageError(f"sampler: expected one of {', '.join(Sampler)}, found {self.sampler!r}")
         if not (is_finite(self.reach) and self.reach > 0):
@@ -165,8 +160,9 @@ class Sampling:
     def half_width(self) -> FloatArray:
         """Half-width of the box, (dn,) [length]."""
         width = slip_reach(self.problem, self.load_factor)
-        if self.sampler in BOXES:
-            left = self._left_behind(np.random.default_rng(0), LEFT_BEHIND)
+        if self.sampler in (Sampler.GRID, Sampler.SOBOL, Sampler.LATIN):
+            # random transients of which a box contains what they leave
+            left = self._left_behind(np.random.default_rng(0), 16)
             contained = [*self.named.values(), *left[np.isfinite(left).all(axis=1)]]
             width = np.maximum(width, np.abs(np.array(contained) - self.centre).max(axis=0))
         with np.errstate(over="ignore"):
