@@ -25,7 +25,6 @@ from shakedown.plot.paths import Recorded
 from shakedown.plot.style import axes_for, finished, positions, style_of
 
 Times = Sequence[float] | None  # in cycles; by default of the largest and of the smallest total pressure
-DOTS = "#D01C8B"  # visible on “stick” and on the page, light or dark
 
 
 @checked
@@ -251,7 +250,8 @@ def _mark_limits(axes: Axes, path: EventHistory, problem: Problem, x: FloatArray
     noise = NEGLIGIBLE * float(np.abs(limit).max())
     still = ~path.slips() & (path.state != OPEN).all(axis=0)
     rows, nodes = np.nonzero(still & (np.abs(np.abs(path.q) - limit) <= noise) & (limit > noise))
-    look: dict[str, Any] = {"color": DOTS, "ms": 3, "label": "at the limit, not slipping"}
+    # visible on “stick” and on the page, light or dark
+    look: dict[str, Any] = {"color": "#D01C8B", "ms": 3, "label": "at the limit, not slipping"}
     return list(axes.plot(x[nodes], path.cycle[rows], ".", **look)) if len(rows) else []
 
 

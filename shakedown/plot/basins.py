@@ -21,7 +21,6 @@ from shakedown.plot.paths import of_kind
 from shakedown.plot.style import axes_for, finished, node_name
 
 NAMED = {"zero": ("slip zero", "P"), "given": ("given", "D"), "critical": ("critical state", "*")}
-DISSIPATION = "cividis_r"  # perceptually uniform, also with colour-blindness
 
 
 @checked
@@ -102,7 +101,8 @@ def _draw_states(axes: Axes, found: Any, points: FloatArray, label: str) -> list
     if colours.count():
         least, most = float(colours.min()), float(colours.max())
         scale = Normalize(0.0 if resting.any() or least == most else least, most or 1.0)
-        shown = _drawn(found, axes, points, colours, cmap=DISSIPATION, norm=scale)
+        # perceptually uniform, also with colour-blindness
+        shown = _drawn(found, axes, points, colours, cmap="cividis_r", norm=scale)
         axes.figure.colorbar(shown, ax=axes, label=label)
     return [Patch(fc=colour, label=name) for mask, colour, name in kinds if mask.any()]
 

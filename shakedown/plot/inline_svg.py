@@ -18,15 +18,12 @@ from shakedown.ground.shown_values import SUBSCRIPT, visible
 from shakedown.plot.style import DOTS_PER_INCH
 
 SVG = "{http://www.w3.org/2000/svg}"
-POINTS = 72  # per inch, so that points of the figure are units of the picture
-ROUNDED = {"d", "x", "y", "transform"}  # attributes whose third decimal is invisible
 PANEL = (4.6, 3.2)  # inches: two side by side fill a page
 SIDE_BY_SIDE, SMALLER = 3, 0.8  # small pictures in a row, and how much smaller they are
 LETTER, SAMPLE, LINE = 4.3, 50.0, 0.17  # of a legend: width of a letter, of a sample [points]; a line [inch]
 
 # Colours that a dark page replaces, by the names of the variables in the page's style.
 COLOURS = {"#000000": "ink", "#ffffff": "paper", "#0072b2": "blue", "#777777": "grey", "#cccccc": "rule"}
-NAME = re.compile(SUBSCRIPT.pattern + "([^λ]*)")  # a symbol, its subscript, what follows it
 STYLE: Any = {
     "svg.fonttype": "none",
     "font.sans-serif": ["DejaVu Sans", "sans-serif"],
@@ -149,7 +146,8 @@ def _legend_below(
     if not entries:
         return
     width, height = figure.get_size_inches()
-    fitting = int(POINTS * width / (SAMPLE + LETTER * max(map(len, entries))))
+    # per inch, so that points of the figure are units of the picture
+    fitting = int(72 * width / (SAMPLE + LETTER * max(map(len, entries))))
     columns = max(1, min(fitting, len(entries)))
     figure.set_figheight(height + LINE * (-(-len(entries) // columns) + bool(title)))
     figure.legend(
@@ -177,7 +175,8 @@ def inline(figure: Figure, alt: str) -> Markup:
     for element in root.iter():
         if element.tag == f"{SVG}g":  # nothing refers to these, and other pictures would repeat them
             element.attrib.pop("id", None)
-        for key in ROUNDED.intersection(element.keys()):
+        # attributes whose third decimal is invisible
+        for key in {"d", "x", "y", "transform"}.intersection(element.keys()):
             element.set(key, re.sub(r"(\.\d\d)\d+", r"\1", element.attrib[key]))
     shown = (child for child in root if child.tag != f"{SVG}metadata")
     body = "".join(ElementTree.tostring(child, encoding="unicode") for child in shown)
@@ -194,7 +193,8 @@ def _plain(text: str) -> str:
 
 def _lowered(text: str) -> str:
     """The picture with real subscripts in its texts, where these have an underscore: λ_E."""
-    return re.sub(r"(?<=>)[^<>]+(?=</text>)", lambda found: NAME.sub(_subscript, found[0]), text)
+    name = re.compile(SUBSCRIPT.pattern + "([^λ]*)")  # a symbol, its subscript, what follows it
+    return re.sub(r"(?<=>)[^<>]+(?=</text>)", lambda found: name.sub(_subscript, found[0]), text)
 
 
 def _subscript(name: re.Match[str]) -> str:

@@ -20,11 +20,9 @@ from shakedown.plot import style
 from shakedown.plot.patch_places import in_space
 from shakedown.plot.style import axes_for, draw_arrows, finished, node_name, positions
 
-MANY = 40  # nodes with arrows, about; more would cover each other
-LONGEST_ARROW = 0.16  # as a fraction of the size of the picture
-BAR = 0.26  # height of a bar, as a fraction of the distance of two nodes
 COLOURS = (style.BLUE, style.ORANGE, style.GREEN)
 NAMES = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
+BAR = 0.26  # height of a bar, as a fraction of the distance of two nodes
 
 
 @checked
@@ -59,8 +57,9 @@ def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = Non
     tips = q[:, :, None] * tangent + p[:, :, None] * normal
     size = float(np.ptp(place, axis=0).max()) or 1.0
     largest = float(max(np.linalg.norm(tips, axis=2).max(), np.linalg.norm(arrows, axis=1).max()))
-    scale = LONGEST_ARROW * size / largest if largest else 0.0
-    axes, shown = axes_for(ax), slice(None, None, -(-problem.n // MANY))
+    scale = 0.16 * size / largest if largest else 0.0  # as a fraction of the size of the picture
+    # nodes with arrows, about; more would cover each other
+    axes, shown = axes_for(ax), slice(None, None, -(-problem.n // 40))
     axes.plot(*place.T, "o", color=style.BLACK, ms=3, label="contact nodes", zorder=3)
     ends = np.stack([place, place + style.MARGIN * size * normal], axis=1)[shown]
     axes.add_collection(LineCollection(list(ends), colors=style.GREY, linewidths=0.8, label="normals"))

@@ -21,11 +21,7 @@ from shakedown.plot.style import Styles, axes_for, finished, style_of
 Bands = Mapping[str, tuple[float, float]] | None  # what holds between two load factors
 NOMINAL = "λ = 1 (nominal)"
 MESH_MARKS = "os^Dvx*"
-MANY_CYCLES = 100  # from here on the cycles are drawn on a logarithmic axis
-LETTER = 5.0  # width of one letter on the scale of load factors, in points
 BAND, LOWEST_TEXT = 0.27, 0.95  # heights of the coloured band and of the axes with one level of text
-AXES = 0.8  # smallest width of the axes, as a fraction of the picture
-ROOM = 1e6  # range of the axis above the floor “no slip”, so that it reads as a floor
 
 
 @checked
@@ -51,7 +47,9 @@ def load_factor_scale(marks: Mapping[str, float], *, bands: Bands = None, ax: Ax
     known = [(value, f"{name} = {few(value, DIGITS)}") for name, value in marks.items() if np.isfinite(value)]
     axes = axes_for(ax, (9.0, 1.6))
     texts = sorted([*known, (1.0, NOMINAL)])
-    letter = LETTER / (AXES * axes.figure.bbox.width * 72 / axes.figure.dpi)  # relative to the scale
+    # width of one letter on the scale of load factors, in points
+    # smallest width of the axes, as a fraction of the picture
+    letter = 5.0 / (0.8 * axes.figure.bbox.width * 72 / axes.figure.dpi)  # relative to the scale
     top = max(value / (1.0 - letter * len(text)) for value, text in texts)
     levels = _levels([(value, value + letter * len(text) * top) for value, text in texts])
     highest = LOWEST_TEXT + 0.3 * max(levels)
@@ -154,8 +152,10 @@ def slip_per_cycle(
     below = f"no slip: at most {floor:.0e} {units_of(problem).length}".rstrip() if resolution else "no slip"
     look: dict[str, Any] = {"transform": axes.get_yaxis_transform(), "ha": "right", "color": style.GREY}
     axes.text(0.99, floor / 8, below, fontsize="small", **look)
-    axes.set_ylim(floor / 30, 4.0 * largest if largest > floor else ROOM * floor)
-    axes.set(yscale="log", xscale="log" if axes.get_xlim()[1] > MANY_CYCLES else "linear")
+    # range of the axis above the floor “no slip”, so that it reads as a floor
+    axes.set_ylim(floor / 30, 4.0 * largest if largest > floor else 1e6 * floor)
+    # from here on the cycles are drawn on a logarithmic axis
+    axes.set(yscale="log", xscale="log" if axes.get_xlim()[1] > 100 else "linear")
     axes.minorticks_off()
     return finished(axes, "cycle", with_unit("slip per cycle, largest node", units_of(problem).length))
 

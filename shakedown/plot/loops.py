@@ -25,7 +25,6 @@ from shakedown.plot.style import axes_for, finished, node_name
 
 Nodes = Iterable[int] | None  # by default those that dissipate most
 RIM = np.linspace(0.0, 2.0 * np.pi, 121)
-DECADE = 10.0  # ratio of the largest to the smallest amplitude from which on the axis is logarithmic
 SLIDES_AWAY = "slides away"
 MARKS = {Outcome.RATCHETTING: "x", Outcome.SEPARATION: "o", SLIDES_AWAY: "v", Outcome.UNDECIDED: "d"}
 
@@ -350,7 +349,8 @@ def damping_curve(curve: DampingCurve, *, ax: Axes | None = None) -> Axes:
     unit = "1/time" if modal else curve.unit.stiffness or "load/displacement"
     beside.set_ylabel(with_unit(names[1], unit), color=style.RED)
     positive = curve.amplitude[curve.amplitude > 0]
-    if len(positive) > 1 and positive[-1] >= DECADE * positive[0]:
+    # ratio of the largest to the smallest amplitude from which on the axis is logarithmic
+    if len(positive) > 1 and positive[-1] >= 10.0 * positive[0]:
         axes.set_xscale("log")
     axes.set_ylim(bottom=0.0)
     name = load_title(curve.problem, curve.load)

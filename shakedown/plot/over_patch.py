@@ -22,13 +22,9 @@ from shakedown.plot.paths import Recorded
 from shakedown.plot.style import axes_for, draw_arrows, finished
 
 Numbers = tuple[FloatArray, str]  # of all nodes, and their name with its unit
-COLOURS = "viridis"
-LONG = 24  # characters; the unit of a longer label stands on a line of its own
 LONGEST = 0.9  # longest arrow, widest disc or loop, as a fraction of the distance of two nodes
-SEEN = 0.08  # least length of the longest arrow, as a fraction of the size of the patch
 ROOM = 0.6  # margin around the outer nodes, as a fraction of that distance
 KINDS = ((STICK, "stick", "s", style.BLUE), (SLIP, "slip", "o", style.RED), (OPEN, "open", "o", "none"))
-MOST_NUMBERED = 16  # nodes whose numbers stand beside them
 DOT = 3.0  # smallest visible diameter of a node [points]
 LARGEST, SHARE = 8.0, 75.0  # marker size [points]; about SHARE in a row fill a panel
 
@@ -226,7 +222,8 @@ def loads_over_patch(
     whole = given.at(load_factor)[0]
     loop, mean = (problem.layout.by_node(q)[..., places.nodes, :] for q in (whole, given.q0))
     longest = float(problem.law.size(whole).max())
-    reach = max(LONGEST * places.spacing, SEEN * float(np.ptp(places.points, axis=0).max()))
+    # least length of the longest arrow, as a fraction of the size of the patch
+    reach = max(LONGEST * places.spacing, 0.08 * float(np.ptp(places.points, axis=0).max()))
     scale, axes = 0.5 * reach / (longest or 1.0), patch_axes(places, ax, ROOM * places.spacing)
     _nodes(axes, places)
     if problem.law.size(given.q0).max() > THREE_DIGITS * longest:
@@ -282,7 +279,7 @@ def _coloured(problem: Problem, numbers: Numbers, patch: int, ax: Axes | None, t
         axes.set_ylim(1.08 * low, 1.08 * high)
         return finished(axes, "node", label, title=title)
     axes, (x, y) = patch_axes(places, ax, 0.0), places.points.T
-    look: dict[str, Any] = {"cmap": COLOURS, "norm": Normalize(low, high)}
+    look: dict[str, Any] = {"cmap": "viridis", "norm": Normalize(low, high)}
     corners = np.zeros((0, 3), np.intp) if places.triangles is None else places.triangles.triangles
     corners = corners[np.isfinite(values)[corners].all(axis=1)]
     if len(corners):
@@ -291,7 +288,8 @@ def _coloured(problem: Problem, numbers: Numbers, patch: int, ax: Axes | None, t
     size = 16.0 if len(corners) else 60.0
     drawn = axes.scatter(x, y, s=size, c=values, ec=style.GREY, lw=0.4, **look)
     bar = axes.figure.colorbar(drawn, ax=axes, ticks=MaxNLocator(6))
-    bar.set_label(label.replace(" [", "\n[") if len(label) > LONG else label)
+    # characters; the unit of a longer label stands on a line of its own
+    bar.set_label(label.replace(" [", "\n[") if len(label) > 24 else label)
     bar.outline.set_visible(False)
     bar.ax.ticklabel_format(axis="y", scilimits=(-2, 3))
     axes.set_title(places.titled(title), fontsize="medium")
@@ -301,7 +299,7 @@ def _coloured(problem: Problem, numbers: Numbers, patch: int, ax: Axes | None, t
 def _finished(axes: Axes, places: Places, title: str) -> Axes:
     """A title, a grid below, numbers of few nodes, the legend beside the axes, as arrows may be anywhere."""
     finished(axes, title=places.titled(title)).set_axisbelow(True)
-    if len(places.points) <= MOST_NUMBERED and not places.in_a_row:
+    if len(places.points) <= 16 and not places.in_a_row:  # nodes whose numbers stand beside them
         look: dict[str, Any] = {"textcoords": "offset points", "color": style.GREY, "fontsize": "x-small"}
         for node, point in zip(places.nodes.tolist(), places.points.tolist(), strict=True):
             axes.annotate(str(node), point, (3, 3), **look)

@@ -22,9 +22,6 @@ from shakedown.long_term.state import LongTermState
 from shakedown.plot.paths import normal_reactions, so_far, work_and_name
 from shakedown.plot.style import MARGIN, axes_for, node_name
 
-ACROSS = 2.0  # times the usual circumcircle of a triangle: a larger one lies across a hole
-CURVED = 0.05  # height over length from which on a patch is called curved
-
 
 @dataclass(frozen=True, eq=False)
 class Places:
@@ -82,7 +79,8 @@ class Places:
         along, across = about.T / np.abs(about).max()
         found = Triangulation(along, across).triangles
         circles = _circles(about[found])
-        return Triangulation(x, y, found[circles <= ACROSS * np.median(circles)])
+        # times the usual circumcircle of a triangle: a larger one lies across a hole
+        return Triangulation(x, y, found[circles <= 2.0 * np.median(circles)])
 
     @cached_property
     def spacing(self) -> float:
@@ -188,7 +186,8 @@ def _projected(
         along = abs(normal[first]) < SIX_DIGITS
         names = "xyz"[first] if along else "along the patch", "across the patch"
     height, extent = np.ptp(at @ normal), np.linalg.norm(np.ptp(at, axis=0))
-    told = ", ".join(filter(None, [name, "curved, projected" * bool(height > CURVED * extent)]))
+    # height over length from which on a patch is called curved
+    told = ", ".join(filter(None, [name, "curved, projected" * bool(height > 0.05 * extent)]))
     tangents = np.tile(np.eye(2), (len(nodes), 1, 1))
     if problem.tangents is not None:
         tangents = problem.tangents[nodes] @ frame.T
@@ -242,11 +241,6 @@ def patch_axes(places: Places, ax: Axes | None, room: float) -> Axes:
     return axes
 
 
-MOST_NUMBERS = 24_000  # nodes times instants, about half a MB
-INSTANTS = (7, 25)  # of a period including both ends: for many nodes, for few
-TILT = np.array([35.0, -50.0])  # initial view: rotation about the normal, then towards it
-
-
 def can_be_turned(problem: Problem) -> bool:
     """Whether the places of three nodes are known and not in a line, so that a view shows something."""
     place = model_places(problem)
@@ -264,7 +258,8 @@ def _data(state: LongTermState, problem: Problem) -> dict[str, Any]:
     assert place is not None
     middle = 0.5 * (place.min(axis=0) + place.max(axis=0))
     size = float(np.linalg.norm(place - middle, axis=1).max())
-    count = int(np.clip(MOST_NUMBERS // problem.n, *INSTANTS))
+    # of a period including both ends: for many nodes, for few
+    count = int(np.clip(24_000 // problem.n, 7, 25))  # nodes times instants, about half a MB
     times = np.linspace(max(float(history.cycle[0]), 0.0), float(history.cycle[-1]), count)
     at, (slip, work) = history.at(times), so_far(state, times)
     shown = [
@@ -306,7 +301,8 @@ def _turn(problem: Problem, place: FloatArray) -> FloatArray:
     """Rows that lead to the right, up and out of the picture at first, (3, 3)."""
     from scipy.spatial.transform import Rotation
 
-    out, tilt = patch_normal(place, problem.normal), TILT
+    # initial view: rotation about the normal, then towards it
+    out, tilt = patch_normal(place, problem.normal), np.array([35.0, -50.0])
     if not in_space(problem):  # in the plane of the joint
         out, tilt = flattest(place), np.zeros(2)
         out = out * np.sign(out[np.abs(out).argmax()])

@@ -23,7 +23,6 @@ from shakedown.plot.style import Style, Styles, axes_for, finished, style_of
 from shakedown.programs.polygon import corners
 
 ROW_COLOURS = (style.SKY, style.ORANGE)
-COLOURS = {0: style.BLACK, 1: style.RED, -1: style.BLUE, 2: style.PURPLE}  # of states
 
 
 @checked
@@ -174,7 +173,7 @@ def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axe
         raise UsageError(f"node: expected a number from 0 to {problem.n - 1}, found {node}")
     path, axes = path_of(result), axes_for(ax, (6.4, 5.2))
     force = loads_felt(problem, path, node)
-    for state, colour in COLOURS.items():
+    for state, colour in {0: style.BLACK, 1: style.RED, -1: style.BLUE, 2: style.PURPLE}.items():  # of states
         held = path.state[:-1, node] == state
         if held.any():
             axes.plot(*_steps(force, held), color=colour, lw=2.0, label=style.STATES[state][0], zorder=3)

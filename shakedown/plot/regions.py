@@ -18,6 +18,7 @@ from shakedown.plot import style
 from shakedown.plot.paths import of_kind
 from shakedown.plot.style import axes_for
 
+MARKS = {"shakedown": ("shakes down", "o"), "cyclic-slip": ("slips for ever", "x"), "": ("others", "+")}
 REGIONS = (  # from the outside in: each lies within the one before
     ("never, in contact", style.RED),
     ("depends on the state, or open", style.ORANGE),
@@ -31,7 +32,6 @@ LINES = {  # by what a limit is about; limits of one kind differ in their dashes
     Claim.FOLLOWED: (style.PURPLE, ":"),
     Claim.IMPOSSIBLE: (style.RED, "-"),
 }
-MARKS = {"shakedown": ("shakes down", "o"), "cyclic-slip": ("slips for ever", "x"), "": ("others", "+")}
 NAMES = {
     "f": "friction coefficient f",
     "friction": "factor on the friction coefficients",
@@ -46,8 +46,6 @@ BELOW: dict[str, Any] = {
     "loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "fontsize": "small", "title_fontsize": "small",
     "frameon": False,
 }  # fmt: skip
-TINT = 0.35  # share of a region's colour in the tint of its area
-HEADROOM = 1.15  # top of the axis, times the largest limit
 BETWEEN = "computed at the dots; between them interpolated, nothing is proved there"
 
 
@@ -103,7 +101,7 @@ def _against_one(diagram: Any, axes: Axes) -> Axes:
     x, edges = diagram.values[0], diagram.boundaries
     curves = {name: diagram.load_factors(name) for name in BOUNDS if name in diagram.bounds}
     known = np.concatenate([c[np.isfinite(c)] for c in (*curves.values(), edges.this)])
-    top = HEADROOM * float(known.max(initial=0.0)) or 1.0
+    top = 1.15 * float(known.max(initial=0.0)) or 1.0  # top of the axis, times the largest limit
     every, this, never = (np.clip(edge, 0.0, top) for edge in edges)
     heights = np.full_like(x, top), np.maximum(this, never), this, every, np.zeros_like(x)
     for (label, colour), (upper, lower) in zip(REGIONS, pairwise(heights), strict=True):
@@ -135,7 +133,8 @@ def _named(diagram: Any, axis: int) -> str:
 
 def _tinted(colour: str) -> tuple[float, ...]:
     """The light colour of a region's area."""
-    return tuple(1.0 - TINT * (1.0 - part) for part in to_rgb(colour))
+    # share of a region's colour in the tint of its area
+    return tuple(1.0 - 0.35 * (1.0 - part) for part in to_rgb(colour))
 
 
 def _draw_outcomes(axes: Axes, diagram: Any) -> None:

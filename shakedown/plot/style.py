@@ -36,9 +36,9 @@ STATES = {
 COUNTED, MOST_TICKS = ("node", "cycle"), 6  # axes of whole numbers; intervals of others
 MARGIN = 0.06  # around what is drawn, as a fraction of its size
 FARTHEST = 3.0  # times the range of interest; beyond it pictures are cut off
-LONGEST_LABEL = 40  # letters in a legend
 DOTS_PER_INCH = 150
 UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}  # the same picture has the same bytes
+LONGEST_LABEL = 40  # letters in a legend
 
 Style = Mapping[str, Any]  # keywords of Axes.plot
 Styles = Mapping[str, Style] | None  # by the names of lines
