@@ -1,7 +1,7 @@
 """Time per subset of the critical load factors: the compiled tree against batched solves."""
 
 from itertools import combinations, islice
-from math import comb, inf
+from math import comb
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 import shakedown
 from benchmarks.problems import joint
 from benchmarks.timing import median_time
-from shakedown.bounds.enumeration.critical import collapse_by_enumeration
 from shakedown.bounds.enumeration.intersection import scaled_rows
 from shakedown.bounds.enumeration.tasks import Tree, pieces
 from shakedown.joint.constraints import constraints
@@ -23,7 +22,6 @@ METHODS = (
     "tree, all cores",
     "tree with search of the safe region",
     "numpy batches",
-    "one-pair family",
 )
 
 
@@ -38,15 +36,10 @@ def measure(case: dict) -> dict:
     rows = scaled_rows(constraints(problem))
     if method == "numpy batches":
         seconds, subsets = batched(rows.matrix, rows.right, min(total, SAMPLE))
-    elif method == "one-pair family":
-        subsets = n * 2 ** (n - 1)
-        seconds, found = median_time(lambda: collapse_by_enumeration(problem, threads=1))
-        lower = shakedown.lower_bound(problem, certify=False).load_factor
-        assert abs(found.load_factor - lower) <= 1e-10 * lower
     else:
         threads = None if method == "tree, all cores" else 1
         below = shakedown.lower_bound(problem, certify=False).load_factor if "search" in method else 0.0
-        tree = Tree(rows, cut=inf, feasible_below=below)
+        tree = Tree(rows, feasible_below=below)
         seconds, subsets = median_time(lambda: sum(piece.subsets for piece in pieces(tree, threads)))
         assert subsets == total
     return {"subsets": subsets, "total": total, "seconds": seconds, "nanoseconds": 1e9 * seconds / subsets}

@@ -1,16 +1,16 @@
 """Critical load factors: every (n+1)-subset of the 2n rows taken as equalities (thesis (5.11), (5.12))."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 from math import comb, inf
 from typing import Any, ClassVar
 
 import numpy as np
 
+from shakedown.bounds.collapse.lower import lower_bound
 from shakedown.bounds.enumeration.intersection import (
-    NONE,
-    Candidate,
+    LISTED,
     Intersection,
     SubtreeFindings,
     in_batches,
@@ -19,9 +19,8 @@ from shakedown.bounds.enumeration.intersection import (
     scaled_rows,
     solve_subsets,
 )
-from shakedown.bounds.row_programs import exact_rows
 from shakedown.ground.argument_kinds import check_count
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.shown_values import plain
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -29,10 +28,8 @@ from shakedown.joint.arguments import NO_SUBSETS, checked, require_plane
 from shakedown.joint.constraints import Constraints, constraints, rows_named
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.programs.exact_program import solve_integers
 
 Progress = Callable[[int, int], None]
-LISTED = 1000
 SMALL = 20_000  # up to here batches are done before compiled code is loaded, and all values are kept
 SECONDS_EACH = 4e-8  # of one core for a subset, as the study `enumeration` measured from 10 nodes on
 COUNTABLE = 10**40  # from so many subsets on, no time is told
@@ -54,9 +51,6 @@ class CriticalLoadFactors(Result):
         no load factor. With ``regular`` they make up ``total``.
     degenerate_rows
         (node, side) of the rows of each degenerate subset, the first ``LISTED`` of them.
-    exactly_singular
-        How many of these listed subsets are singular in exact arithmetic too, on the
-        problem as stored; the others are so nearly singular that floats tell nothing.
     smallest_positive
         The smallest positive critical load factor, the thesis's λ_min. For more
         than two nodes it grossly underestimates the first collapse, because most
@@ -75,7 +69,6 @@ class CriticalLoadFactors(Result):
     regular: int
     degenerate: int
     degenerate_rows: tuple[tuple[tuple[int, int], ...], ...]
-    exactly_singular: int
     smallest_positive: Intersection
     smallest_feasible: Intersection
     load_factors: FloatArray | None = None
@@ -144,144 +137,58 @@ def critical_load_factors(
     (4, 0, array([0.657373, 0.739146, 1.05252 , 2.93485 ]))
     """
     require_plane("critical load factors", problem, NO_SUBSETS)
-    _check_threads(threads)
+    if threads is not None:
+        check_count("threads", threads)
     rows = constraints(problem)
     total = _count(rows)
     if not isinstance(budget, int):
         raise UsageError(f"budget: expected a whole number, found {budget!r}")
     _check_budget(rows, total, budget)
     values = total <= SMALL if values is None else values
-    known = NONE if total <= SMALL else _first_one_pair(rows, threads, tolerances)
-    found = [replace(joined([]), smallest_feasible=known)]
-    done = 0
-    for piece in _walk(rows, -inf if values else inf, known[0], threads, tolerances):
+    below = inf if total <= SMALL else _first_collapse(problem, tolerances)
+    found, done = list[SubtreeFindings](), 0
+    for piece in _walk(rows, values, below, threads, tolerances):
         found.append(piece)
         done += piece.subsets
         if progress is not None:
             progress(done, total)
-    return _report(problem, rows, joined(found), values)
+    return _report(rows, joined(found), values)
 
 
-@checked
-def load_factors_above(
-    problem: Problem, cut: float, *, threads: int | None = None, tolerances: Tolerances = DEFAULT
-) -> Iterator[FloatArray]:
-    """The critical load factors above a value, in pieces, unsorted, in constant memory.
-
-    Parameters
-    ----------
-    problem
-        The contact and its loading loop.
-    cut
-        Only load factors above it are given.
-    threads
-        Number of threads; all cores by default.
-    tolerances
-        What counts as degenerate.
-
-    Examples
-    --------
-    >>> import numpy as np, shakedown
-    >>> np.sort(np.concatenate(list(load_factors_above(shakedown.example("two-node"), 1.0)))).round(6)
-    array([1.05252, 2.93485])
-    """
-    require_plane("critical load factors", problem, NO_SUBSETS)
-    _check_threads(threads)
-    for piece in _walk(constraints(problem), cut, 0.0, threads, tolerances):
-        if piece.load_factors.size:
-            yield piece.load_factors
-
-
-@checked
-def collapse_by_enumeration(
-    problem: Problem, *, threads: int | None = None, tolerances: Tolerances = DEFAULT
-) -> Intersection:
-    """The smallest positive one-pair intersection on the safe region: an oracle for λ_1.
-
-    One node with both rows, every other with one: n 2ⁿ⁻¹ subsets, for n up to about 20. Without such an
-    intersection, as where λ_1 is 0 or does not exist, the load factor is NaN and there are no rows.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> round(collapse_by_enumeration(shakedown.example("two-node")).load_factor, 6)
-    0.657373
-    """
-    require_plane("collapse by enumeration", problem, NO_SUBSETS)
-    _check_threads(threads)
-    rows = constraints(problem)
-    return intersection(rows, _first_one_pair(rows, threads, tolerances)[1])
-
-
-def _first_one_pair(rows: Constraints, threads: int | None, tolerances: Tolerances) -> Candidate:
-    from shakedown.bounds.enumeration.tasks import (  # compiled; loaded only where it is used
-        Tree,
-        pieces,
-    )
-
-    scaled, best = scaled_rows(rows), NONE
-    for node in range(rows.n):
-        order = np.arange(len(rows.g))
-        order[: 2 * rows.n] = np.roll(order[: 2 * rows.n], -2 * node)  # the pair first, then the other nodes
-        turned = replace(scaled, matrix=scaled.matrix[order], right=scaled.right[order])
-        tree = Tree(turned, one_pair=True, feasible_below=best[0], tolerances=tolerances)
-        for piece in pieces(tree, threads):
-            value, subset = piece.smallest_feasible
-            if value < best[0]:
-                best = value, tuple(sorted(order[list(subset)].tolist()))
-    return best
+def _first_collapse(problem: Problem, tolerances: Tolerances) -> float:
+    """Just above λ_1, where there is one: no smaller positive load factor lies on the safe region."""
+    first = lower_bound(problem, certify=False, tolerances=tolerances).load_factor
+    return first * (1.0 + NEGLIGIBLE) if first > 0.0 else inf
 
 
 def _walk(
-    rows: Constraints, cut: float, feasible_below: float, threads: int | None, tolerances: Tolerances
+    rows: Constraints, values: bool, feasible_below: float, threads: int | None, tolerances: Tolerances
 ) -> Iterator[SubtreeFindings]:
     """Enumerate all subsets: few in batches, many in the compiled tree.
 
-    Load factors above ``cut`` are kept; points on the safe region are looked for below ``feasible_below``.
+    Points on the safe region are looked for below ``feasible_below`` in the tree.
     """
     scaled = scaled_rows(rows)
     if _count(rows) <= SMALL:
-        candidates = combinations(range(len(rows.g)), rows.n + 1)
-        for chunk in in_batches(candidates):
-            yield solve_subsets(np.array(chunk), scaled, tolerances, cut=cut, listed=LISTED)
+        for chunk in in_batches(combinations(range(len(rows.g)), rows.n + 1)):
+            yield solve_subsets(np.array(chunk), scaled, tolerances, values=values)
         return
-    from shakedown.bounds.enumeration.tasks import (  # compiled; loaded only where it is used
-        Tree,
-        pieces,
-    )
+    from shakedown.bounds.enumeration.tasks import Tree, pieces  # compiled; loaded only where it is used
 
-    tree = Tree(scaled, cut=cut, feasible_below=feasible_below, listed=LISTED, tolerances=tolerances)
-    yield from pieces(tree, threads)
+    yield from pieces(Tree(scaled, values, feasible_below, tolerances), threads)
 
 
-def _report(problem: Problem, rows: Constraints, found: SubtreeFindings, values: bool) -> CriticalLoadFactors:
+def _report(rows: Constraints, found: SubtreeFindings, values: bool) -> CriticalLoadFactors:
     listed = sorted(found.degenerate_rows)[:LISTED]
     return CriticalLoadFactors(
         total=_count(rows),
         regular=found.regular,
         degenerate=found.degenerate,
         degenerate_rows=tuple(rows_named(rows, np.array(subset)) for subset in listed),
-        exactly_singular=_singular(problem, listed),
         smallest_positive=intersection(rows, found.smallest_positive[1]),
         smallest_feasible=intersection(rows, found.smallest_feasible[1]),
         load_factors=np.sort(found.load_factors) if values else None,
     )
-
-
-def _singular(problem: Problem, subsets: list[tuple[int, ...]]) -> int:
-    """The number of subsets of rows without a unique common point in exact arithmetic."""
-    if not subsets:
-        return 0
-    rows = exact_rows(problem)
-    return sum(
-        solve_integers([rows.matrix[i] for i in subset], [rows.right[i] for i in subset]) is None
-        for subset in subsets
-    )
-
-
-def _check_threads(threads: int | None) -> None:
-    if threads is not None:
-        check_count("threads", threads)
 
 
 def _count(rows: Constraints) -> int:

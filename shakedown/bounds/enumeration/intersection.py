@@ -17,6 +17,7 @@ from shakedown.programs.program import equilibration
 
 Candidate = tuple[float, tuple[int, ...]]
 NONE: Candidate = (inf, ())
+LISTED = 1000  # degenerate subsets whose rows are told
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -116,7 +117,7 @@ class SubtreeFindings:
     smallest_positive, smallest_feasible
         (load factor, rows) of the smallest positive one, and of the smallest on the safe region.
     load_factors
-        Those above the cut, where asked for.
+        Of all regular ones, where asked for.
     """
 
     regular: int
@@ -133,7 +134,7 @@ class SubtreeFindings:
 
 
 def solve_subsets(
-    subsets: NDArray[np.intp], rows: ScaledRows, tolerances: Tolerances, *, cut: float, listed: int
+    subsets: NDArray[np.intp], rows: ScaledRows, tolerances: Tolerances, *, values: bool
 ) -> SubtreeFindings:
     """What subsets (b, n + 1) of the rows give; those that are singular to the tolerance give nothing."""
     square, target = rows.matrix[subsets], rows.right[subsets]
@@ -160,10 +161,10 @@ def solve_subsets(
     return SubtreeFindings(
         regular=int(regular.sum()),
         degenerate=int((~regular).sum()),
-        degenerate_rows=[tuple(subset) for subset in subsets[~regular][:listed].tolist()],
+        degenerate_rows=[tuple(subset) for subset in subsets[~regular][:LISTED].tolist()],
         smallest_positive=smallest(positive),
         smallest_feasible=smallest(feasible),
-        load_factors=load_factors[regular & (load_factors > cut)] if cut < inf else np.empty(0),
+        load_factors=load_factors[regular] if values else np.empty(0),
     )
 
 

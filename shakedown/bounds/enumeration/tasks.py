@@ -8,9 +8,9 @@ from itertools import chain, combinations, islice
 from math import comb, inf
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.bounds.enumeration.intersection import (
+    LISTED,
     NONE,
     ScaledRows,
     SubtreeFindings,
@@ -18,18 +18,8 @@ from shakedown.bounds.enumeration.intersection import (
     joined,
     solve_subsets,
 )
-from shakedown.bounds.enumeration.walk_kernel import (
-    REGULAR,
-    STORED,
-    SUSPECTS,
-    Suspects,
-    WalkFindings,
-    WalkSearch,
-    Whole,
-    elimination,
-    walk,
-)
-from shakedown.ground.constants import BATCH, BLOCK
+from shakedown.bounds.enumeration.walk_kernel import REGULAR, SUSPECTS, Walk, walk
+from shakedown.ground.constants import BLOCK
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.work_limit import all_cores
 
@@ -42,28 +32,18 @@ class Tree:
     ----------
     rows
         The 2n rows.
-    one_pair
-        Only the subsets 0, 1, then one of every further two rows.
-    cut
-        Load factors above it are kept; inf keeps none.
+    values
+        Whether all load factors are kept.
     feasible_below
         Points on the safe region are looked for below this load factor only.
-    listed
-        How many degenerate subsets a piece lists.
     tolerances
         What counts as degenerate and as safe.
     """
 
     rows: ScaledRows
-    one_pair: bool = False
-    cut: float = inf
+    values: bool = False
     feasible_below: float = inf
-    listed: int = 1000
     tolerances: Tolerances = DEFAULT
-
-    def solved(self, subsets: NDArray[np.intp]) -> SubtreeFindings:
-        """Some subsets, solved as a batch."""
-        return solve_subsets(subsets, self.rows, self.tolerances, cut=self.cut, listed=self.listed)
 
 
 def pieces(tree: Tree, threads: int | None = None) -> Iterator[SubtreeFindings]:
@@ -80,7 +60,7 @@ def pieces(tree: Tree, threads: int | None = None) -> Iterator[SubtreeFindings]:
     waiting: deque[Future[SubtreeFindings]] = deque()
     with ThreadPoolExecutor(workers) as pool:
         try:
-            for prefix, size in tasks(tree):
+            for prefix, size in tasks(tree.rows):
                 waiting.append(pool.submit(walk_piece, tree, prefix, size))
                 if len(waiting) > 2 * workers:
                     piece = waiting.popleft().result()
@@ -92,100 +72,84 @@ def pieces(tree: Tree, threads: int | None = None) -> Iterator[SubtreeFindings]:
                 future.cancel()
 
 
-def tasks(tree: Tree) -> Iterator[tuple[tuple[int, ...], int]]:
+def tasks(rows: ScaledRows) -> Iterator[tuple[tuple[int, ...], int]]:
     """Prefixes whose subtrees have at most ``BLOCK`` subsets, in order, with their sizes."""
+    count, columns = rows.matrix.shape
     waiting: list[tuple[int, ...]] = [()]
     while waiting:  # every prefix is taken once, and none of a whole subset has children
         prefix = waiting.pop()
-        size = completions(tree, prefix)
+        size = completions(rows, prefix)
         if size <= BLOCK:
             yield prefix, size
         else:
-            waiting += [(*prefix, child) for child in reversed(range(*child_range(tree, prefix)))]
+            last = count - columns + len(prefix)
+            waiting += [(*prefix, child) for child in range(last, _first_after(prefix) - 1, -1)]
 
 
-def child_range(tree: Tree, prefix: tuple[int, ...]) -> tuple[int, int]:
-    """First row, and one past the last, that can follow a prefix."""
-    count, columns = tree.rows.matrix.shape
-    depth = len(prefix)
-    if tree.one_pair:
-        return (depth, depth + 1) if depth < 2 else (2 * depth - 2, 2 * depth)
-    return (prefix[-1] + 1 if prefix else 0), count - columns + depth + 1
+def _first_after(prefix: tuple[int, ...]) -> int:
+    """The first row that can follow a prefix."""
+    return prefix[-1] + 1 if prefix else 0
 
 
-def completions(tree: Tree, prefix: tuple[int, ...]) -> int:
+def completions(rows: ScaledRows, prefix: tuple[int, ...]) -> int:
     """Number of subsets that begin with a prefix."""
-    count, columns = tree.rows.matrix.shape
-    if tree.one_pair:
-        return 2 ** (columns - max(len(prefix), 2))
-    return comb(count - child_range(tree, prefix)[0], columns - len(prefix))
+    count, columns = rows.matrix.shape
+    return comb(count - _first_after(prefix), columns - len(prefix))
 
 
 def walk_piece(tree: Tree, prefix: tuple[int, ...], size: int) -> SubtreeFindings:
     """Walk one subtree and examine the suspects that it set aside."""
-    unit = tree.rows.column_scale[-1]
-    found, suspects = _walked(tree, prefix, size)
+    rows, unit = tree.rows, tree.rows.column_scale[-1]
+    R, N = rows.matrix.shape
+    path, last, pivots = np.zeros((3, N), dtype=np.int64)
+    path[: len(prefix)] = prefix
+    found = Walk(
+        rows=np.column_stack([rows.matrix, rows.right]),
+        feasibility=tree.tolerances.feasibility,
+        work=np.empty((N, N + 1, R)),
+        path=path,
+        last=last,
+        pivots=pivots,
+        known=np.zeros(N + 1, dtype=np.bool_),
+        level=np.zeros(N + 1),
+        x=np.empty(N),
+        square=np.empty((N, N + 1)),
+        values=np.empty(size if tree.values else 0),
+        record=np.array([inf, tree.feasible_below / unit]),
+        subsets=np.zeros((2, N), dtype=np.int64),
+        prefixes=np.empty((size, N), dtype=np.int32),
+        lengths=np.empty(size, dtype=np.int32),
+        counters=np.zeros(3, dtype=np.int64),
+    )
+    found.work[0] = found.rows.T
+    walk(found, np.array(prefix, dtype=np.int64))
     best, safest = (tuple(subset) for subset in found.subsets.tolist())
-    count = int(found.counters[SUSPECTS])
+    regular, suspects = found.counters[[REGULAR, SUSPECTS]].tolist()
     piece = SubtreeFindings(
-        regular=int(found.counters[REGULAR]),
+        regular=regular,
         degenerate=0,
         degenerate_rows=[],
         smallest_positive=(found.record[0] * unit, best) if any(best) else NONE,
         smallest_feasible=(found.record[1] * unit, safest) if any(safest) else NONE,
-        load_factors=found.values[: found.counters[STORED]] * unit,
+        load_factors=found.values[:regular] * unit,
     )
-    prefixes = zip(suspects.prefixes[:count].tolist(), suspects.lengths[:count].tolist(), strict=True)
-    return joined([piece, *_examined(tree, [tuple(rows[:length]) for rows, length in prefixes])])
-
-
-def _walked(tree: Tree, prefix: tuple[int, ...], size: int) -> tuple[WalkFindings, Suspects]:
-    """Walk one subtree; a second time, with capacity for all of them, where there are many suspects."""
-    rows, unit = tree.rows, tree.rows.column_scale[-1]
-    columns = rows.matrix.shape[1]
-    augmented = np.column_stack([rows.matrix, rows.right])
-    search = WalkSearch(augmented, tree.one_pair, tree.tolerances.feasibility, tree.cut / unit)
-    given, capacity = np.array(prefix, dtype=np.int64), BATCH
-    for _ in range(2):
-        counters = np.zeros(4, dtype=np.int64)
-        found = WalkFindings(
-            values=np.empty(size if tree.cut < inf else 0),
-            record=np.array([inf, tree.feasible_below / unit]),
-            subsets=np.zeros((2, columns), dtype=np.int64),
-            counters=counters,
-        )
-        suspects = Suspects(
-            np.zeros((capacity, columns), dtype=np.int64), np.zeros(capacity, dtype=np.int64), counters
-        )
-        walk(Whole(search, elimination(augmented, given), found, suspects), given)
-        if counters[SUSPECTS] <= capacity:
-            break
-        capacity = int(counters[SUSPECTS])
-    return found, suspects
+    prefixes = zip(found.prefixes[:suspects].tolist(), found.lengths[:suspects].tolist(), strict=True)
+    return joined([piece, *_examined(tree, [tuple(path[:length]) for path, length in prefixes])])
 
 
 def _examined(tree: Tree, suspects: list[tuple[int, ...]]) -> Iterator[SubtreeFindings]:
     """Suspect prefixes: singular as they stand, or else all their completions solved in batches."""
-    doubtful = list[tuple[int, ...]]()
+    doubtful = list[Iterator[tuple[int, ...]]]()
+    count, columns = tree.rows.matrix.shape
     for prefix in suspects:
-        whole = len(prefix) == tree.rows.matrix.shape[1]
+        rest = combinations(range(_first_after(prefix), count), columns - len(prefix))
+        extensions = map(prefix.__add__, rest)
+        whole = len(prefix) == columns
         spectrum = np.ones(1) if whole else np.linalg.svd(tree.rows.matrix[list(prefix)], compute_uv=False)
         if spectrum[-1] > tree.tolerances.degeneracy * spectrum[0]:
-            doubtful.append(prefix)
+            doubtful.append(extensions)
         else:
-            listed = list(islice(_extensions(tree, prefix), tree.listed))
-            yield SubtreeFindings(0, completions(tree, prefix), listed, NONE, NONE, np.empty(0))
-    for chunk in in_batches(chain.from_iterable(_extensions(tree, prefix) for prefix in doubtful)):
-        yield tree.solved(np.array(chunk))
-
-
-def _extensions(tree: Tree, prefix: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
-    count, columns = tree.rows.matrix.shape
-    if not tree.one_pair:
-        for rest in combinations(range(child_range(tree, prefix)[0], count), columns - len(prefix)):
-            yield (*prefix, *rest)
-    elif len(prefix) == columns:
-        yield prefix
-    else:
-        for child in range(*child_range(tree, prefix)):
-            yield from _extensions(tree, (*prefix, child))
+            listed = list(islice(extensions, LISTED))
+            yield SubtreeFindings(0, completions(tree.rows, prefix), listed, NONE, NONE, np.empty(0))
+    for chunk in in_batches(chain.from_iterable(doubtful)):
+        yield solve_subsets(np.array(chunk), tree.rows, tree.tolerances, values=tree.values)

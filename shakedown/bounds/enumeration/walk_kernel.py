@@ -1,9 +1,8 @@
 """The tree of all row subsets, walked with the elimination of common prefixes shared (compiled).
 
 A subset is a path of increasing row numbers. Choosing a row eliminates one slip
-from all rows that can still follow, once for the whole subtree; the last three rows
-share their cross products, so that a leaf costs two short dot products and one
-division. The pivot is the row's largest entry among the slips that are left; the
+from all rows that can still follow, once for the whole subtree; a leaf then costs
+a short dot product and one division. The pivot is the row's largest entry among the slips that are left; the
 load factor is eliminated only by a row in which no slip is left, which gives its value.
 
 Where the largest entry is small, the prefix is *suspect*: it is set aside, with all
@@ -25,8 +24,8 @@ from shakedown.ground.constants import ROUND_OFF, FloatArray
 
 IntArray = NDArray[np.int64]
 
-# Indices into the counters of ``Found``.
-REGULAR, SUSPECTS, STORED, VIOLATED = range(4)
+# Indices into the counters of ``Walk``.
+REGULAR, SUSPECTS, VIOLATED = range(3)
 
 SUSPECT = 1e-7  # smaller pivots, in rows of size 1, are left to a method that estimates the condition number
 DOUBTFUL = 1e3  # times the tolerance within which a point is solved again before it is judged
@@ -35,33 +34,16 @@ linked: Any = partial(njit, no_cpython_wrapper=True, no_cfunc_wrapper=True, **pi
 """Compiles a function that only compiled code calls."""
 
 
-class WalkSearch(NamedTuple):
-    """The settings of the walk.
+class Walk(NamedTuple):
+    """The data of one walk over the subsets of N of R rows, its state and its findings.
 
     Attributes
     ----------
     rows : (R, N + 1)
         Rows of size about 1: N − 1 slips, the load factor, the right-hand side.
-    one_pair
-        Only the paths 0, 1, then one of every further two rows.
     feasibility
         Largest violation of a row that a point on the safe region may have, relative
         to the largest terms.
-    cut
-        Load factors above it are stored; at +inf none is.
-    """
-
-    rows: FloatArray
-    one_pair: bool
-    feasibility: float
-    cut: float
-
-
-class WalkElimination(NamedTuple):
-    """The state of the walk: the rows chosen, and all others after elimination.
-
-    Attributes
-    ----------
     work : (N, N + 1, R)
         At every depth, column by column, the rows without the slips eliminated so far.
     path, last : (N,)
@@ -73,9 +55,21 @@ class WalkElimination(NamedTuple):
     x : (N,)
         Array for one point.
     square : (N, N + 1)
-        Arrays for the equations of one subset.
+        Array for the equations of one subset.
+    values
+        Receives the load factors of all regular subsets; empty where none is to be kept.
+    record : (2,)
+        In and out: smallest positive load factor so far, and smallest one on the safe region.
+    subsets : (2, N)
+        Their rows, where the walk found them; else zero.
+    prefixes, lengths : (S, N), (S,)
+        Receive the suspect prefixes.
+    counters : (3,)
+        Number of regular subsets, number of suspect prefixes, and the row found violated last.
     """
 
+    rows: FloatArray
+    feasibility: float
     work: FloatArray
     path: IntArray
     last: IntArray
@@ -84,82 +78,30 @@ class WalkElimination(NamedTuple):
     level: FloatArray
     x: FloatArray
     square: FloatArray
-
-
-class Suspects(NamedTuple):
-    """Receives the suspect prefixes (S, N) and their lengths (S,), as far as it reaches; counts them all."""
-
-    prefixes: IntArray
-    lengths: IntArray
-    counters: IntArray
-
-
-class WalkFindings(NamedTuple):
-    """The findings of the walk.
-
-    Attributes
-    ----------
-    values
-        Receives the load factors above the cut, as far as it reaches.
-    record : (2,)
-        In and out: smallest positive load factor so far, and smallest one on the safe region.
-    subsets : (2, N)
-        Their rows, where the walk found them; else zero.
-    counters : (4,)
-        Number of regular subsets, suspect prefixes, load factors above the cut, and the
-        row found violated last.
-    """
-
     values: FloatArray
     record: FloatArray
     subsets: IntArray
+    prefixes: NDArray[np.int32]
+    lengths: NDArray[np.int32]
     counters: IntArray
 
 
-class Whole(NamedTuple):
-    """The data of one walk."""
-
-    search: WalkSearch
-    state: WalkElimination
-    found: WalkFindings
-    suspects: Suspects
-
-
-class Limits(NamedTuple):
-    """The last row that can stand third from the end, the number of rows given, and the cut."""
-
-    last: int
-    given: int
-    cut: float
-
-
 @linked()
-def set_aside(path: IntArray, length: int, suspects: Suspects) -> None:
-    """Store the first ``length`` rows of a path as a suspect, up to capacity; count it in any case."""
-    index = suspects.counters[SUSPECTS]
-    if index < suspects.lengths.size:
-        for t in range(length):
-            suspects.prefixes[index, t] = path[t]
-        suspects.lengths[index] = length
-    suspects.counters[SUSPECTS] += 1
-
-
-@linked()
-def _keep(value: float, values: FloatArray, counters: IntArray) -> None:
-    """Store a load factor above the cut, up to capacity; count it in any case."""
-    if counters[STORED] < values.size:
-        values[counters[STORED]] = value
-    counters[STORED] += 1
+def set_aside(path: IntArray, length: int, found: Walk) -> None:
+    """Store the first ``length`` rows of a path as a suspect."""
+    index = found.counters[SUSPECTS]
+    for t in range(length):
+        found.prefixes[index, t] = path[t]
+    found.lengths[index] = length
+    found.counters[SUSPECTS] += 1
 
 
 @linked(fastmath={"contract"}, inline="always", _nrt=False)
-def leaves(whole: Whole) -> None:
+def leaves(state: Walk) -> None:
     """The last two rows: one slip and the load factor (or, where that is known, two slips) are left."""
-    search, state, found = whole.search, whole.state, whole.found
-    R, N = search.rows.shape[0], search.rows.shape[1] - 1
+    R, N = state.rows.shape[0], state.rows.shape[1] - 1
     reduced, path, x = state.work[N - 2], state.path, state.x
-    known, cut, one_pair = state.known[N - 2], search.cut, search.one_pair
-    record, counters = found.record, found.counters
+    known, values, record, counters = state.known[N - 2], state.values, state.record, state.counters
     for row in range(path[N - 2], state.last[N - 2] + 1):
         path[N - 2] = row
         a, b, g = reduced[0, row], reduced[1, row], reduced[2, row]
@@ -169,111 +111,40 @@ def leaves(whole: Whole) -> None:
             own, other = 1, 0
         if abs(a) <= SUSPECT:
             if abs(a) > ROUND_OFF or known or abs(b) <= SUSPECT:
-                set_aside(path, N - 1, whole.suspects)
+                set_aside(path, N - 1, state)
                 continue
             own, other, fixed = 1, 0, True  # no slip is left in the row, so it determines the load factor
             a, b = b, a
         b, g = b / a, g / a
         value = state.level[N - 2] if known else g
-        first, end = row + 1, R
-        if one_pair:
-            first, end = (1, 2) if N == 2 else (2 * N - 4, 2 * N - 2)
-        for leaf in range(first, end):
+        for leaf in range(row + 1, R):
             d = reduced[other, leaf] - b * reduced[own, leaf]
             if abs(d) <= SUSPECT:
                 path[N - 1] = leaf
-                set_aside(path, N, whole.suspects)
+                set_aside(path, N, state)
                 continue
             rest = (reduced[2, leaf] - g * reduced[own, leaf]) / d
             if not fixed:
                 value = rest
+            if values.size:
+                values[counters[REGULAR]] = value
             counters[REGULAR] += 1
-            if value > cut:
-                _keep(value, found.values, counters)
             if value <= 0.0 or value >= max(record[0], record[1]):
                 continue
             path[N - 1] = leaf
             x[own], x[other] = g - b * rest, rest
-            _consider(whole, value, N - 3)
-
-
-@linked(fastmath={"contract"}, _nrt=False)
-def triples(
-    work: FloatArray,
-    path: IntArray,
-    record: FloatArray,
-    counters: IntArray,
-    values: FloatArray,
-    limits: Limits,
-    whole: Whole,
-) -> None:
-    """The last three rows, with two slips and the load factor left: Cramer's rule.
-
-    With the cross product of the first two rows (of their slips and load factor, and of
-    their slips and right-hand side), every third row costs two dot products and a division.
-    If the path is given up to the second of them, only that one is tried. The arrays of
-    every leaf are handed down one by one: to take them out of ``whole`` costs as much as a leaf.
-    """
-    R, N = work.shape[2], path.size
-    a, b, d, g = work[N - 3, 0], work[N - 3, 1], work[N - 3, 2], work[N - 3, 3]
-    for i in range(path[N - 3], limits.last + 1):
-        path[N - 3] = i
-        first, stop = i + 1, R - 1
-        if limits.given >= N - 1:
-            first, stop = path[N - 2], path[N - 2] + 1
-        for j in range(first, stop):
-            m = a[i] * b[j] - a[j] * b[i]
-            s, t = b[i] * d[j] - b[j] * d[i], d[i] * a[j] - d[j] * a[i]
-            size = max(abs(m), abs(s), abs(t))
-            path[N - 2] = j
-            if size <= SUSPECT:
-                set_aside(path, N - 1, whole.suspects)
-                continue
-            u, w = b[i] * g[j] - b[j] * g[i], g[i] * a[j] - g[j] * a[i]
-            for k in range(j + 1, R):
-                below = s * a[k] + t * b[k] + m * d[k]
-                if abs(below) <= SUSPECT * size:
-                    path[N - 1] = k
-                    set_aside(path, N, whole.suspects)
-                    continue
-                value = (u * a[k] + w * b[k] + m * g[k]) / below
-                counters[REGULAR] += 1
-                if value > limits.cut:
-                    _keep(value, values, counters)
-                if value <= 0.0 or value >= max(record[0], record[1]):
-                    continue
-                path[N - 1] = k
-                _two_slips(work[N - 3], path, value, whole.state.x)
-                _consider(whole, value, N - 4)
-
-
-@linked()
-def _two_slips(reduced: FloatArray, path: IntArray, value: float, x: FloatArray) -> None:
-    """The two slips left, once the load factor is known, from the two rows that determine them best."""
-    N = path.size
-    i, j, k = path[N - 3], path[N - 2], path[N - 1]
-    a, b, d, g = reduced[0], reduced[1], reduced[2], reduced[3]
-    p, q, best = i, j, abs(a[i] * b[j] - a[j] * b[i])
-    if abs(a[i] * b[k] - a[k] * b[i]) > best:
-        q, best = k, abs(a[i] * b[k] - a[k] * b[i])
-    if abs(a[j] * b[k] - a[k] * b[j]) > best:
-        p, q = j, k
-    right_p, right_q = g[p] - d[p] * value, g[q] - d[q] * value
-    minor = a[p] * b[q] - a[q] * b[p]
-    x[0] = (right_p * b[q] - right_q * b[p]) / minor
-    x[1] = (a[p] * right_q - a[q] * right_p) / minor
-    x[2] = value
+            _consider(state, value)
 
 
 @linked(fastmath={"contract"})
-def _looks_safe(search: WalkSearch, state: WalkElimination, counters: IntArray, deepest: int) -> bool:
+def _looks_safe(state: Walk) -> bool:
     """Put back the eliminated slips and look for a violated row, first where one was found last time.
 
-    ``x`` starts with the last unknowns, those that depths beyond ``deepest`` leave.
+    ``x`` starts with the last two unknowns.
     """
-    rows, x, work, path, pivots = search.rows, state.x, state.work, state.path, state.pivots
-    R, N = rows.shape[0], rows.shape[1] - 1
-    for depth in range(deepest, -1, -1):
+    rows, x, work, path, pivots = state.rows, state.x, state.work, state.path, state.pivots
+    R, N, counters = rows.shape[0], rows.shape[1] - 1, state.counters
+    for depth in range(N - 3, -1, -1):
         pivot, row, width = pivots[depth], path[depth], N - depth
         total = work[depth, width, row]
         for c in range(width - 1, pivot, -1):
@@ -282,7 +153,7 @@ def _looks_safe(search: WalkSearch, state: WalkElimination, counters: IntArray, 
         for c in range(pivot):
             total -= work[depth, c, row] * x[c]
         x[pivot] = total / work[depth, pivot, row]
-    tolerance, largest = DOUBTFUL * search.feasibility, 0.0
+    tolerance, largest = DOUBTFUL * state.feasibility, 0.0
     for c in range(N):
         largest = max(largest, abs(x[c]))
     for k in range(R):
@@ -306,14 +177,12 @@ def _excess(rows: FloatArray, i: int, x: FloatArray) -> float:
 
 
 @linked()
-def _consider(whole: Whole, value: float, deepest: int) -> None:
+def _consider(state: Walk, value: float) -> None:
     """Solve a promising subset from scratch; keep it if it breaks a record."""
-    search, state, found = whole.search, whole.state, whole.found
-    rows, record = search.rows, found.record
-    if value >= record[0] and not _looks_safe(search, state, found.counters, deepest):
+    rows, record, x = state.rows, state.record, state.x
+    if value >= record[0] and not _looks_safe(state):
         return
     R, N = rows.shape[0], rows.shape[1] - 1
-    x = state.x
     spread = _solved(rows, state.path, state.square, x)
     if not spread > 0.0:
         return
@@ -325,17 +194,17 @@ def _consider(whole: Whole, value: float, deepest: int) -> None:
     if x[N - 1] < record[0]:
         record[0] = x[N - 1]
         for c in range(N):
-            found.subsets[0, c] = state.path[c]
+            state.subsets[0, c] = state.path[c]
     if x[N - 1] < record[1]:
         largest = size
         for i in range(R):
             largest = max(largest, abs(rows[i, N]))
         for i in range(R):
-            if _excess(rows, i, x) > search.feasibility * largest:
+            if _excess(rows, i, x) > state.feasibility * largest:
                 return
         record[1] = x[N - 1]
         for c in range(N):
-            found.subsets[1, c] = state.path[c]
+            state.subsets[1, c] = state.path[c]
 
 
 @linked()
@@ -369,48 +238,24 @@ def _solved(rows: FloatArray, path: IntArray, m: FloatArray, x: FloatArray) -> f
     return least / most
 
 
-def elimination(rows: FloatArray, prefix: IntArray) -> WalkElimination:
-    """The state with only the prefix chosen and nothing eliminated."""
-    R, N = rows.shape[0], rows.shape[1] - 1
-    work = np.empty((N, N + 1, R))
-    work[0] = rows.T
-    path = np.zeros(N, dtype=np.int64)
-    path[: prefix.size] = prefix
-    last, pivots = np.zeros((2, N), dtype=np.int64)
-    more = np.empty(N), np.empty((N, N + 1))
-    return WalkElimination(work, path, last, pivots, np.zeros(N + 1, dtype=np.bool_), np.zeros(N + 1), *more)
-
-
 @partial(compiled, nogil=True, fastmath={"contract"}, _nrt=False)
-def walk(whole: Whole, prefix: IntArray) -> None:
+def walk(state: Walk, prefix: IntArray) -> None:
     """Visit every completion of a prefix of fewer than N rows.
 
     Every turn moves the path on in the order of the tree, or up: it ends after as many
     turns as there are prefixes, and one more for each to leave it.
     """
-    work, path, last, pivots, known, level = whole.state[:6]
-    values, record, _, counters = whole.found
-    R, N, given, one_pair, cut = (
-        work.shape[2],
-        path.size,
-        prefix.size,
-        whole.search.one_pair,
-        whole.search.cut,
-    )
+    work, path, last, pivots, known, level = state[2:8]
+    R, N, given = work.shape[2], path.size, prefix.size
     depth, entered = 0, False
     while depth >= 0:
         if not entered:
-            path[depth], last[depth] = _children(depth, path[depth - 1] if depth else -1, R, N, one_pair)
+            path[depth], last[depth] = path[depth - 1] + 1 if depth else 0, R - N + depth
             if depth < given:
                 path[depth] = last[depth] = prefix[depth]
             entered = True
-            if N - depth == 3 and not one_pair and not known[depth]:
-                if given == N - 1:
-                    path[N - 2] = prefix[N - 2]
-                triples(work, path, record, counters, values, Limits(last[depth], given, cut), whole)
-                path[depth] = last[depth] + 1
-            elif N - depth == 2:
-                leaves(whole)
+            if N - depth == 2:
+                leaves(state)
                 path[depth] = last[depth] + 1
         elif path[depth] > last[depth]:
             depth -= 1
@@ -422,25 +267,15 @@ def walk(whole: Whole, prefix: IntArray) -> None:
             if pivot < 0:
                 for t in range(depth + 1, given):  # the walk of another prefix must not count it again
                     path[t] = prefix[t]
-                set_aside(path, max(depth + 1, given), whole.suspects)
+                set_aside(path, max(depth + 1, given), state)
                 path[depth] += 1
                 continue
             level[depth + 1] = (
                 level[depth] if known[depth] else work[depth, width, row] / work[depth, pivot, row]
             )
             pivots[depth] = pivot
-            _eliminate(work, depth, pivot, row, 2 * depth if one_pair and depth else row + 1)
+            _eliminate(work, depth, pivot, row)
             depth, entered = depth + 1, False
-
-
-@linked(inline="always")
-def _children(depth: int, previous: int, R: int, N: int, one_pair: bool) -> tuple[int, int]:
-    """First and last row that can stand at a depth."""
-    if one_pair:
-        if depth < 2:
-            return depth, depth
-        return 2 * depth - 2, 2 * depth - 1
-    return previous + 1, R - N + depth
 
 
 @linked(_nrt=False)
@@ -459,8 +294,8 @@ def _pivot(work: FloatArray, depth: int, row: int, width: int, known: bool) -> t
 
 
 @linked(fastmath={"contract"}, _nrt=False)
-def _eliminate(work: FloatArray, depth: int, pivot: int, row: int, first: int) -> None:
-    """Eliminate one column from all rows that can follow, from ``first`` on."""
+def _eliminate(work: FloatArray, depth: int, pivot: int, row: int) -> None:
+    """Eliminate one column from all rows that can follow."""
     R = work.shape[2]
     scale = 1.0 / work[depth, pivot, row]
     target = 0
@@ -468,6 +303,6 @@ def _eliminate(work: FloatArray, depth: int, pivot: int, row: int, first: int) -
         if c == pivot:
             continue
         step = work[depth, c, row] * scale
-        for i in range(first, R):
+        for i in range(row + 1, R):
             work[depth + 1, target, i] = work[depth, c, i] - step * work[depth, pivot, i]
         target += 1
