@@ -255,7 +255,7 @@ def _confirmed(problem: Problem, start: Start, found: FoundArcs, why: NoLids | N
     for back in BACK if why is not None else BACK[:1]:
         load_factor = (1.0 - back) * found.load_factor
         at = min(load_factor, 1.0)  # where conditions hold at every load factor
-        if confirmed(joint, start, at, arcs, lids, exact=exact):
+        if not exact or confirmed(joint, start, at, arcs, lids):
             evidence = TotalSlip(
                 total_slip=np.bincount(arcs.node, total, minlength=problem.n).astype(float),
                 limited_by="" if why is None else why.word,

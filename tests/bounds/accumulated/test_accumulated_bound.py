@@ -170,16 +170,15 @@ def lids_and_arcs(bound: shakedown.Bound) -> tuple[Arcs, Lids]:
     return Arcs(arcs.node, arcs.first, arcs.last), Lids(arcs.lid, N, np.linalg.inv(np.eye(len(N)) - N))
 
 
-@pytest.mark.parametrize("name", ["three-node", "two-node-3d"])
-def test_the_check_notices_what_is_wrong(name: str) -> None:
+def test_the_check_notices_what_is_wrong() -> None:
     """A larger load, a lower lid, a slip that hinders more, a start farther off, an arc less."""
-    problem = shakedown.example(name)
+    problem = shakedown.example("three-node")
     bound = shakedown.accumulated_bound(problem)
     arcs, lids = lids_and_arcs(bound)
-    start, exact, at = Start(bound.initial_slip, bound.start_error), bound.certified, bound.load_factor
+    start, at = Start(bound.initial_slip, bound.start_error), bound.load_factor
 
     def holds(start=start, at=at, arcs=arcs, **changes) -> bool:
-        return confirmed(problem, start, at, arcs, replace(lids, **changes), exact=exact)
+        return confirmed(problem, start, at, arcs, replace(lids, **changes))
 
     assert holds()
     assert not holds(at=at * 1.01)
