@@ -458,7 +458,7 @@ def _of_energy(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Optimum:
     slack = limits.slack(slip, bound.load_factor, reach) / sizes
     chosen = np.flatnonzero((slack <= tolerances.feasibility) | (share > SMOOTH * share.max()))
     before = len(limits.rows.g) > len(zone.constraints.g)
-    rates = rates_of(zone, bound.load_factor, scale=metric.unit**2, before=before).among(chosen)
+    rates = rates_of(zone, bound.load_factor, scale=metric.scale, before=before).among(chosen)
     ray = np.zeros_like(moved) if at_tip else moved / np.linalg.norm(moved)
     s, y = limits.rows.spread[chosen], bound.multipliers[chosen]
     widening = np.append(spread_slopes(zone.joint, metric, limits.rows.spread[: 2 * zone.joint.n]), 0.0)

@@ -2,17 +2,16 @@
 
 Reading order: ``program`` (statement, numbers near 1, solution with residuals; scaling by powers of two),
 ``solver`` (the method for given cones; the point with the most slack), ``simplex`` (held for many solves),
-``highs`` (what it stands on), ``conic`` (Clarabel, cvxpy), ``disc_solver`` (the cones of two tangential
-directions), ``polygon`` (corners in the plane), ``cone_rays`` (how far a cone reaches).
+``highs`` (what it stands on), ``conic`` (Clarabel, cvxpy), ``polygon`` (corners in the
+plane), ``cone_rays`` (how far a cone reaches).
 
 Without round-off, through FLINT: ``exact_program`` (polish of a vertex, systems of integers, optimality of a
 basis).
 
 Interior points for dense programs, one product of matrices an iteration: ``cones`` (very many of three
-numbers, those of one, and a large one), ``self_dual`` (the optimum, or the proof that there is none, with
-the scaling of Nesterov and Todd and the steps of Mehrotra), ``disc_program`` (discs that share coefficients
-node by node), ``reaction_unknowns`` (the same in the reactions of many nodes), ``shared_blocks`` (what is
-worked out once for programs that differ in multiples of rows), ``dense_programs`` (rows in any units: those
-that meet in a vertex, the optimum over a cone). Their results are only starting points: the subpackages
-above check them, as they check those of any solver.
+numbers, those of one, and a large one), ``disc_program`` (discs that share coefficients node by node, and
+the normal equations, of many nodes in their reactions), ``self_dual`` (the optimum, or the proof that there
+is none, with the scaling of Nesterov and Todd and the steps of Mehrotra), ``dense_programs`` (rows in any
+units: those that meet in a vertex, the optimum over a cone). Their results are only starting points: the
+subpackages above check them, as they check those of any solver.
 """

@@ -76,10 +76,6 @@ class Scaling:
         """W⁻¹ on the large cone, (q, q)."""
         return np.asarray(_rotation(self.cones.parts(self._back)[2][None])[0] / self.factor[-1])
 
-    def inverse_square_of_large(self) -> FloatArray:
-        """W⁻² on the large cone, (q, q)."""
-        return np.asarray(_squared_rotation(self.cones.parts(self._back)[2][None])[0] / self.factor[-1] ** 2)
-
 
 @dataclass(frozen=True)
 class Cones:

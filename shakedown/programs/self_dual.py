@@ -1,8 +1,8 @@
 """A program over many small cones by interior points on the self-dual embedding, which proves its ends."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,10 +16,12 @@ from shakedown.ground.constants import (
     SIX_DIGITS,
     FloatArray,
 )
+from shakedown.ground.errors import SolverError
 from shakedown.ground.status import Status
-from shakedown.programs.cones import Cones, Scaling
+from shakedown.ground.work_limit import on_one_thread
+from shakedown.programs.cones import Scaling
+from shakedown.programs.disc_program import DiscProgram, Solve
 
-Solve = Callable[[FloatArray], FloatArray]
 Newton = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 REACHED = NEGLIGIBLE / 10  # gap and residuals at which the iteration stops
@@ -29,38 +31,6 @@ PATIENCE = 6  # iterations without progress after which round-off has stopped it
 REFINEMENTS = 3  # at most, of every solution of the normal equations
 STEP = 1 - PER_CENT  # share of the distance to the boundary
 NEAR = 0.5  # residuals, relative to the gap, up to which a point of another program serves as a start
-
-
-class ConeProgram(Protocol):
-    """Minimise costsᵀ x with limits − G x in the cones."""
-
-    @property
-    def cones(self) -> Cones:
-        """Where the slacks and multipliers are."""
-
-    @property
-    def limits(self) -> FloatArray:
-        """Right sides h."""
-
-    @property
-    def costs(self) -> FloatArray:
-        """c."""
-
-    @property
-    def left(self) -> float:
-        """Share of the balance that a step may miss before it is solved again by an orthogonal factor."""
-
-    def times(self, x: FloatArray) -> FloatArray:
-        """G x."""
-
-    def transposed(self, y: FloatArray) -> FloatArray:
-        """Gᵀ y."""
-
-    def normal_equations(self, scaling: Scaling) -> Solve:
-        """The solution of Gᵀ W⁻² G x = right for any right-hand side; raises ``LinAlgError``."""
-
-    def orthogonal_factor(self, scaling: Scaling) -> Solve:
-        """The same, slower, where the factor of Gᵀ W⁻² G is too inaccurate; raises ``LinAlgError``."""
 
 
 class Point(NamedTuple):
@@ -109,7 +79,7 @@ class SelfDualSolution:
 
 
 def solve_self_dual(
-    rows: ConeProgram, usable: float = USABLE, begun: Points = (), enough: Enough = never
+    rows: DiscProgram, usable: float = USABLE, begun: Points = (), enough: Enough = never
 ) -> SelfDualSolution:
     """The solution of a program: its optimum, or what proves that there is none, to what round-off allows.
 
@@ -125,7 +95,7 @@ def solve_self_dual(
         return _followed(rows, usable, (), enough) if shared and end.status == Status.UNDECIDED else end
 
 
-def _shared(rows: ConeProgram, begun: Points) -> Points:
+def _shared(rows: DiscProgram, begun: Points) -> Points:
     """The iterates up to the last with residuals here small beside its gap; empty where there is none."""
     size_h, size_c = _sizes(rows)
     if begun and (begun[0].x.shape, begun[0].s.shape) != (rows.costs.shape, rows.limits.shape):
@@ -139,7 +109,7 @@ def _shared(rows: ConeProgram, begun: Points) -> Points:
     return ()
 
 
-def _followed(rows: ConeProgram, usable: float, shared: Points, enough: Enough) -> SelfDualSolution:
+def _followed(rows: DiscProgram, usable: float, shared: Points, enough: Enough) -> SelfDualSolution:
     unit, path = rows.cones.unit, list(shared)
     point = path[-1] if path else Point(np.zeros(len(rows.costs)), unit, unit, 1.0, 1.0)
     seen = _seen(rows, point)
@@ -176,7 +146,7 @@ def _patience(accuracy: float) -> int:
     return PATIENCE - 1 if accuracy <= USABLE else 3 * PATIENCE
 
 
-def inner_point(rows: ConeProgram, end: SelfDualSolution, gap: float = FOUR_DIGITS) -> Point | None:
+def inner_point(rows: DiscProgram, end: SelfDualSolution, gap: float = FOUR_DIGITS) -> Point | None:
     """A point of both programs well inside their cones, without residuals; None where there is none.
 
     From the point on the way to an optimum that has this mean of slack times multiplier, by Newton's
@@ -189,7 +159,7 @@ def inner_point(rows: ConeProgram, end: SelfDualSolution, gap: float = FOUR_DIGI
             return None
 
 
-def _centred(rows: ConeProgram, end: SelfDualSolution, gap: float) -> Point | None:
+def _centred(rows: DiscProgram, end: SelfDualSolution, gap: float) -> Point | None:
     cones, h, c = rows.cones, rows.limits, rows.costs
 
     def mean(point: Point) -> float:
@@ -216,7 +186,7 @@ def _centred(rows: ConeProgram, end: SelfDualSolution, gap: float) -> Point | No
     return None
 
 
-def balanced_multipliers(rows: ConeProgram, point: Point) -> FloatArray:
+def balanced_multipliers(rows: DiscProgram, point: Point) -> FloatArray:
     """Multipliers with Gᵀ y + τ c = 0 next to those of a point, in the metric of its scaling."""
     with np.errstate(all="ignore"):  # what is not finite is of no use, and is not taken
         scaling = rows.cones.scaling(point.s, point.y)
@@ -228,12 +198,12 @@ def balanced_multipliers(rows: ConeProgram, point: Point) -> FloatArray:
         return point.y - dy
 
 
-def _seen(rows: ConeProgram, point: Point) -> tuple[FloatArray, FloatArray]:
+def _seen(rows: DiscProgram, point: Point) -> tuple[FloatArray, FloatArray]:
     """G x and Gᵀ y."""
     return rows.times(point.x), rows.transposed(point.y)
 
 
-def _judged(rows: ConeProgram, point: Point, seen: tuple[FloatArray, FloatArray]) -> SelfDualSolution:
+def _judged(rows: DiscProgram, point: Point, seen: tuple[FloatArray, FloatArray]) -> SelfDualSolution:
     """The point as an optimum or as a proof that there is none, whichever it is nearer to."""
     x, s, y, tau = point.x, point.s, point.y, point.tau
     h, c = rows.limits, rows.costs
@@ -253,7 +223,7 @@ def _judged(rows: ConeProgram, point: Point, seen: tuple[FloatArray, FloatArray]
     return min(ends, key=lambda end: end.accuracy if np.isfinite(end.accuracy) else np.inf)
 
 
-def _sizes(rows: ConeProgram) -> tuple[float, float]:
+def _sizes(rows: DiscProgram) -> tuple[float, float]:
     """The scales of the residuals of slacks and of multipliers."""
     return max(1.0, float(np.linalg.norm(rows.limits))), max(1.0, float(np.linalg.norm(rows.costs)))
 
@@ -263,7 +233,7 @@ def _sure(rest: float) -> float:
     return rest * REACHED / NEGLIGIBLE
 
 
-def _next(rows: ConeProgram, point: Point, seen: tuple[FloatArray, FloatArray], scaling: Scaling) -> Point:
+def _next(rows: DiscProgram, point: Point, seen: tuple[FloatArray, FloatArray], scaling: Scaling) -> Point:
     """One step of Mehrotra's predictor and corrector."""
     cones, centre = rows.cones, scaling.point
     x, s, y, tau, kappa = point
@@ -310,7 +280,7 @@ def _next(rows: ConeProgram, point: Point, seen: tuple[FloatArray, FloatArray], 
     )
 
 
-def _newton_equations(rows: ConeProgram, scaling: Scaling) -> Newton:
+def _newton_equations(rows: DiscProgram, scaling: Scaling) -> Newton:
     """(dx, dy) of Gᵀ dy = first and G dx − W² dy = second.
 
     By the normal equations, or by an orthogonal factor where they leave too much.
@@ -324,8 +294,8 @@ def _newton_equations(rows: ConeProgram, scaling: Scaling) -> Newton:
     def solved(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:
         nonlocal solve, sharp
         dx, dy, left = _refined(rows, scaling, solve, first, second)
-        enough = max(rows.left * float(np.linalg.norm(first)), ROUND_OFF * float(np.linalg.norm(dy)))
-        if sharp or left <= enough:
+        enough = max(PER_CENT * float(np.linalg.norm(first)), ROUND_OFF * float(np.linalg.norm(dy)))
+        if sharp or rows.in_reactions or left <= enough:  # of many nodes a factor costs ten steps
             return dx, dy
         solve, sharp = rows.orthogonal_factor(scaling), True
         return _refined(rows, scaling, solve, first, second)[:2]
@@ -334,7 +304,7 @@ def _newton_equations(rows: ConeProgram, scaling: Scaling) -> Newton:
 
 
 def _refined(
-    rows: ConeProgram, scaling: Scaling, solve: Solve, first: FloatArray, second: FloatArray
+    rows: DiscProgram, scaling: Scaling, solve: Solve, first: FloatArray, second: FloatArray
 ) -> tuple[FloatArray, FloatArray, float]:
     """(dx, dy), refined by conjugate gradients with a factor, and what is left of ``first``.
 
@@ -359,3 +329,41 @@ def _refined(
             break
         dx, dy = dx + length * way, dy + length * scaling.divided(along)
     return dx, dy, left
+
+
+@on_one_thread
+def solve_discs(
+    program: DiscProgram, usable: float = USABLE, begun: Points = (), enough: Enough = never
+) -> SelfDualSolution:
+    """The solution of a program, with the points on the way to it; one less accurate than ``usable`` is none.
+
+    ``begun`` is the way to the end of a program that differs little, a head start where there are many nodes.
+    A point on the way, (y, w) and multipliers, that is ``enough`` is an end, however inaccurate.
+
+    Raises
+    ------
+    SolverError
+        If it comes to no end.
+
+    Examples
+    --------
+    The largest w such that (1 − y, w) is within a circle of radius 1 about the origin, and |y| ≤ 0.2:
+
+    >>> program = DiscProgram(
+    ...     blocks=np.array([[[0.0], [1.0], [0.0]]]), node=np.array([0]),
+    ...     extra=np.array([[[0.0], [0.0], [1.0]]]), right=np.array([[1.0, 1.0, 0.0]]),
+    ...     rows=np.array([[1.0], [-1.0]]), rows_extra=np.zeros((2, 1)), rows_right=np.array([0.2, 0.2]),
+    ...     cost=np.array([-1.0]),
+    ... )
+    >>> end = solve_discs(program)
+    >>> str(end.status), end.x.round(6)
+    ('optimal', array([0.2, 0.6]))
+    """
+    end = solve_self_dual(program, usable, begun, enough)
+    if end.status == Status.UNDECIDED and program.in_reactions:
+        end = solve_self_dual(replace(program, reactions_from=np.inf), usable, enough=enough)
+    if end.status == Status.UNDECIDED:
+        raise SolverError(
+            f"the program of {len(program.node)} discs ended without an answer, {end.accuracy:.1e} from one"
+        )
+    return end

@@ -5,6 +5,7 @@ import pytest
 
 from shakedown.ground.status import Status
 from shakedown.programs.cones import Cones
+from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.self_dual import inner_point, solve_self_dual
 
 
@@ -32,9 +33,7 @@ def test_as_cones_one_by_one(seed):
             square @ step[part], scaling.divided(scaling.divided(step))[part], rtol=1e-9
         )
     np.testing.assert_allclose(
-        scaling.inverse_square_of_large() @ step[last],
-        scaling.divided(scaling.divided(step))[last],
-        rtol=1e-9,
+        scaling.inverse_of_large() @ step[last], scaling.divided(step)[last], rtol=1e-9
     )
     ratios = -s[head] / step[head]
     reaches = [*ratios[step[head] < 0], *(one.reach(s[part], step[part]) for part in parts)]
@@ -53,39 +52,30 @@ def test_a_step_straight_back_reaches_the_apex(cones):
         assert cones.reach(point, -back * point) == pytest.approx(1.0 / back, rel=1e-7)
 
 
-class Disc:
-    """Minimise −x_0 with |x| ≤ limit, and x_0 ≥ least."""
-
-    cones = Cones(1, 1)
-    costs = np.array([-1.0, 0.0])
-    left = 1e-2  # of the balance, before an orthogonal factor is asked for
-
-    def __init__(self, limit: float, least: float) -> None:
-        self.limits = np.array([limit, 0.0, 0.0, -least])
-        self.matrix = np.array([[0.0, 0.0], [-1.0, 0.0], [0.0, -1.0], [-1.0, 0.0]])
-
-    def times(self, x):
-        return self.matrix @ x
-
-    def transposed(self, y):
-        return y @ self.matrix
-
-    def normal_equations(self, scaling):
-        scaled = np.column_stack([scaling.divided(column) for column in self.matrix.T])
-        return lambda right: np.linalg.solve(scaled.T @ scaled, right)
-
-    orthogonal_factor = normal_equations
+def disc(limit: float, least: float) -> DiscProgram:
+    """Minimise −w with |(w, y)| ≤ limit, and w ≥ least."""
+    return DiscProgram(
+        blocks=np.array([[[0.0], [0.0], [-1.0]]]),
+        node=np.array([0]),
+        extra=np.array([[[0.0], [-1.0], [0.0]]]),
+        right=np.array([[limit, 0.0, 0.0]]),
+        rows=np.zeros((1, 1)),
+        rows_extra=np.array([[-1.0]]),
+        rows_right=np.array([-least]),
+        cost=np.array([-1.0]),
+    )
 
 
 def test_every_end_has_its_proof():
-    end = solve_self_dual(Disc(2.0, 0.5))
+    good, bad = disc(2.0, 0.5), disc(1.0, 1.5)
+    end = solve_self_dual(good)
     assert end.status == Status.OPTIMAL
-    np.testing.assert_allclose(end.x, [2.0, 0.0], atol=1e-9)
-    inner = inner_point(Disc(2.0, 0.5), end)
-    assert Disc.cones.margin(inner.s) > 0 < Disc.cones.margin(inner.y)
-    np.testing.assert_allclose(Disc(2.0, 0.5).transposed(inner.y), -Disc.costs, atol=1e-12)
-    none = solve_self_dual(Disc(1.0, 1.5))
+    np.testing.assert_allclose(end.x, [0.0, 2.0], atol=1e-9)
+    inner = inner_point(good, end)
+    assert good.cones.margin(inner.s) > 0 < good.cones.margin(inner.y)
+    np.testing.assert_allclose(good.transposed(inner.y), -good.costs, atol=1e-12)
+    none = solve_self_dual(bad)
     assert none.status == Status.INFEASIBLE
-    assert Disc(1.0, 1.5).limits @ none.multipliers == pytest.approx(-1.0)
-    np.testing.assert_allclose(Disc(1.0, 1.5).transposed(none.multipliers), 0.0, atol=1e-8)
-    assert Disc.cones.margin(none.multipliers) > -1e-12
+    assert bad.limits @ none.multipliers == pytest.approx(-1.0)
+    np.testing.assert_allclose(bad.transposed(none.multipliers), 0.0, atol=1e-8)
+    assert bad.cones.margin(none.multipliers) > -1e-12

@@ -1,13 +1,14 @@
 """Programs over the discs of nodes: one block per node is the whole matrix, and its end keeps its conditions."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from shakedown.ground.errors import SolverError
 from shakedown.ground.status import Status
-from shakedown.programs import disc_program
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.disc_solver import solve_discs
+from shakedown.programs.self_dual import solve_discs
 
 
 def program(seed: int, *, norm: bool) -> DiscProgram:
@@ -53,21 +54,16 @@ def test_one_block_per_node_is_the_whole_matrix(norm):
         np.testing.assert_allclose(divided.T @ (divided @ found), right, atol=1e-11)
 
 
-@pytest.mark.parametrize("exchanged_up_to", [0, 300])
-def test_many_columns_are_exchanged_only_where_they_depend_on_each_other(exchanged_up_to, monkeypatch):
-    monkeypatch.setattr(disc_program, "MANY_ROWS", exchanged_up_to)
-    rows, exchanges, given = np.random.default_rng(3).normal(size=(12, 5)), [], disc_program.qr
-    monkeypatch.setattr(
-        disc_program, "qr", lambda *args, **kwargs: exchanges.append(1) or given(*args, **kwargs)
-    )
-    right = rows.T @ np.arange(12.0)
-    expected = np.linalg.solve(rows.T @ rows, right)
-    np.testing.assert_allclose(disc_program._by_orthogonal_factor(rows)(right), expected, rtol=1e-12)
-    assert bool(exchanges) == (exchanged_up_to == 300)
-    rows[:, 4] = rows[:, 0] + rows[:, 1]
-    right, found = rows.T @ np.arange(12.0), disc_program._by_orthogonal_factor(rows)
-    np.testing.assert_allclose(rows.T @ (rows @ found(right)), right, rtol=1e-11)
-    assert exchanges
+def test_columns_may_depend_on_each_other():
+    discs = program(3, norm=False)
+    blocks, rows = discs.blocks.copy(), discs.rows.copy()
+    for part in (blocks, rows):
+        part[..., 3] = part[..., 0] + part[..., 1]
+    discs = replace(discs, blocks=blocks, rows=rows)
+    unit = discs.cones.unit
+    right = discs.transposed(np.random.default_rng(3).normal(size=len(unit)))
+    found = discs.orthogonal_factor(discs.cones.scaling(unit, unit))(right)
+    np.testing.assert_allclose(discs.transposed(discs.times(found)), right, rtol=1e-11)
 
 
 @pytest.mark.parametrize("norm", [True, False])

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 from shakedown.ground.status import Status
-from shakedown.programs import reaction_unknowns
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.reaction_unknowns import in_reactions
 from shakedown.programs.self_dual import solve_self_dual
 
 
@@ -34,44 +32,34 @@ def program(rank: int, *, norm: bool, seed: int = 4) -> DiscProgram:
     )
 
 
-@pytest.fixture
-def few(monkeypatch):
-    """Programs of few unknowns are put in reactions, too."""
-    monkeypatch.setattr(reaction_unknowns, "MANY_ROWS", 1)
-
-
 @pytest.mark.parametrize("norm", [True, False])
 @pytest.mark.parametrize("rank", [8, 5])  # of all nodes two numbers; of some one, or none
-def test_the_program_is_the_same_in_other_unknowns(few, rank, norm):
+def test_the_normal_equations_are_the_same_in_other_unknowns(rank, norm):
     discs, rng = program(rank, norm=norm), np.random.default_rng(5)
-    same = in_reactions(discs)
-    x, z = rng.normal(size=rank + 2), rng.normal(size=len(discs.limits))
-    np.testing.assert_allclose(same.in_y(same.in_z(x)), x, atol=1e-12)
-    np.testing.assert_allclose(same.times(same.in_z(x)), discs.times(x), atol=1e-12)
-    np.testing.assert_allclose(same.transposed(z) @ same.in_z(x), discs.transposed(z) @ x, atol=1e-12)
+    same = replace(discs, reactions_from=1)
+    assert same.in_reactions
+    assert not discs.in_reactions
     unit = discs.cones.unit
     s, y = (unit + 0.3 * rng.uniform(-1, 1, len(unit)) / np.sqrt(len(unit)) for _ in range(2))
-    scaling = discs.cones.scaling(s, y)
-    found = same.normal_equations(scaling)(same.transposed(z))
-    np.testing.assert_allclose(
-        same.in_y(found), discs.normal_equations(scaling)(discs.transposed(z)), atol=1e-11
-    )
+    scaling, right = discs.cones.scaling(s, y), rng.normal(size=rank + 2)
+    expected = discs.normal_equations(scaling)(right)
+    np.testing.assert_allclose(same.normal_equations(scaling)(right), expected, atol=1e-11)
 
 
 @pytest.mark.parametrize("norm", [True, False])
 @pytest.mark.parametrize("rank", [8, 5])
-def test_ends_are_the_same(few, rank, norm):
+def test_ends_are_the_same(rank, norm):
     discs = program(rank, norm=norm)
-    one, two = solve_self_dual(discs), solve_self_dual(in_reactions(discs))
+    one, two = solve_self_dual(discs), solve_self_dual(replace(discs, reactions_from=1))
     assert one.status == two.status == Status.OPTIMAL
     np.testing.assert_allclose(one.x[-1], two.x[-1], rtol=1e-9)
 
 
-def test_reactions_that_say_nearly_the_same_are_no_unknowns(few):
+def test_reactions_that_say_nearly_the_same_are_no_unknowns():
     discs = program(8, norm=False)
     blocks = discs.blocks.copy()
     blocks[0, 1] = blocks[1, 1] + 1e-9 * blocks[0, 1]
-    assert in_reactions(replace(discs, blocks=blocks)) is None
+    assert not replace(discs, blocks=blocks, reactions_from=1).in_reactions
 
 
 def test_a_program_that_differs_little_shares_the_way_to_its_end():

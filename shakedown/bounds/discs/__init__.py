@@ -14,8 +14,7 @@ nodes without a limit; the slip with most slack, the mean load),
    ``bounds.largest_load_factor`` answers.
 2. There, in ``_of_rows``, nodes without friction are taken out; ``_limit`` states the
    program in numbers near 1 (``scaled_discs``) and has it solved by ``scaled_solution.solve_scaled``.
-3. ``solve_scaled`` calls ``programs.disc_solver.solve_discs``, which chooses the unknowns (``disc_program``;
-   of many nodes ``reaction_unknowns``), and that ``programs.self_dual.solve_self_dual``: here λ_max is
+3. ``solve_scaled`` calls ``programs.self_dual.solve_discs``, and that ``solve_self_dual``: here λ_max is
    computed, by interior points. Back in ``solve_scaled`` Newton's method brings it to round-off.
 4. Back in ``largest_load_factor``, ``_certified`` proves two load factors around it (``enclosure``).
 """

@@ -17,7 +17,7 @@ from shakedown.joint.law import Law
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
-from shakedown.programs.shared_blocks import SharedBlocks
+from shakedown.programs.disc_program import SharedBlocks
 
 RANK = 64 * np.finfo(float).eps  # relative size of a diagonal of the triangular factor that counts as zero
 

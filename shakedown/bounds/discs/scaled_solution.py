@@ -21,13 +21,13 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.disc_solver import solve_discs
 from shakedown.programs.self_dual import (
     USABLE,
     Point,
     Points,
     SelfDualSolution,
     balanced_multipliers,
+    solve_discs,
 )
 from shakedown.programs.solver import widest
 

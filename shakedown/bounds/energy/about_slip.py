@@ -7,9 +7,8 @@ import numpy as np
 
 from shakedown.bounds.energy.ball_limits import BallLimits, Places, cleaned
 from shakedown.ground.constants import CONE, SETTLED, FloatArray
-from shakedown.programs.disc_program import DiscProgram
+from shakedown.programs.disc_program import DiscProgram, SharedBlocks
 from shakedown.programs.program import power_of_two
-from shakedown.programs.shared_blocks import SharedBlocks
 
 
 @dataclass(frozen=True, eq=False)

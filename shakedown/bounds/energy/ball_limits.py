@@ -17,8 +17,8 @@ from shakedown.joint.law import Law
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
+from shakedown.programs.disc_program import SharedBlocks
 from shakedown.programs.program import power_of_two
-from shakedown.programs.shared_blocks import SharedBlocks
 
 EIGENVALUE_ROUND_OFF = 8 * np.finfo(float).eps  # round-off of an eigenvalue per node, relative to the largest
 
@@ -29,13 +29,13 @@ class EnergyMetric:
 
     Directions of slip that cost no energy (rigid motions of a body that is held by the
     contact alone) have no length: the norm is that of the slips relative to the
-    pinned nodes. A is divided by ``unit``² before anything is computed, so that a change of
+    pinned nodes. A is divided by ``scale`` before anything is computed, so that a change of
     units by a power of two changes no other bit.
 
     Attributes
     ----------
-    unit
-        Square root of a power of two [√stiffness].
+    scale
+        A power of two near the stiffness [force/length].
     root : (r, n)
         ‖e‖_A = unit · ‖root e‖, r the rank of A.
     inverse : (n, r)
@@ -52,7 +52,7 @@ class EnergyMetric:
         The nodes at which rigid slips are pinned.
     """
 
-    unit: float
+    scale: float
     root: FloatArray
     inverse: FloatArray
     free: FloatArray
@@ -60,6 +60,11 @@ class EnergyMetric:
     stiffest: float
     sizes: FloatArray
     pinned: tuple[int, ...] = ()
+
+    @property
+    def unit(self) -> float:
+        """The root of ``scale`` [√(force/length)]."""
+        return float(np.sqrt(self.scale))
 
     def norm(self, difference: ArrayLike) -> FloatArray:
         """‖e‖_A of differences of slip (…, n) [√(force · length)]."""
@@ -119,7 +124,7 @@ def energy_metric(
     root[:, kept] = (vectors[:, ~free] * lasting).T / lengths[kept]
     root[:, list(known.pinned)] = -root @ known.motions
     return EnergyMetric(
-        unit=float(np.sqrt(scale)),
+        scale=scale,
         root=root,
         inverse=directions[:, ~free] / lasting,
         free=np.hstack([known.motions, directions[:, free]]),
@@ -198,7 +203,7 @@ class BallLimits:
     least : (n,)
         That γ, against relative radii [force/length]; inf where nothing bounds a pressure.
     stiffness : (n, 2, 2)
-        A_ii times ``metric.unit``², so that γ² adds up [(force/length)²].
+        A_ii times ``metric.scale``, so that γ² adds up [(force/length)²].
     shared_blocks
         G by unit vectors of the energy norm, (n, 3, r): the same for all shares, load factors and slips.
     rows
@@ -404,7 +409,7 @@ def spreads(
 def own_parts(
     A: FloatArray, B: FloatArray, metric: EnergyMetric, tolerances: Tolerances
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """A_ii⁻¹ B_ii of every node (n, d), γ there (n,), and A_ii times ``metric.unit``² (n, d, d).
+    """A_ii⁻¹ B_ii of every node (n, d), γ there (n,), and A_ii times ``metric.scale`` (n, d, d).
 
     Of the change B_i e of a pressure the part c (A e)_i is tied to the node's own tangential reaction;
     γ = max |(B_i − c A_i) e| over ‖e‖ ≤ 1 (in units of ``metric.unit``) is the rest.
@@ -420,7 +425,7 @@ def own_parts(
     rest = np.where(np.abs(rest) <= OWN * terms, 0.0, rest)
     sizes = metric.sizes.reshape(n, d).max(axis=1)
     least = metric.relative_dual_norms(rest, sizes, tolerances, rigid=False)
-    return own, least, blocks * metric.unit**2
+    return own, least, blocks * metric.scale
 
 
 def _as_discs(
@@ -462,10 +467,10 @@ def _extreme_steps(law: Law, q: FloatArray, p: FloatArray) -> tuple[Places, Plac
 
 
 def _with_gaps(limits: BallLimits, zone: Zone, transient: bool, tolerances: Tolerances) -> BallLimits:
-    """With the rows of the open nodes; a gap is multiplied by ``metric.unit``², so that it is a force."""
+    """With the rows of the open nodes; a gap is multiplied by ``metric.scale``, so that it is a force."""
     whole, metric, layout = zone.constraints, limits.metric, zone.problem.layout
     gap, closed = whole.side == Side.GAP, np.array(zone.closed_nodes, dtype=np.intp)
-    slope, d, g, node, force = whole.G[gap], whole.d[gap], whole.g[gap], whole.node[gap], metric.unit**2
+    slope, d, g, node, force = whole.G[gap], whole.d[gap], whole.g[gap], whole.node[gap], metric.scale
     side = whole.step[gap] if layout.d > 1 else whole.side[gap]
     lengths, slopes = np.abs(slope) @ (force / metric.sizes), force * slope @ metric.inverse
     spread = force * metric.relative_dual_norms(

@@ -12,9 +12,8 @@ from shakedown.ground.constants import DENSE_FROM, FOUR_DIGITS, NEGLIGIBLE, Floa
 from shakedown.ground.errors import Missing, sought
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.disc_solver import solve_discs
 from shakedown.programs.program import Program, ball
-from shakedown.programs.self_dual import Enough, Points, SelfDualSolution, never
+from shakedown.programs.self_dual import Enough, Points, SelfDualSolution, never, solve_discs
 from shakedown.programs.solver import solve, widest
 
 Value = Callable[[FloatArray], FloatArray]
