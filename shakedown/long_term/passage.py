@@ -179,10 +179,8 @@ def slip_after_transient(
     )
     motion = Evolution(passed, 0.0, None, tolerances)
     if motion.cycle(record=True) is not None:
-        u = motion.method.u
-    else:
-        u = motion.pieces[-1].u[-1] if motion.pieces else np.zeros(problem.layout.size)
-    return u[problem.layout.slips].copy()
+        return motion.state.u[problem.layout.slips]
+    return motion.pieces[-1].v[-1] if motion.pieces else np.zeros(problem.layout.slip_size)
 
 
 ABOVE = 1.0 + DEFAULT.agreement  # times λ_max: beyond its uncertainty

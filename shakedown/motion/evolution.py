@@ -5,7 +5,6 @@ The exact path of a joint over a number of cycles.
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import groupby
 from typing import Any, ClassVar
 
 import numpy as np
@@ -34,7 +33,6 @@ from shakedown.motion.event_history import EventHistory
 from shakedown.motion.method import (
     SLIDES_AWAY,
     Beginning,
-    Checkpoint,
     CycleRecord,
     Motion,
     State,
@@ -100,7 +98,7 @@ class Evolution(Motion):
         self.kappa, self._damping = free_stiffness(problem), checked_damping(problem, damping)
         method = PlaneEvents if problem.directions == 1 else SpaceEvents
         self.method = method(problem, self.kappa, tolerances)
-        self.u, self.contact = self.method.u, self.method.contact
+        self.u, self.contact, self.direction = self.method.u, self.method.contact, self.method.direction
         self.left: bool  # contact is lost for good
         self.slides: bool  # a jump has no end although nodes are in contact
         self.held: bool  # the moving nodes of the last state set are held; otherwise nothing can continue
@@ -108,16 +106,16 @@ class Evolution(Motion):
         self.begin(load_factor, initial_slip, open_nodes)
 
     def _begin(self, start: Beginning, transient: FloatArray) -> None:
-        self._first = np.vstack([start.load, transient, self.load])
-        self._later = np.vstack([self.load[-1:], self.load])
-        self.method.begin(start.state.u, self._first, self._later, self.scale)
+        first, later = np.vstack([start.load, transient, self.load]), np.vstack([self.load[-1:], self.load])
+        self.method.begin(start.state.u, first, later, self.scale)
         self.enter_cycle(0)
         self.state = start.state
 
     @property
     def path(self) -> FloatArray:
         """Welded reactions at the ends of the load steps of the present cycle, (s + 1, (d + 1) n) [force]."""
-        return self._first if self.done == 0 else self._later
+        path: FloatArray = self.method.courses[self.done == 0].path
+        return path
 
     @property
     def damping(self) -> FloatArray:
@@ -156,7 +154,7 @@ class Evolution(Motion):
         while True:  # ends, as events per load step, jumps per cycle and cycles are limited
             status = method.follow(1 if before == 0 else cycles)
             count_work(method.effort)
-            found = status in method.passable and method.finds_way_on(self.path)
+            found = status in method.passable and method.finds_way_on()
             self.pieces += method.recorded(before)
             self.done = before + method.motion.passes
             if status != DONE and not work_is_left():
@@ -234,49 +232,11 @@ class Evolution(Motion):
             return 0
         return self._nudged[2] + 1
 
-    def recorded(self) -> list[Any]:
-        """All that was recorded, piece by piece, closed by the present state where nothing has stopped it."""
-        if self.stop is not None:
-            return self.pieces
-        return [*self.pieces, self.method.present(self.done, self.load[-1] + self.kappa @ self.u)]
-
-    def after_the_first_cycle(self, pieces: list[Any]) -> EventHistory:
-        """The history of pieces of later cycles, whichever motions of this load factor they are of."""
-        return self._joined(pieces, self._later)
-
-    def checkpoint(self) -> Checkpoint:
-        """Everything the continuation depends on; another motion of this joint can use it."""
-        return self.done, *self.method.checkpoint()
-
-    def restore(self, checkpoint: Checkpoint) -> None:
-        """Continue from a checkpoint, as if followed so far, except for the recorded path."""
-        done, *checkpoint_of_method = checkpoint
-        self.method.restore(*checkpoint_of_method)
-        self.enter_cycle(done)
-
     @property
     def history(self) -> EventHistory:
-        """The recorded path, closed by the present state."""
-        by_course = groupby(self.pieces, key=lambda piece: piece.done == 0)
-        parts = [
-            self._joined(list(pieces), self._first if first else self._later) for first, pieces in by_course
-        ]
+        """The recorded path, closed by the present state where nothing has stopped it."""
         present = self.method.present(self.done, self.load[-1] + self.kappa @ self.u)
-        end = self._joined([present], self._later)
-        parts.append(end if self.stop is None else end.rows(np.arange(0)))
-        return type(end).joined(parts)
-
-    def _joined(self, pieces: list[Any], path: FloatArray) -> EventHistory:
-        """The history of pieces of one course."""
-        first, m, kind = self.problem.m - len(path), self.problem.m, type(pieces[0])
-        done = np.repeat([piece.done for piece in pieces], [len(piece.time) for piece in pieces])
-        rows = kind(0, *(np.concatenate(parts) for parts in list(zip(*pieces, strict=True))[1:]))
-        steps = rows.time
-        index = np.minimum((steps - first).astype(int), len(path) - 2)
-        change = np.diff(path, axis=0)[index]
-        welded = change * (steps - first - index)[:, None]
-        welded += path[index]
-        return self.method.histories(done + steps / m, rows, welded, change)
+        return type(present).joined([*self.pieces, present.rows(np.arange(self.stop is None))])
 
     def say_not_held(self) -> None:
         """Set ``stop`` where a cycle cannot begin as nothing holds the moving nodes of its first state."""

@@ -103,16 +103,21 @@ class CycleRecord:
         return self.friction_dissipation + self.jump_dissipation
 
 
-Checkpoint = tuple[Any, ...]
-"""What all that follows depends on between two cycles, to the last bit."""
-
-
 @dataclass(frozen=True)
 class State:
-    """A state between two cycles: slips and gaps u = (v, w), (2n,), and contact states, (n,)."""
+    """A state between two cycles, on which all that follows depends.
+
+    Attributes
+    ----------
+    u, contact
+        Slips and gaps (v, w), ((d + 1) n,), and contact states, (n,).
+    direction : (2n,), optional
+        In space the directions of slip of nodes at their apex; by default those of the motion as it is.
+    """
 
     u: FloatArray
     contact: NDArray[np.int64]
+    direction: FloatArray | None = None
 
 
 class Beginning(NamedTuple):
@@ -196,8 +201,8 @@ class Motion(ABC):
     ----------
     problem, tolerances
         The joint; what counts as zero.
-    u, contact
-        Slips and gaps ((d + 1) n,), and contact states (n,), in place.
+    u, contact, direction
+        Slips and gaps ((d + 1) n,), contact states (n,), directions of slip (:class:`State`), in place.
     load_factor
         λ.
     load : (m, (d + 1) n)
@@ -216,6 +221,7 @@ class Motion(ABC):
     tolerances: Tolerances
     u: FloatArray
     contact: NDArray[np.int64]
+    direction: FloatArray | None = None
     load_factor: float
     load: FloatArray
     scale: Scales
@@ -244,7 +250,8 @@ class Motion(ABC):
 
         From one whose moving nodes nothing holds the next cycle cannot be followed.
         """
-        return State(self.u.copy(), self.contact.copy())
+        direction = None if self.direction is None else self.direction.copy()
+        return State(self.u.copy(), self.contact.copy(), direction)
 
     @state.setter
     def state(self, state: State) -> None:
@@ -358,7 +365,7 @@ def walk(motion: Motion, most: int, *, record: bool = False) -> Walk:
     return Walk(start, records, motion.history if record else None)
 
 
-class EventMethod:
+class EventMethod(ABC):
     """The moving state of a joint, and the runs of compiled loops that carry it along courses.
 
     Attributes
@@ -369,14 +376,16 @@ class EventMethod:
         The present run: the state along a course, recorded or not.
     u, contact, slip
         Slips and gaps ((d + 1) n,), contact states (n,), way in contact in the present cycle (n,), in place.
+    direction : (2n,)
+        In space the directions of slip of nodes at their apex, in place.
     motion
         All of these and what has been counted, as compiled loops take them.
     precision
         What counts as zero.
     """
 
-    rows: ClassVar[Any]  # what is recorded: the cycles done before, and columns of a record
-    new_record: ClassVar[Any]  # an empty one, of so many rows and nodes
+    new_record: ClassVar[Any]  # an empty record, of so many rows and nodes
+    direction: FloatArray | None = None
 
     def __init__(
         self,
@@ -390,20 +399,20 @@ class EventMethod:
         self.run, self.motion = run, run.motion
         self.u, self.contact, self.slip = self.motion.u, contact, self.motion.slip
         self._runs: dict[tuple[bool, bool], Any] = {}  # by: through the first cycle, recorded
-        self._courses: dict[bool, Course] = {}  # by: through the first cycle
+        self.courses: dict[bool, Course] = {}  # by: through the first cycle
 
     def lead(self, first: FloatArray, later: FloatArray, precision: Precision) -> None:
         """Follow courses through the first and any other cycle."""
         self.precision, separable, m = precision, self.problem.C is not None, self.problem.m
         for is_first, path in ((True, first), (False, later)):
-            known = self._courses.get(is_first)
-            self._courses[is_first] = course(path, m - len(path), separable, precision, known)
+            known = self.courses.get(is_first)
+            self.courses[is_first] = course(path, m - len(path), separable, precision, known)
 
     def run_of(self, first: bool, record: bool) -> Any:
         """The run through the first cycle or another one, created when first needed."""
         if (first, record) not in self._runs:
             rows = self.new_record(RECORD_ROWS if record else 0, self.problem.n)
-            self._runs[first, record] = self.run.with_parts(course=self._courses[first], record=rows)
+            self._runs[first, record] = self.run.with_parts(course=self.courses[first], record=rows)
         return self._runs[first, record]
 
     def set_state(self, state: State) -> bool:
@@ -411,18 +420,20 @@ class EventMethod:
         self.u[:], self.contact[:] = state.u, state.contact
         return True
 
-    def checkpoint(self) -> Checkpoint:
-        """Everything the continuation depends on between two cycles."""
-        return self.u.copy(), self.contact.copy()
-
-    def restore(self, u: FloatArray, contact: NDArray[np.int64]) -> None:
-        """Go on from a checkpoint."""
-        self.set_state(State(u, contact))
-
-    def recorded(self, done: int) -> list[Any]:
-        """What a record has been filled with, so many cycles being done."""
+    def recorded(self, done: int) -> list[EventHistory]:
+        """The path that has been recorded since the loop was entered, so many cycles being done."""
         record = self.run.record
-        count = record.content.rows
-        if not count:
-            return []
-        return [self.rows(done, *(getattr(record, name)[:count].copy() for name in self.rows._fields[1:]))]
+        count = record.rows
+        columns = {name: part[:count].copy() for name, part in vars(record).items() if name != "content"}
+        return [self.path(self.run.course, done, **columns)] if count else []
+
+    @abstractmethod
+    def path(self, course: Course, done: int, **columns: NDArray[Any]) -> EventHistory:
+        """The path along a course after so many cycles, from the columns of a record."""
+
+
+def loads_at(course: Course, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Welded reactions at times (s,) [load steps], and their change in the load step, (s, (d + 1) n)."""
+    index = np.minimum((time - course.first).astype(int), course.steps - 1)
+    change = np.diff(course.path, axis=0)[index]
+    return course.path[index] + change * (time - course.first - index)[:, None], change

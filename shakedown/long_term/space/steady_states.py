@@ -14,10 +14,10 @@ from shakedown.long_term.space.followed_cycles import SearchRules, Settled
 from shakedown.long_term.space.steady_search import SteadySearch
 from shakedown.long_term.state import LongTermState, of_long_term_period
 from shakedown.motion.checked_law import law_resolution, swing
-from shakedown.motion.event_history import CurvedHistory, curved_violations
+from shakedown.motion.event_history import CurvedHistory, EventHistory, curved_violations
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import cycles_of
-from shakedown.motion.space.space_events import PathSteps, SpaceEvents
+from shakedown.motion.space.space_events import SpaceEvents
 
 TIGHTER = 0.125  # factor on the uncertainty allowed in leaps from one search to the next that confirms it
 NOT_CERTAIN = "a cycle exists, not certainly the one that this motion reaches"
@@ -51,7 +51,7 @@ class SteadySearches:
 
     def from_slips(self, starts: FloatArray, stopped: Callable[[], bool]) -> list[LongTermState]:
         """The long-term states from initial slips (s, 2n), one after the other; none once ``stopped()``."""
-        begun, found, paths = list[Passage](), list[Settled](), list[list[PathSteps]]()
+        begun, found, paths = list[Passage](), list[Settled](), list[list[EventHistory]]()
         for start in starts:
             if stopped():
                 return []
@@ -81,11 +81,12 @@ class SteadySearches:
         Where none does within the cycles allowed, the reason says so.
         """
         motion, rules, care = self.motion, self._rules, 1.0
-        begun = motion.checkpoint()
+        begun, done = motion.state, motion.done
         found = SteadySearch(motion, rules).settle()
         while found.doubtful:
             care *= TIGHTER
-            motion.restore(begun)
+            motion.state = begun
+            motion.enter_cycle(done)
             cycles, probes = found.followed.count, found.followed.probes
             left = replace(rules, most_cycles=rules.most_cycles - cycles + probes)
             again = SteadySearch(motion, left, care).settle()
@@ -99,8 +100,8 @@ class SteadySearches:
             found = again
         return found
 
-    def _path(self, found: Settled) -> list[PathSteps]:
-        """The period found, followed once more, piece by piece; none where there is no period."""
+    def _path(self, found: Settled) -> list[EventHistory]:
+        """The period found, followed once more; none where there is no period."""
         motion = self.motion
         if not found.period:
             return []
@@ -110,18 +111,17 @@ class SteadySearches:
         with work_again():
             for _ in cycles_of(motion, found.period, record=True):
                 pass
-        return motion.recorded()
+        return [motion.history]
 
     def _lawful(
-        self, begun: list[Passage], found: list[Settled], paths: list[list[PathSteps]]
+        self, begun: list[Passage], found: list[Settled], paths: list[list[EventHistory]]
     ) -> list[LongTermState]:
         """The states, undecided where the path of a period breaks the friction law."""
         motion = self.motion
         violations, most = np.full(len(found), np.nan), law_resolution(motion.problem, motion.tolerances)
         if any(paths):
-            history = motion.after_the_first_cycle([piece for path in paths for piece in path])
-            assert isinstance(history, CurvedHistory)
-            rows = np.array([sum(len(piece.time) for piece in path) for path in paths])
+            history = CurvedHistory.joined([piece for path in paths for piece in path])
+            rows = np.array([sum(map(len, path)) for path in paths])
             violations = curved_violations(motion.problem, motion.load_factor, history, rows)
         each = zip(begun, found, violations.tolist(), strict=True)
         return [self._state(start, one, violation, not violation <= most) for start, one, violation in each]

@@ -1,6 +1,6 @@
 """From event to event in the plane: exact, by the compiled loops of this subpackage."""
 
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,15 +9,9 @@ from shakedown.ground.constants import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales
-from shakedown.motion.course import (
-    EFFORT,
-    LOAD_STEP,
-    NO_RATES,
-    Course,
-    Precision,
-)
+from shakedown.motion.course import EFFORT, LOAD_STEP, NO_RATES, Course, Precision
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.method import EventMethod, State
+from shakedown.motion.method import EventMethod, State, loads_at
 from shakedown.motion.plane.active_set import active_set, factorize, rates
 from shakedown.motion.plane.event_loop import enumerate_states, follow_straight
 from shakedown.motion.plane.moving_state import (
@@ -35,18 +29,6 @@ from shakedown.motion.viscous_jump import ViscousMotion
 ROUNDING = 16 * np.finfo(float).eps  # relative to the largest force: residual of settled equations
 
 
-class Rows(NamedTuple):
-    """Rows of a record, and the cycles done before them."""
-
-    done: int
-    time: FloatArray
-    kind: NDArray[np.int64]
-    node: NDArray[np.int64]
-    u: FloatArray
-    r: FloatArray
-    state: NDArray[np.int64]
-
-
 class PlaneEvents(EventMethod):
     """The moving state of a joint in the plane, and the loops that follow it: straight from event to event.
 
@@ -62,7 +44,6 @@ class PlaneEvents(EventMethod):
 
     run: PlaneRun
     motion: PlaneMotion
-    rows = Rows
     new_record = staticmethod(empty_record)
     passable = (NO_RATES,)
     effort, error = 0, 0.0
@@ -101,7 +82,7 @@ class PlaneEvents(EventMethod):
         """Whether enumeration finds states and rates where pivoting failed; the loop then finds them, too."""
         return enumerate_states(self.active, self.rates, self.precision.rate)
 
-    def finds_way_on(self, path: FloatArray) -> bool:
+    def finds_way_on(self) -> bool:
         """Whether there are rates after all; the instant is then recorded when they are used."""
         record = self.run.record
         if not self.finds_rates():
@@ -109,18 +90,26 @@ class PlaneEvents(EventMethod):
         record.set(rows=max(record.rows - 1, 0))
         return True
 
-    def present(self, done: int, reaction: FloatArray) -> Rows:
-        """The present state, between two cycles, as a row."""
-        kinds = np.array([LOAD_STEP]), np.array([-1])
-        return Rows(done, np.array([-1.0]), *kinds, self.u[None], reaction[None], self.contact[None])
+    def present(self, done: int, reaction: FloatArray) -> EventHistory:
+        """The present state, between two cycles."""
+        what = {
+            "time": -1.0,
+            "kind": LOAD_STEP,
+            "node": -1,
+            "u": self.u,
+            "r": reaction,
+            "state": self.contact,
+        }
+        columns = {name: np.array(value)[None] for name, value in what.items()}
+        return self.path(self.courses[False], done, **columns)
 
-    def histories(
-        self, cycle: FloatArray, rows: Rows, welded: FloatArray, change: FloatArray
-    ) -> EventHistory:
-        """The path of rows at times in cycles, with these welded reactions."""
-        split = self.problem.layout.split
-        (v, w), (q, p), (q_w, p_w) = split(rows.u), split(rows.r), split(welded)
-        return EventHistory(cycle, rows.kind, rows.node, v, w, q, p, q_w, p_w, rows.state)
+    def path(self, course: Course, done: int, **columns: NDArray[Any]) -> EventHistory:
+        """The path along a course after so many cycles, from the columns of a record."""
+        time, split = columns["time"], self.problem.layout.split
+        welded, _ = loads_at(course, time)
+        (v, w), (q, p), (q_w, p_w) = split(columns["u"]), split(columns["r"]), split(welded)
+        what = done + time / self.problem.m, columns["kind"], columns["node"]
+        return EventHistory(*what, v, w, q, p, q_w, p_w, columns["state"])
 
     def reaction(self, load: FloatArray) -> FloatArray:
         """Reactions at the present instant, under these welded ones, (2n,) [force]."""

@@ -9,7 +9,7 @@ put into equilibrium exactly, nodes that still slip at the limit in their last d
 """
 
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,8 +41,8 @@ from shakedown.motion.course import (
     Precision,
     course,
 )
-from shakedown.motion.event_history import CurvedHistory, EventKind
-from shakedown.motion.method import Checkpoint, EventMethod, State
+from shakedown.motion.event_history import CurvedHistory, EventHistory, EventKind
+from shakedown.motion.method import EventMethod, State, loads_at
 from shakedown.motion.space.curved_loop import follow_curve
 from shakedown.motion.space.exchange import MOST_EXCHANGES
 from shakedown.motion.space.implicit_step import TURNS, ImplicitJoint
@@ -231,19 +231,6 @@ def measures(scale: Scales, locked: float, moving: float, tolerances: Tolerances
     return Measures(Precision(*zero, settled=near), scale, accuracy)
 
 
-class PathSteps(NamedTuple):
-    """Steps of a record, and the cycles done before them."""
-
-    done: int
-    time: FloatArray
-    duration: FloatArray
-    u: FloatArray
-    curve: FloatArray
-    contact: NDArray[np.int64]
-    node: NDArray[np.int64]
-    kind: NDArray[np.int64]
-
-
 class SpaceEvents(EventMethod):
     """The moving state of a joint in space, and the loops that follow it smoothly from event to event.
 
@@ -261,13 +248,13 @@ class SpaceEvents(EventMethod):
 
     run: SpaceRun
     motion: SpaceMotion
-    rows = PathSteps
     new_record = staticmethod(empty_curve_record)
     passable = NO_RATES, TOO_MANY_EVENTS
 
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
         run = run_in_space(kappa, problem.f, Course({}), empty_curve_record(0, problem.n))
         super().__init__(problem, kappa, tolerances, run, run.motion.contact)
+        self.direction: FloatArray = run.motion.direction
         self._passed = 0  # instants without rates in the present cycle
 
     def begin(self, start: FloatArray, first: FloatArray, later: FloatArray, scale: Scales) -> None:
@@ -277,23 +264,19 @@ class SpaceEvents(EventMethod):
         self.measures = measures(scale, locked, swing(self.problem, later[1:]), self.tolerances)
         self.lead(first, later, self.measures.precision)
         self.run.control.set(**self.measures.of_steps)
-        at_rest = (np.zeros_like(part) for part in self.checkpoint())
-        self.restore(*at_rest)
-
-    def checkpoint(self) -> Checkpoint:
-        """Everything the continuation depends on: besides u and contact, directions of slip at an apex."""
-        return *super().checkpoint(), self.motion.direction.copy()
-
-    def restore(self, u: FloatArray, contact: NDArray[np.int64], direction: FloatArray | None = None) -> None:
-        """Go on from a checkpoint."""
-        super().restore(u, contact)
-        self.motion.direction[:] = 0.0 if direction is None else direction
+        self.direction[:] = 0.0
         self.run.joint.set(exchanges=MOST_EXCHANGES + 1)  # recomputed at the beginning of every cycle
+
+    def set_state(self, state: State) -> bool:
+        """Go to a state; False where nothing holds its moving nodes."""
+        if state.direction is not None:
+            self.direction[:] = state.direction
+        return super().set_state(state)
 
     def enter(self, first: bool, record: bool) -> None:
         """Go to the beginning of a cycle."""
         self.run = self.run_of(first, record)
-        self._passed, self._risen = 0, list[PathSteps]()
+        self._passed, self._risen = 0, list[dict[str, NDArray[Any]]]()
         begin(self.run)
 
     def follow(self, cycles: int) -> int:
@@ -311,7 +294,7 @@ class SpaceEvents(EventMethod):
         """Estimated error of the slips in the present cycle [length]."""
         return float(self.motion.error)
 
-    def finds_way_on(self, path: FloatArray) -> bool:
+    def finds_way_on(self) -> bool:
         """Pass an instant without rates by one implicit step; False where the joint jumps or stops there.
 
         A load step that begins without reactions and gaps is passed as a whole: as the law is a cone, the
@@ -319,7 +302,7 @@ class SpaceEvents(EventMethod):
         in which direction it slips, a piece is passed in two steps whose displacements are the same but for
         the error of a path: then nothing jumps on the way.
         """
-        mo, rest = self.motion, 1.0 - self.motion.time
+        mo, rest, path = self.motion, 1.0 - self.motion.time, self.run.course.path
         before, after = path[mo.step], path[mo.step + 1]
         load = before + mo.time * (after - before)
         if not rest:
@@ -379,42 +362,40 @@ class SpaceEvents(EventMethod):
         """Go on from the end of an implicit step over a share of the load step."""
         mo, problem = self.motion, self.problem
         if self.run.record.capacity:
-            at = self.run.course.first + mo.step + mo.time
-            curve = np.zeros((1, DEGREE, problem.layout.size))
-            curve[0, 0] = end.u - mo.u
-            numbers = np.array([at]), np.array([share]), mo.u[None].copy(), curve
-            self._risen.append(
-                PathSteps(0, *numbers, end.contact[None].copy(), np.array([-1]), np.array([int(kind)]))
-            )
+            curve = np.zeros((DEGREE, problem.layout.size))
+            curve[0] = end.u - mo.u
+            time = self.run.course.first + mo.step + mo.time
+            self._risen.append(_one_step(time, share, kind, u=mo.u, curve=curve, contact=end.contact))
         mo.slip[:] += end.slip
         mo.work[:] += work * end.work
         time = min(mo.time + share, 1.0)
         self.set_state(State(end.u, end.contact))
         resume(self.run, time, kind)
 
-    def recorded(self, done: int) -> list[PathSteps]:
-        """What a record has been filled with, so many cycles being done, and a rise after it."""
+    def recorded(self, done: int) -> list[EventHistory]:
+        """The path that has been recorded since the loop was entered, and what was passed after it."""
         risen, self._risen = self._risen, []
-        return [*super().recorded(done), *(rise._replace(done=done) for rise in risen)]
+        return [*super().recorded(done), *(self.path(self.run.course, done, **step) for step in risen)]
 
-    def present(self, done: int, reaction: FloatArray) -> PathSteps:
+    def present(self, done: int, reaction: FloatArray) -> CurvedHistory:
         """The present state, between two cycles, as a step of no duration."""
-        curve = np.zeros((1, DEGREE, self.problem.layout.size))
-        kinds = np.array([-1]), np.array([EventKind.LOAD_STEP])
-        times = np.array([-1.0]), np.zeros(1)
-        return PathSteps(done, *times, self.u[None].copy(), curve, self.contact[None].copy(), *kinds)
+        curve = np.zeros((DEGREE, self.problem.layout.size))
+        step = _one_step(-1.0, 0.0, EventKind.LOAD_STEP, u=self.u, curve=curve, contact=self.contact)
+        return self.path(self.courses[False], done, **step)
 
-    def histories(
-        self, cycle: FloatArray, steps: PathSteps, welded: FloatArray, change: FloatArray
-    ) -> CurvedHistory:
-        """The path of steps at times in cycles: welded reactions, and their change in the load step."""
-        split = self.problem.layout.split
-        pressed = steps.u[:1] @ self.kappa + self._of_moved(steps.u - steps.u[:1])
-        (v, w), (q, p), (q_w, p_w) = split(steps.u), split(welded + pressed), split(welded)
-        bend, what = self._of_moved(steps.curve), (cycle, steps.kind, steps.node)
-        bend[:, 0] += steps.duration[:, None] * change
-        curves = steps.duration / self.problem.m, steps.curve, bend
-        return CurvedHistory(*what, v, w, q, p, q_w, p_w, steps.contact, *curves)
+    def path(self, course: Course, done: int, **columns: NDArray[Any]) -> CurvedHistory:
+        """The path along a course after so many cycles, from the columns of a record."""
+        split, u, time = self.problem.layout.split, columns["u"], columns["time"]
+        welded, change = loads_at(course, time)
+        pressed = u[:1] @ self.kappa + self._of_moved(u - u[:1])
+        (v, w), (q, p), (q_w, p_w) = split(u), split(welded + pressed), split(welded)
+        bend, duration, m = self._of_moved(columns["curve"]), columns["duration"], self.problem.m
+        bend[:, 0] += duration[:, None] * change
+        what, curves = (
+            (done + time / m, columns["kind"], columns["node"]),
+            (duration / m, columns["curve"], bend),
+        )
+        return CurvedHistory(*what, v, w, q, p, q_w, p_w, columns["contact"], *curves)
 
     def _of_moved(self, changes: FloatArray) -> FloatArray:
         """Reactions to changes of displacements (…, N): of those alone that change in any, mostly few."""
@@ -432,3 +413,11 @@ class SpaceEvents(EventMethod):
     def resume(self, time: float) -> None:
         """Continue after a jump, from a given share of the load step."""
         resume(self.run, time)
+
+
+def _one_step(
+    time: float, duration: float, kind: EventKind, **place: NDArray[Any]
+) -> dict[str, NDArray[Any]]:
+    """The columns of a record for one step, which concerns no node."""
+    what = {"time": time, "duration": duration, "kind": int(kind), "node": -1} | place
+    return {name: np.array(value)[None] for name, value in what.items()}

@@ -38,7 +38,8 @@ def test_a_cycle_is_the_same_whatever_came_before_it(name, load_factor):
     followed, other = Evolution(joint, load_factor), Evolution(joint, load_factor)
     for _ in range(3):
         followed.cycle()
-    other.restore(followed.checkpoint())
+    other.state = followed.state
+    other.enter_cycle(followed.done)
     one, two = followed.cycle(), other.cycle()
     assert one.opened.any()
     assert np.array_equal(one.end_slip, two.end_slip)
