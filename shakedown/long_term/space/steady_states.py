@@ -67,7 +67,7 @@ class SteadySearches:
         motion, scale = self.motion, self.motion.scale
         assert isinstance(motion.method, SpaceEvents)
         measures = motion.method.measures
-        lost = DISTINCT * measures.near
+        lost = DISTINCT * measures.precision.settled
         noise = max(measures.accuracy, lost / scale.force) * scale.length
         moving = swing(motion.problem, motion.load)
         stiffest = np.diag(motion.problem.A).reshape(motion.problem.n, -1).max(axis=1)

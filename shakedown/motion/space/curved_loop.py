@@ -3,8 +3,8 @@
 Within a load step the welded reactions change linearly. Between two events the slips obey
 v̇ = μ u, a smooth differential equation (:mod:`.speeds`), which steps of order 5, explicit ones or, near
 the apex, Radau's, follow to a given accuracy; while nothing slips everything is linear. Events are found on
-the polynomial of a step and the step is taken again up to them. The rates after an event are those of
-:mod:`.rate_choice`.
+the polynomial of a step, and where that is not accurate enough the step is taken again, hardly beyond them.
+The rates after an event are those of :mod:`.rate_choice`.
 
 The error estimate is the sum of those of the steps. The difference of the two members of the pair is the
 error of the lower order; that of the higher, which is followed, is taken to be smaller by the ratio by which
@@ -16,7 +16,7 @@ the ends of a step, may be in error by the whole of it.
 
 import numpy as np
 
-from shakedown.ground.constants import ROUND_OFF, SEVEN_DIGITS, SIX_DIGITS, THREE_DIGITS
+from shakedown.ground.constants import ROUND_OFF, SEVEN_DIGITS
 from shakedown.ground.named_state import entered, inner, summing
 from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.course import (
@@ -32,21 +32,15 @@ from shakedown.motion.course import (
 )
 from shakedown.motion.space.event_search import (
     NEVER,
-    distance,
-    distance_rate,
     end_of_step,
     expected,
     first_event,
-    margin,
-    near_event,
-    step_out,
 )
 from shakedown.motion.space.exchange import MOST_EXCHANGES, arrange, compute_out, move
 from shakedown.motion.space.rate_choice import choose_rates
 from shakedown.motion.space.smooth_step import (
     BETWEEN,
     explicit_step,
-    find_curve,
     stop_within,
     turning,
     turning_step,
@@ -75,8 +69,9 @@ BESIDE = 0.002  # share of the error of a passage that a step may use regardless
 SAFETY, LEAST = 0.9, 0.2  # bounds on the next step, relative to the last
 MOST = 1.0 / LEAST
 ORDER = 1 / 6  # exponent of the step length as a function of the allowed error
-MOST_REFINED = 8  # repeated steps towards one event
-MET = 0.02  # distance from an event at which it is met, relative to that at which a node is at its limit
+NEAR_END = 0.9  # share of a step from which on its polynomial is as accurate as its end
+BEYOND = 1.02  # length of a step taken again to meet an event, relative to the time of that …
+SHORTER = 0.85  # … or at most so much of the step: below the 0.9 that goes on to the end of the load step
 STABLE = 2.5  # rotation of a direction towards its limit in an explicit step; it becomes unstable from 3.3 on
 HALF_WAY = 0.5  # share of the time to an apex at the present rate that explicit steps may take
 GAIN = 5.0  # cost of such a step relative to an explicit one
@@ -90,17 +85,15 @@ def follow_curve(run: SpaceRun, effort: int) -> int:
     """Carry the state along its course to its end.
 
     Ends with DONE, or with why the motion stopped; after RECORD_FULL and PAUSED, and where there were
-    NO_RATES and the state has jumped, it can be entered again.
+    NO_RATES and the state has jumped, it can be entered again. Between two load steps it pauses, too, where
+    the matrix of ``joint`` is to be made afresh.
     """
     joint, course, mo, ct, rec = run.joint, run.course, run.motion, run.control, run.record
     ct.effort, ct.allowed, rec.rows, status = 0, effort, 0, DONE
-    if mo.step == 0 and mo.time == 0.0 and not mo.entered:
-        ct.h = 1.0
-        if joint.exchanges > 0:
-            joint.exchanges = MOST_EXCHANGES + 1
     while mo.step < course.steps and status == DONE:
         status = load_step(run)
-        if status == DONE and mo.step < course.steps and ct.effort > ct.allowed:
+        wait = ct.effort > ct.allowed or joint.exchanges > MOST_EXCHANGES
+        if status == DONE and mo.step < course.steps and wait:
             status = PAUSED
     if mo.step == course.steps:
         mo.passes = 1
@@ -117,7 +110,8 @@ def load_step(run: SpaceRun) -> int:
     if not mo.entered:
         if not arrange(joint, mo):
             return NOT_SETTLED
-        compute_out(joint, course, mo, rates)
+        if mo.step == 0 or mo.time > 0.0:  # elsewhere the last load step has ended with them
+            compute_out(joint, course, mo, rates)
         for i in range(joint.n):
             mo.resting[i], rates.arrived[i] = 0, 0
         mo.entered = True
@@ -181,18 +175,16 @@ def smooth_path(run: SpaceRun) -> int:
             continue
         share = share_to_apex(course, mo, sp, st)
         if share < (SAFETY if st.method == RADAU else 1.0) and h * share > ROUND_OFF:
-            if st.method == RADAU:
-                ct.long = h * share
-            else:
-                ct.h = h * share
+            try_next(st, ct, h * share)
             continue
-        lengthen(st, ct, h, used, rest)
         share = first_event(run, h)
+        if share * h > ROUND_OFF and share < NEAR_END and error > allowed_error(course, ct, share * h):
+            try_next(st, ct, min(BEYOND * share, SHORTER) * h)
+            continue
+        lengthen(st, ct, h, used)
         if share < NEVER:
             meet_event(run, share, h, error)
             return AT_EVENT
-        if rec.capacity > 0:
-            find_curve(sp, st, h)
         commit(run, h, 1.0, better)
         if h == rest:
             mo.time = 1.0
@@ -207,24 +199,32 @@ def smooth_path(run: SpaceRun) -> int:
 def shorten(run: SpaceRun, h: float, used: float) -> None:
     """Reduce the step after one with a given share of the allowed error, or one that failed."""
     joint, course, rates, sp, st, ct = run.joint, run.course, run.rates, run.slipping, run.step, run.control
-    share = max(LEAST, min(SAFETY, SAFETY * used**-ORDER)) if used > 0.0 else LEAST
-    if st.method == EXPLICIT:
-        ct.h = h * share
-    else:
-        ct.long = h * share
+    try_next(st, ct, h * (max(LEAST, min(SAFETY, SAFETY * used**-ORDER)) if used > 0.0 else LEAST))
+    if st.method == RADAU:
         ct.apex_ahead = HALF_WAY * min(h, time_to_apex(joint, course, rates, sp))
         ct.wait = PATIENCE
 
 
 @inner
-def lengthen(st: Step, ct: StepControl, h: float, used: float, rest: float) -> None:
-    """Choose the next step length after one with a given share of the allowed error."""
-    change = min(MOST, max(LEAST, SAFETY * used**-ORDER)) if used > 0.0 else MOST
+def try_next(st: Step, ct: StepControl, h: float) -> None:
+    """Choose the length of the next step by the method of the present one."""
     if st.method == RADAU:
-        ct.long = max(h * change, ct.long) if h < 0.99 * ct.long else h * change
+        ct.long = h
+    else:
+        ct.h = h
+
+
+@inner
+def lengthen(st: Step, ct: StepControl, h: float, used: float) -> None:
+    """Choose the next step length after one with a given share of the allowed error."""
+    tried = ct.long if st.method == RADAU else ct.h
+    longer = h * (min(MOST, max(LEAST, SAFETY * used**-ORDER)) if used > 0.0 else MOST)
+    if h < 0.99 * tried:  # it has ended earlier for another reason
+        longer = max(longer, tried)
+    try_next(st, ct, longer)
+    if st.method == RADAU:
         ct.wait = 0
     else:
-        ct.h = max(h * change, ct.h) if h == rest or ct.capped else h * change
         ct.long = max(ct.long, ct.h)
         if ct.wait > 0:
             ct.wait -= 1
@@ -273,7 +273,7 @@ def choose_step(run: SpaceRun, rest: float) -> float:
     most = HALF_WAY * apex
     if fastest * SEVEN_DIGITS * rest < STABLE:  # even such fine steps may turn too far: errors limit them
         most = min(most, STABLE / fastest if fastest > 0.0 else np.inf)
-    st.method, ct.capped = EXPLICIT, h > most
+    st.method = EXPLICIT
     short = min(h, most)
     jumps = far > HALF_WAY * apex and apex < ct.apex_ahead
     stiff = ct.wait == 0 and far > GAIN * short and short * fastest > TURNS
@@ -288,7 +288,7 @@ def take_step(run: SpaceRun, h: float) -> float:
     """A step from the present state, and the outputs at its end: the error of the lower order, or FAILED."""
     course, sp, st, ct = run.course, run.slipping, run.step, run.control
     allowed = allowed_error(course, ct, h)
-    error = turning_step(run, h, allowed) if st.method == RADAU else explicit_step(run, h, allowed)
+    error = turning_step(run, h, allowed) if st.method == RADAU else explicit_step(run, h)
     if error >= 0.0:
         end_of_step(run, h)
     ct.taken += 1
@@ -326,42 +326,20 @@ def share_to_apex(course: Course, mo: SpaceMotion, sp: Slipping, st: Step) -> fl
 
 
 @inner
-def beyond(run: SpaceRun) -> float:
-    """The distance of the step's end from the event [force, length; at a stop relative to the fastest]."""
-    mo, sp, st = run.motion, run.slipping, run.step
-    i, kind = mo.node, mo.kind
-    if kind == STOPS:
-        fastest, own = 0.0, 0.0
-        for a in range(sp.s):
-            mu = st.mu[6 * st.n + a]
-            fastest = max(fastest, abs(mu))
-            if sp.node[a] == i:
-                own = mu
-        return own / fastest if fastest > 0.0 else 0.0
-    return distance(run, i, kind, st.next_out) + margin(run, kind, distance(run, i, kind, mo.out))
-
-
-@inner
 def meet_event(run: SpaceRun, share: float, far: float, error: float) -> None:
     """Go to the event at a share of the step just taken, of this length and error, and pass it.
 
-    On the polynomial where that is accurate enough; otherwise the step is repeated.
+    On the polynomial, which there is accurate enough: everywhere, or as near its end as this.
     """
     joint, course, mo, rates = run.joint, run.course, run.motion, run.rates
     sp, st, ct = run.slipping, run.step, run.control
     kind, i, h = mo.kind, mo.node, share * far
     if h <= ROUND_OFF:
         stay(run)
-    elif error <= allowed_error(course, ct, h):
-        stop_within(course, mo, sp, st, far, share)
-        step_out(run, h)
-        commit(run, h, share, error)
     else:
-        h, error, share = refined_length(run, h, far)
-        if h <= ROUND_OFF:
-            stay(run)
-        else:
-            commit(run, h, share, max(error, 0.0))
+        stop_within(course, mo, sp, st, far, share)
+        end_of_step(run, h)
+        commit(run, h, share, error if error <= allowed_error(course, ct, h) else better_error(sp, st, error))
     mo.kind, mo.node, mo.came_kind, mo.came_node = kind, i, kind, i
     pass_event(joint, mo, rates, i, kind)
 
@@ -373,48 +351,6 @@ def stay(run: SpaceRun) -> None:
     for c in range(DEGREE * 2 * st.n):
         st.curve[c] = 0.0
     note(run, 0.0)
-
-
-@inner
-def refined_length(run: SpaceRun, guess: float, far: float) -> tuple[float, float, float]:
-    """Length of a step to the event, its error, and the share of the step last taken at which it ends.
-
-    A step that comes close ends on its polynomial a little before its end, or beyond.
-    """
-    course, mo, sp, st = run.course, run.motion, run.slipping, run.step
-    kind = mo.kind
-    met = (
-        SIX_DIGITS if kind == STOPS else MET * near_event(run, kind)
-    )  # of the fastest speed; of the distance at a limit
-    low, at_low, high, at_high, h, error = 0.0, 0.0, far, 0.0, guess, 0.0
-    known_low, known_high = False, False
-    for _ in range(MOST_REFINED):
-        if h <= ROUND_OFF:
-            break
-        error = take_step(run, h)
-        value = beyond(run)
-        if abs(value) <= met:
-            break
-        rate = 0.0 if kind == STOPS else distance_rate(run, mo.node, kind, st.next_out, st.next_rate)
-        if rate < 0.0 and abs(value) < -THREE_DIGITS * h * rate and h - value / rate < far:
-            share = 1.0 - value / (rate * h)
-            find_curve(sp, st, h)
-            stop_within(course, mo, sp, st, h, share)
-            step_out(run, share * h)
-            return share * h, better_error(sp, st, error), share
-        if value > 0.0:
-            low, at_low, known_low = h, value, True
-        else:
-            high, at_high, known_high = h, value, True
-        if known_low and known_high:
-            h = low + (high - low) * at_low / (at_low - at_high)
-        else:
-            h = h - value / rate if rate < 0.0 else 0.5 * (low + high)
-        if not low < h < high:
-            h = 0.5 * (low + high)
-    if h > ROUND_OFF:
-        find_curve(sp, st, h)
-    return h, better_error(sp, st, error), 1.0
 
 
 @inner
@@ -519,15 +455,13 @@ def note(run: SpaceRun, h: float) -> None:
         rec.contact[row * n + i] = mo.contact[i]
     for m in range(DEGREE):
         start = (row * DEGREE + m) * N
-        if h > 0.0:
-            move(joint, sp, st.curve, m * 2 * n, st.scratch)
+        move(joint, sp, st.curve, m * 2 * n, st.scratch)
         for k in range(N):
             linear = h * rates.base[k] if m == 0 else 0.0
-            rec.curve[start + k] = st.scratch[k] + linear if joint.free[k] == 1 and h > 0.0 else 0.0
+            rec.curve[start + k] = st.scratch[k] + linear if joint.free[k] == 1 else 0.0
         for a in range(sp.s):
             for c in range(2):
-                if h > 0.0:
-                    rec.curve[start + 2 * sp.node[a] + c] = st.curve[m * 2 * n + 2 * a + c]
+                rec.curve[start + 2 * sp.node[a] + c] = st.curve[m * 2 * n + 2 * a + c]
     rec.time[row], rec.duration[row] = course.first + mo.step + mo.time, h
     rec.node[row], rec.kind[row] = mo.came_node, mo.came_kind
     rec.rows = row + 1

@@ -12,21 +12,12 @@ from shakedown.ground.constants import HALVINGS, FloatArray
 from shakedown.ground.named_state import inner, summing
 from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.course import CLOSES, OPENS
-from shakedown.motion.space.exchange import move, move_twice
+from shakedown.motion.space.exchange import move_twice
 from shakedown.motion.space.smooth_step import find_curve
-from shakedown.motion.space.space_run import DEGREE, RADAU, REACHES_LIMIT, STOPS, SpaceMotion, SpaceRun, Step
+from shakedown.motion.space.space_run import DEGREE, REACHES_LIMIT, STOPS, SpaceMotion, SpaceRun
 
 SAMPLES = 8  # samples of a distance within a step
 NEVER = 2.0  # as a share of a step
-
-
-@inner
-def step_out(run: SpaceRun, h: float) -> None:
-    """Outputs at the end of the step."""
-    mo, rates, st = run.motion, run.rates, run.step
-    move(run.joint, run.slipping, st.slip, 0, st.next_out)
-    for i in range(3 * st.n):
-        st.next_out[i] += mo.out[i] + h * rates.base[i]
 
 
 @inner
@@ -94,15 +85,12 @@ def margin(run: SpaceRun, kind: int, at_start: float) -> float:
 def first_event(run: SpaceRun, h: float) -> float:
     """The time of the first event, as a share of the step, or NEVER; sets ``event_node`` and ``kind``."""
     mo, rates, sp, st = run.motion, run.rates, run.slipping, run.step
-    n, first, curved = st.n, NEVER, False
+    n, first = st.n, NEVER
+    find_curve(sp, st, h)
     for i in range(n):
         kind = kind_of(mo, i)
         start = distance(run, i, kind, mo.out)
         begins = distance_rate(run, i, kind, mo.out, rates.rate)
-        goes_on = max(start, begins * (1.0 - mo.time)) < -run.course.settled
-        if kind == REACHES_LIMIT and goes_on:
-            mo.node, mo.kind = i, kind  # it leaves its cone further; every step would allow for a little more
-            return 0.0
         add = margin(run, kind, start)
         if kind == OPENS and begins < 0.0:
             add = 0.0  # moving to the apex, beyond which a direction has no meaning
@@ -110,20 +98,14 @@ def first_event(run: SpaceRun, h: float) -> float:
         dips = begins < 0.0 < ends
         if distance(run, i, kind, st.next_out) + add > 0.0 and not dips:
             continue
-        if not curved:
-            find_curve(sp, st, h)
-            curved = True
         find_bend(run, i, h)
         share = first_share(run, i, kind, add, first)
         if share < first:
             first, mo.node, mo.kind = share, i, kind
     for a in range(sp.s):
-        if st.mu[6 * n + a] <= 0.0 or slows_within(st, a):
-            if not curved:
-                find_curve(sp, st, h)
-                curved = True
+        if st.mu[6 * n + a] <= 0.0:
             share = first_share(run, a, STOPS, 0.0, first)
-            if share == NEVER and st.mu[6 * n + a] <= 0.0:
+            if share == NEVER:
                 share = 1.0
             if share < first:
                 first, mo.node, mo.kind = share, sp.node[a], STOPS
@@ -200,15 +182,6 @@ def first_share(run: SpaceRun, i: int, kind: int, add: float, latest: float) -> 
 def followed(run: SpaceRun, i: int, kind: int, at: float) -> float:
     """The distance of a node, or the speed of a packed one, within the step."""
     return speed_at(run, i, at) if kind == STOPS else bent(run, i, kind, at)
-
-
-@inner
-def slows_within(st: Step, a: int) -> bool:
-    """Whether the speed of a node is negative at a stage."""
-    least = 0.0
-    for j in range(1, 4 if st.method == RADAU else 6):
-        least = min(least, st.mu[j * st.n + a])
-    return least < 0.0
 
 
 @inner

@@ -27,7 +27,6 @@ from shakedown.motion.space.space_run import (
     SpaceRun,
     Step,
     StepControl,
-    Turning,
 )
 from shakedown.motion.space.speeds import (
     factor,
@@ -79,7 +78,7 @@ FAILED = -1.0  # instead of an error: the motion is unstable somewhere in the st
 
 
 @summing
-def explicit_step(run: SpaceRun, h: float, allowed: float) -> float:
+def explicit_step(run: SpaceRun, h: float) -> float:
     """A step of this length from the packed state, whose rates are stage 0: estimate of its error [length].
 
     The end lies on the cones. Near the apex an error counts for more than it is, so that one that is
@@ -109,11 +108,8 @@ def explicit_step(run: SpaceRun, h: float, allowed: float) -> float:
         for i in range(STAGES):
             x += OF_ERROR[i] * k[i * row + 2 * a]
             y += OF_ERROR[i] * k[i * row + 2 * a + 1]
-        reaction = PER_CENT * sp.size[a] * ct.length_scale
         stiffness = max(sp.A[2 * a * (2 * s + 1)], sp.A[(2 * a + 1) * (2 * s + 1)])
         weight = max(1.0, stiffness * ct.length_scale / ct.force_scale)
-        if reaction > 0.0:
-            weight = max(weight, allowed * ct.force_scale / reaction)
         error = max(error, (x * x + y * y) * weight * weight)
     return h * np.sqrt(error)
 
@@ -229,9 +225,9 @@ def turning(sp: Slipping, st: Step, a: int, h: float) -> float:
 
 
 @inner
-def find_fast(sp: Slipping, st: Step, tu: Turning, h: float) -> int:
+def find_fast(sp: Slipping, st: Step, h: float) -> int:
     """The fastest nodes: how many."""
-    count, own, fast = 0, tu.turn, tu.fast
+    count, own, fast = 0, st.turn, st.fast
     for a in range(sp.s):
         rate = turning(sp, st, a, h)
         if not h * rate > FAST:
@@ -248,7 +244,7 @@ def find_fast(sp: Slipping, st: Step, tu: Turning, h: float) -> int:
 
 
 @inner
-def begin_angles(course: Course, sp: Slipping, st: Step, tu: Turning, h: float, count: int) -> None:
+def begin_angles(course: Course, sp: Slipping, st: Step, h: float, count: int) -> None:
     """Initialise the stages with the rates at the beginning, and let the fast nodes turn."""
     row, n = 2 * st.n, st.n
     for m in range(3):
@@ -257,7 +253,7 @@ def begin_angles(course: Course, sp: Slipping, st: Step, tu: Turning, h: float, 
         for a in range(sp.s):
             st.mu[(m + 1) * n + a] = st.mu[a]
     for t in range(count):
-        a = tu.fast[t]
+        a = st.fast[t]
         x, y = st.k[2 * a], st.k[2 * a + 1]
         if st.mu[a] <= 0.0:
             x, y = -sp.q[2 * a], -sp.q[2 * a + 1]
@@ -266,25 +262,25 @@ def begin_angles(course: Course, sp: Slipping, st: Step, tu: Turning, h: float, 
         if size > course.force:
             turn = -h * (np.cos(first) * st.k_q[2 * a + 1] - np.sin(first) * st.k_q[2 * a]) / size
         for m in range(3):
-            tu.angle[m * MOST_FAST + t] = first + PLACES[m + 1] * max(-MOST_TURN, min(MOST_TURN, turn))
+            st.angle[m * MOST_FAST + t] = first + PLACES[m + 1] * max(-MOST_TURN, min(MOST_TURN, turn))
 
 
 @inner
-def face(sp: Slipping, st: Step, tu: Turning, count: int, m: int) -> None:
+def face(sp: Slipping, st: Step, count: int, m: int) -> None:
     """Give the fast nodes their directions at a stage; beyond the apex their reactions are negative."""
     for t in range(count):
-        at, angle = 2 * tu.fast[t], tu.angle[m * MOST_FAST + t]
+        at, angle = 2 * st.fast[t], st.angle[m * MOST_FAST + t]
         sp.unit[at], sp.unit[at + 1] = np.cos(angle), np.sin(angle)
-        sp.size[tu.fast[t]] = -sp.unit[at] * st.stage_q[at] - sp.unit[at + 1] * st.stage_q[at + 1]
+        sp.size[st.fast[t]] = -sp.unit[at] * st.stage_q[at] - sp.unit[at + 1] * st.stage_q[at + 1]
 
 
 @summing
-def derivatives(sp: Slipping, st: Step, tu: Turning, m: int, count: int) -> None:
+def derivatives(sp: Slipping, st: Step, m: int, count: int) -> None:
     """How the rates of the fast nodes' reactions across their directions at a stage follow the angles."""
     s, row = sp.s, 2 * st.n
     start, dmu = (m + 1) * row, sp.correction
     for t in range(count):
-        j = tu.fast[t]
+        j = st.fast[t]
         x, y = -sp.unit[2 * j + 1], sp.unit[2 * j]
         mu = st.mu[(m + 1) * st.n + j]
         for a in range(s):
@@ -295,7 +291,7 @@ def derivatives(sp: Slipping, st: Step, tu: Turning, m: int, count: int) -> None
         dmu[j] -= x * st.k_q[start + 2 * j] + y * st.k_q[start + 2 * j + 1]
         substitute(sp, s, dmu)
         for r in range(count):
-            i = tu.fast[r]
+            i = st.fast[r]
             first, ex, ey = 4 * i * s, -sp.unit[2 * i + 1], sp.unit[2 * i]
             total = 0.0
             for b in range(s):
@@ -304,35 +300,35 @@ def derivatives(sp: Slipping, st: Step, tu: Turning, m: int, count: int) -> None
                 total += (ax * sp.unit[2 * b] + ay * sp.unit[2 * b + 1]) * dmu[b]
                 if b == j:
                     total += mu * (ax * x + ay * y)
-            tu.bends[(m * MOST_FAST + r) * MOST_FAST + t] = total
+            st.bends[(m * MOST_FAST + r) * MOST_FAST + t] = total
 
 
 @inner
-def turn_on(joint: CompiledJoint, tu: Turning, h: float, count: int) -> bool:
+def turn_on(joint: CompiledJoint, st: Step, h: float, count: int) -> bool:
     """A round of Newton's method on the angles; False where its equations are singular."""
-    size, row, W, right = 3 * count, 2 * joint.n, tu.equations, tu.turn
+    size, row, W, right = 3 * count, 2 * joint.n, st.equations, st.turn
     for m in range(3):
         for r in range(count):
-            i, at, angle = tu.fast[r], m * count + r, tu.angle[m * MOST_FAST + r]
+            i, at, angle = st.fast[r], m * count + r, st.angle[m * MOST_FAST + r]
             x, y = np.cos(angle), np.sin(angle)
-            qx, qy = tu.reactions[m * row + 2 * i], tu.reactions[m * row + 2 * i + 1]
+            qx, qy = st.reactions[m * row + 2 * i], st.reactions[m * row + 2 * i + 1]
             right[at] = -(qy * x - qx * y)
             for k in range(3):
                 for t in range(count):
-                    bend = tu.bends[(k * MOST_FAST + r) * MOST_FAST + t]
+                    bend = st.bends[(k * MOST_FAST + r) * MOST_FAST + t]
                     W[at * size + k * count + t] = h * INWARD[m, k] * bend
             W[at * size + at] -= qx * x + qy * y
-    if factor_few(W, tu.turn_order, size) == 0:
+    if factor_few(W, st.turn_order, size) == 0:
         return False
-    substitute_few(W, tu.turn_order, size, right)
+    substitute_few(W, st.turn_order, size, right)
     for m in range(3):
         for r in range(count):
-            tu.angle[m * MOST_FAST + r] += max(-MOST_TURN, min(MOST_TURN, right[m * count + r]))
+            st.angle[m * MOST_FAST + r] += max(-MOST_TURN, min(MOST_TURN, right[m * count + r]))
     return True
 
 
 @summing
-def stage_reactions(sp: Slipping, st: Step, tu: Turning, h: float) -> None:
+def stage_reactions(sp: Slipping, st: Step, h: float) -> None:
     """Packed reactions at the stages from the rates at all."""
     row = 2 * st.n
     for m in range(3):
@@ -340,20 +336,20 @@ def stage_reactions(sp: Slipping, st: Step, tu: Turning, h: float) -> None:
             total = 0.0
             for k in range(3):
                 total += INWARD[m, k] * st.k_q[(k + 1) * row + c]
-            tu.reactions[m * row + c] = sp.q[c] + h * total
+            st.reactions[m * row + c] = sp.q[c] + h * total
 
 
 @inner
 def stage_rates(run: SpaceRun, m: int, count: int) -> float:
     """Rates at a stage, the fast nodes in their directions: the largest change, or FAILED."""
-    course, mo, sp, st, tu, ct = run.course, run.motion, run.slipping, run.step, run.turning, run.control
+    course, mo, sp, st, ct = run.course, run.motion, run.slipping, run.step, run.control
     row = 2 * st.n
     for c in range(2 * sp.s):
-        st.slip[c], st.stage_q[c] = st.k[(m + 1) * row + c], tu.reactions[m * row + c]
+        st.slip[c], st.stage_q[c] = st.k[(m + 1) * row + c], st.reactions[m * row + c]
     for a in range(sp.s):
         sp.speed[a] = st.mu[(m + 1) * st.n + a]
     find_directions(course, mo, sp, st.stage_q)
-    face(sp, st, tu, count, m)
+    face(sp, st, count, m)
     if not rates_along(sp, st, ct, m + 1):
         return FAILED
     change = 0.0
@@ -365,11 +361,11 @@ def stage_rates(run: SpaceRun, m: int, count: int) -> float:
 @inner
 def solve_stages(run: SpaceRun, h: float, allowed: float, count: int) -> bool:
     """Find the rates at the stages; False where they do not settle."""
-    joint, sp, st, tu = run.joint, run.slipping, run.step, run.turning
+    joint, sp, st = run.joint, run.slipping, run.step
     last, renewed = np.inf, True
     for turn in range(NEWTON_ROUNDS):
-        stage_reactions(sp, st, tu, h)
-        if turn > 0 and count > 0 and not turn_on(joint, tu, h, count):
+        stage_reactions(sp, st, h)
+        if turn > 0 and count > 0 and not turn_on(joint, st, h, count):
             return False
         change = 0.0
         for m in range(3):
@@ -378,7 +374,7 @@ def solve_stages(run: SpaceRun, h: float, allowed: float, count: int) -> bool:
                 return False
             change = max(change, h * moved)
             if renewed:
-                derivatives(sp, st, tu, m, count)
+                derivatives(sp, st, m, count)
         if change <= PER_CENT * allowed:  # of the error of a slip
             return True
         if turn > 3 and not change < last:
@@ -391,10 +387,10 @@ def solve_stages(run: SpaceRun, h: float, allowed: float, count: int) -> bool:
 @inner
 def turning_step(run: SpaceRun, h: float, allowed: float) -> float:
     """A step of this length from the packed state: estimate of its error [length], or infinite, or FAILED."""
-    course, mo, sp, st, tu, ct = run.course, run.motion, run.slipping, run.step, run.turning, run.control
+    course, mo, sp, st, ct = run.course, run.motion, run.slipping, run.step, run.control
     s, n, row = sp.s, st.n, 2 * st.n
-    count = find_fast(sp, st, tu, h)
-    begin_angles(course, sp, st, tu, h, count)
+    count = find_fast(sp, st, h)
+    begin_angles(course, sp, st, h, count)
     if not solve_stages(run, h, allowed, count):
         return np.inf
     for c in range(2 * s):
@@ -403,12 +399,12 @@ def turning_step(run: SpaceRun, h: float, allowed: float) -> float:
             total += INWARD[2, m] * st.k[(m + 1) * row + c]
             change += INWARD[2, m] * st.k_q[(m + 1) * row + c]
         st.slip[c], st.stage_q[c] = h * total, sp.q[c] + h * change
-    if least_pressure(sp, st, tu, h, count) > 10.0 * course.settled:
-        face(sp, st, tu, count, 2)
+    if least_pressure(sp, st, h, count) > 10.0 * course.settled:
+        face(sp, st, count, 2)
         if return_to_cones(course, mo, sp, st, h) > course.settled:
             return np.inf
     find_directions(course, mo, sp, st.stage_q)
-    face(sp, st, tu, count, 2)
+    face(sp, st, count, 2)
     for a in range(s):
         sp.speed[a] = st.mu[3 * n + a]
     if not rates_along(sp, st, ct, STAGES - 1):
@@ -417,11 +413,11 @@ def turning_step(run: SpaceRun, h: float, allowed: float) -> float:
 
 
 @summing
-def least_pressure(sp: Slipping, st: Step, tu: Turning, h: float, count: int) -> float:
+def least_pressure(sp: Slipping, st: Step, h: float, count: int) -> float:
     """The least pressure of the fast nodes at the end."""
     s, least = sp.s, np.inf
     for t in range(count):
-        a = tu.fast[t]
+        a = st.fast[t]
         p = sp.p[a] + h * sp.load_p[a]
         for c in range(2 * s):
             p += sp.B[a * 2 * s + c] * st.slip[c]

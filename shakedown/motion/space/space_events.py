@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cho_factor, cho_solve, lapack
+from scipy.linalg import lapack
 from scipy.sparse import csc_array
 
 from shakedown.ground.constants import (
@@ -44,11 +44,10 @@ from shakedown.motion.course import (
 from shakedown.motion.event_history import CurvedHistory, EventHistory, EventKind
 from shakedown.motion.method import EventMethod, State, loads_at
 from shakedown.motion.space.curved_loop import follow_curve
-from shakedown.motion.space.exchange import MOST_EXCHANGES
+from shakedown.motion.space.exchange import MOST_EXCHANGES, eliminate
 from shakedown.motion.space.implicit_step import TURNS, ImplicitJoint
 from shakedown.motion.space.space_run import (
     DEGREE,
-    CompiledJoint,
     Measures,
     SpaceMotion,
     SpaceRun,
@@ -75,6 +74,11 @@ def end_at_once(joint: ImplicitJoint, layout: Layout, u: FloatArray, path: Float
     w, length = found.w[-1], found.length[-1]
     contact = np.where(w > 0.0, OPEN, np.where((length > 0.0) | (joint.law.f == 0.0), SLIP, STICK))
     return StepEnd(layout.joined(found.v[-1], w), contact, found.work[-1], length)
+
+
+def free_places(f: FloatArray, contact: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Where no reaction is transmitted, (3n,): at open nodes, and along slips without friction."""
+    return np.concatenate([np.repeat((contact == OPEN) | (f == 0.0), 2), contact == OPEN])
 
 
 def stable_solution(matrix: FloatArray, right: FloatArray) -> FloatArray | None:
@@ -111,8 +115,8 @@ class DirectedJump(Relaxation):
         self.at_once = False  # whether a path was too long to follow
         path = course(np.stack([self.load, self.load]), 0, True, measures.precision)
         self.run = run_in_space(self.kappa, self.law.f, path, empty_curve_record(0, self.layout.n))
-        coarser = measures._replace(accuracy=max(measures.accuracy, SIX_DIGITS))  # the end is exact
-        self.run.control.set(**coarser.of_steps)
+        accuracy = max(measures.accuracy, SIX_DIGITS)  # the end is exact
+        self.run.control.set(force_scale=self.scale.force, length_scale=self.scale.length, accuracy=accuracy)
 
     def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         end = None if self.at_once else self._followed(stiffer, path)
@@ -123,11 +127,10 @@ class DirectedJump(Relaxation):
         run = self.run
         run.course.path[:] = path
         run.joint.kappa[:] = stiffer
-        run.joint.set(known=False, keeps=False, exchanges=MOST_EXCHANGES + 1)  # all is worked out anew
         begin(run)
         mo = run.motion
         mo.u[:], mo.contact[:], mo.direction[:] = self.u, self.contact, 0.0
-        self._exchange_free(run.joint, stiffer)
+        eliminate(run.joint, free_places(self.law.f, self.contact))
         status = PAUSED
         while status == PAUSED:
             status = follow_curve(run, LABOUR)
@@ -138,33 +141,6 @@ class DirectedJump(Relaxation):
         if status != DONE or not np.isfinite(mo.u).all():
             return None
         return StepEnd(mo.u.copy(), mo.contact.copy(), mo.work.copy(), mo.slip.copy())
-
-    def _free(self) -> NDArray[np.intp]:
-        """The places without a reaction: those of open nodes, and slips without friction."""
-        of_slips = np.repeat((self.contact == OPEN) | (self.law.f == 0.0), 2)
-        return np.flatnonzero(np.concatenate([of_slips, self.contact == OPEN]))
-
-    def _exchange_free(self, joint: CompiledJoint, stiffer: FloatArray) -> None:
-        """Exchange all free places at once: one after the other takes seconds where hundreds are open.
-
-        Where nothing holds them it is left to the loop, which says so.
-        """
-        free = self._free()
-        if len(free) <= MOST_EXCHANGES:
-            return
-        held = np.setdiff1d(np.arange(self.layout.size), free)
-        try:
-            factor = cho_factor(stiffer[np.ix_(free, free)])
-        except LinAlgError:
-            return
-        from_held = cho_solve(factor, stiffer[np.ix_(free, held)])
-        S = joint.exchanged.reshape(stiffer.shape)
-        S[np.ix_(free, free)] = cho_solve(factor, np.eye(len(free)))
-        S[np.ix_(free, held)], S[np.ix_(held, free)] = -from_held, from_held.T
-        S[np.ix_(held, held)] = stiffer[np.ix_(held, held)] - stiffer[np.ix_(held, free)] @ from_held
-        joint.free[:] = 0
-        joint.free[free] = 1
-        joint.set(exchanges=0)
 
     def _solved(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         """The end of an implicit step, solved for; None where there is none."""
@@ -180,7 +156,8 @@ class DirectedJump(Relaxation):
         if not self.slows_down:
             return None
         u, layout, f = self.u.copy(), self.layout, self.law.f
-        nodes, free = np.flatnonzero((self.contact == SLIP) & (f > 0.0)), self._free()
+        nodes = np.flatnonzero((self.contact == SLIP) & (f > 0.0))
+        free = np.flatnonzero(free_places(f, self.contact))
         places = np.concatenate([layout.slips_of(nodes), free, layout.gaps_of(nodes)])
         of_slips, of_free = np.repeat(np.arange(len(nodes)), 2), len(nodes) + np.arange(len(free))
         columns = np.concatenate([of_slips, of_free, np.arange(len(nodes))])
@@ -256,6 +233,7 @@ class SpaceEvents(EventMethod):
         super().__init__(problem, kappa, tolerances, run, run.motion.contact)
         self.direction: FloatArray = run.motion.direction
         self._passed = 0  # instants without rates in the present cycle
+        self._kept = np.zeros(problem.layout.size, dtype=bool), kappa  # what the last cycles began with
 
     def begin(self, start: FloatArray, first: FloatArray, later: FloatArray, scale: Scales) -> None:
         """Follow courses through the first and any other cycle, from given displacements (3n,)."""
@@ -263,9 +241,9 @@ class SpaceEvents(EventMethod):
         self.scale = scale
         self.measures = measures(scale, locked, swing(self.problem, later[1:]), self.tolerances)
         self.lead(first, later, self.measures.precision)
-        self.run.control.set(**self.measures.of_steps)
+        accuracy = self.measures.accuracy
+        self.run.control.set(force_scale=scale.force, length_scale=scale.length, accuracy=accuracy)
         self.direction[:] = 0.0
-        self.run.joint.set(exchanges=MOST_EXCHANGES + 1)  # recomputed at the beginning of every cycle
 
     def set_state(self, state: State) -> bool:
         """Go to a state; False where nothing holds its moving nodes."""
@@ -281,8 +259,25 @@ class SpaceEvents(EventMethod):
 
     def follow(self, cycles: int) -> int:
         """Follow one cycle, however many are requested; returns the status with which the loop ends."""
+        if self.motion.time == 0.0:
+            self._make_afresh()
         status: int = follow_curve(self.run, EFFORT)
         return status
+
+    def _make_afresh(self) -> None:
+        """Make the stiffness afresh: where a cycle begins, and after many exchanges of open nodes' places."""
+        joint, begins = self.run.joint, self.motion.step == 0
+        free = free_places(self.problem.f, self.contact)
+        if joint.exchanges <= (0 if begins else MOST_EXCHANGES) and (joint.free == free).all():
+            return
+        known, matrix = self._kept
+        if (free == known).all():
+            joint.exchanged[:], joint.free[:] = matrix, free
+            joint.set(exchanges=0)
+            return
+        eliminate(joint, free)
+        if begins and (joint.free == free).all():
+            self._kept = free, joint.exchanged.copy()
 
     @property
     def effort(self) -> int:
@@ -337,7 +332,7 @@ class SpaceEvents(EventMethod):
     def _is_next_to_apex(self, reaction: FloatArray) -> bool:
         """Whether a closed node has too little pressure for a direction of slip."""
         pressure = reaction[self.problem.layout.gaps]
-        little = (self.problem.f > 0.0) & (pressure <= self.measures.near / THREE_DIGITS)
+        little = (self.problem.f > 0.0) & (pressure <= self.measures.precision.settled / THREE_DIGITS)
         return bool((little & (self.contact != OPEN)).any())
 
     def _implicit_steps(self, loads: FloatArray, turns: int = TURNS) -> list[StepEnd]:

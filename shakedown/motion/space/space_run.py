@@ -13,14 +13,13 @@ from numba import types
 from numba.extending import get_cython_function_address, intrinsic
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import BLOCK, DENSE_FROM, FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.named_state import Flags, Hash, Integers, NamedState, Reals, Shorts
 from shakedown.motion.checked_law import Scales
 from shakedown.motion.course import JUMPS, LOAD_STEP, Course, Precision
 
 REACHES_LIMIT, STOPS, CURVES = range(6, 9)  # kinds of event, after those of motion.course
 DEGREE = 4  # of the polynomial between the ends of a step
-TOGETHER = 16  # places exchanged in one pass through the matrix
 
 
 @intrinsic
@@ -77,15 +76,7 @@ class CompiledJoint(NamedState):
     free : (N,)
         1 where a place is free.
     exchanges
-        Made since ``exchanged`` was made afresh.
-    changing, pivots, old_rows : (p,), (p,), (p, N)
-        Places that are exchanged together, their pivots, and their rows just before.
-    kept, kept_free, keeps : (N, N), (N,)
-        ``exchanged`` and ``free`` as made afresh at the beginning of a cycle; whether κ is as it was then.
-    pressed, displaced, known
-        κ u, (N,), and u it is of, (N,); whether it has been worked out.
-    part, parts : …, (N / part, N)
-        A number of places, and what every so many have in it.
+        Made one by one since ``exchanged`` was made afresh (:func:`.exchange.eliminate`).
     """
 
     kappa: Reals
@@ -94,17 +85,6 @@ class CompiledJoint(NamedState):
     free: Flags
     n: int
     exchanges: int
-    changing: Integers
-    pivots: Reals
-    old_rows: Reals
-    kept: Reals
-    kept_free: Flags
-    keeps: bool
-    pressed: Reals
-    displaced: Reals
-    part: int
-    parts: Reals
-    known: bool
 
 
 class SpaceMotion(NamedState):
@@ -203,18 +183,13 @@ class CurveRecord(NamedState):
 
 def compiled_joint(kappa: FloatArray, friction: FloatArray) -> CompiledJoint:
     """The joint of a stiffness (3n, 3n) and friction coefficients (n,), nothing free."""
-    N = len(kappa)
-    part = DENSE_FROM if kappa.size > BLOCK else N
-    shapes = {"parts": (-(-N // part), N), "old_rows": (TOGETHER, N)}
-    of_places = dict.fromkeys(("free", "kept_free", "pressed", "displaced"), N)
     joint = CompiledJoint(
-        of_places | dict.fromkeys(("changing", "pivots"), TOGETHER) | shapes,
+        {"free": len(kappa)},
         kappa=np.array(kappa, dtype=float, order="C"),
         exchanged=np.array(kappa, dtype=float, order="C"),
-        kept=np.empty((N, N)),
         friction=np.array(friction, dtype=float),
     )
-    joint.set(n=len(friction), part=part)
+    joint.set(n=len(friction))
     return joint
 
 
@@ -359,6 +334,13 @@ class Step(NamedState):
     bend : (3, 4)
         Outputs of one node within the step, as ``curve``.
     scratch : (N,)
+    fast : (8,)
+        In a step of Radau's the packed nodes that turn fast.
+    angle, reactions, bends : (3, 8), (3, 2n), (3, 8, 8)
+        At its stages their angles, all packed reactions, and how the rates of those nodes' reactions follow
+        the angles.
+    equations, turn, turn_order : (24, 24), (24,), (24,)
+        Of the angles.
     """
 
     n: int
@@ -374,22 +356,6 @@ class Step(NamedState):
     next_rate: Reals
     bend: Reals
     scratch: Reals
-
-
-class Turning(NamedState):
-    """In a step of Radau's the angles of the nodes that turn fast, and their equations.
-
-    Attributes
-    ----------
-    fast : (8,)
-        Packed nodes that turn fast.
-    angle, reactions, bends : (3, 8), (3, 2n), (3, 8, 8)
-        At the stages their angles, all packed reactions, and how the rates of those nodes' reactions follow
-        the angles.
-    equations, turn, turn_order : (24, 24), (24,), (24,)
-        Of the angles.
-    """
-
     fast: Integers
     angle: Reals
     reactions: Reals
@@ -408,8 +374,8 @@ class StepControl(NamedState):
         Of the scene.
     accuracy
         Error allowed for one passage of the course, relative to the length scale.
-    h, capped
-        Explicit step to try, and whether it is shorter than its accuracy asks.
+    h
+        Explicit step to try.
     long, wait, apex_ahead
         Step of Radau's to try, explicit ones before that, time to an apex from where on one goes there.
     taken
@@ -422,7 +388,6 @@ class StepControl(NamedState):
     length_scale: float
     accuracy: float
     h: float
-    capped: bool
     long: float
     wait: int
     apex_ahead: float
@@ -435,16 +400,12 @@ def empty_step(n: int) -> Step:
     """Arrays for a step of n nodes."""
     shapes = {"k": STAGES * 2 * n, "k_q": STAGES * 2 * n, "mu": STAGES * n, "heat": STAGES * n}
     shapes |= {"stage_q": 2 * n, "slip": 2 * n, "curve": DEGREE * 2 * n, "bend": 3 * DEGREE}
+    most = 3 * MOST_FAST
+    shapes |= {"fast": MOST_FAST, "angle": most, "reactions": 6 * n, "bends": most * MOST_FAST}
+    shapes |= {"equations": most * most, "turn": most, "turn_order": most}
     step = Step(shapes | dict.fromkeys(("next_out", "next_rate", "scratch"), 3 * n))
     step.set(n=n)
     return step
-
-
-def empty_turning(n: int) -> Turning:
-    """Arrays for the angles of the nodes that turn fast among n."""
-    most = 3 * MOST_FAST
-    shapes = {"fast": MOST_FAST, "angle": most, "reactions": 3 * 2 * n, "bends": most * MOST_FAST}
-    return Turning(shapes | {"equations": most * most, "turn": most, "turn_order": most})
 
 
 class Measures(NamedTuple):
@@ -464,17 +425,6 @@ class Measures(NamedTuple):
     scale: Scales
     accuracy: float
 
-    @property
-    def near(self) -> float:
-        """Distance from a limit at which a node is there [force]."""
-        return self.precision.settled
-
-    @property
-    def of_steps(self) -> dict[str, float]:
-        """What steps are measured against, by its name in :class:`StepControl`."""
-        scales = {"force_scale": self.scale.force, "length_scale": self.scale.length}
-        return scales | {"accuracy": self.accuracy}
-
 
 class SpaceRun(NamedState):
     """A joint and its moving state, with the data of rates and steps, course and record."""
@@ -484,7 +434,6 @@ class SpaceRun(NamedState):
     rates: SpaceRates
     slipping: Slipping
     step: Step
-    turning: Turning
     control: StepControl
     course: Course
     record: CurveRecord
@@ -500,7 +449,6 @@ def run_in_space(kappa: FloatArray, friction: FloatArray, course: Course, record
         rates=empty_space_rates(n),
         slipping=empty_slipping(n),
         step=empty_step(n),
-        turning=empty_turning(n),
         control=StepControl({}),
         course=course,
         record=record,
@@ -520,7 +468,7 @@ def begin(run: SpaceRun) -> None:
     motion.set(node=-1, kind=LOAD_STEP, came_node=-1, came_kind=LOAD_STEP)
     motion.set(signature=0, last_states=0)
     run.step.set(method=EXPLICIT)
-    run.control.set(h=1.0, capped=False, long=1.0, wait=0, apex_ahead=np.inf, taken=0)
+    run.control.set(h=1.0, long=1.0, wait=0, apex_ahead=np.inf, taken=0)
 
 
 def resume(run: SpaceRun, time: float, kind: int = JUMPS) -> None:

@@ -13,7 +13,6 @@ from shakedown.ground.named_state import Shorts, inner, summing
 from shakedown.ground.work_limit import BY_BLAS
 from shakedown.motion.course import Course
 from shakedown.motion.space.space_run import (
-    STAGES,
     CompiledJoint,
     Slipping,
     SpaceMotion,
@@ -29,21 +28,6 @@ MOST_CORRECTIONS = 9  # corrections of speeds with the factors of an earlier sta
 CONTRACTS = 0.25  # share of a rate of slack that may remain after each
 RATE_ROUND_OFF = ROUND_OFF / 10  # relative round-off of rates
 TRANSPOSED = ord("T")
-SHARES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0)  # of a step, of its first stages
-
-
-def _guesses() -> FloatArray:
-    """Weights of the speeds of earlier stages in the polynomial through them, at each stage."""
-    found = np.zeros((STAGES, STAGES))
-    for k in range(1, STAGES - 1):
-        for j in range(k):
-            others = [SHARES[i] for i in range(k) if i != j]
-            found[k, j] = np.prod([(SHARES[k] - at) / (SHARES[j] - at) for at in others])
-    found[STAGES - 1, STAGES - 2] = 1.0
-    return found
-
-
-GUESS = _guesses()
 
 
 @inner
@@ -207,10 +191,7 @@ def find_rates(
     """Rates at a stage whose packed reactions are q; False where the motion is not stable there."""
     find_directions(course, mo, sp, q)
     for a in range(sp.s):
-        total = 0.0
-        for j in range(stage):
-            total += GUESS[stage, j] * st.mu[j * st.n + a]
-        sp.speed[a] = total
+        sp.speed[a] = st.mu[(stage - 1) * st.n + a]  # a guess
     return rates_along(sp, st, ct, stage)
 
 
