@@ -7,10 +7,9 @@ import numpy as np
 from shakedown.ground.constants import ERROR_FACTOR, MUCH, FloatArray
 from shakedown.ground.status import OPEN
 from shakedown.joint.rigid_slips import free_stiffness
-from shakedown.long_term.space.curve_leaps import CurveLeaps
 from shakedown.long_term.space.decay import Decay, Period
 from shakedown.long_term.space.followed_cycles import FollowedCycles, Position, signatures
-from shakedown.long_term.space.recurrence_leaps import Leap, RecurrenceLeaps
+from shakedown.long_term.space.recurrence_leaps import TRIES, Leap, RecurrenceLeaps
 from shakedown.long_term.space.slope_leaps import MovingSlips, PeriodStep, SlopeLeaps
 from shakedown.motion.method import State
 
@@ -45,7 +44,7 @@ class Leaps:
     def __init__(self, cycles: FollowedCycles, longest_period: int, care: float) -> None:
         self.cycles, self.layout, self.measure = cycles, cycles.layout, cycles.measure
         self.longest_period, self.period = longest_period, 1
-        self.curve, self.recurrence, self.slopes = CurveLeaps(care), RecurrenceLeaps(care), SlopeLeaps(care)
+        self.recurrence, self.slopes = RecurrenceLeaps(care), SlopeLeaps(care)
         self.decays = [Decay() for _ in range(longest_period)]
         self.rate, self.error, self.error_apart, self.rigid_error = nan, 0.0, 0.0, 0.0
 
@@ -65,12 +64,10 @@ class Leaps:
         apart = np.linalg.norm(changes[0] - changes[1:], axis=1)
         if len(apart) < self.longest_period - 1:
             return
-        before, self.period = self.period, 1
+        self.period = 1
         if apart.size and apart[0] > MUCH * np.linalg.norm(changes[0]):
             alike = np.flatnonzero(apart <= MUCH * apart[0])
             self.period = int(alike[0]) + 1 if alike.size else 1
-        if self.period != before:
-            self.curve.forget()
 
     def try_one(self, by_slopes: bool) -> bool:
         """Leap to where the last states lead; whether the leap was taken.
@@ -84,17 +81,10 @@ class Leaps:
         if self._turns_back(window):
             return False
         by_slopes = by_slopes and STUCK <= cycles.count >= self.slopes.since and len(window) > 1
-        if by_slopes and self._leap_by_slopes():
-            return cycles.leaps > leaps
-        missed = self.curve.rigid_correction(window, self.measure)
-        if missed is not None:
-            window = window + missed
-            cycles.shift(missed)
-        for method in (self.curve, self.recurrence):
-            leap = method.plan(window, self.measure, cycles.count)
+        if not (by_slopes and self._leap_by_slopes()):
+            leap = self.recurrence.plan(window, self.measure, cycles.count)
             if leap is not None:
-                self._try(method, leap)
-                break
+                self._try(leap)
         return cycles.leaps > leaps
 
     def _turns_back(self, window: FloatArray) -> bool:
@@ -105,27 +95,22 @@ class Leaps:
         records = list(self.cycles.records)
         return signatures(records[-p:]) != signatures(records[-2 * p : -p])
 
-    def _try(self, method: CurveLeaps | RecurrenceLeaps, leap: Leap) -> None:
+    def _try(self, leap: Leap) -> None:
         """Follow a leap; stay where its prediction comes true."""
-        cycles, p = self.cycles, self.period
+        cycles, p, taken, tries = self.cycles, self.period, False, TRIES
         before = self._begin(len(cycles.records))
         u, contact = leap.start.copy(), before.state.contact
         u[self.layout.gaps][contact != OPEN] = 0.0
         cycles.go_to(State(u, contact))
-        taken: bool | None = False
-        for _ in range(method.TRIES):
-            taken = leap.fits(cycles.change(p)) if cycles.follow(p) else None
-            if taken is not False:
-                break
+        while not taken and tries and cycles.follow(p):
+            taken, tries = leap.fits(cycles.change(p)), tries - 1
         if taken:
-            self.rigid_error += method.rigid_error(self.measure)
+            self.rigid_error += self.recurrence.rigid_error(self.measure)
             turned = self._turned(before)
             self._take(before, max(leap.error, turned), max(leap.error_apart, turned), leap.rate)
-            if method is self.recurrence:
-                self.curve.forget()
         else:
             self._refuse(before)
-        method.adapt(bool(taken), cycles.count)
+        self.recurrence.adapt(taken, cycles.count)
 
     def _leap_by_slopes(self) -> bool:
         """Leap by the slopes of a period; False where no node moves, or too many."""
@@ -151,7 +136,6 @@ class Leaps:
             self._refuse(before)
         else:
             self._take(before, landing.error, landing.error, landing.rate)
-            self.curve.forget()
         self.slopes.since = cycles.count + self.slopes.wait
         cycles.probes += cycles.count - count
         return True

@@ -108,11 +108,6 @@ class FollowedCycles:
         """Go on from another state."""
         self.motion.state, self.states = state, deque([state], maxlen=self.states.maxlen)
 
-    def shift(self, by: FloatArray) -> None:
-        """Shift the last states by a rigid slip (N,), [length]."""
-        self.states = deque([State(s.u + by, s.contact) for s in self.states], self.states.maxlen)
-        self.motion.state = self.states[-1]
-
     def position(self) -> Position:
         """Where the motion is."""
         return Position(self.motion.state, self.states, list(self.records), len(self.passed), len(self.jumps))

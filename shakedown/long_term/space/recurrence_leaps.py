@@ -15,6 +15,7 @@ from shakedown.long_term.space.measure import Measure, product
 
 WORTH = 8.0  # periods that a leap must gain at least, as it costs some, and so does its preparation
 PRICE = 1e-5  # uncertainty allowed in a leap, relative to the total slip so far
+TRIES = 3  # periods after a leap within which its prediction must come true
 LONGEST_WAIT = 64  # periods
 INDEPENDENT = 10 * ROUND_OFF  # relative to the largest: smaller singular values of the changes are round-off
 
@@ -27,7 +28,7 @@ class Leap(NamedTuple):
     start : (N,)
         The state [length].
     fits
-        Whether the next period from there, of those in a row, changes the state as predicted; None: hopeless.
+        Whether the next period from there, of those in a row, changes the state as predicted.
     error, error_apart
         How far the state may be off, with rigid slip and apart from it [length].
     rate
@@ -35,7 +36,7 @@ class Leap(NamedTuple):
     """
 
     start: FloatArray
-    fits: Callable[[FloatArray], bool | None]
+    fits: Callable[[FloatArray], bool]
     error: float
     error_apart: float
     rate: float
@@ -122,7 +123,6 @@ class RecurrenceLeaps:
         Rigid slip by which a period after the leap differs from its prediction [length].
     """
 
-    TRIES: ClassVar[int] = 3  # periods after a leap within which the prediction must come true
     FEWEST: ClassVar[int] = 5  # states
     AGREE: ClassVar[float] = 1e-4  # largest difference of two recurrences, relative to the leap …
     ROUGHLY: ClassVar[float] = 0.03  # … and where the leap is short compared with the total slip
@@ -160,7 +160,7 @@ class RecurrenceLeaps:
             count *= 2
         if found is None:
             return None
-        (state, share, off), steps = found, iter(range(self.count, self.count + self.TRIES))
+        (state, share, off), steps = found, iter(range(self.count, self.count + TRIES))
 
         def fits(change: FloatArray) -> bool:
             missed = change - recurrence.ahead(next(steps))[1]
