@@ -1,10 +1,10 @@
 """Long-term states of one or many starts, of a joint and of the parts that it falls into."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
-from functools import reduce
-from itertools import count
+from functools import partial, reduce
 from math import lcm
 from operator import attrgetter
 from typing import Any, NamedTuple
@@ -33,11 +33,10 @@ from shakedown.joint.result import Result
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, empty_answers
 from shakedown.long_term.plane.phase_loop import BLURRED, CYCLIC_SLIP, SHAKEDOWN, UNDECIDED
 from shakedown.long_term.plane.search import Answers
-from shakedown.long_term.space.proved_verdict import CLEAR, overruled_by_proofs
+from shakedown.long_term.space.proved_verdict import CLEAR
 from shakedown.long_term.space.steady_states import SteadySearches
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.checked_law import scales
-from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import State, beginning
 
 ORDER = Outcome.SHAKEDOWN, Outcome.SEPARATION, Outcome.CYCLIC_SLIP, Outcome.RATCHETTING, Outcome.UNDECIDED
@@ -148,7 +147,6 @@ def _reason(parts: Sequence[Part], found: Sequence[LongTermState]) -> str:
 
 
 NAMES = np.array([outcome.value for outcome in OUTCOMES])
-VERDICTS = {outcome: code for code, outcome in reversed(list(enumerate(OUTCOMES)))}
 
 
 @checked
@@ -216,9 +214,13 @@ class Patience(NamedTuple):
     longest_period: int
 
 
-def searches(motion: Evolution, patience: Patience) -> LimitSearch | SteadySearches:
-    """Searches for long-term states over one motion: from the map of a period, in space cycle by cycle."""
-    return (LimitSearch if motion.problem.directions == 1 else SteadySearches)(motion, *patience)
+def _search(
+    problem: Problem, patience: Patience, tolerances: Tolerances
+) -> AbstractContextManager[LimitSearch | SteadySearches]:
+    """The last search on the problem where its settings are the same: by the map of a period, or in space."""
+    kind = LimitSearch if problem.directions == 1 else SteadySearches
+    build = partial(kind, problem, tolerances, *patience)
+    return lent(problem, "search", (tolerances, patience), build)
 
 
 @on_one_thread
@@ -230,7 +232,7 @@ def settled_state(
     patience: Patience,
     tolerances: Tolerances,
 ) -> LongTermState:
-    """As :func:`long_term_state`, reusing the last search on the problem where its settings are the same."""
+    """As :func:`long_term_state`, without its checks."""
     parts = coupled_parts(problem, open_nodes)
     if len(parts) > 1:
         start = beginning(problem, load_factor, initial_slip, open_nodes, tolerances).state.u
@@ -241,13 +243,9 @@ def settled_state(
         ]
         return joined_state(problem, open_nodes, parts, found)
 
-    def build() -> LimitSearch | SteadySearches:
-        motion = Evolution(problem, load_factor, initial_slip, tolerances, open_nodes=open_nodes)
-        return searches(motion, patience)
-
-    with lent(problem, "search", (tolerances, patience), build) as search:
+    with _search(problem, patience, tolerances) as search:
         search.begin(float(load_factor), initial_slip, open_nodes)
-        return overruled_by_proofs(search.state(open_nodes))
+        return search.state(open_nodes)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -348,19 +346,9 @@ def long_term_states(
     patience = Patience(max_cycles, longest_period)
     batch = _Batch(problem, float(load_factor), starts, patience, tolerances)
     batch.run(min(threads, max(len(starts), 1)))
-    found = batch.answers
-    return LongTermStates(
-        load_factor=float(load_factor),
-        initial_slip=starts,
-        final_slip=found.final_slip,
-        outcome=NAMES[found.verdict],
-        period=found.period,
-        dissipation=found.dissipation,
-        slip_per_cycle=found.slip,
-        contraction=found.contraction,
-        cycles_simulated=found.cycles,
-        signature=found.signature,
-    )
+    found = batch.answers._asdict()
+    outcome = NAMES[found.pop("verdict")]
+    return LongTermStates(load_factor=batch.load_factor, initial_slip=starts, outcome=outcome, **found)
 
 
 def checked_initial_slips(problem: Problem, initial_slips: ArrayLike) -> FloatArray:
@@ -385,50 +373,35 @@ class _Batch:
     tolerances: Tolerances
 
     def __post_init__(self) -> None:
-        self.answers = empty_answers(len(self.starts), self.problem.layout)
-        self.blocks, self.stopped = count(), False
+        self.answers, self.stopped = empty_answers(len(self.starts), self.problem.layout), False
 
     def run(self, threads: int) -> None:
         """Find all states; an interrupt ends every thread within a fraction of a second or one state."""
         size = max(1, min(BATCH, len(self.starts) // (8 * threads)))
+        blocks = [slice(first, first + size) for first in range(0, len(self.starts), size)]
         if threads == 1:
-            self._work(size)
+            for block in blocks:
+                self._fill(block)
             return
         with ThreadPoolExecutor(threads) as pool:
-            try:  # an interrupt may come while threads begin
-                for worker in [pool.submit(self._work, size) for _ in range(threads)]:
-                    worker.result()
+            try:
+                list(pool.map(self._fill, blocks))
             finally:
                 self.stopped = True
 
-    def _work(self, size: int) -> None:
-        """Process blocks of a given size until none are left."""
-        if not len(self.starts):
-            return
-        apart = len(coupled_parts(self.problem)) > 1
-        search = searches(Evolution(self.problem, self.load_factor, None, self.tolerances), self.patience)
-        while not self.stopped and (first := next(self.blocks) * size) < len(self.starts):
-            starts = self.starts[first : first + size]
-            answers = Answers._make(column[first : first + size] for column in self.answers)
-            if isinstance(search, LimitSearch) and not apart:
-                search.from_slips(starts, answers, lambda: self.stopped)
-                if not self.stopped:
-                    self._overrule_by_proofs(starts, answers)
-                continue
-            for k, state in enumerate(self._one_by_one(search, starts, apart)):
-                _enter(state, answers, k)
-
-    def _one_by_one(
-        self, search: LimitSearch | SteadySearches, starts: FloatArray, apart: bool
-    ) -> Iterator[LongTermState]:
-        """The states from some starts; each part of a joint in uncoupled parts has its own proofs."""
-        if isinstance(search, SteadySearches) and not apart:
-            yield from map(overruled_by_proofs, search.from_slips(starts, lambda: self.stopped))
-            return
-        for start in starts:
-            if self.stopped:
-                return
-            yield self._alone(start)
+    def _fill(self, block: slice) -> None:
+        """Find the states of a block; each part of a joint in uncoupled parts has its own proofs."""
+        starts, answers = self.starts[block], Answers._make(column[block] for column in self.answers)
+        if len(coupled_parts(self.problem)) > 1:
+            states: Iterable[LongTermState] = (self._alone(start) for start in starts if not self.stopped)
+        else:
+            with _search(self.problem, self.patience, self.tolerances) as search:
+                search.begin(self.load_factor, None, ())
+                states = search.from_slips(starts, answers, lambda: self.stopped)
+            if isinstance(search, LimitSearch) and not self.stopped:
+                self._overrule_by_proofs(starts, answers)
+        for k, state in enumerate(states):
+            _enter(state, answers, k)
 
     def _overrule_by_proofs(self, starts: FloatArray, answers: Answers) -> None:
         """Recompute single answers that are undecided, or cycles with negligible slip.
@@ -436,9 +409,9 @@ class _Batch:
         Among cycles through the same contact states the first decides, unless its answer changes.
         """
         none = self.tolerances.periodicity * scales(self.problem, self.load_factor).length / CLEAR
-        slips = np.nan_to_num(answers.slip).max(axis=1, initial=0.0)
+        slips = np.nan_to_num(answers.slip_per_cycle).max(axis=1, initial=0.0)
         cycles = (answers.verdict > SHAKEDOWN) & ((answers.verdict != CYCLIC_SLIP) | (slips < none))
-        spent = (answers.verdict == UNDECIDED) & (answers.cycles >= self.patience.most_cycles)
+        spent = (answers.verdict == UNDECIDED) & (answers.cycles_simulated >= self.patience.most_cycles)
         for signature in np.unique(answers.signature[cycles]):
             for k in np.flatnonzero(cycles & (answers.signature == signature)).tolist():
                 if not self._differs(starts[k], answers, k):
@@ -461,7 +434,6 @@ class _Batch:
 
 def _enter(state: LongTermState, answers: Answers, k: int) -> None:
     """Enter a long-term state into a row of answers."""
-    answers.final_slip[k], answers.slip[k] = state.final_slip, state.slip_per_cycle
-    answers.dissipation[k], answers.contraction[k] = state.dissipation_per_cycle, state.contraction
-    answers.verdict[k], answers.period[k] = VERDICTS[state.outcome], state.period
-    answers.cycles[k], answers.signature[k] = state.cycles_simulated, state.signature
+    answers.verdict[k], answers.dissipation[k] = OUTCOMES.index(state.outcome), state.dissipation_per_cycle
+    for word in ("final_slip", "slip_per_cycle", "contraction", "period", "cycles_simulated", "signature"):
+        getattr(answers, word)[k] = getattr(state, word)

@@ -8,7 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 from shakedown.ground.constants import BATCH, DISTINCT, RESOLVED, FloatArray
 from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
+from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.law import Layout
+from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.plane.path_check import path_check
@@ -31,6 +33,7 @@ from shakedown.long_term.plane.phase_loop import (
     tell,
 )
 from shakedown.long_term.plane.search import Answers, Settler, search
+from shakedown.long_term.space.proved_verdict import overruled_by_proofs
 from shakedown.long_term.state import VARIES_LITTLE, LongTermState
 from shakedown.motion.checked_law import alone, swing
 from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED
@@ -61,16 +64,15 @@ class LimitSearch:
 
     Parameters
     ----------
-    evolution
-        At its start.
+    problem, tolerances
+        The joint, and what decides.
     most_cycles, longest_period
         As for :func:`long_term_state`.
     """
 
-    def __init__(self, evolution: Evolution, most_cycles: int, longest_period: int) -> None:
-        self.evolution, problem = evolution, evolution.problem
-        capacity = min(most_cycles + longest_period, BATCH)  # states between two cycles
-        events, t = self._events, evolution.tolerances
+    def __init__(self, problem: Problem, t: Tolerances, most_cycles: int, longest_period: int) -> None:
+        self.evolution = evolution = Evolution(problem, 0.0, None, t)
+        capacity, events = min(most_cycles + longest_period, BATCH), self._events  # states between two cycles
         runs = events.run_of(True, False), events.run_of(False, False), events.run_of(False, True)
         check = path_check(problem.f)
         self.compiled = search(runs, period_map(problem.n), check, capacity, longest_period)
@@ -81,7 +83,6 @@ class LimitSearch:
             friction_law=t.friction_law,
             stiffness=float(np.abs(evolution.kappa).max()),
         )
-        self._weigh()
 
     @property
     def _events(self) -> PlaneEvents:
@@ -89,12 +90,8 @@ class LimitSearch:
         return self.evolution.method
 
     def begin(self, load_factor: float, initial_slip: ArrayLike | None, open_nodes: tuple[int, ...]) -> None:
-        """Go to the start at a load factor."""
+        """Go to the start at a load factor, and set the scales of the joint there."""
         self.evolution.begin(load_factor, initial_slip, open_nodes)
-        self._weigh()
-
-    def _weigh(self) -> None:
-        """Set the scales of the joint at its load factor and from its start."""
         evolution, scale = self.evolution, self.evolution.scale
         share, lost = evolution.tolerances.periodicity, self._events.precision.force
         near, moving = share * scale.length, swing(evolution.problem, evolution.load)
@@ -113,7 +110,7 @@ class LimitSearch:
         always_open = at.check.always_open == 1 if known else np.full(layout.n, left)
         opened = at.opened == 1 if known else np.full(layout.n, left)
         reason, met = _reason(motion, at, verdict)
-        return LongTermState(
+        found = LongTermState(
             problem=motion.problem,
             load_factor=motion.load_factor,
             initial_slip=begun.start,
@@ -122,7 +119,7 @@ class LimitSearch:
             period=at.done if known else 0,
             final_slip=answers.final_slip[0],
             drift=at.done / at.period * at.drift[layout.slips] if known else nan,
-            slip_per_cycle=answers.slip[0],
+            slip_per_cycle=answers.slip_per_cycle[0],
             friction_dissipation_per_cycle=at.friction / cycles,
             jump_dissipation_per_cycle=at.damping / cycles,
             jumps_per_cycle=at.jumps / cycles,
@@ -141,6 +138,7 @@ class LimitSearch:
             begun=begun,
             goal=State(at.goal.copy(), at.contact.copy()) if known else motion.state,
         )
+        return overruled_by_proofs(found)
 
     def from_here(self, answers: Answers) -> None:
         """Answer for the present state of the evolution, at its start."""
@@ -149,10 +147,13 @@ class LimitSearch:
             self._give_up()
         self._settle(answers.final_slip, answers, lambda: False)
 
-    def from_slips(self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]) -> None:
-        """Answer for initial slips (s, n), one after the other, until ``stopped()`` is true."""
+    def from_slips(
+        self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]
+    ) -> tuple[LongTermState, ...]:
+        """Enter the answers for initial slips (s, n), one after the other, until ``stopped()`` is true."""
         tell(self.compiled, ANEW, 0.0, 0.0)
         self._settle(starts, answers, stopped)
+        return ()
 
     def _settle(self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]) -> None:
         status, follow = PAUSED, address_of_loop()

@@ -1,7 +1,6 @@
 """What the nodes of a simulation do, over the period and at its instants."""
 
 import os
-from itertools import combinations_with_replacement
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +37,6 @@ from shakedown.motion.checked_law import length_scales, path_resolution
 from shakedown.motion.event_history import EventHistory
 
 Settled = LongTermState | SteppedState
-BLOCK = 128  # points of a path that are handled together
 
 
 @checked
@@ -104,7 +102,7 @@ def node_results(
         area=area,
         status=status,
         slip_range=problem.law.size(extents),
-        slip_range_of_directions=_direction_ranges(settled, tolerances) if parts else None,
+        slip_range_of_directions=problem.layout.by_node(_ranges(settled, tolerances)) if parts else None,
         accumulated_slip=settled.slip_per_cycle / settled.period if known else nothing,
         p_min=np.maximum(p.min(axis=0), 0.0) if known else nothing,
         p_max=np.maximum(p.max(axis=0), 0.0) if known else nothing,
@@ -124,12 +122,10 @@ def node_results(
 
 def _total_slip_bound(settled: Settled) -> FloatArray:
     """Bounds on the total slip of nodes from the start, all nodes closed (n,); NaN where not proved."""
-    if not isinstance(settled, LongTermState) or settled.outcome != Outcome.SHAKEDOWN:
+    unknown = not isinstance(settled, LongTermState) or settled.outcome != Outcome.SHAKEDOWN
+    if unknown or settled.begun.open_nodes:  # type: ignore[union-attr]  # of a long-term state
         return np.full(settled.problem.n, np.nan)
-    begun = settled.begun
-    if begun.open_nodes:
-        return np.full(settled.problem.n, np.nan)
-    return total_slip_bound(begun.problem, settled.load_factor, begun.start).total_slip
+    return total_slip_bound(settled.problem, settled.load_factor, settled.initial_slip).total_slip
 
 
 def settled_of(given: object, who: str = "node_results") -> Settled:
@@ -149,13 +145,24 @@ def slip_ranges(settled: Settled, tolerances: Tolerances) -> FloatArray:
 
 def slip_extents(settled: Settled, tolerances: Tolerances) -> FloatArray:
     """The slip range as the vector between the two extreme places, (dn,) [length]."""
+    layout = settled.problem.layout
     if not settled.period:
-        return np.full(settled.problem.layout.slip_size, np.nan)
-    if settled.problem.directions > 1:
-        return _ways(settled, tolerances).ravel()
-    path = settled.history
-    closed = _closed(settled, path, tolerances)
-    return _ranges(settled, path.v, closed, settled.drift)
+        return np.full(layout.slip_size, np.nan)
+    if layout.d == 1:
+        return _ranges(settled, tolerances)
+    path, drift = settled.history.refined(), layout.by_node(settled.drift)
+    closed, places, ways = _closed(settled, path, tolerances), layout.by_node(path.v), np.zeros((layout.n, 2))
+    for node in np.flatnonzero(closed.any(axis=0)):
+        time, where = np.flatnonzero(closed[:, node]), places[closed[:, node], node]
+        if settled.outcome != Outcome.RATCHETTING:
+            ways[node] = farthest_apart(
+                corners := corners_of_hull(where), np.full(len(corners), len(corners))
+            )
+            continue
+        time = np.concatenate([time, time + len(closed) - 1])  # a window may extend beyond the end
+        later = np.searchsorted(time, time + len(closed))
+        ways[node] = farthest_apart(np.concatenate([where, where + drift[node]]), later)
+    return ways.ravel()
 
 
 def _closed(settled: Settled, path: EventHistory, tolerances: Tolerances) -> NDArray[np.bool_]:
@@ -164,38 +171,16 @@ def _closed(settled: Settled, path: EventHistory, tolerances: Tolerances) -> NDA
     return np.asarray(path.w <= nothing * length_scales(settled.problem, settled.load_factor))
 
 
-def _ranges(settled: Settled, v: FloatArray, closed: NDArray[np.bool_], drift: FloatArray) -> FloatArray:
-    """max v − min v of each node in contact within a period, (n,)."""
-    low, high = np.where(closed, v, np.inf), np.where(closed, v, -np.inf)
+def _ranges(settled: Settled, tolerances: Tolerances) -> FloatArray:
+    """max v − min v of each slip in contact within a period, (dn,) [length]."""
+    path = settled.history.refined()
+    closed = np.repeat(_closed(settled, path, tolerances), settled.problem.directions, axis=1)
+    low, high = np.where(closed, path.v, np.inf), np.where(closed, path.v, -np.inf)
     if settled.outcome != Outcome.RATCHETTING:
         found = high.max(axis=0) - low.min(axis=0)
     else:
-        found = _widest(low, high, drift)
+        found = _widest(low, high, settled.drift)
     return np.where(closed.any(axis=0), found, 0.0)
-
-
-def _ways(settled: Settled, tolerances: Tolerances) -> FloatArray:
-    """The vectors between the two slips farthest apart in a period, with two directions, (n, 2)."""
-    path, layout = settled.history.refined(), settled.problem.layout
-    closed = _closed(settled, path, tolerances)
-    places, drift = layout.by_node(path.v), layout.by_node(settled.drift)
-    ways = np.zeros((layout.n, 2))
-    for node in np.flatnonzero(closed.any(axis=0)):
-        time, where = np.flatnonzero(closed[:, node]), places[closed[:, node], node]
-        if settled.outcome != Outcome.RATCHETTING:
-            ways[node] = diameter(where)
-            continue
-        time = np.concatenate([time, time + len(closed) - 1])  # a window may extend beyond the end
-        ways[node] = diameter_within(np.concatenate([where, where + drift[node]]), time, len(closed))
-    return ways
-
-
-def _direction_ranges(settled: Settled, tolerances: Tolerances) -> FloatArray:
-    """The slip ranges of both directions, (n, 2)."""
-    problem, path = settled.problem, settled.history.refined()
-    parts, drift = problem.layout.by_node(path.v), problem.layout.by_node(settled.drift)
-    closed = _closed(settled, path, tolerances)
-    return np.stack([_ranges(settled, parts[..., k], closed, drift[:, k]) for k in range(2)], axis=1)
 
 
 def _widest(low: FloatArray, high: FloatArray, drift: FloatArray) -> FloatArray:
@@ -217,17 +202,9 @@ def statuses(settled: Settled, tolerances: Tolerances) -> tuple[str, ...]:
         none = 4 * path_resolution(settled.problem, tolerances)
         slips = settled.slip_per_cycle > none * length_scales(settled.problem, settled.load_factor)
         words[slips] = SLIPS
-        words[_opened(settled)] = MIXED
+        words[settled.opened] = MIXED
     words[list(settled.open_nodes)] = STAYS_OPEN
     return tuple(words)
-
-
-def _opened(settled: Settled) -> NDArray[np.bool_]:
-    """Whether each node is open at some time of the period."""
-    path = settled.history
-    if isinstance(settled, LongTermState):
-        return np.asarray((path.state[:-1] == OPEN)[np.diff(path.cycle) > 0].any(axis=0))
-    return np.asarray((path.w > 0).any(axis=0))
 
 
 def pressed_slip(settled: Settled) -> FloatArray:
@@ -241,79 +218,37 @@ def pressed_slip(settled: Settled) -> FloatArray:
     return np.where(law.f > 0, settled.work_per_cycle / np.where(law.f > 0, law.f, 1.0), pressed)
 
 
-def diameter(places: FloatArray) -> FloatArray:
-    """The way between the two of some places (k, 2) that lie farthest apart: corners of their convex hull.
+def farthest_apart(places: FloatArray, later: NDArray[np.intp]) -> FloatArray:
+    """The way between the two of some places (k, 2) that lie farthest apart.
+
+    Each is compared with those after it up to a number, (k,).
 
     Examples
     --------
-    >>> diameter(np.array([[0.0, 0.0], [3.0, 4.0], [1.0, 1.0], [0.0, 1.0]])).tolist()
-    [3.0, 4.0]
+    >>> corners = np.array([[0.0, 0.0], [3.0, 4.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> [farthest_apart(corners, np.array(later)).tolist() for later in ([4, 4, 4, 4], [1, 3, 4, 4])]
+    [[3.0, 4.0], [-2.0, -3.0]]
     """
-    return _farthest(corners := _hull(places), corners)
+    longest = np.zeros(2)
+    for first, last in enumerate(later.tolist()):
+        ways = places[first:last] - places[first]
+        sizes = np.einsum("kd,kd->k", ways, ways)
+        if sizes.max() > longest @ longest:
+            longest = ways[sizes.argmax()]
+    return longest
 
 
-def diameter_within(places: FloatArray, time: NDArray[np.intp], window: int) -> FloatArray:
-    """The same for points whose times, (k,) increasing, differ by less than a window.
+def corners_of_hull(places: FloatArray) -> FloatArray:
+    """Corners of the convex hull of points (k, 2); both ends where they lie on a line."""
+    from scipy.spatial import ConvexHull, QhullError  # imported late, as it is only needed in space
 
-    Where every pair of two blocks counts, only the corners of their hulls are compared.
-
-    Examples
-    --------
-    >>> steady = np.column_stack([np.arange(9.0), np.zeros(9)])
-    >>> diameter_within(steady, np.arange(9), 4).tolist()
-    [3.0, 0.0]
-    """
-    blocks = [(places[k : k + BLOCK], time[k : k + BLOCK]) for k in range(0, len(places), BLOCK)]
-    hulls = [_hull(own) for own, _ in blocks]
-    found = [np.zeros(2)]
-    for i, j in combinations_with_replacement(range(len(blocks)), 2):
-        (one, first), (two, second) = blocks[i], blocks[j]
-        if second[-1] - first[0] < window:
-            found.append(_farthest(hulls[i], hulls[j]))
-        elif second[0] - first[-1] < window:
-            near = np.abs(second[None, :] - first[:, None]) < window
-            found.append(_way(one, two, np.where(near, _apart(one, two), 0.0)))
-    return _longest(found)
-
-
-def _farthest(one: FloatArray, two: FloatArray) -> FloatArray:
-    """The longest vector from a point of one set to one of another, in batches."""
-    parts = (one[k : k + BLOCK] for k in range(0, len(one), BLOCK))
-    return _longest([_way(part, two, _apart(part, two)) for part in parts])
-
-
-def _way(one: FloatArray, two: FloatArray, apart: FloatArray) -> FloatArray:
-    """The vector between the farthest points of two sets, by their distances."""
-    i, j = np.unravel_index(apart.argmax(), apart.shape)
-    return np.asarray(two[j] - one[i])
-
-
-def _longest(ways: list[FloatArray]) -> FloatArray:
-    return max(ways, key=lambda way: float(np.hypot(*way)))
-
-
-def _apart(one: FloatArray, two: FloatArray) -> FloatArray:
-    """Distances between points (k, 2) and (l, 2), (k, l)."""
-    return np.asarray(np.hypot(*(one[:, None, :] - two[None, :, :]).transpose(2, 0, 1)))
-
-
-def _hull(places: FloatArray) -> FloatArray:
-    """Corners of the convex hull of points (k, 2), by Andrew's monotone chains."""
-    ordered = np.unique(places, axis=0).tolist()
-    return np.array([*_chain(ordered), *_chain(ordered[::-1])]).reshape(-1, 2)
-
-
-def _chain(places: list[list[float]]) -> list[list[float]]:
-    """The points at which a line around all of them turns left."""
-    found: list[list[float]] = []
-    for x, y in places:
-        while len(found) > 1:
-            (x0, y0), (x1, y1) = found[-2:]
-            if (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0) > 0:
-                break
-            found.pop()
-        found.append([x, y])
-    return found
+    scaled = places - places[0]
+    scaled /= np.abs(scaled).max() or 1.0
+    try:
+        return np.asarray(places[ConvexHull(scaled).vertices])
+    except QhullError:
+        along = scaled @ scaled[np.abs(scaled).sum(axis=1).argmax()]
+        return np.array([places[along.argmin()], places[along.argmax()]])
 
 
 MOST_INSTANTS = 500

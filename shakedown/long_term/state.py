@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import ceil, inf, log, nan
+from math import inf, log, nan
 from typing import Any, ClassVar
 
 import numpy as np
@@ -67,6 +67,8 @@ class SettledState(Result):
     jumps_per_cycle
         Number of jumps per cycle of the long-term state; NaN where undecided, and
         with fixed load steps.
+    opened : (n,)
+        Whether the node is open at some time of the period.
     open_nodes
         Nodes that stay open through the whole period.
     cycles_simulated
@@ -94,6 +96,7 @@ class SettledState(Result):
     friction_dissipation_per_cycle: float
     jump_dissipation_per_cycle: float
     jumps_per_cycle: float
+    opened: NDArray[np.bool_]
     open_nodes: tuple[int, ...]
     cycles_simulated: int
     slides_away: bool = False
@@ -190,8 +193,6 @@ class LongTermState(SettledState):
     ----------
     dissipations : (period,)
         Dissipation of friction and jumps in each cycle of the period [force × length].
-    opened : (n,)
-        Whether the node is open at some time of the period.
     events
         Events followed in all.
     contraction
@@ -233,7 +234,6 @@ class LongTermState(SettledState):
     )
 
     dissipations: FloatArray
-    opened: NDArray[np.bool_]
     events: int
     contraction: float
     return_error: float
@@ -347,11 +347,6 @@ class LongTermState(SettledState):
         """After how many cycles states are examined by proofs at most."""
         return self.cycles_simulated + self.most_cycles
 
-    @property
-    def cycles_to_one_percent(self) -> int:
-        """Cycles until the distance to the long-term state has shrunk to 1 %."""
-        return 1 if self.contraction <= 0.01 else ceil(log(0.01) / log(self.contraction))
-
 
 def of_period(records: Sequence[CycleRecord], n: int) -> dict[str, Any]:
     """What the cycles of a period show of a settled state of n nodes; nothing where there is none."""
@@ -366,6 +361,7 @@ def of_period(records: Sequence[CycleRecord], n: int) -> dict[str, Any]:
         "friction_dissipation_per_cycle": mean([each.friction_dissipation for each in records]),
         "jump_dissipation_per_cycle": mean([each.jump_dissipation for each in records]),
         "jumps_per_cycle": mean([float(len(each.jumps)) for each in records]),
+        "opened": opened,
         "open_nodes": tuple(np.flatnonzero(opened & ~closed).tolist()),
     }
 
@@ -375,7 +371,6 @@ def of_long_term_period(records: Sequence[CycleRecord], n: int) -> dict[str, Any
     return of_period(records, n) | {
         "dissipations": np.array([each.dissipation for each in records]),
         "signature": sum(each.signature for each in records) % 2**64,  # whichever cycle is first
-        "opened": opened_and_closed(records, n)[0],
     }
 
 

@@ -144,17 +144,6 @@ def test_longest_period_is_checked(longest_period):
         shakedown.long_term_state(shakedown.example("two-node"), 0.9, longest_period=longest_period)
 
 
-def test_cycles_to_one_percent_follow_from_the_contraction():
-    """A ratio r per cycle leaves 1 % after log 0.01 / log r cycles; below 1 % one is enough."""
-    joint = shakedown.example("three-node")
-    state = shakedown.long_term_state(joint, 2.6, joint.initial_slip[0])
-    count = state.cycles_to_one_percent
-    assert 0.01 < state.contraction < 1
-    assert state.contraction**count <= 0.01 < state.contraction ** (count - 1)
-    at_once = shakedown.long_term_state(shakedown.example("uncoupled"), 0.5)
-    assert (at_once.contraction <= 0.01, at_once.cycles_to_one_percent) == (True, 1)
-
-
 def test_a_joint_whose_moving_nodes_nothing_holds_is_undecided():
     joint = shakedown.Problem(A=[[0.0]], B=[[0.0]], f=0.0, q_w=[[1.0], [-1.0]], p_w=[[1.0], [1.0]])
     one, again = (shakedown.long_term_state(joint, 1.0) for _ in range(2))

@@ -132,7 +132,7 @@ def choose_phase(se: Settler) -> None:
 @inner
 def enter_answer(se, answers, row):  # type: ignore[no-untyped-def]
     """Enter the verdict for one initial slip with its numbers."""
-    answers.verdict[row], answers.cycles[row] = se.verdict, se.cycles
+    answers.verdict[row], answers.cycles_simulated[row] = se.verdict, se.cycles
     n = se.first.active.n
     for i in range(n):
         answers.final_slip[row, i] = se.first.motion.u[i]
@@ -142,7 +142,7 @@ def enter_answer(se, answers, row):  # type: ignore[no-untyped-def]
     answers.dissipation[row] = se.friction / se.done + se.damping / se.done
     answers.contraction[row] = se.contraction
     for i in range(n):
-        answers.slip[row, i] = se.slip[i]
+        answers.slip_per_cycle[row, i] = se.slip[i]
 
 
 @entered

@@ -17,23 +17,23 @@ class Answers(NamedTuple):
 
     Attributes
     ----------
-    final_slip, slip : (s, n)
+    final_slip, slip_per_cycle : (s, n)
         Slips at the end of a period; Σ|Δv| in contact over it.
     dissipation, contraction : (s,)
         Per cycle.
-    verdict, period, cycles : (s,)
+    verdict, period, cycles_simulated : (s,)
         UNDECIDED, BROKEN, BLURRED, LEFT or an outcome; cycles of a period; cycles followed.
     signature : (s,)
         Of the contact states of a period.
     """
 
     final_slip: FloatArray
-    slip: FloatArray
+    slip_per_cycle: FloatArray
     dissipation: FloatArray
     contraction: FloatArray
     verdict: NDArray[np.int64]
     period: NDArray[np.int64]
-    cycles: NDArray[np.int64]
+    cycles_simulated: NDArray[np.int64]
     signature: NDArray[np.uint64]
 
 

@@ -8,9 +8,13 @@ from numpy.typing import ArrayLike
 
 from shakedown.ground.constants import DISTINCT, RESOLVED, FloatArray
 from shakedown.ground.status import Outcome
+from shakedown.ground.tolerances import Tolerances
 from shakedown.ground.work_limit import work_again
+from shakedown.joint.problem import Problem
 from shakedown.long_term.passage import Passage
+from shakedown.long_term.plane.search import Answers
 from shakedown.long_term.space.followed_cycles import SearchRules, Settled
+from shakedown.long_term.space.proved_verdict import overruled_by_proofs
 from shakedown.long_term.space.steady_search import SteadySearch
 from shakedown.long_term.state import LongTermState, of_long_term_period
 from shakedown.motion.checked_law import law_resolution, swing
@@ -30,14 +34,15 @@ class SteadySearches:
 
     Parameters
     ----------
-    motion
-        The joint at a load factor.
+    problem, tolerances
+        The joint, and what decides.
     most_cycles, longest_period
         As for :func:`long_term_state`.
     """
 
-    def __init__(self, motion: Evolution, most_cycles: int, longest_period: int) -> None:
-        self.motion, self.most_cycles, self.longest_period = motion, most_cycles, longest_period
+    def __init__(self, problem: Problem, t: Tolerances, most_cycles: int, longest_period: int) -> None:
+        self.motion = Evolution(problem, 0.0, None, t)
+        self.most_cycles, self.longest_period = most_cycles, longest_period
 
     def begin(self, load_factor: float, initial_slip: ArrayLike | None, open_nodes: tuple[int, ...]) -> None:
         """Go to the start at a load factor."""
@@ -49,7 +54,7 @@ class SteadySearches:
         found = self._settled()
         return self._lawful([begun], [found], [self._path(found)])[0]
 
-    def from_slips(self, starts: FloatArray, stopped: Callable[[], bool]) -> list[LongTermState]:
+    def from_slips(self, starts: FloatArray, _: Answers, stopped: Callable[[], bool]) -> list[LongTermState]:
         """The long-term states from initial slips (s, 2n), one after the other; none once ``stopped()``."""
         begun, found, paths = list[Passage](), list[Settled](), list[list[EventHistory]]()
         for start in starts:
@@ -116,7 +121,7 @@ class SteadySearches:
     def _lawful(
         self, begun: list[Passage], found: list[Settled], paths: list[list[EventHistory]]
     ) -> list[LongTermState]:
-        """The states, undecided where the path of a period breaks the friction law."""
+        """The states as proofs leave them, undecided where the path of a period breaks the friction law."""
         motion = self.motion
         violations, most = np.full(len(found), np.nan), law_resolution(motion.problem, motion.tolerances)
         if any(paths):
@@ -124,7 +129,10 @@ class SteadySearches:
             rows = np.array([sum(map(len, path)) for path in paths])
             violations = curved_violations(motion.problem, motion.load_factor, history, rows)
         each = zip(begun, found, violations.tolist(), strict=True)
-        return [self._state(start, one, violation, not violation <= most) for start, one, violation in each]
+        return [
+            overruled_by_proofs(self._state(start, one, violation, not violation <= most))
+            for start, one, violation in each
+        ]
 
     def _state(self, begun: Passage, found: Settled, violation: float, broken: bool) -> LongTermState:
         """The long-term state from what was found, and the violation of the law in its period, if any."""
