@@ -29,7 +29,6 @@ from .options import option
     type=float,
     help="Archard's: wear depth = coefficient × pressure × sliding distance [length²/force].",
 )
-@option("--tractions", is_flag=True, help="Tractions and work per area in the table of -o, too.")
 @option(
     "-o",
     "--output",
@@ -49,7 +48,6 @@ def nodes(
     open_nodes: tuple[int, ...] | Literal["auto"],
     cycles: int,
     wear_coefficient: float | None,
-    tractions: bool,
     output: Path | None,
     instants: int | None,
 ) -> Answer:
@@ -60,16 +58,15 @@ def nodes(
     edge pressure, wear and τ δ of the last node depend on the mesh, however fine it is; slips
     and the sum of the work do not.
     """
-    if problem.node_area is None and (tractions or wear_coefficient is not None):
-        named = "--tractions" if tractions else "--wear-coefficient"
-        raise click.UsageError(f"{named}: expected a joint with areas of its nodes, found no 'node_area'")
+    if problem.node_area is None and wear_coefficient is not None:
+        raise click.UsageError("--wear-coefficient: expected a joint with areas of its nodes, found none")
     if instants is not None:
         _claim_series(output, instants)
     word, opened, start = options.start_of(problem, load_factor, initial, open_nodes)
     run = shakedown.simulate(problem, load_factor, start, open_nodes=opened, cycles=cycles)
     found = shakedown.node_results(run, wear_coefficient=wear_coefficient)
     if output is not None:
-        found.save(output, tractions=tractions)
+        found.save(output)
     if output is not None and instants is not None and found.period:
         from shakedown.long_term.node_results import save_node_instants  # it loads what computes
 

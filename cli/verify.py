@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,6 @@ import click
 
 import shakedown
 from shakedown import Problem
-from shakedown.report.json_documents import verification_document
 from shakedown.report.run_facts import verify_sheet
 
 from . import options
@@ -37,38 +37,20 @@ from .options import option
 )
 @options.seed
 @options.open_nodes
-@options.average
-@option(
-    "--refinement",
-    type=click.Path(),
-    metavar="TABLE",
-    help="What `refine … -o TABLE.csv` wrote, FILE among its meshes: a section of the report.",
-)
 @options.cycles
 @options.method
 @options.slip_below
-@option(
-    "--nodes",
-    type=options.OutputFile(options.NODE_FILES),
-    help="Write what every node goes through at λ = 1 here (.csv, .vtu or .vtp).",
-)
 @option("--details", is_flag=True, help="Also every limit, and a table of the runs.")
 @options.digits
 def verify(
     problem: Problem,
     output: Path | None,
     load_factors: tuple[float, ...],
-    average: float | None,
-    refinement: str | None,
-    nodes: Path | None,
     details: bool,
     digits: int,
     **settings: Any,
 ) -> Answer:
     """Hold the bounds of FILE against time integration from several states."""
-    if average is not None:
-        shakedown.averaged(problem, average)  # before the work, not after
-    beside: dict[str, Any] = {"average": average, "refinement": _refinement(problem, refinement)}
     if output is not None:
         from shakedown.report.html import report_path, write_report  # what draws is wanted only here
 
@@ -77,25 +59,9 @@ def verify(
     with progress("verification", rest=int(output is not None)) as update:
         result = shakedown.verify(problem, load_factors=load_factors or None, progress=update, **settings)
         if output is not None:
-            write_report(output, result, **beside)
-    if nodes is not None:
-        result.nodes.save(nodes)
-    about: dict[str, Any] = {"average": average, "details": details, "digits": digits, "page": output}
+            write_report(output, result)
     return Answer(
-        lambda: verification_document(result, **beside),
-        lambda: verify_sheet(result, options.file_named(), **about),
+        result.to_dict,
+        partial(verify_sheet, result, options.file_named(), page=output, details=details, digits=digits),
         is_open=not result.agrees,
     )
-
-
-def _refinement(problem: Problem, path: str | None) -> Any:
-    """A refinement to report beside; what belongs to another joint is refused before the work."""
-    if path is None:
-        return None
-    from shakedown.report.html import check_refinement
-    from shakedown.studies.refined import Refinement
-
-    options.reads("--refinement", path)
-    found = Refinement.load(path)
-    check_refinement(found, problem)
-    return found

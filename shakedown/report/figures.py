@@ -34,7 +34,6 @@ from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
 from shakedown.report import notes
 from shakedown.report.node_names import open_in_words, resolution
 from shakedown.report.run_facts import limits_on_page
-from shakedown.studies.refined import Refinement
 
 MOVING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
 COLOURS = {"zero": BLACK, "safe": GREEN, "witness": RED, "given": PURPLE, "random": BLUE, "ball": ORANGE}
@@ -113,11 +112,6 @@ def limit_pictures(v: Verification) -> list[Picture]:
         draw = partial(plot.slip_over_load, v.slip_limit, v.problem)
         pictures.append(picture(notes.SLIP_OVER_LOAD, Drawing(draw)))
     return pictures
-
-
-def refinement_picture(found: Refinement) -> Picture:
-    """Every number of a refinement over the nodes of its mesh."""
-    return picture(notes.OVER_MESHES, Drawing(partial(plot.refinement, found)))
 
 
 class Pictured(NamedTuple):

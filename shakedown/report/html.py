@@ -16,12 +16,11 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import SUBSCRIPT, count, shortened, visible
 from shakedown.ground.work_limit import on_one_thread
-from shakedown.joint.problem import Problem
 from shakedown.report import figures, notes
 from shakedown.report.data_facts import configuration, joint_facts, source_facts
 from shakedown.report.facts import Section
-from shakedown.report.json_documents import as_text, verification_document
-from shakedown.report.limit_facts import averaged_section, limit_sections
+from shakedown.report.json_documents import as_text
+from shakedown.report.limit_facts import limit_sections
 from shakedown.report.run_facts import (
     banner_class,
     findings,
@@ -31,8 +30,6 @@ from shakedown.report.run_facts import (
     verify_sheet,
     worst_table,
 )
-from shakedown.report.study_facts import refinement_section
-from shakedown.studies.refined import Refinement
 
 LOAD_FACTOR = re.compile(r"(λ(?:_\w+)?) = (?=\d)")  # no line ends between a load factor and its number
 STATE = "State at λ = 1"
@@ -41,13 +38,7 @@ REPORT = "shakedown-bounds verify"  # the first entry of a report's JSON
 
 @checked
 @on_one_thread
-def write_report(
-    path: str | os.PathLike[str],
-    verification: Verification,
-    *,
-    average: float | None = None,
-    refinement: Refinement | None = None,
-) -> None:
+def write_report(path: str | os.PathLike[str], verification: Verification) -> None:
     """Write a verification as HTML, and as JSON beside it (same name, suffix .json).
 
     Parameters
@@ -56,33 +47,20 @@ def write_report(
         Where the page goes.
     verification
         What is reported.
-    average
-        Also the three numbers of slips averaged over this length (:func:`averaged`) [length].
-    refinement
-        Also which numbers of the joint converge with its mesh (:func:`refine`), of which it is one.
 
     Raises
     ------
     UsageError
-        If a file cannot be written, or the joint is on none of the meshes of the refinement.
+        If a file cannot be written.
     """
     if not isinstance(verification, Verification):
         raise UsageError(f"verification: expected a Verification, found {type(verification).__name__}")
     target = report_path(path)
-    document = {"report": REPORT} | verification_document(verification, average, refinement)
-    page = render(verification, average, refinement)
+    document = {"report": REPORT} | verification.to_dict()
+    page = render(verification)
     with atomic_write_together([target, target.with_suffix(".json")]) as (html_file, json_file):
         html_file.write(page.encode())
         json_file.write(as_text(document).encode())
-
-
-def check_refinement(refinement: Refinement | None, problem: Problem) -> None:
-    """Raise ``UsageError`` where a refinement belongs to other joints."""
-    if refinement is not None and problem.fingerprint not in refinement.fingerprints:
-        raise UsageError(
-            "refinement: expected meshes of which the joint has one, found only others "
-            f"({shortened(str(refinement.nodes.tolist()))} contact nodes)"
-        )
 
 
 @checked
@@ -119,13 +97,9 @@ def _is_a_reports(path: Path) -> bool:
 
 
 @on_one_thread
-def render(
-    verification: Verification, average: float | None = None, refinement: Refinement | None = None
-) -> str:
+def render(v: Verification) -> str:
     """A verification as one self-contained HTML page."""
-    v = verification
-    check_refinement(refinement, v.problem)
-    sheet = replace(verify_sheet(v), sections=list(_sections(v, average, refinement)))
+    sheet = replace(verify_sheet(v), sections=list(_sections(v)))
     known = {
         "title": shortened(v.problem.name) or "unnamed problem",
         "sheet": sheet,
@@ -139,23 +113,18 @@ def render(
     return environment().get_template("report.html.j2").render(known)
 
 
-def _sections(v: Verification, average: float | None, refinement: Refinement | None) -> Iterator[Section]:
-    """What follows the first page: limits, runs, the state at λ = 1, meshes, the joint, provenance."""
+def _sections(v: Verification) -> Iterator[Section]:
+    """What follows the first page: limits, runs, the state at λ = 1, the joint, provenance."""
     problem = v.problem
     limits, rest, slips = limit_sections(v.assessment, simulated=True)
     yield limits
     yield replace(rest, notes=[*rest.notes, *remarks_of(v)], pictures=figures.limit_pictures(v))
-    if average is not None:
-        yield averaged_section(v.assessment.averaged(average), average)
     yield Section("Runs", pictures=figures.run_pictures(v))
     yield replace(runs_section(v), title=f"Table of {count(len(v.runs), 'run')}", folded=True)
     worst = [worst_table(problem, v.nodes)] if v.nodes.period else []
     said = [each for each in [figures.no_pictures(v)] if each]
     said += [notes.SUMMED, notes.MESH_AT_EDGES, notes.ALL_NODES] if worst else []
     yield Section(STATE, (), worst, said, figures.state_pictures(v))
-    if refinement is not None:
-        found = refinement_section(refinement, problem, len(refinement.nodes))
-        yield replace(found, title="Meshes", pictures=[figures.refinement_picture(refinement)])
     yield Section("Joint", joint_facts(problem), pictures=figures.problem_pictures(problem))
     yield replace(slips, title=f"Safe slip of {count(problem.n, 'node')}", folded=True)
     yield Section("Provenance", [*source_facts(problem), *provenance(v)], (), [notes.ASSUMED, notes.NOT_SAID])

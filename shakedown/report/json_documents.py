@@ -13,8 +13,6 @@ from shakedown.joint.problem import Problem
 
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
-    from shakedown.assessment.verify import Verification
-    from shakedown.studies.refined import Refinement
 
 
 def as_text(document: dict[str, Any]) -> str:
@@ -45,14 +43,6 @@ def assessment_document(found: "Assessment", *, follow: bool = False) -> dict[st
             **({"missing": {word: each.reason for word, each in absent.items()}} if absent else {}),
         }
     )
-
-
-def verification_document(
-    v: "Verification", average: float | None = None, refinement: "Refinement | None" = None
-) -> dict[str, Any]:
-    """What ``shakedown-bounds verify --json`` writes, and a report beside its page."""
-    averaged = {} if average is None else averaged_document(v.assessment.averaged(average), average)
-    return v.to_dict() | averaged | ({} if refinement is None else {"refinement": refinement.to_dict()})
 
 
 def averaged_document(found: "Assessment", radius: float) -> dict[str, Any]:

@@ -78,7 +78,6 @@ HOLLOW = "Hollow: with 1 % less, its sign turned, where that differs."
 SLIP_OVER_LOAD = (
     "Largest slip range of a node in the long run. Dotted: slips grow for ever or contact is lost."
 )
-OVER_MESHES = "Every number in shares of that on the finest mesh: a level line has converged. Dashed: limits."
 LOADS = (
     "Loads at λ = 1: the welded reactions, those with every slip held. An arrow is a mean, the line at it "
     "the period; beside them the reactions of single nodes, and their sums."

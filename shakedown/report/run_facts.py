@@ -23,7 +23,6 @@ from shakedown.report import notes
 from shakedown.report.data_facts import headline
 from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, limits_as_text, number
 from shakedown.report.limit_facts import (
-    averaged_section,
     by_which_limits,
     certain,
     claims,
@@ -279,7 +278,6 @@ def verify_sheet(
     file: str = "",
     *,
     page: Path | None = None,
-    average: float | None = None,
     details: bool = False,
     digits: int = FEW_DIGITS,
 ) -> Sheet:
@@ -306,8 +304,6 @@ def verify_sheet(
     if details:
         sections += limit_sections(v.assessment, digits, simulated=True)
         sections += [Section("", (), (), remarks_of(v)), runs_section(v)]
-    if average is not None:
-        sections.append(averaged_section(v.assessment.averaged(average), average, digits))
     return Sheet(headline(v.problem), [answer(v), verdict(v)], table, facts, sections)
 
 

@@ -432,6 +432,7 @@ def _curve(problem: Problem, curve: DampingCurve) -> Table:
     return Table.of(shown | {"outcome": outcomes}, ("outcome",))
 
 
+MESHES = 3  # shown, the finest
 NUMBERS = {  # first those that converge for most joints
     "work": "friction work",
     "largest_slip": "largest slip",
@@ -444,19 +445,14 @@ NUMBERS = {  # first those that converge for most joints
 
 
 def refinement_sheet(problem: Problem, found: Refinement) -> Sheet:
-    """The finest mesh, and which numbers converge."""
-    return Sheet(headline(problem), sections=[refinement_section(found, problem)])
-
-
-def refinement_section(found: Refinement, problem: Problem, meshes: int = 3) -> Section:
-    """For each number its values on the finest meshes, its verdict, limit and order.
+    """Of every number the values on the finest meshes, its verdict, limit and order.
 
     Examples
     --------
     >>> import shakedown
     >>> joints = {n: shakedown.example(f"block-{n}") for n in (9, 33)}
-    >>> section = refinement_section(shakedown.refine(joints, [9, 33]), joints[33])
-    >>> for row in section.tables[0].rows:
+    >>> sheet = refinement_sheet(joints[33], shakedown.refine(joints, [9, 33]))
+    >>> for row in sheet.sections[0].tables[0].rows:
     ...     print(*row, sep=" | ")
     friction work [N mm] | 0 | 0 | zero | – | –
     largest slip [mm] | 0 | 0 | zero | – | –
@@ -464,7 +460,7 @@ def refinement_section(found: Refinement, problem: Problem, meshes: int = 3) -> 
     proved from this state | 4.663 | 4.709 | undecided | – | –
     proved from every state | 0 | 0 | zero | – | –
     """
-    units, last = units_of(problem), slice(max(0, len(found.nodes) - meshes), None)
+    units, last = units_of(problem), slice(-MESHES, None)
     asked = {"averaged_impossible_above": found.radius, "slip_limit": found.slip_below}
     of = {"work": units.work, "largest_slip": units.length}
     rows = []
@@ -487,4 +483,4 @@ def refinement_section(found: Refinement, problem: Problem, meshes: int = 3) -> 
     said = [notes.TREND, notes.FALLING] if {"falls", "grows"} & verdicts else [notes.TREND]
     said += [notes.ZERO_MESHES] * ("zero" in verdicts)
     said += [notes.FEW_MESHES] * ({"undecided"} <= verdicts <= {"undecided", "zero"})
-    return Section("", facts, [table], said)
+    return Sheet(headline(problem), facts=facts, sections=[Section("", (), [table], said)])

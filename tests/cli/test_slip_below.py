@@ -14,10 +14,10 @@ from shakedown.studies.design_point import with_parameter
 
 
 def test_verify_says_up_to_where_slips_stay_below_a_length(tmp_path, undrawn):
-    table, page = tmp_path / "nodes.csv", tmp_path / "page.html"
+    page = tmp_path / "page.html"
     arguments = ("verify", "press-fit", "--random", "0", "--load-factor", "1")
     strict = document(*arguments)
-    _, out, _ = run(*arguments, "--slip-below", "1e-3", "--nodes", str(table), "-o", str(page))
+    _, out, _ = run(*arguments, "--slip-below", "1e-3", "-o", str(page))
     found = json.loads(page.with_suffix(".json").read_text())
     criterion, _ = found.pop("slip_criterion"), found.pop("report")
     assert criterion["below"] == 1e-3
@@ -27,8 +27,6 @@ def test_verify_says_up_to_where_slips_stay_below_a_length(tmp_path, undrawn):
         for each in one["runs"]:
             del each["seconds"]
     assert found == strict
-    nodes = shakedown.node_results(shakedown.simulate(shakedown.example("press-fit"), 1.0))
-    assert pandas.read_csv(table)["slip_range [mm]"].tolist() == nodes.slip_range.tolist()
     assert "slips below 0.001 mm" in page.read_text()
     assert "Largest slip range of a node in the long run" in page.read_text()
     assert "slips below 0.001 mm up to λ = 1.321" in " ".join(out.split())
