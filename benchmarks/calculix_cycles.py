@@ -13,7 +13,7 @@ from benchmarks.calculix_joints import FRICTION, PERIOD, Joint, Values, joint
 from shakedown import LoadCase, Problem
 from shakedown.ground.constants import FloatArray
 from shakedown.models.condensation.condense import condensed_stiffness
-from shakedown.models.readers.sniff import read_stiffness
+from shakedown.models.readers.formats import read_stiffness
 from shakedown.models.readers.stiffness import Stiffness
 
 

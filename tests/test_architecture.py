@@ -63,7 +63,7 @@ INSIDE = {  # what commands and studies reach for beside public names: checks of
     ("benchmarks.stability", "shakedown.motion.fixed_steps"),
     ("benchmarks.stability", "shakedown.motion.plane.moving_state"),
     ("benchmarks.stability", "shakedown.joint.loading"),
-    ("benchmarks.calculix_cycles", "shakedown.models.readers.sniff"),
+    ("benchmarks.calculix_cycles", "shakedown.models.readers.formats"),
     ("benchmarks.calculix_cycles", "shakedown.models.readers.stiffness"),
     ("benchmarks.enumeration", "shakedown.bounds.enumeration.intersection"),
     ("benchmarks.enumeration", "shakedown.bounds.enumeration.tasks"),

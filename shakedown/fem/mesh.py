@@ -14,11 +14,10 @@ from shakedown.fem.origin import remember_file
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
 from shakedown.joint.arguments import checked
-from shakedown.models.readers.formats import format_of
+from shakedown.models.readers.formats import format_of, read_any_mesh
 from shakedown.models.readers.mesh import CORNERS, SOLIDS
 from shakedown.models.readers.mesh import Mesh as MeshOfFile
 from shakedown.models.readers.mesh_files import read_by_meshlane
-from shakedown.models.readers.sniff import read_any_mesh
 
 REACH = 1e-9  # of a boundary, relative to the size of the mesh
 

@@ -31,7 +31,7 @@ from shakedown.fem import (
     contact_problem,
     read_mesh,
 )
-from shakedown.models.readers.calculix_reactions import read_calculix_output
+from shakedown.models.readers.nodal_vectors import read_calculix_output
 
 BLOCKS = cache(shipped_blocks)
 TRACES = ("label", "coordinates", "normal", "tangent", "node_area", "load_names")

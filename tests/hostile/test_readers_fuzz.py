@@ -21,14 +21,11 @@ from model_files import BLOCK, HEAT
 from scipy import sparse
 
 from shakedown import ProblemError, import_model
-from shakedown.models.readers.abaqus_matrix import read_nodal_loads
-from shakedown.models.readers.abaqus_substructure import read_substructure_load
-from shakedown.models.readers.formats import formats
-from shakedown.models.readers.nastran_bulk import pyyeti_module, read_analysis_set
-from shakedown.models.readers.nastran_op4 import read_op4_columns
-from shakedown.models.readers.row_map import read_row_map
-from shakedown.models.readers.sniff import read_any_mesh, read_stiffness
-from shakedown.models.readers.table import read_table
+from shakedown.models.readers.abaqus import read_nodal_loads, read_substructure_load
+from shakedown.models.readers.formats import formats, read_any_mesh, read_stiffness
+from shakedown.models.readers.mapped_matrices import read_row_map
+from shakedown.models.readers.nastran import pyyeti_module, read_analysis_set, read_op4_columns
+from shakedown.models.readers.text import read_table
 from shakedown.models.readers.toml_table import read_toml
 
 SECONDS = float(os.environ.get("SHAKEDOWN_FUZZ_SECONDS", "0"))

@@ -24,8 +24,7 @@ from shakedown.models.condensation.surface_mesh import (
 from shakedown.models.importing.contact_directions import ContactDirections, contact_directions, in_space
 from shakedown.models.importing.model_section import Model
 from shakedown.models.readers.mesh import Mesh
-from shakedown.models.readers.table import read_table
-from shakedown.models.readers.text import InputFiles, quoted
+from shakedown.models.readers.text import InputFiles, quoted, read_table
 from shakedown.models.readers.toml_table import TomlTable, is_number, shown
 
 Friction = FloatArray | Mapping[str, float]  # () or (n,), or a coefficient for each node set

@@ -59,8 +59,8 @@ from shakedown.models.importing.model_evidence import (
 )
 from shakedown.models.importing.model_section import NOTHING, Model, model_section
 from shakedown.models.importing.stiffness_section import ImportContext, stiffness_section
-from shakedown.models.readers.calculix_storage import NUMBERED
 from shakedown.models.readers.circumference import circumference_notes
+from shakedown.models.readers.mapped_matrices import NUMBERED
 from shakedown.models.readers.mesh import CALCULIX, SOLIDS, Mesh
 from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.text import InputFiles, sha256

@@ -17,12 +17,16 @@ from shakedown.models.importing.contact_section import check_order
 from shakedown.models.importing.model_section import Model, Values
 from shakedown.models.importing.stiffness_section import ImportContext
 from shakedown.models.importing.time_function import time_function
-from shakedown.models.readers.abaqus_matrix import read_nodal_loads
-from shakedown.models.readers.abaqus_substructure import ELEMENT, read_substructure_load
+from shakedown.models.readers.abaqus import ELEMENT, read_nodal_loads, read_substructure_load
 from shakedown.models.readers.circumference import HOOP
-from shakedown.models.readers.nastran_op4 import is_op4, read_op4_columns
-from shakedown.models.readers.nodal_vectors import NodalVectors, What, combined, in_model_directions
-from shakedown.models.readers.reactions_table import read_nodal_vectors
+from shakedown.models.readers.nastran import is_op4, read_op4_columns
+from shakedown.models.readers.nodal_vectors import (
+    NodalVectors,
+    What,
+    combined,
+    in_model_directions,
+    read_nodal_vectors,
+)
 from shakedown.models.readers.text import quoted, read_bytes, read_lines
 from shakedown.models.readers.toml_table import TomlTable, is_number, shown
 

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from shakedown.ground.constants import LARGEST_LABEL
 from shakedown.ground.errors import ProblemError, found_in
+from shakedown.models.readers.formats import read_any_mesh
 from shakedown.models.readers.mesh import Mesh
-from shakedown.models.readers.sniff import read_any_mesh
 from shakedown.models.readers.text import InputFiles, quoted
 from shakedown.models.readers.toml_table import TomlTable, shown
 

@@ -15,20 +15,18 @@ from shakedown.joint.problem import COARSEST
 from shakedown.models.condensation.stiffness_checks import check_condensed
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.model_section import Model, Values
-from shakedown.models.readers.calculix_reactions import Order, unit_displacement_stiffness
 from shakedown.models.readers.circumference import HOOP, circumference_factor
+from shakedown.models.readers.formats import read_stiffness, stiffness_format
 from shakedown.models.readers.mesh import CALCULIX, Mesh
-from shakedown.models.readers.nastran_bulk import (
+from shakedown.models.readers.nastran import (
     cards,
     is_bulk_data,
     of_superelement,
     read_analysis_set,
     read_grids,
 )
-from shakedown.models.readers.reactions_table import read_nodal_vectors
-from shakedown.models.readers.row_map import Rows
-from shakedown.models.readers.sniff import read_stiffness, stiffness_format
-from shakedown.models.readers.stiffness import Stiffness
+from shakedown.models.readers.nodal_vectors import Order, read_nodal_vectors, unit_displacement_stiffness
+from shakedown.models.readers.stiffness import Rows, Stiffness
 from shakedown.models.readers.text import InputFiles, read_lines
 from shakedown.models.readers.toml_table import TomlTable
 

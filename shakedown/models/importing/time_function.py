@@ -6,8 +6,7 @@ import numpy as np
 
 from shakedown.ground.constants import DIRECTIONS, MANY, PER_CENT, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.models.readers.table import NumberTable, read_table
-from shakedown.models.readers.text import InputFiles, listed
+from shakedown.models.readers.text import InputFiles, NumberTable, listed, read_table
 from shakedown.models.readers.toml_table import TomlTable
 
 _UNRECORDED = 0.05  # share of the period that may be missing after the last row of a record

@@ -2,21 +2,19 @@
 
 The content of a file decides what it is, never its name. A matrix becomes a
 :class:`Stiffness`: entries, and the (node, direction) of every row. Some formats label
-their rows; for the others ``row_map`` takes the labels from files that the codes write
+their rows; for the others ``mapped_matrices`` takes the labels from files that the codes write
 beside the matrix. A deck, bulk data or a list of nodes becomes a :class:`Mesh`:
 coordinates, sets and normals.
 
 Reading order:
 
-- ``text`` and ``table``: files and their lines, and columns of numbers;
-- ``stiffness``, by formats with labels: ``abaqus_matrix``, ``abaqus_substructure``, ``nastran_dmig``;
-  by formats that need a ``row_map``: ``calculix_storage`` (also Abaqus COORDINATE), ``matrix_market``,
-  ``harwell_boeing``, ``nastran_op4``; ``circumference`` (of axisymmetric models);
-- ``nodal_vectors`` (reactions and displacements), by ``calculix_reactions``, ``calculix_frd`` or
-  ``reactions_table``;
-- ``mesh``, by ``deck`` (its local systems: ``coordinate_system``), ``nastran_bulk``, ``ansys_archive``,
-  ``mesh_files`` (Gmsh, MED, VTU, UNV) or ``coordinates``;
-- ``formats``, which recognises a file: a new format is a module that ends in its ``FORMATS``; ``sniff``,
-  which reads a stiffness or a mesh of any format;
+- ``text``: files and their lines, and columns of numbers;
+- ``stiffness``, by formats with labels: ``abaqus``, ``nastran``; by formats that need a map of their rows:
+  ``mapped_matrices`` (Matrix Market, Harwell-Boeing, CalculiX ``.sti``, Abaqus COORDINATE);
+  ``circumference`` (of axisymmetric models);
+- ``nodal_vectors`` (reactions and displacements);
+- ``mesh``, by ``deck``, ``nastran``, ``ansys_archive`` or ``mesh_files`` (Gmsh, MED, VTU, UNV, lists);
+- ``formats``, which recognises a file and reads a stiffness or a mesh of any format: a new format is an entry
+  in the ``FORMATS`` at the end of the module that reads it;
 - ``toml_table``: a configuration.
 """

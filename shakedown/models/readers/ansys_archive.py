@@ -69,4 +69,5 @@ def _component(members: list[int], known: set[int], where: str) -> np.ndarray:
 
 
 _NODES = re.compile("NBLOCK", re.IGNORECASE)
-FORMATS = (Format("archive", f"an archive of Ansys {OF_MODEL}", has(_NODES), {"mesh": read_ansys_archive}),)
+_TITLE = f"an archive of Ansys {OF_MODEL}"
+FORMATS = (Format("archive", _TITLE, {"mesh": read_ansys_archive}, contains=has(_NODES)),)

@@ -9,8 +9,8 @@ Abaqus takes and writes everything for the whole circumference.
 
 from shakedown.ground.constants import PER_CENT
 from shakedown.ground.errors import ProblemError
-from shakedown.models.readers.abaqus_matrix import ABAQUS_MATRIX
-from shakedown.models.readers.calculix_storage import NUMBERED
+from shakedown.models.readers.abaqus import ABAQUS_MATRIX
+from shakedown.models.readers.mapped_matrices import NUMBERED
 from shakedown.models.readers.mesh import ABAQUS, CALCULIX, Mesh
 from shakedown.models.readers.stiffness import Stiffness
 

@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.models.readers.coordinate_system import Line
 from shakedown.models.readers.formats import Format, has
-from shakedown.models.readers.mesh import ABAQUS, CALCULIX, FACES, Element, Mesh, Orientation
-from shakedown.models.readers.row_map import implied_rows
+from shakedown.models.readers.mapped_matrices import implied_rows
+from shakedown.models.readers.mesh import ABAQUS, CALCULIX, FACES, Element, Line, Mesh, Orientation
 from shakedown.models.readers.text import integers, number, quoted, read_lines
 
 _SHAPES = {  # of elements with so many nodes
@@ -486,4 +485,4 @@ def _rows(path: str | os.PathLike[str], size: int | None) -> Labels:
 
 
 _TITLE = "an input deck (it may be the 'map' of a matrix, or the file of [model])"
-FORMATS = (Format("deck", _TITLE, has(_OPENING, "*"), {"mesh": read_deck, "rows": _rows}),)
+FORMATS = (Format("deck", _TITLE, {"mesh": read_deck, "rows": _rows}, contains=has(_OPENING, "*")),)

@@ -1,8 +1,8 @@
-"""Meshes with groups as mesh generators write them: Gmsh, MED (Salome, Code_Aster), VTU, UNV.
+"""Meshes with groups as mesh generators write them: Gmsh, MED (Salome, Code_Aster), VTU, UNV; lists of nodes.
 
-All but UNV are read by meshlane (the extra ``fem``), the kept-up fork of meshio: meshio has had no release
-since January 2024 and drops the groups of MED files. UNV has a reader of its own, because meshlane has none
-and that of pyuff takes an element of more than eight nodes for two.
+All but UNV and lists are read by meshlane (the extra ``fem``), the kept-up fork of meshio: meshio has had no
+release since January 2024 and drops the groups of MED files. UNV has a reader of its own, because meshlane
+has none and that of pyuff takes an element of more than eight nodes for two.
 """
 
 import io
@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.errors import ProblemError
-from shakedown.models.readers.formats import OF_MODEL, Format, begins
+from shakedown.models.readers.formats import OF_MODEL, Format
 from shakedown.models.readers.mesh import SOLIDS, Element, Mesh
-from shakedown.models.readers.text import integers, numbers, open_input, quoted, read_lines
+from shakedown.models.readers.text import integers, number_table, numbers, open_input, quoted, read_lines
 
 _SHAPES = {  # of cells as meshlane calls them
     **dict.fromkeys(("tetra", "tetra10"), "tetrahedron"),
@@ -229,14 +229,55 @@ def _fields(rows: Iterator[tuple[str, str]], count: int, where: str) -> list[str
     return found[:count]
 
 
+_NLIST = re.compile(r"\s*NODE\s+X\s+Y\s+Z\b")
+
+
+def read_coordinates(path: str | os.PathLike[str]) -> Mesh:
+    """Read a list of nodes, as Ansys and most other codes write one.
+
+    Columns are node, x, y and where given z; the header, the delimiter and a
+    decimal comma are found out (see :func:`shakedown.models.readers.text.number_table`). Of what NLIST of
+    Ansys prints, with its headings, the angles are passed over.
+
+    Raises
+    ------
+    ProblemError
+        If there are not three or four columns, a node number is not whole or
+        occurs twice.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "nodes.txt"
+    >>> _ = path.write_text("Node\\tX (m)\\tY (m)\\tZ (m)\\t\\n7\\t0,5\\t-1,e-001\\t0\\n")
+    >>> read_coordinates(path).coordinates.tolist()
+    [[0.5, -0.1, 0.0]]
+    """
+    lines, name = read_lines(path), os.fspath(path)
+    if heading := next((line for line in lines if _NLIST.match(line)), None):
+        rows = [line if line.strip()[:1].isdigit() else "" for line in lines]
+        table = number_table(rows, name, delimiter="space")
+    else:
+        table = number_table(lines, name)
+    count = table.values.shape[1]
+    if count not in ((4, 7) if heading else (3, 4)):
+        raise ProblemError(f"{name}: expected the columns node, x, y and maybe z, found {count}")
+    xyz = np.zeros((len(table.values), 3))
+    xyz[:, : min(count - 1, 3)] = table.values[:, 1:4]
+    return Mesh.of_nodes(np.array(table.whole(1), dtype=np.intp), xyz, name)
+
+
 _VTU = r"\s*(<\?xml[^>]*>\s*)?(<!--.*?-->\s*)?<VTKFile[^>]*UnstructuredGrid"
 _PATTERNS = {"gmsh": r"\$MeshFormat", "med": r"\x89HDF", "vtu": _VTU, "unv": r"\s*-1\s*\n\s*\d{2,5}\s*\n"}
-FORMATS = tuple(
-    Format(
-        kind,
-        f"a mesh, {kind.upper()} {OF_MODEL}",
-        begins(re.compile(pattern, re.DOTALL).match),
-        {"mesh": read_universal if kind == "unv" else partial(read_by_meshlane, kind=kind)},
-    )
-    for kind, pattern in _PATTERNS.items()
+FORMATS = (
+    *(
+        Format(
+            kind,
+            f"a mesh, {kind.upper()} {OF_MODEL}",
+            {"mesh": read_universal if kind == "unv" else partial(read_by_meshlane, kind=kind)},
+            begins=re.compile(pattern, re.DOTALL).match,
+        )
+        for kind, pattern in _PATTERNS.items()
+    ),
+    Format("coordinates", "a list of nodes", {"mesh": read_coordinates}),
 )

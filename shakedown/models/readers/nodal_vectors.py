@@ -1,16 +1,35 @@
-"""What a static step gave at nodes: reactions or displacements, of one step or of several together."""
+"""What a static step gave at nodes, reactions or displacements: ``.dat`` and ``.frd`` of CalculiX, tables.
+
+A block of a binary ``.frd`` file follows lines of text, which say that it is binary; no line ends it.
+"""
 
 import os
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal, NoReturn
+from typing import Any, Literal, NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import SEVEN_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError
+from shakedown.ground.tolerances import DEFAULT
+from shakedown.models.condensation.stiffness_checks import asymmetry
+from shakedown.models.readers.formats import Format, format_of, has
+from shakedown.models.readers.stiffness import Stiffness
+from shakedown.models.readers.text import (
+    NumberTable,
+    integers,
+    number,
+    numbers,
+    quoted,
+    read_bytes,
+    read_lines,
+    read_table,
+)
 
 What = Literal["reactions", "displacements"]
 
@@ -129,3 +148,377 @@ def refuse_as_stiffness(path: str | os.PathLike[str]) -> NoReturn:
         f"{os.fspath(path)}: expected a matrix, found reactions; they make a stiffness only with the list of "
         f"contact nodes that were moved (import {Path(path).name} with a configuration)"
     )
+
+
+_HEADING = r"^\s*{} for set (\S+) and time\s+(\S+)"
+HEADINGS: dict[What, re.Pattern[str]] = {
+    "reactions": re.compile(_HEADING.format(r"forces \(fx,fy,fz\)"), re.IGNORECASE),
+    "displacements": re.compile(_HEADING.format(r"displacements \(vx,vy,vz\)"), re.IGNORECASE),
+}
+COLUMNS: dict[What, str] = {"reactions": "node fx fy fz", "displacements": "node vx vy vz"}
+LOCAL = "L"  # at the end of a row whose components are along the directions of a *TRANSFORM
+LETTERS: dict[What, str] = {"reactions": "RF", "displacements": "U"}
+_WORDS = {2: "two", 3: "three"}
+Order = Literal["node-by-node", "direction-by-direction"]
+
+
+class _Table(NamedTuple):
+    """A table as it is read: its node set, time and rows, and the nodes with directions of their own."""
+
+    node_set: str
+    time: float
+    rows: list[list[float]]
+    local: set[int]
+
+
+def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions") -> list[NodalVectors]:
+    """Read all tables of reactions, or of displacements, of a ``.dat`` file, in the order of the file.
+
+    Tables of several node sets at one time are one step.
+
+    Raises
+    ------
+    ProblemError
+        If there is no table, or a line of one is malformed.
+    """
+    name, tables = os.fspath(path), list[_Table]()
+    inside = False
+    for k, line in enumerate(read_lines(path), start=1):
+        where, fields = f"{name}: line {k}", line.split()
+        if heading := HEADINGS[what].match(line):
+            tables.append(_Table(heading[1], number(heading[2], where), [], set()))
+            inside = True
+        elif fields and not fields[0].isdigit():  # another kind of output
+            inside = False
+        elif fields and inside:
+            own = fields[4:] == [LOCAL]
+            if len(fields) != 4 + own:
+                raise ProblemError(f"{where}: expected '{COLUMNS[what]}', found {quoted(line)}")
+            tables[-1].rows.append([*integers(fields[:1], where), *numbers(fields[1:4], where)])
+            tables[-1].local.update([int(fields[0])] if own else [])
+    if not tables:
+        raise ProblemError(
+            f"{name}: expected {what} (*NODE PRINT, {LETTERS[what]}), found no table of "
+            f"{'forces' if what == 'reactions' else what}"
+        )
+    steps: list[NodalVectors] = []
+    for node_set, time, rows, local in tables:
+        step = replace(step_of(what, (node_set,), time, rows, name), local=frozenset(local))
+        if steps and time == steps[-1].time and node_set not in steps[-1].node_sets:
+            step = _merged(steps.pop(), step)
+        steps.append(step)
+    return steps
+
+
+def step_of(
+    what: What, node_sets: tuple[str, ...], time: float, rows: list[list[float]], name: str
+) -> NodalVectors:
+    """One table of CalculiX; ``ProblemError`` if it is empty or repeats a node."""
+    if not rows:
+        raise ProblemError(f"{name}: expected {what} at time {time:g}, found an empty table")
+    data = np.array(rows)
+    nodes, count = np.unique(data[:, 0], return_counts=True)
+    if count.max() > 1:
+        raise ProblemError(
+            f"{name}: expected every node once in a table, found node {nodes[np.argmax(count)]:g} twice at "
+            f"time {time:g}"
+        )
+    return NodalVectors(what, node_sets, time, data[:, 0].astype(np.intp), data[:, 1:], by_calculix=True)
+
+
+def _merged(first: NodalVectors, second: NodalVectors) -> NodalVectors:
+    return replace(
+        first,
+        node_sets=first.node_sets + second.node_sets,
+        nodes=np.concatenate([first.nodes, second.nodes]),
+        vectors=np.concatenate([first.vectors, second.vectors]),
+        local=first.local | second.local,
+    )
+
+
+def unit_displacement_stiffness(
+    steps: list[NodalVectors],
+    nodes: NDArray[np.intp],
+    *,
+    axes: tuple[int, ...] = (1, 2),
+    order: Order = "node-by-node",
+    amplitude: float = 1.0,
+    tied: NDArray[np.intp] | None = None,
+) -> Stiffness:
+    """The condensed stiffness from one static step per contact degree of freedom.
+
+    Each step moves one contact node by ``amplitude`` in one direction and holds
+    all others; its reactions are a column of the stiffness. Rigid motions of a
+    body that is held by the contact alone come back exactly, in spite of the few
+    digits that are printed.
+
+    Parameters
+    ----------
+    steps
+        Reactions, one table per step.
+    nodes : (n,)
+        Contact nodes in the order in which they were moved.
+    axes
+        The two directions of the plane, or the three of space, in the order in which they were moved.
+    order
+        ``"node-by-node"``: (node 1, x), (node 1, y), (node 2, x) …;
+        ``"direction-by-direction"``: x of all nodes, then y.
+    amplitude
+        The displacement [length].
+    tied : (n,), optional
+        A node tied to each contact node by an equation: CalculiX prints the
+        force on it apart, and the reaction of the contact node lacks it.
+
+    Raises
+    ------
+    ProblemError
+        If there are not 2n steps (3n in space), a node was not printed, the reactions have the
+        wrong sign, or the result is not symmetric to the digits that are printed.
+    """
+    n, d = len(nodes), len(axes)
+    _check_steps(steps, n, d)
+    if order not in ("node-by-node", "direction-by-direction"):
+        raise ProblemError(f"order: expected 'node-by-node' or 'direction-by-direction', found '{order}'")
+    columns = np.array([step.at(nodes, axes, tied).ravel() for step in steps]).T / amplitude
+    by_direction = columns[:, np.arange(d * n).reshape(d, n).T.ravel()]
+    K, other = (columns, by_direction) if order == "node-by-node" else (by_direction, columns)
+    if np.diag(K).max() < 0:
+        raise ProblemError(
+            "unit displacements: expected reactions that point the way the node was moved (the force on the "
+            "body), found them reversed"
+        )
+    error = asymmetry(K)
+    if error > DEFAULT.printed_digits:
+        hint = ""
+        if asymmetry(other) <= DEFAULT.printed_digits:
+            hint = "; it is symmetric if the steps go the other way (order)"
+        raise ProblemError(
+            f"unit displacements: expected a symmetric stiffness, found an asymmetry of {error:.2g}{hint}"
+        )
+    dofs = np.column_stack([np.repeat(nodes, d), np.tile(axes, n)]).astype(np.intp)
+    return Stiffness(
+        sparse.csr_array(_with_rigid_motions(0.5 * K + 0.5 * K.T)),
+        dofs,
+        "reactions to unit displacements",
+        superelement=True,
+        accuracy=SEVEN_DIGITS,
+    )
+
+
+def _check_steps(steps: list[NodalVectors], n: int, d: int) -> None:
+    """Raise ``ProblemError`` unless there is one step, along x, y, z, for each direction of each node."""
+    turned = sorted(frozenset().union(*(step.local for step in steps)))
+    if turned:
+        raise ProblemError(
+            "unit displacements: expected reactions along x, y, z, found those of node "
+            f"{turned[0]} in a *TRANSFORM"
+        )
+    if len(steps) != d * n:
+        hint = "" if len(steps) != 3 * n else "; with three for each say directions = 2"
+        raise ProblemError(
+            f"unit displacements: expected {d * n} steps, {_WORDS[d]} for each of {n} contact nodes, "
+            f"found {len(steps)}{hint}"
+        )
+
+
+def _with_rigid_motions(K: FloatArray) -> FloatArray:
+    """The stiffness with exact rigid motions: eigenvalues that drown in the printed digits become zero."""
+    eigenvalues, modes = np.linalg.eigh(K)
+    rigid = np.abs(eigenvalues) <= DEFAULT.printed_digits * eigenvalues[-1]
+    if not rigid.any():
+        return K
+    return K - (modes[:, rigid] * eigenvalues[rigid]) @ modes[:, rigid].T
+
+
+_BLOCKS: dict[What, str] = {"displacements": "DISP", "reactions": "FORC"}
+_NODE = {"0": slice(3, 8), "1": slice(3, 13)}  # columns of the node, by the format of a block
+_BINARY = "2"  # the format of single precision
+_WIDTH = 12  # characters per number; numbers are not separated
+_BEGIN, _RESULTS = "    1C", b"  100C"  # how a file begins, and results
+_TIME, _COUNT, _FORMAT, _DERIVED = slice(12, 24), slice(24, 36), slice(73, 75), slice(33, 38)
+
+
+def read_frd(path: str | os.PathLike[str], what: What = "displacements") -> list[NodalVectors]:
+    """Read all blocks of displacements (DISP), or of reactions (FORC), in the order of the file.
+
+    Blocks of text have six digits, binary ones single precision.
+
+    Raises
+    ------
+    ProblemError
+        If there is no such block, or one is malformed.
+    """
+    name, raw = os.fspath(path), read_bytes(path)
+    found, place = [], raw.find(_RESULTS)
+    while place >= 0:
+        where = f"{name}: byte {place}"
+        head, place = _line(raw, place)
+        title, place = _line(raw, place)
+        if title.split()[:2] == ["-4", _BLOCKS[what]]:
+            time, layout = number(head[_TIME].strip(), where), head[_FORMAT].strip()
+            if layout == _BINARY:
+                (count,) = integers([head[_COUNT].strip()], where)
+                rows = _records(raw, place, count, where)
+            else:
+                rows = _text_rows(raw, place, layout, where)
+            found.append(step_of(what, ("file",), time, rows, name))
+        place = raw.find(_RESULTS, place)
+    if not found:
+        raise ProblemError(
+            f"{name}: expected {what} (*NODE FILE, {LETTERS[what]}), found no block {_BLOCKS[what]}"
+        )
+    return found
+
+
+def _line(raw: bytes, place: int) -> tuple[str, int]:
+    """The line that begins at a place, and where the next one begins."""
+    end = raw.find(b"\n", place)
+    end = len(raw) if end < 0 else end
+    return raw[place:end].decode("latin-1"), end + 1
+
+
+def _text_rows(raw: bytes, place: int, layout: str, where: str) -> list[list[float]]:
+    """Node and three components, in fixed columns, of a block of text."""
+    end = raw.find(b"\n -3", place)
+    if layout not in _NODE or end < 0:
+        found = "no end" if layout in _NODE else f"the format {quoted(layout)}"
+        raise ProblemError(f"{where}: expected a block in text form that ends with -3, found {found}")
+    node, rows, name = _NODE[layout], [], where.partition(": byte")[0]
+    lines = raw[place:end].decode("latin-1").split("\n")
+    for k, line in enumerate(lines, start=raw.count(b"\n", 0, place) + 1):
+        where = f"{name}: line {k}"
+        if line.startswith(" -1"):
+            fields = [line[node.stop + _WIDTH * k : node.stop + _WIDTH * (k + 1)].strip() for k in range(3)]
+            if not fields[-1]:
+                raise ProblemError(f"{where}: expected a node with three numbers, found {quoted(line)}")
+            rows.append([*integers([line[node].strip()], where), *numbers(fields, where)])
+    return rows
+
+
+def _records(raw: bytes, place: int, count: int, where: str) -> list[list[float]]:
+    """``count`` nodes with three components each; the lines before them say that there are three."""
+    components = 0
+    while raw.startswith(b" -5", place):
+        line, place = _line(raw, place)
+        components += line[_DERIVED].strip() in ("", "0")
+    kind = np.dtype([("node", "<i4"), ("vector", "<f4", (components,))])
+    end = place + count * kind.itemsize
+    if components != 3 or count < 0 or raw[end : end + 1] != b" ":
+        raise ProblemError(
+            f"{where}: expected three components of {count} nodes in 16 bytes each and then a line of text, "
+            f"found {components} components and {max(min(end, len(raw)) - place, 0)} bytes"
+        )
+    table = np.frombuffer(raw, kind, count, place)
+    wrong = np.flatnonzero((table["node"] < 1) | ~np.isfinite(table["vector"]).all(axis=1))
+    if wrong.size:
+        node, vector = table[wrong[0]]
+        raise ProblemError(
+            f"{where}: expected nodes from 1 with finite numbers, found node {node} with {vector.tolist()}"
+        )
+    return np.column_stack([table["node"], table["vector"].astype(float)]).tolist()
+
+
+_HEADINGS = {  # of the columns, by regular expressions
+    what: [
+        r"step|load ?step|frame|run",
+        r"node|(node )?label|node number|nid",
+        *(rf"{letter}{x}|({full}\.)?{full}{k}|{word} {x}" for k, x in enumerate("xyz", start=1)),
+    ]
+    for what, letter, full, word in (
+        ("reactions", "f", "rf", "reaction"),
+        ("displacements", "u", "u", "displacement"),
+    )
+}
+_EXPECTED: dict[What, str] = {
+    "reactions": "step, node, fx, fy and maybe fz",
+    "displacements": "step, node, ux, uy and maybe uz",
+}
+
+
+def is_reactions_table(text: str) -> bool:
+    """Whether the first line of a text names the columns step, node, fx, fy."""
+    lines = (line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#"))
+    first = next(lines, "").casefold()
+    splits = [[field.strip().strip('"') for field in first.split(mark)] for mark in ("\t", ";", ",", None)]
+    wanted = [re.compile(pattern).fullmatch for pattern in _HEADINGS["reactions"][:4]]
+    return any(all(any(map(fits, headings)) for fits in wanted) for headings in splits)
+
+
+def read_nodal_vectors(path: str | os.PathLike[str], what: What = "reactions") -> list[NodalVectors]:
+    """Read reactions or displacements: a ``.dat`` or ``.frd`` file of CalculiX, or a table: by content."""
+    return format_of(path, "vectors").reads["vectors"](path, what)
+
+
+def read_vectors_table(path: str | os.PathLike[str], what: What = "reactions") -> list[NodalVectors]:
+    """Read a table with the columns step, node, fx, fy and maybe fz, one table per step.
+
+    Without a header the columns must stand in this order. The header names them
+    step, node, fx, fy, fz or RF1, RF2, RF3, and for displacements ux, uy, uz or U1, U2, U3; others
+    beside them are passed over.
+    Steps follow in the order of their numbers.
+
+    Raises
+    ------
+    ProblemError
+        If a column is missing, a step or node is not whole, or a node occurs
+        twice in one step.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "rf.csv"
+    >>> _ = path.write_text("step;node;fx;fy\\n1;7;0,5;-2\\n2;7;1;3\\n")
+    >>> [(step.time, step.nodes.tolist(), step.vectors.tolist()) for step in read_vectors_table(path)]
+    [(1.0, [7], [[0.5, -2.0, 0.0]]), (2.0, [7], [[1.0, 3.0, 0.0]])]
+    """
+    table = read_table(path)
+    keys = _keys(table, what)
+    steps, nodes = np.array(table.whole(keys[0])), np.array(table.whole(keys[1]), dtype=np.intp)
+    vectors = np.zeros((len(steps), 3))
+    for k, key in enumerate(keys[2:]):
+        vectors[:, k] = table.column(key)
+    place, first = np.unique(np.column_stack([steps, nodes]), axis=0, return_index=True)
+    if len(place) < len(steps):
+        k = int(np.setdiff1d(np.arange(len(steps)), first)[0])
+        raise ProblemError(
+            f"{table.name}: line {table.lines[k]}: expected every node once in a step, found node {nodes[k]} "
+            f"twice in step {steps[k]}"
+        )
+    return [
+        NodalVectors(what, ("table",), float(step), nodes[own], vectors[own])
+        for step, own in ((step, steps == step) for step in np.unique(steps))
+    ]
+
+
+def _keys(table: NumberTable, what: What) -> list[str | int]:
+    """The columns step, node, fx, fy and, where there is one, fz."""
+    expected, width = _EXPECTED[what], table.values.shape[1]
+    if not table.columns:
+        if width not in (4, 5):
+            raise ProblemError(f"{table.name}: expected the columns {expected}, found {width}")
+        return list(range(1, width + 1))
+    found: list[str | int] = []
+    for k, pattern in enumerate(_HEADINGS[what]):
+        own = [heading for heading in table.columns if re.fullmatch(pattern, heading.casefold())]
+        if len(own) > 1 or (not own and k < 4):
+            one = expected.replace(" and maybe", ",").split(", ")[k]
+            raise ProblemError(f"{table.name}: expected one column '{one}', found {len(own)} ({expected})")
+        found += own
+    return found
+
+
+_FRD = "the results of a CalculiX run (.frd); they are of a load: its key 'open', 'reactions' or 'thermal'"
+_OF_DAT: dict[str, Callable[..., Any]] = {"stiffness": refuse_as_stiffness, "vectors": read_calculix_output}
+_OF_TABLE = _OF_DAT | {"vectors": read_vectors_table}
+FORMATS = (
+    Format("frd", _FRD, {"vectors": read_frd}, begins=lambda text: text.startswith(_BEGIN)),
+    Format("reactions", "reactions", _OF_DAT, contains=has(HEADINGS["reactions"])),
+    Format(
+        "displacements",
+        "displacements",
+        {"vectors": read_calculix_output},
+        contains=has(HEADINGS["displacements"]),
+    ),
+    Format("reactions", "reactions", _OF_TABLE, begins=is_reactions_table),
+    Format("vectors", "a table", {"vectors": read_vectors_table}),
+)

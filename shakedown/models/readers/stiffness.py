@@ -1,6 +1,7 @@
 """A stiffness matrix with the node and direction of each of its rows."""
 
 import itertools
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -16,6 +17,7 @@ from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.condensation.contact_frame import checked_dofs
 from shakedown.models.readers.text import rows_of_numbers, whole_numbers
 
+Rows = str | os.PathLike[str] | NDArray[np.intp] | None  # a map file, its content, or none
 # Numbers printed with fewer digits are round, and exact; those with more are as good as floats.
 FEWEST_DIGITS, MOST_DIGITS = 5, 10
 MOST_ENTRIES = 20000  # entries that are examined

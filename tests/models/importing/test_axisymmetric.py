@@ -13,8 +13,8 @@ from skfem.helpers import ddot, sym_grad, trace
 
 import shakedown
 from shakedown import ProblemError, import_model
-from shakedown.models.readers.calculix_storage import read_calculix_storage
 from shakedown.models.readers.deck import read_deck
+from shakedown.models.readers.mapped_matrices import read_calculix_storage
 from shakedown.models.readers.mesh import Mesh
 
 YOUNG, POISSON = 210e3, 0.3

@@ -352,7 +352,7 @@ def test_an_example_is_never_written_over(punch):
 
 def test_output4_brings_rows_and_loads(tmp_path):
     """The map is found beside the matrix; a load is a column of another matrix of the file."""
-    from shakedown.models.readers.nastran_bulk import pyyeti_module
+    from shakedown.models.readers.nastran import pyyeti_module
 
     K, P = writers.symmetric_matrix(6), np.arange(12.0).reshape(6, 2)
     op4 = pyyeti_module("op4", "the test").OP4()

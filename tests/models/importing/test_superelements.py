@@ -5,9 +5,7 @@ import pytest
 import writers
 
 from shakedown import ProblemError, import_model
-from shakedown.models.readers.nastran_bulk import read_analysis_set
-from shakedown.models.readers.nastran_dmig import read_nastran_dmig
-from shakedown.models.readers.nastran_op4 import read_op4_columns
+from shakedown.models.readers.nastran import read_analysis_set, read_nastran_dmig, read_op4_columns
 
 DOFS = {101: [(n, d) for n in (3, 9) for d in (1, 2)], 102: [(n, d) for n in (9, 5, 3) for d in (1, 2)]}
 PUNCH = {
@@ -134,7 +132,7 @@ def test_two_matrices_of_one_name_without_sections_are_named_with_their_lines(tm
 
 
 def test_binary_files_keep_the_places_of_a_name(folder):
-    from shakedown.models.readers.nastran_bulk import pyyeti_module
+    from shakedown.models.readers.nastran import pyyeti_module
 
     path = folder / "binary.op4"
     matrices = [K[101], np.arange(6.0).reshape(3, 2), K[102]]

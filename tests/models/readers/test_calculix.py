@@ -14,7 +14,7 @@ from shakedown.fem import ElasticBody, Material, Support, block_mesh, contact_co
 from shakedown.models.condensation.condense import condensed_stiffness
 from shakedown.models.condensation.stiffness_checks import check_condensed
 from shakedown.models.importing.import_model import import_problem
-from shakedown.models.readers.sniff import read_stiffness
+from shakedown.models.readers.formats import read_stiffness
 
 MATRIX_STORAGE = """*INCLUDE,INPUT=dense.inc
 *INCLUDE,INPUT=tie.inc

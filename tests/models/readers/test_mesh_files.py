@@ -7,9 +7,9 @@ from scipy.io import mmwrite
 
 from shakedown import ProblemError, import_model
 from shakedown.fem import ElasticBody, Material, brick_mesh, contact_condensation, read_mesh
+from shakedown.models.readers.formats import read_any_mesh
 from shakedown.models.readers.mesh import CORNERS, EDGES
 from shakedown.models.readers.mesh_files import read_universal
-from shakedown.models.readers.sniff import read_any_mesh
 
 STEEL = Material(200.0, 0.3)
 BRICK = brick_mesh((2.0, 1.0, 1.0), (2, 1, 1))

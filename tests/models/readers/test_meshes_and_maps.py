@@ -7,15 +7,14 @@ from scipy.io import hb_read, hb_write
 from scipy.sparse import csc_array
 
 from shakedown import ProblemError
-from shakedown.models.readers.abaqus_substructure import read_substructure_load
-from shakedown.models.readers.coordinates import read_coordinates
+from shakedown.models.readers.abaqus import read_substructure_load
 from shakedown.models.readers.deck import read_deck
-from shakedown.models.readers.harwell_boeing import read_harwell_boeing
-from shakedown.models.readers.nastran_bulk import read_analysis_set, read_grids
-from shakedown.models.readers.reactions_table import read_nodal_vectors, read_vectors_table
-from shakedown.models.readers.row_map import read_row_map
-from shakedown.models.readers.sniff import read_any_mesh, read_stiffness
-from shakedown.models.readers.table import read_table
+from shakedown.models.readers.formats import read_any_mesh, read_stiffness
+from shakedown.models.readers.mapped_matrices import read_harwell_boeing, read_row_map
+from shakedown.models.readers.mesh_files import read_coordinates
+from shakedown.models.readers.nastran import read_analysis_set, read_grids
+from shakedown.models.readers.nodal_vectors import read_nodal_vectors, read_vectors_table
+from shakedown.models.readers.text import read_table
 
 BRICKS = """*HEADING
 Two bricks on each other

@@ -6,8 +6,7 @@ import writers
 from model_files import HEAT
 
 from shakedown import ProblemError
-from shakedown.models.readers.nodal_vectors import combined
-from shakedown.models.readers.reactions_table import read_nodal_vectors
+from shakedown.models.readers.nodal_vectors import combined, read_nodal_vectors
 
 NODES = [7, 1042, 12345678]
 STEPS = [(NODES, -np.arange(9.0).reshape(3, 3) / 7), (NODES, 1e-30 + np.arange(9.0).reshape(3, 3) * 1e5)]

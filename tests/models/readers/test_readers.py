@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from shakedown import ProblemError
-from shakedown.models.readers.abaqus_matrix import read_nodal_loads
-from shakedown.models.readers.calculix_reactions import read_calculix_output, unit_displacement_stiffness
-from shakedown.models.readers.row_map import read_row_map
-from shakedown.models.readers.sniff import read_stiffness, stiffness_format
+from shakedown.models.readers.abaqus import read_nodal_loads
+from shakedown.models.readers.formats import read_stiffness, stiffness_format
+from shakedown.models.readers.mapped_matrices import read_row_map
+from shakedown.models.readers.nodal_vectors import read_calculix_output, unit_displacement_stiffness
 
 DOFS = [(101, 1), (101, 2), (7, 1), (7, 2), (7, 3), (42, 1)]
 K = writers.symmetric_matrix(len(DOFS))

@@ -16,12 +16,10 @@ from scipy.io import mmread
 from scipy.spatial import cKDTree
 
 from shakedown import ProblemError, import_model
-from shakedown.models.readers.coordinates import read_coordinates
 from shakedown.models.readers.deck import read_deck
-from shakedown.models.readers.nastran_bulk import pyyeti_module, read_grids
-from shakedown.models.readers.nastran_dmig import read_nastran_dmig
-from shakedown.models.readers.nastran_op4 import read_op4_columns
-from shakedown.models.readers.sniff import read_stiffness, stiffness_format
+from shakedown.models.readers.formats import read_stiffness, stiffness_format
+from shakedown.models.readers.mesh_files import read_coordinates
+from shakedown.models.readers.nastran import pyyeti_module, read_grids, read_nastran_dmig, read_op4_columns
 
 NAMED = os.environ.get("SHAKEDOWN_REAL_FILES", "")
 FOLDER = Path(NAMED) if NAMED else Path("no-such-folder")

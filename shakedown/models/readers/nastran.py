@@ -1,4 +1,8 @@
-"""Bulk data of Nastran: cards, and the nodes and sets in them."""
+"""Files of Nastran: bulk data (points, sets, DMIG matrices), and OUTPUT4, read by pyYeti (extra ``nastran``).
+
+The reader of DMIG cards, in small, large and free field, is the project's own: pyYeti's takes the last of two
+entries for one place, reads a missing value as zero, and holds the matrix dense.
+"""
 
 import importlib
 import os
@@ -10,15 +14,19 @@ from dataclasses import replace
 from io import StringIO
 from itertools import pairwise
 from types import ModuleType
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
+from shakedown.ground.constants import TIMES_A_FILE, FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.models.readers.formats import Format
+from shakedown.models.readers.formats import Format, has
+from shakedown.models.readers.mapped_matrices import row_map
 from shakedown.models.readers.mesh import Mesh
-from shakedown.models.readers.text import UNREADABLE, integers, listed, quoted, read_lines
+from shakedown.models.readers.stiffness import Rows, Stiffness, checked, from_entries
+from shakedown.models.readers.text import UNREADABLE, integers, listed, number, quoted, read_bytes, read_lines
 
 Card = tuple[int, str, list[str]]  # line number, name, data fields
 _BEGIN = re.compile(r"BEGIN\b\s*(?:BULK\b\s*)?(?:SUPER\b\s*=?\s*(\d{1,18}))?", re.IGNORECASE)
@@ -172,7 +180,7 @@ def chosen_matrix(names: list[str], matrix: str | None, where: str, scalars: Seq
 _SETS = ("ASET", "BSET", "CSET", "QSET")
 _ROWS = ((("EXTRN",), ()), (_SETS, tuple(f"{name}1" for name in _SETS)), (("USET",), ("USET1",)))
 _GRIDS = ("GRID", "CORD2R", "CORD2C", "CORD2S")
-_CARD = re.compile(
+_CARDS = re.compile(
     r"(EXTRN|[ABCQ]SET1?|USET1?|GRID|SPOINT|CORD\d[RCS]|SECONCT|BEGIN (SUPER|BULK)|DMIG|DTI)\s*[\*, \d]"
 )
 _MOST_POINTS = 10_000_000  # largest number of points that a THRU may name
@@ -180,7 +188,7 @@ _MOST_POINTS = 10_000_000  # largest number of points that a THRU may name
 
 def is_bulk_data(lines: list[str]) -> bool:
     """Whether a text holds bulk data cards."""
-    return any(_CARD.match(line.upper()) for line in lines)
+    return any(_CARDS.match(line.upper()) for line in lines)
 
 
 def read_analysis_set(path: str | os.PathLike[str], superelement: int | None = None) -> NDArray[np.intp]:
@@ -319,9 +327,185 @@ def pyyeti_module(module: str, name: str) -> ModuleType:
         ) from None
 
 
-_TITLE = "Nastran bulk data without a DMIG matrix (it may be the 'map' of an OUTPUT4 file)"
-_READS: dict[str, Callable[..., Any]] = {
+_DMIG = re.compile(r"DMIG\b", re.IGNORECASE)
+_FORMS = (1, 6)  # square, symmetric
+_REAL = (1, 2)
+
+
+def read_nastran_dmig(
+    path: str | os.PathLike[str], matrix: str | None = None, superelement: int | None = None
+) -> Stiffness:
+    """Read one matrix of a punch file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    matrix
+        Its name, for instance ``KAAX``; by default the only one, or the only one
+        whose name starts with K.
+    superelement
+        Which one of a file with several (``BEGIN SUPER n``).
+
+    Raises
+    ------
+    ProblemError
+        If there is no such matrix, it is complex or rectangular, or a card is malformed.
+    """
+    name = os.fspath(path)
+    lines = of_superelement(read_lines(path), superelement, name)
+    found = [(k, fields) for k, card, fields in cards(lines) if card == "DMIG"]
+    known = sorted({fields[0] for _, fields in found})
+    chosen = known[chosen_matrix(known, matrix, name)]
+    own = [(k, fields) for k, fields in found if fields[0] == chosen]
+    header = [(k, fields) for k, fields in own if fields[1] == "0"]
+    if len(header) != 1:
+        where = f" (lines {', '.join(str(k) for k, _ in header[:4])})" if header else ""
+        raise ProblemError(
+            f"{name}: expected one DMIG header card for {listed([chosen])}, found {len(header)}{where}"
+        )
+    shown = listed([chosen])
+    form, kind = integers(header[0][1][2:4], f"{name}: line {header[0][0]}")
+    if form not in _FORMS or kind not in _REAL:
+        raise ProblemError(
+            f"{name}: line {header[0][0]}: expected {shown} square or symmetric (form 1, 6) and real "
+            f"(type 1, 2), found form {form}, type {kind}"
+        )
+    entries = list(_entries([card for card in own if card not in header], name))
+    if not entries:
+        raise ProblemError(f"{name}: expected entries of {shown}, found none")
+    rows, columns, values = map(np.array, zip(*entries, strict=True))
+    return from_entries(rows, columns, values, name, "Nastran DMIG")
+
+
+def _entries(own: list[tuple[int, list[str]]], name: str) -> Iterator[tuple[list[int], list[int], float]]:
+    """(node, direction) of the row and of the column, and the value, of all entries on cards of columns."""
+    for k, fields in own:
+        where = f"{name}: line {k}"
+        column, entries = integers([fields[1], fields[2] or "0"], where), fields[4:]
+        for group in range(0, len(entries), 4):
+            node, direction, value = entries[group : group + 3]
+            if node or value:
+                yield integers([node, direction or "0"], where), column, number(value, where)
+
+
+_HEADER = re.compile(
+    rb"^([ \d-]{8}|[ \d-]{16})([ \d-]{8}|[ \d-]{16})([ \d]{8})([ \d]{8})([A-Za-z_]\S{0,7}) *(\S*)\r?$",
+    re.MULTILINE,
+)
+_HEADS = {24: 4, 48: 8}  # bytes of a binary header record: width of its integers
+_REAL = (1, 2)  # types: single and double precision
+
+
+def is_op4(text: str) -> bool:
+    """Whether the first characters of a file, a byte each, are those of an OUTPUT4 file, binary or text."""
+    raw = text.encode("latin-1")
+    if b"\0" in raw[:4]:
+        return bool({int.from_bytes(raw[:4], order) for order in ("little", "big")} & set(_HEADS))
+    return _HEADER.match(raw) is not None
+
+
+def read_nastran_op4(path: str | os.PathLike[str], rows: Rows = None, matrix: str | None = None) -> Stiffness:
+    """Read one real square matrix of an OUTPUT4 file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    rows
+        The map: the order of the analysis set is not in the file, but on the
+        EXTRN or ASET cards of the punch file beside it.
+    matrix
+        Its name; by default the only one larger than 1 × 1 whose name begins
+        with K, or the only one at all. ``"KXX(2)"`` is the second of a name that
+        occurs several times, as of several superelements.
+
+    Raises
+    ------
+    ProblemError
+        If there is no such matrix, it is complex or not square, pyYeti is not
+        installed, or the file is damaged.
+    """
+    name = os.fspath(path)
+    values = _matrix(path, matrix)
+    size, columns = values.shape
+    if size != columns:
+        raise ProblemError(f"{name}: expected a square matrix, found {size} x {columns}")
+    table = row_map(rows, size, name, "Nastran OUTPUT4")
+    return checked(sparse.csr_array(values), table, "Nastran OUTPUT4")
+
+
+def read_op4_columns(path: str | os.PathLike[str], matrix: str) -> FloatArray:
+    """One real matrix of an OUTPUT4 file as a dense array, for load vectors; see :func:`read_nastran_op4`."""
+    found = _matrix(path, matrix)
+    if 8 * found.shape[0] * found.shape[1] > _most(path):
+        raise ProblemError(
+            f"{os.fspath(path)}: expected at most {TIMES_A_FILE} times the size of the file in loads, found "
+            f"a header that claims {found.shape[0]} x {found.shape[1]}"
+        )
+    return np.asarray(found.toarray() if sparse.issparse(found) else found, dtype=float)
+
+
+def _most(path: str | os.PathLike[str]) -> int:
+    """The largest size of a dense matrix of a file [bytes]."""
+    return TIMES_A_FILE * max(os.stat(path).st_size, 1 << 16)
+
+
+def _matrix(path: str | os.PathLike[str], matrix: str | None) -> Any:
+    """The matrix of a name as pyYeti reads it; sparse where a header claims far more than the file holds."""
+    name, raw = os.fspath(path), read_bytes(path)
+    if not is_op4(raw[:256].decode("latin-1")):
+        raise ProblemError(f"{name}: expected an OUTPUT4 file, found no header of one")
+    large = 8 * _largest(raw, name) > _most(path)
+    reader = pyyeti_module("op4", name).OP4()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            names, values, _, types = reader.load(name, into="list", sparse=large)
+    except UNREADABLE as error:
+        raise ProblemError(f"{name}: expected whole matrices, found {quoted(str(error))}") from None
+    finally:
+        reader._op4close()
+    scalars = [k for k, own in enumerate(values) if own.shape == (1, 1)]
+    k = chosen_matrix([own.upper() for own in names], matrix, name, scalars)
+    if types[k] not in _REAL:
+        raise ProblemError(f"{name}: expected {names[k]} to be real (type 1 or 2), found type {types[k]}")
+    data = values[k].data if sparse.issparse(values[k]) else values[k]
+    if not np.isfinite(data).all():
+        found = data[~np.isfinite(data)][0]
+        raise ProblemError(f"{name}: expected finite numbers in {names[k]}, found {found}")
+    return values[k]
+
+
+def _largest(raw: bytes, name: str) -> int:
+    """The most numbers that a header claims; ``ProblemError`` if a binary record is not whole."""
+    if b"\0" not in raw[:4]:
+        sizes = (b"%b %b" % (found[1].strip(), found[2].strip()) for found in _HEADER.finditer(raw))
+        whole = (size.split() for size in sizes if re.fullmatch(rb"-?\d+ -?\d+", size))
+        return max((abs(int(columns) * int(rows)) for columns, rows in whole), default=0)
+    order: Literal["little", "big"] = "little" if int.from_bytes(raw[:4], "little") in _HEADS else "big"
+    width, at, claimed = _HEADS[int.from_bytes(raw[:4], order)], 0, 0
+    while at < len(raw):  # a length, the content, the length again
+        length = int.from_bytes(raw[at : at + 4], order)
+        end = at + 4 + length
+        if length < 3 * width or raw[end : end + 4] != raw[at : at + 4]:
+            raise ProblemError(f"{name}: byte {at}: expected a whole record, found it cut off or damaged")
+        if length == 6 * width:
+            size = (int.from_bytes(raw[k : k + width], order, signed=True) for k in (at + 4, at + 4 + width))
+            columns, rows = map(abs, size)
+            claimed = max(claimed, columns * rows)
+        at = end + 4
+    return claimed
+
+
+_BULK = "Nastran bulk data without a DMIG matrix (it may be the 'map' of an OUTPUT4 file)"
+_OF_BULK: dict[str, Callable[..., Any]] = {
     "mesh": read_grids,
     "rows": lambda path, size: read_analysis_set(path),
 }
-FORMATS = (Format("bulk", _TITLE, lambda content: is_bulk_data(content.lines), _READS, ("superelement",)),)
+_OF_DMIG, _OF_OP4 = {"stiffness": read_nastran_dmig}, {"stiffness": read_nastran_op4}
+FORMATS = (
+    Format("op4", "Nastran OUTPUT4", _OF_OP4, ("rows", "matrix"), begins=is_op4),
+    Format("dmig", "Nastran DMIG", _OF_DMIG, ("matrix", "superelement"), contains=has(_DMIG)),
+    Format("bulk", _BULK, _OF_BULK, ("superelement",), contains=is_bulk_data),
+)
