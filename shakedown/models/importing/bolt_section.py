@@ -15,7 +15,7 @@ from shakedown.models.importing.load_section import LoadSection
 from shakedown.models.importing.model_evidence import ModelBody
 from shakedown.models.importing.model_section import Model
 from shakedown.models.importing.stiffness_section import ImportContext
-from shakedown.models.readers.text import quoted
+from shakedown.models.readers.text import quoted, unfit
 from shakedown.models.readers.toml_table import TomlTable, shown
 
 STANDS = np.cos(np.radians(60.0))  # a shank that leans more does not stand across its head
@@ -195,10 +195,7 @@ def _row(section: int, where: str, context: ImportContext) -> NDArray[np.intp]:
     """The row of a section's node: by how much the section is shortened."""
     mesh = context.model.mesh
     if section not in mesh.sections:
-        raise ProblemError(
-            f"{where}: key 'section': expected the node of a *PRE-TENSION SECTION of the deck, found "
-            f"{section}"
-        )
+        raise unfit(f"{where}: key 'section'", "the node of a *PRE-TENSION SECTION of the deck", section)
     rows = np.flatnonzero((context.stiffness.dofs == (-section, 1)).all(axis=1))
     if not rows.size:
         raise ProblemError(
@@ -305,9 +302,9 @@ def _end(table: TomlTable, key: str, context: ImportContext) -> tuple[NDArray[np
     mesh = context.model.mesh
     if not context.model.is_known or not isinstance(value, str | int) or isinstance(value, bool):
         found = shown(value) if context.model.is_known else "no [model]"
-        raise ProblemError(f"{where}: expected a node set of the deck in [model], or a node, found {found}")
+        raise unfit(where, "a node set of the deck in [model], or a node", found)
     if isinstance(value, int) and not 0 < value <= LARGEST_LABEL:
-        raise ProblemError(f"{where}: expected the number of a node, 1 or more, found {shown(value)}")
+        raise unfit(where, "the number of a node, 1 or more", shown(value))
     labels = context.model.nodes(value, where) if isinstance(value, str) else np.array([value], dtype=np.intp)
     surface = value.strip().upper() if isinstance(value, str) else ""
     area = mesh.node_areas(labels, surface if surface in mesh.surfaces else None) if mesh.elements else None

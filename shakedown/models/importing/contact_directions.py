@@ -9,6 +9,7 @@ from shakedown.ground.constants import THREE_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.models.condensation.contact_frame import PLANE, SPACE
 from shakedown.models.importing.model_section import Model
+from shakedown.models.readers.text import unfit
 from shakedown.models.readers.toml_table import TomlTable
 
 _STEEP = np.sqrt(0.5)  # cosine from which on an axis counts as the normal, not as a tangent
@@ -165,9 +166,7 @@ def _given(table: TomlTable, n: int) -> FloatArray | None:
     if not (long := (length > 0) & (length < np.inf)).all():
         at = f" at node {int(np.argmin(long))}" if normal is None else ""
         wrong = f"{np.atleast_2d(found)[~long][0].tolist()}{at}"
-        raise ProblemError(
-            f"{table.where}: {keys[0]}: expected vectors of length > 0 and < inf, found {wrong}"
-        )
+        raise unfit(f"{table.where}: {keys[0]}", "vectors of length > 0 and < inf", wrong)
     return found
 
 

@@ -24,7 +24,7 @@ from shakedown.models.condensation.surface_mesh import (
 from shakedown.models.importing.contact_directions import ContactDirections, contact_directions, in_space
 from shakedown.models.importing.model_section import Model
 from shakedown.models.readers.mesh import Mesh
-from shakedown.models.readers.text import InputFiles, quoted, read_table
+from shakedown.models.readers.text import InputFiles, quoted, read_table, unfit
 from shakedown.models.readers.toml_table import TomlTable, is_number, shown
 
 Friction = FloatArray | Mapping[str, float]  # () or (n,), or a coefficient for each node set
@@ -311,10 +311,10 @@ def coupled_surfaces(table: TomlTable, model: Model) -> tuple[SurfaceCoupling | 
     finer = table.flag("finer")
     where = f"{table.where}: key 'surfaces'"
     if not model.mesh.elements:
-        raise ProblemError(f"{where}: expected [model] with a deck that has elements, found none")
+        raise unfit(where, "[model] with a deck that has elements", "none")
     slave, master = (_surface(model.mesh, name, where) for name in names)
     if slave.dimension != master.dimension:
-        raise ProblemError(f"{where}: expected two plane bodies or two solid ones, found one of each")
+        raise unfit(where, "two plane bodies or two solid ones", "one of each")
     with found_in(where):
         found = surface_coupling(
             slave,
@@ -365,12 +365,10 @@ def _surface(mesh: Mesh, name: str, where: str) -> ContactSurface:
     key = name.strip().upper()
     facets = mesh.boundary(set(labels.tolist()), key if key in mesh.surfaces else None)
     if not facets:
-        raise ProblemError(f"{where}: expected faces of elements in the set {quoted(name)}, found none")
+        raise unfit(where, f"faces of elements in the set {quoted(name)}", "none")
     edges = {len(facet.corners) == 2 for facet in facets}
     if len(edges) > 1:
-        raise ProblemError(
-            f"{where}: expected faces of solids or edges of plane elements in {quoted(name)}, found both"
-        )
+        raise unfit(where, f"faces of solids or edges of plane elements in {quoted(name)}", "both")
     d = 2 if edges.pop() else 3
     used = np.array(sorted({node for facet in facets for node in facet.nodes}), dtype=np.intp)
     inside = [mesh.at(mesh.elements[facet.element][1]).mean(axis=0)[:d] for facet in facets]
@@ -495,7 +493,7 @@ def _areas(
 def _check_relative(contact: ContactSection, model: Model, where: str) -> None:
     """Refuse ``relative`` unless the deck's equations make the rows of contact nodes u₁ − u₂."""
     if contact.labels.ndim != 1:
-        raise ProblemError(f"{where}: key 'relative': expected 'nodes' (u1 - u2), found 'pairs'")
+        raise unfit(f"{where}: key 'relative'", "'nodes' (u1 - u2)", "'pairs'")
     if not model.mesh.elements:
         return
     for label in contact.labels.tolist():

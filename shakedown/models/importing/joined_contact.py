@@ -12,7 +12,7 @@ from shakedown.models.condensation.contact_frame import SPACE, patch_positions, 
 from shakedown.models.condensation.surface_mesh import NodeCoupling, coupling_of_nodes, joined_couplings
 from shakedown.models.importing.contact_section import ContactSection, Friction, check_order, contact_section
 from shakedown.models.importing.model_section import Model
-from shakedown.models.readers.text import InputFiles, quoted
+from shakedown.models.readers.text import InputFiles, quoted, unfit
 from shakedown.models.readers.toml_table import TomlTable, shown
 
 BESIDE = 5.0  # node spacings left on the axis of positions between patches that would overlap there
@@ -82,21 +82,19 @@ def _coefficients(given: Friction, contact: ContactSection, model: Model, where:
             raise ProblemError(f"{where}: key 'friction': {expected}, found {len(given)}")
         if (given < 0).any():
             found = f"{given.min():g}"
-            raise ProblemError(f"{where}: key 'friction': expected coefficients >= 0, found {found}")
+            raise unfit(f"{where}: key 'friction'", "coefficients >= 0", found)
         return given
     where = f"{where}: key 'friction'"
     bodies = contact.facing
     inside = {name: np.asarray(np.isin(bodies, model.nodes(name, where)).any(axis=1)) for name in given}
     for name, own in inside.items():
         if not own.any():
-            raise ProblemError(f"{where}: expected contact nodes in the set {quoted(name)}, found none")
+            raise unfit(where, f"contact nodes in the set {quoted(name)}", "none")
     count = np.sum(list(inside.values()), axis=0)
     if (count != 1).any():
         k = int(np.argmax(count != 1))
         found = " and ".join(quoted(name) for name, own in inside.items() if own[k]) or "none"
-        raise ProblemError(
-            f"{where}: expected every contact node in one of the sets, found {contact.names[k]} in {found}"
-        )
+        raise unfit(where, "every contact node in one of the sets", f"{contact.names[k]} in {found}")
     return np.asarray(sum(value * inside[name] for name, value in given.items()), dtype=float)
 
 

@@ -27,7 +27,7 @@ from shakedown.models.readers.nodal_vectors import (
     in_model_directions,
     read_nodal_vectors,
 )
-from shakedown.models.readers.text import quoted, read_bytes, read_lines
+from shakedown.models.readers.text import quoted, read_bytes, read_lines, unfit
 from shakedown.models.readers.toml_table import TomlTable, is_number, shown
 
 
@@ -96,7 +96,7 @@ def vary_loads(root: TomlTable, changes: Mapping[str, float]) -> dict[str, float
             others[name] = value
         elif len(named) > 1 or name in root.content:
             found = f"{len(named)} loads" if len(named) > 1 else "a load and a key"
-            raise ProblemError(f"{root.where}: {name}: expected the name of one thing, found {found}")
+            raise unfit(f"{root.where}: {name}", "the name of one thing", found)
         else:
             _set_constant(named[0], value, f"{root.where}: {name}")
     return others
@@ -113,7 +113,7 @@ def _set_constant(table: dict[str, Any], value: float, where: str) -> None:
     table["history"] = value / per
     later = [key for key in ("mean", "transient") if key in table]
     if later and not old:
-        raise ProblemError(f"{where}: expected a history other than 0 beside '{later[0]}', found 0")
+        raise unfit(where, f"a history other than 0 beside '{later[0]}'", "0")
     for key in later:
         numbers = table[key] if isinstance(table[key], list) else [table[key]]
         if all(map(is_number, numbers)):  # else refused where it is read
@@ -161,9 +161,7 @@ def _nodal_loads(path: Path, case: str | None) -> Values:
     if any(map(ELEMENT.match, read_lines(path))):
         return read_substructure_load(path, case)
     if case is not None:
-        raise ProblemError(
-            f"{path}: expected no key 'case', because the file is no substructure, found {quoted(case)}"
-        )
+        raise unfit(path, "no key 'case', because the file is no substructure", quoted(case))
     return read_nodal_loads(path)
 
 
@@ -171,14 +169,14 @@ def _op4_column(path: Path, matrix: str, column: int | None, size: int) -> Float
     """One column of a matrix of loads on the rows of the stiffness."""
     head = read_bytes(path, 256).decode("latin-1")
     if not is_op4(head):
-        raise ProblemError(f"{path}: expected an OUTPUT4 file beside the key 'matrix', found {quoted(head)}")
+        raise unfit(path, "an OUTPUT4 file beside the key 'matrix'", quoted(head))
     values = read_op4_columns(path, matrix)
     count = values.shape[1]
     if len(values) != size:
-        raise ProblemError(f"{path}: expected {matrix} of {size} rows, found {len(values)}")
+        raise unfit(path, f"{matrix} of {size} rows", len(values))
     chosen = "none" if column is None else column
     if (column is None and count > 1) or not 1 <= (column or 1) <= count:
-        raise ProblemError(f"{path}: key 'column': expected 1 to {count}, found {chosen}")
+        raise unfit(f"{path}: key 'column'", f"1 to {count}", chosen)
     return values[:, (column or 1) - 1]
 
 

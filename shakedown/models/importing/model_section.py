@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.constants import LARGEST_LABEL
-from shakedown.ground.errors import ProblemError, found_in
+from shakedown.ground.errors import found_in
 from shakedown.models.readers.formats import read_any_mesh
 from shakedown.models.readers.mesh import Mesh
-from shakedown.models.readers.text import InputFiles, quoted
+from shakedown.models.readers.text import InputFiles, quoted, unfit
 from shakedown.models.readers.toml_table import TomlTable, shown
 
 NOTHING = Mesh("", np.zeros(0, dtype=np.intp), np.zeros((0, 3)))
@@ -48,9 +48,8 @@ class Model:
             If there is no model, or no such set.
         """
         if not self.is_known:
-            raise ProblemError(
-                f"{where}: expected node labels, or [model] with a deck that names sets, found "
-                f"{quoted(name)} and no [model]"
+            raise unfit(
+                where, "node labels, or [model] with a deck that names sets", f"{quoted(name)} and no [model]"
             )
         with found_in(where):
             return self.mesh.nodes(name)
@@ -71,17 +70,14 @@ class Model:
         for entry in entries:
             for k, what in enumerate(("node (a whole number, or the name of a set)", "whole direction")):
                 if not (_is_label(entry[k]) or (k == 0 and isinstance(entry[k], str))):
-                    raise ProblemError(f"{where}: expected a {what}, found {shown(entry)}")
+                    raise unfit(where, f"a {what}", shown(entry))
             value = entry[2] if valued else 0.0
             if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 1e308:
-                raise ProblemError(f"{where}: expected a finite number, found {shown(entry)}")
+                raise unfit(where, "a finite number", shown(entry))
             labels = self.nodes(entry[0], where).tolist() if isinstance(entry[0], str) else [int(entry[0])]
             for label in labels:
                 if (label, int(entry[1])) in found:
-                    raise ProblemError(
-                        f"{where}: expected every (node, direction) once, found ({label}, "
-                        f"{int(entry[1])}) twice"
-                    )
+                    raise unfit(where, "every (node, direction) once", f"({label}, {int(entry[1])}) twice")
                 found[label, int(entry[1])] = float(value)
         return found
 

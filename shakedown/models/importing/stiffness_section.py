@@ -27,7 +27,7 @@ from shakedown.models.readers.nastran import (
 )
 from shakedown.models.readers.nodal_vectors import Order, read_nodal_vectors, unit_displacement_stiffness
 from shakedown.models.readers.stiffness import Rows, Stiffness
-from shakedown.models.readers.text import InputFiles, read_lines
+from shakedown.models.readers.text import InputFiles, read_lines, unfit
 from shakedown.models.readers.toml_table import TomlTable
 
 _BESIDE = {"numbered": (".dof",), "op4": (".pch", ".asm")}  # maps that codes write beside the matrix
@@ -175,9 +175,7 @@ def _rows(path: Path, superelement: int | None) -> Rows:
     if is_bulk_data(read_lines(path)):
         return read_analysis_set(path, superelement)
     if superelement is not None:
-        raise ProblemError(
-            f"{path}: expected a punch file beside the key 'superelement', found a map without superelements"
-        )
+        raise unfit(path, "a punch file beside the key 'superelement'", "a map without superelements")
     return path
 
 

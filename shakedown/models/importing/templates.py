@@ -6,6 +6,7 @@ from pathlib import Path
 
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError, UsageError
+from shakedown.models.readers.text import unfit
 
 _KINDS = ("abaqus", "ansys", "calculix", "nastran", "reactions")
 
@@ -80,9 +81,7 @@ def _written(path: Path, text: str) -> Path:
         with open(path, "x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError as error:
-        raise ProblemError(
-            f"{error.filename}: expected no such file, found one; give another folder or name"
-        ) from None
+        raise unfit(error.filename, "no such file", "one; give another folder or name") from None
     except OSError as error:
         raise ProblemError(f"{path}: cannot be written ({error.strerror})") from None
     return path

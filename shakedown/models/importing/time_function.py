@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.ground.constants import DIRECTIONS, MANY, PER_CENT, SIX_DIGITS, FloatArray
-from shakedown.ground.errors import ProblemError
-from shakedown.models.readers.text import InputFiles, NumberTable, listed, read_table
+from shakedown.models.readers.text import InputFiles, NumberTable, listed, read_table, unfit
 from shakedown.models.readers.toml_table import TomlTable
 
 _UNRECORDED = 0.05  # share of the period that may be missing after the last row of a record
@@ -173,9 +172,7 @@ def _resampled(
         found = f"{times.min():g} to {times.max():g}"
         if down.size:
             found = f"{times[down[0] + 1]:g} after {times[down[0]]:g} in line {rows.lines[down[0] + 1]}"
-        raise ProblemError(
-            f"{rows.name}: expected times in ascending order within one period of {period:g}, found {found}"
-        )
+        raise unfit(rows.name, f"times in ascending order within one period of {period:g}", found)
     passed = (times - times[0]) / period
     sampled, doubts = _sampled(t, passed, values, whole=abs(passed[-1] - 1.0) <= SIX_DIGITS)
     unrecorded = 1.0 - passed[-1]

@@ -19,6 +19,7 @@ from shakedown.models.readers.text import (
     quoted,
     read_lines,
     rows_of_numbers,
+    unfit,
     whole_numbers,
 )
 
@@ -43,7 +44,7 @@ def read_abaqus_matrix(path: str | os.PathLike[str]) -> Stiffness:
     expected = "'node,dof, node,dof, value' (*MATRIX OUTPUT, FORMAT=MATRIX INPUT)"
     places, table = rows_of_numbers(lines, 5, name, expected)
     if not places:
-        raise ProblemError(f"{name}: expected matrix entries, found none")
+        raise unfit(name, "matrix entries", "none")
     keys = whole_numbers(table[:, :4], places, name)
     return from_entries(keys[:, :2], keys[:, 2:], table[:, 4], name, ABAQUS_MATRIX)
 
@@ -68,7 +69,7 @@ def read_nodal_loads(path: str | os.PathLike[str]) -> NodalLoads:
     for k, text in _data_lines(path):
         where, fields = f"{os.fspath(path)}: line {k}", text.rstrip(",").split(",")
         if len(fields) != 3:
-            raise ProblemError(f"{where}: expected 'node, dof, value', found {quoted(text)}")
+            raise unfit(where, "'node, dof, value'", quoted(text))
         if fields[0].strip()[:1].isalpha():
             raise ProblemError(
                 f"{where}: expected a node label, found the set {quoted(fields[0])} (list sets in the "
@@ -76,7 +77,7 @@ def read_nodal_loads(path: str | os.PathLike[str]) -> NodalLoads:
             )
         node, direction = integers(fields[:2], where)
         if (node, direction) in loads:
-            raise ProblemError(f"{where}: expected every (node, dof) once, found ({node}, {direction}) twice")
+            raise unfit(where, "every (node, dof) once", f"({node}, {direction}) twice")
         loads[node, direction] = number(fields[2], where)
     return loads
 
@@ -148,7 +149,7 @@ def read_substructure_load(path: str | os.PathLike[str], case: str | None = None
     if case is None and len(found) == 1:
         case = next(iter(found))
     if case is None or case.strip().upper() not in found:
-        raise ProblemError(f"{name}: expected one load case of SLOAD=YES (key 'case'), found {listed(found)}")
+        raise unfit(name, "one load case of SLOAD=YES (key 'case')", listed(found))
     loads: NodalLoads = {}
     for k in range(found[case.strip().upper()] + 1, len(lines)):
         text, where = lines[k].strip(), f"{name}: line {k + 1}"
@@ -159,15 +160,13 @@ def read_substructure_load(path: str | os.PathLike[str], case: str | None = None
             continue  # a heading
         position, direction = integers(fields[-3:-1], where)
         if not 1 <= position <= len(labels):
-            raise ProblemError(f"{where}: expected a position from 1 to {len(labels)}, found {position}")
+            raise unfit(where, f"a position from 1 to {len(labels)}", position)
         key = (labels[position - 1], direction)
         if key in loads:
-            raise ProblemError(
-                f"{where}: expected every position and dof once, found {position}, {direction} twice"
-            )
+            raise unfit(where, "every position and dof once", f"{position}, {direction} twice")
         loads[key] = number(fields[-1], where)
     if not loads:
-        raise ProblemError(f"{name}: expected entries of the load case {quoted(case)}, found none")
+        raise unfit(name, f"entries of the load case {quoted(case)}", "none")
     return loads
 
 
@@ -215,7 +214,7 @@ class _Element:
     def _check(self) -> None:
         for keyword, there in (("*USER ELEMENT", self.header), ("*MATRIX, TYPE=STIFFNESS", self.stiffness)):
             if not there:
-                raise ProblemError(f"{self.name}: expected the keyword {keyword}, found none")
+                raise unfit(self.name, f"the keyword {keyword}", "none")
         count = re.search(r"NODES=(\d+)", self.header)
         if count is None or str(len(self.labels)) != count[1].lstrip("0"):
             expected = "NODES=<number>" if count is None else quoted(count[1])[1:-1]
@@ -229,13 +228,12 @@ class _Element:
         for number_of, (where, fields) in enumerate(lists):
             position, *directions = integers(fields if number_of else ["1", *fields], where)
             if not 1 <= position <= len(own) or not directions:
-                raise ProblemError(
-                    f"{where}: expected 'position, dof, …' with position 1 to {len(own)}, found "
-                    f"{quoted(', '.join(fields))}"
+                raise unfit(
+                    where, f"'position, dof, …' with position 1 to {len(own)}", quoted(", ".join(fields))
                 )
             own[position - 1 :] = [directions] * (len(own) - position + 1)
         if not lists:
-            raise ProblemError(f"{self.name}: expected dof lists after *USER ELEMENT, found none")
+            raise unfit(self.name, "dof lists after *USER ELEMENT", "none")
         return [(label, d) for label, every in zip(self.labels, own, strict=True) for d in every]
 
 

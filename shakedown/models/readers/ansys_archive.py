@@ -5,10 +5,9 @@ import re
 
 import numpy as np
 
-from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.formats import OF_MODEL, Format, has
 from shakedown.models.readers.mesh import Mesh
-from shakedown.models.readers.text import integers, number, quoted, read_lines
+from shakedown.models.readers.text import integers, number, quoted, read_lines, unfit
 
 _BLOCK = re.compile(r"(NBLOCK|CMBLOCK)\s*,\s*([^,]*)(?:,\s*([A-Z]*))?", re.IGNORECASE)
 _LAYOUT = re.compile(r"\((\d{1,2})i(\d{1,2})(?:,(\d{1,2})[eg](\d{1,2}))?", re.IGNORECASE)
@@ -32,7 +31,7 @@ def read_ansys_archive(path: str | os.PathLike[str]) -> Mesh:
             continue
         layout = _LAYOUT.match(lines[k + 1].replace(" ", "")) if k + 1 < len(lines) else None
         if layout is None:
-            raise ProblemError(f"{name}: line {k + 2}: expected a layout like (3i9,6e21.13e3), found none")
+            raise unfit(f"{name}: line {k + 2}", "a layout like (3i9,6e21.13e3)", "none")
         count, width = int(layout[1]), int(layout[2])
         start, each = count * width, int(layout[4] or 0)
         members = sets.setdefault(block[2].strip().upper(), [])
@@ -60,11 +59,11 @@ def _component(members: list[int], known: set[int], where: str) -> np.ndarray:
     for member in members:
         first = nodes[-1] + 1 if nodes else 0
         if member < 0 and not 0 <= -member - first < _MOST:
-            raise ProblemError(f"{where}: expected the end of a range after {first - 1}, found {member}")
+            raise unfit(where, f"the end of a range after {first - 1}", member)
         nodes += range(first, 1 - member) if member < 0 else [member]
     absent = [node for node in nodes if node not in known]
     if absent:
-        raise ProblemError(f"{where}: expected nodes, found {absent[0]}, which is none")
+        raise unfit(where, "nodes", f"{absent[0]}, which is none")
     return np.array(nodes, dtype=np.intp)
 
 

@@ -13,6 +13,7 @@ from shakedown.models.readers.abaqus import ABAQUS_MATRIX
 from shakedown.models.readers.mapped_matrices import NUMBERED
 from shakedown.models.readers.mesh import ABAQUS, CALCULIX, Mesh
 from shakedown.models.readers.stiffness import Stiffness
+from shakedown.models.readers.text import unfit
 
 HOOP = (
     "CalculiX prints the forces of a wedge of 2 degrees, and of the radial ones not what the stress around "
@@ -51,12 +52,11 @@ def circumference_factor(
         nothing is axisymmetric, or the factor is in ``scale`` too.
     """
     if angle is not None and not 0 < angle <= 360:
-        raise ProblemError(f"{where}: key 'angle': expected degrees above 0 up to 360, found {angle:g}")
+        raise unfit(f"{where}: key 'angle'", "degrees above 0 up to 360", f"{angle:g}")
     if mesh is None or not mesh.axisymmetric:
         if angle is not None and mesh is not None and mesh.elements:
-            raise ProblemError(
-                f"{where}: expected no key 'angle', because {mesh.name} has no axisymmetric elements, "
-                f"found {angle:g}"
+            raise unfit(
+                where, f"no key 'angle', because {mesh.name} has no axisymmetric elements", f"{angle:g}"
             )
         return 1.0 if angle is None else 360.0 / angle
     found = _angle(mesh, format) if angle is None else angle

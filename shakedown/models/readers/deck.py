@@ -16,7 +16,7 @@ from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.formats import Format, has
 from shakedown.models.readers.mapped_matrices import implied_rows
 from shakedown.models.readers.mesh import ABAQUS, CALCULIX, FACES, Element, Line, Mesh, Orientation
-from shakedown.models.readers.text import integers, number, quoted, read_lines
+from shakedown.models.readers.text import integers, number, quoted, read_lines, unfit
 
 _SHAPES = {  # of elements with so many nodes
     "solid": dict.fromkeys((4, 10), "tetrahedron")
@@ -135,7 +135,7 @@ class _Text:
                 begun = text
             elif found := _INCLUDE.match(text):
                 if not found[1]:
-                    raise ProblemError(f"{path}: line {k}: expected *INCLUDE, INPUT=file, found none")
+                    raise unfit(f"{path}: line {k}", "*INCLUDE, INPUT=file", "none")
                 yield from self.of(path.parent / found[1].strip(), depth + 1)
             else:
                 yield f"{path}: line {k}", text
@@ -163,9 +163,7 @@ class _Deck:
                     "makes some; let the code write a flat deck"
                 )
             if card.keyword == "SYSTEM" and card.data:
-                raise ProblemError(
-                    f"{card.data[0][0]}: expected coordinates x, y, z, found *SYSTEM; write a flat deck"
-                )
+                raise unfit(card.data[0][0], "coordinates x, y, z", "*SYSTEM; write a flat deck")
 
     def of(self, *keywords: str) -> list[Card]:
         """The cards of some keywords."""
@@ -175,7 +173,7 @@ class _Deck:
         """The mesh, with all sets resolved when the nodes and elements are known."""
         nodes, made = self._nodes()
         if not nodes:
-            raise ProblemError(f"{self.name}: expected nodes (*NODE), found none")
+            raise unfit(self.name, "nodes (*NODE)", "none")
         elements, own = self._elements()
         labels = np.array(list(nodes), dtype=np.intp)
         known = np.array(list(chain(*own.values())), dtype=np.intp)
@@ -224,7 +222,7 @@ class _Deck:
 
     def _named(self, name: str, sets: Sets, what: str, by: str) -> Labels:
         if name not in sets:
-            raise ProblemError(f"{self.name}: expected the {what} {quoted(name)} of {by}, found none")
+            raise unfit(self.name, f"the {what} {quoted(name)} of {by}", "none")
         return sets[name]
 
     def _lists(self, key: str, made: Mapping[int, list[int]]) -> dict[str, list[_Members]]:
@@ -248,14 +246,13 @@ class _Deck:
                 continue
             made[k], system = [], card.name("SYSTEM") or "R"
             if system not in ("R", "C") and card.data:
-                raise ProblemError(
-                    f"{card.data[0][0]}: expected coordinates of SYSTEM=R or C, found {quoted(system)}; "
-                    "write x, y, z"
+                raise unfit(
+                    card.data[0][0], "coordinates of SYSTEM=R or C", f"{quoted(system)}; write x, y, z"
                 )
             for where, fields in card.data:
                 label = integers(fields[:1], where)[0]
                 if label in nodes:
-                    raise ProblemError(f"{where}: expected every node once, found node {label} twice")
+                    raise unfit(where, "every node once", f"node {label} twice")
                 point = _point(fields[1:], where)
                 if system == "C":
                     angle = np.radians(point[1])
@@ -279,7 +276,7 @@ class _Deck:
                 inside.add(k)
             if card.keyword in ("PART", "INSTANCE") and len(card.data) > 1:
                 where = card.data[1][0]
-                raise ProblemError(f"{where}: expected an instance that is moved only, found it turned")
+                raise unfit(where, "an instance that is moved only", "it turned")
             if card.keyword == "INSTANCE" and card.data:
                 shift = _point(card.data[0][1], card.data[0][0])
         return shift, inside
@@ -301,16 +298,16 @@ class _Deck:
                     continue  # goes on in the next line
                 label, *nodes = integers(read if shape else read[:1], where)
                 if shape and len(nodes) != count:
-                    raise ProblemError(f"{where}: expected {count} nodes of an element, found {len(nodes)}")
+                    raise unfit(where, f"{count} nodes of an element", len(nodes))
                 if label in elements:
-                    raise ProblemError(f"{where}: expected every element once, found element {label} twice")
+                    raise unfit(where, "every element once", f"element {label} twice")
                 if shape:
                     elements[label] = (shape, tuple(nodes))
                 made[k].append(label)
                 read = []
             if read and shape:
                 where = card.data[-1][0]
-                raise ProblemError(f"{where}: expected {count} nodes of an element, found {len(read) - 1}")
+                raise unfit(where, f"{count} nodes of an element", len(read) - 1)
         return elements, made
 
     def _surfaces(
@@ -381,10 +378,7 @@ class _Deck:
         if name.isdigit() or own is None:
             return integers([name], f"{self.name}: *PRE-TENSION SECTION: NODE")[0]
         if len(own) != 1:
-            raise ProblemError(
-                f"{self.name}: *PRE-TENSION SECTION: expected one node in the set {quoted(name)}, found "
-                f"{len(own)}"
-            )
+            raise unfit(f"{self.name}: *PRE-TENSION SECTION", f"one node in the set {quoted(name)}", len(own))
         return int(own[0])
 
 
@@ -401,7 +395,7 @@ def _faces(
     named = name.upper() in element_sets and not _is_label(name, elements)
     for element in element_sets[name.upper()].tolist() if named else integers([name], where):
         if side > len(FACES.get(elements.get(element, ("", ()))[0], ())):
-            raise ProblemError(f"{where}: expected a face of element {element}, found none of number {side}")
+            raise unfit(where, f"a face of element {element}", f"none of number {side}")
         yield element, side
 
 
@@ -425,14 +419,9 @@ def resolved(lists: Mapping[str, list[_Members]], known: Labels, others: Sets | 
                 if text.upper() in found and not _is_label(text, there):
                     members += found[text.upper()].tolist()
                 elif not own.isdigit():
-                    raise ProblemError(
-                        f"{where}: expected labels or earlier sets as members of {quoted(name)}, found "
-                        f"{quoted(text)}"
-                    )
+                    raise unfit(where, f"labels or earlier sets as members of {quoted(name)}", quoted(text))
                 elif (label := integers([own], where)[0]) not in there:
-                    raise ProblemError(
-                        f"{where}: expected a member of {quoted(name)}, found {label}, which is none"
-                    )
+                    raise unfit(where, f"a member of {quoted(name)}", f"{label}, which is none")
                 else:
                     members.append(label)
         found[name] = np.array(members, dtype=np.intp)
@@ -443,9 +432,7 @@ def _generated(fields: list[str], known: Labels, where: str) -> list[int]:
     """The existing labels among those that 'first, last, step' stands for."""
     first, last, stride = [*integers(fields[:3], where), 1][:3] if len(fields) > 1 else (0, -1, 1)
     if stride < 1 or last < first:
-        raise ProblemError(
-            f"{where}: expected 'first, last, step' of a set, found {quoted(','.join(fields))}"
-        )
+        raise unfit(where, "'first, last, step' of a set", quoted(",".join(fields)))
     inside = known[(known >= first) & (known <= last) & ((known - first) % stride == 0)]
     return [int(label) for label in np.sort(inside)]
 

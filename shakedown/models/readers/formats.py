@@ -12,10 +12,9 @@ from functools import cache
 from importlib import import_module
 from typing import Any, Literal
 
-from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.stiffness import Rows, Stiffness
-from shakedown.models.readers.text import quoted, read_bytes, read_lines
+from shakedown.models.readers.text import quoted, read_bytes, read_lines, unfit
 
 Holds = Literal["stiffness", "mesh", "rows", "vectors"]
 
@@ -124,7 +123,7 @@ def stiffness_format(path: str | os.PathLike[str]) -> str:
         return found.name
     known = ", ".join(sorted({each.title for each in formats() if "stiffness" in each.reads}))
     what = quoted(_filled(path)[0]) if found is None else found.title
-    raise ProblemError(f"{os.fspath(path)}: expected a stiffness matrix ({known}), found {what}")
+    raise unfit(os.fspath(path), f"a stiffness matrix ({known})", what)
 
 
 def read_stiffness(
@@ -174,9 +173,7 @@ def read_stiffness(
         ("superelement", "matrix", "superelement", "is not Nastran's"),
     ):
         if given[key] is not None and own not in found.takes:
-            raise ProblemError(
-                f"{os.fspath(path)}: expected no {what}, because a {name} file {why}, found one"
-            )
+            raise unfit(os.fspath(path), f"no {what}, because a {name} file {why}", "one")
     return found.reads["stiffness"](path, **{key: given[key] for key in found.takes})
 
 

@@ -34,6 +34,7 @@ from shakedown.models.readers.text import (
     open_input,
     quoted,
     read_lines,
+    unfit,
     whole_number,
 )
 
@@ -76,7 +77,7 @@ def row_map(rows: Rows, size: int, where: str, format: str) -> NDArray[np.intp]:
         )
     table = rows if isinstance(rows, np.ndarray) else read_row_map(rows, size)
     if len(table) != size:
-        raise ProblemError(f"{where}: expected a map of {size} lines, one per row, found {len(table)}")
+        raise unfit(where, f"a map of {size} lines, one per row", len(table))
     return table
 
 
@@ -113,10 +114,7 @@ def _array(path: str | os.PathLike[str], size: int | None) -> NDArray[np.intp]:
         file.seek(0)
         found = read_array(file, header, os.fstat(file.fileno()).st_size)
     if found.dtype.kind not in "iuf" or found.ndim not in (1, 2) or not found.size:
-        raise ProblemError(
-            f"{name}: expected numbers (node, direction) of every row, found {found.dtype} of shape "
-            f"{found.shape}"
-        )
+        raise unfit(name, "numbers (node, direction) of every row", f"{found.dtype} of shape {found.shape}")
     return _of_columns(found.astype(float).reshape(len(found), -1), size, name)
 
 
@@ -137,19 +135,17 @@ def _listed(path: str | os.PathLike[str], size: int | None) -> NDArray[np.intp]:
             fields = fields[0].split(".")  # 'node.direction'
         where = f"{name}: line {k}"
         if len(fields) > 3 or (table and len(fields) != len(table[0])):
-            raise ProblemError(
-                f"{where}: expected 'node direction' (or 'equation node direction'), found {quoted(line)}"
-            )
+            raise unfit(where, "'node direction' (or 'equation node direction')", quoted(line))
         table.append([DIRECTIONS.get(text.upper()) or whole_number(text, where) for text in fields])
     if not table:
-        raise ProblemError(f"{name}: expected a map of rows, found no line")
+        raise unfit(name, "a map of rows", "no line")
     return _of_columns(np.array(table, dtype=float), size, name)
 
 
 def _of_columns(table: NDArray[np.float64], size: int | None, name: str) -> NDArray[np.intp]:
     """The map of columns equation (where there are three), node, direction; or of the nodes alone."""
     if table.shape[1] > 3 or not (np.abs(table) < LARGEST_WHOLE).all() or (table != np.round(table)).any():
-        raise ProblemError(f"{name}: expected whole numbers in one to three columns, found others")
+        raise unfit(name, "whole numbers in one to three columns", "others")
     found = table.astype(np.intp)
     if found.shape[1] == 1:
         return implied_rows(found[:, 0], size, name)
@@ -185,7 +181,7 @@ def _node_vector(path: str | os.PathLike[str], size: int | None) -> NDArray[np.i
 def implied_rows(nodes: NDArray[np.intp], size: int | None, name: str) -> NDArray[np.intp]:
     """Nodes without directions: each has the same number of rows, in the order x, y, z."""
     if size is None:
-        raise ProblemError(f"{name}: expected rows 'node direction', found nodes without directions")
+        raise unfit(name, "rows 'node direction'", "nodes without directions")
     _, place, counts = np.unique(nodes, return_inverse=True, return_counts=True)
     if counts.max() == 1:
         each, left = divmod(size, len(nodes))
@@ -239,27 +235,26 @@ def read_matrix_market(path: str | os.PathLike[str], rows: Rows = None) -> Stiff
     name = os.fspath(path)
     lines = [(k, line.strip()) for k, line in enumerate(read_lines(path), start=1) if line.strip()]
     if (banner := _BANNER.match(lines[0][1])) is None:
-        raise ProblemError(
-            f"{name}: line 1: expected 'matrix coordinate|array real general|symmetric', "
-            f"found {quoted(lines[0][1])}"
+        raise unfit(
+            f"{name}: line 1", "'matrix coordinate|array real general|symmetric'", quoted(lines[0][1])
         )
     coordinate, symmetric = banner[1].lower() == "coordinate", banner[2].lower() == "symmetric"
     size, *body = [line for line in lines[1:] if not line[1].startswith("%")] or [(1, "")]
     where = f"{name}: line {size[0]}"
     shape = integers(size[1].split(), where)
     if len(shape) != (3 if coordinate else 2) or not shape[0] == shape[1] > 0:
-        raise ProblemError(f"{where}: expected the size of a square matrix, found {quoted(size[1])}")
+        raise unfit(where, "the size of a square matrix", quoted(size[1]))
     N = shape[0]
     dofs = row_map(rows, N, name, "Matrix Market")
     if coordinate:
         if len(body) != shape[2]:
-            raise ProblemError(f"{name}: expected {shape[2]} entries, found {len(body)}")
+            raise unfit(name, f"{shape[2]} entries", len(body))
         matrix = numbered_entries(body, lambda _: N, name)
         return checked(completed(matrix) if symmetric else matrix, dofs, "Matrix Market")
     values = [value for k, text in body for value in numbers(text.split(), f"{name}: line {k}")]
     expected = N * (N + 1) // 2 if symmetric else N * N
     if len(values) != expected:
-        raise ProblemError(f"{name}: expected {expected} numbers, found {len(values)}")
+        raise unfit(name, f"{expected} numbers", len(values))
     full = np.zeros((N, N)) if symmetric else np.reshape(values, (N, N)).T
     if symmetric:  # column by column of the lower triangle
         upper = np.triu_indices(N)
@@ -299,13 +294,12 @@ def read_harwell_boeing(path: str | os.PathLike[str], rows: Rows = None) -> Stif
     """
     name, lines = os.fspath(path), read_lines(path)
     if not is_harwell_boeing("\n".join(lines[:4])):
-        raise ProblemError(f"{name}: line 3: expected a Harwell-Boeing matrix type, found {quoted(lines[0])}")
+        raise unfit(f"{name}: line 3", "a Harwell-Boeing matrix type", quoted(lines[0]))
     kind, *sizes = lines[2].split()
     N, columns, count = integers(sizes[:3], f"{name}: line 3")
     if kind.upper() not in ("RSA", "RUA") or columns != N or N < 1:
-        raise ProblemError(
-            f"{name}: line 3: expected a real assembled square matrix (RSA or RUA), found {kind} "
-            f"{N} x {columns}"
+        raise unfit(
+            f"{name}: line 3", "a real assembled square matrix (RSA or RUA)", f"{kind} {N} x {columns}"
         )
     lengths = integers([*lines[1].split(), "0"][1:5], f"{name}: line 2")
     layouts = [(int(n or 1), int(width)) for n, width in _LAYOUT.findall(lines[3].replace(" ", ""))]
@@ -320,9 +314,9 @@ def read_harwell_boeing(path: str | os.PathLike[str], rows: Rows = None) -> Stif
     pointers, index = (found.astype(np.intp) - 1 for found in sections[:2])
     if pointers[0] != 0 or pointers[-1] != count or (np.diff(pointers) < 0).any():
         found = f"{pointers.min() + 1} to {pointers.max() + 1}"
-        raise ProblemError(f"{name}: expected column pointers from 1 to {count + 1} in order, found {found}")
+        raise unfit(name, f"column pointers from 1 to {count + 1} in order", found)
     if count and (index.min() < 0 or index.max() >= N):
-        raise ProblemError(f"{name}: expected rows 1 to {N}, found {index.max() + 1}")
+        raise unfit(name, f"rows 1 to {N}", index.max() + 1)
     column: NDArray[np.intp] = np.repeat(np.arange(N), np.diff(pointers))
     check_entries_once(index, column, name)
     matrix = sparse.coo_array((sections[2], (index, column)), shape=(N, N))
@@ -335,16 +329,14 @@ def _section(
 ) -> FloatArray:
     """The numbers of one section, split at blanks, or sliced by its Fortran format where they touch."""
     if length < 0 or at + length > len(lines):
-        raise ProblemError(
-            f"{name}: expected {length} lines from line {at + 1} on, found the end of the file"
-        )
+        raise unfit(name, f"{length} lines from line {at + 1} on", "the end of the file")
     own, (repeat, width) = lines[at : at + length], layout
     fields = [field for line in own for field in line.split()]
     if len(fields) != size:  # numbers touch each other, or there is text beside them
         padded = (line.rstrip()[: repeat * width] for line in own)
         fields = [line[k : k + width] for line in padded for k in range(0, len(line), width)]
     if len(fields) != size:
-        raise ProblemError(f"{name}: expected {size} numbers from line {at + 1} on, found {len(fields)}")
+        raise unfit(name, f"{size} numbers from line {at + 1} on", len(fields))
     return np.array(numbers(fields, f"{name}: from line {at + 1} on"))
 
 

@@ -14,7 +14,7 @@ from shakedown.ground.errors import ProblemError
 from shakedown.joint.places import without_cancelled
 from shakedown.models.condensation.surface_mesh import CORNERS as FACET_CORNERS
 from shakedown.models.condensation.surface_mesh import shapes
-from shakedown.models.readers.text import listed, number, quoted
+from shakedown.models.readers.text import listed, number, quoted, unfit
 
 Line = tuple[str, list[str]]  # where it stands in a deck, its fields
 
@@ -73,7 +73,7 @@ class CoordinateSystem:
 
     def _check(self, right: bool, expected: str) -> None:
         if not right:
-            raise ProblemError(f"{self.name}: expected {expected}, found others")
+            raise unfit(self.name, expected, "others")
 
 
 def coordinate_system(name: str, parameters: dict[str, str], data: list[Line]) -> CoordinateSystem:
@@ -91,9 +91,7 @@ def coordinate_system(name: str, parameters: dict[str, str], data: list[Line]) -
     where, points = _points(data[:1], kind, known, (6, 9), expected, name)
     for place, turned in data[1:2]:
         if any(number(text, place) for text in turned[1:] if text):
-            raise ProblemError(
-                f"{place}: expected no further turn of *ORIENTATION, found {quoted(', '.join(turned))}"
-            )
+            raise unfit(place, "no further turn of *ORIENTATION", quoted(", ".join(turned)))
     origin = points[2] if len(points) == 3 and kind == "RECTANGULAR" else np.zeros(3)
     return CoordinateSystem(
         f"{where}: *ORIENTATION {quoted(name)}", kind == "CYLINDRICAL", points[0] - origin, points[1] - origin
@@ -126,7 +124,7 @@ def _points(
     fields = [text for _, own in data for text in own if text]
     if kind not in known or len(fields) not in counts:
         found = quoted(", ".join([kind, *fields]))
-        raise ProblemError(f"{where}: expected {expected}, found {found}")
+        raise unfit(where, expected, found)
     return where, np.array([number(text, where) for text in fields]).reshape(-1, 3)
 
 
@@ -236,7 +234,7 @@ class Mesh:
         """Nodes without elements; ``ProblemError`` if a label occurs twice."""
         repeated = [label for label, count in Counter(labels.tolist()).items() if count > 1]
         if repeated:
-            raise ProblemError(f"{name}: expected every node once, found node {repeated[0]} twice")
+            raise unfit(name, "every node once", f"node {repeated[0]} twice")
         return cls(name, labels, coordinates)
 
     def nodes(self, name: str) -> NDArray[np.intp]:
@@ -257,9 +255,9 @@ class Mesh:
             labels = np.array(list(dict.fromkeys(self.node_sets[key].tolist())), dtype=np.intp)
         else:
             known = listed(sorted({*self.node_sets, *self.surfaces}))
-            raise ProblemError(f"{self.name}: expected the node set or surface {quoted(name)}, found {known}")
+            raise unfit(self.name, f"the node set or surface {quoted(name)}", known)
         if not len(labels):
-            raise ProblemError(f"{self.name}: expected nodes in the set {quoted(name)}, found none")
+            raise unfit(self.name, f"nodes in the set {quoted(name)}", "none")
         return labels
 
     def system(self, name: str) -> CoordinateSystem:
@@ -267,7 +265,7 @@ class Mesh:
         key = name.strip().upper()
         if key not in self.systems:
             known = listed(sorted(self.systems))
-            raise ProblemError(f"{self.name}: expected the *ORIENTATION {quoted(name)}, found {known}")
+            raise unfit(self.name, f"the *ORIENTATION {quoted(name)}", known)
         return coordinate_system(name, *self.systems[key])
 
     def directions_of(self, labels: ArrayLike) -> FloatArray:
@@ -292,7 +290,7 @@ class Mesh:
         wanted = [int(label) for label in np.asarray(labels).ravel()]
         absent = [label for label in wanted if label not in index]
         if absent:
-            raise ProblemError(f"{self.name}: expected node {absent[0]}, found no coordinates of it")
+            raise unfit(self.name, f"node {absent[0]}", "no coordinates of it")
         return self.coordinates[[index[label] for label in wanted]]
 
     @cached_property
@@ -441,9 +439,7 @@ class Mesh:
             key = surface.strip().upper()
             self.nodes(key)
             if key not in self.surfaces:
-                raise ProblemError(
-                    f"{self.name}: expected the element surface {quoted(surface)}, found a node set"
-                )
+                raise unfit(self.name, f"the element surface {quoted(surface)}", "a node set")
             return self.facets(key)
         near = [element for element, (_, nodes) in self.elements.items() if not wanted.isdisjoint(nodes)]
         found = [

@@ -22,7 +22,15 @@ from numpy.typing import NDArray
 from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.formats import OF_MODEL, Format
 from shakedown.models.readers.mesh import SOLIDS, Element, Mesh
-from shakedown.models.readers.text import integers, number_table, numbers, open_input, quoted, read_lines
+from shakedown.models.readers.text import (
+    integers,
+    number_table,
+    numbers,
+    open_input,
+    quoted,
+    read_lines,
+    unfit,
+)
 
 _SHAPES = {  # of cells as meshlane calls them
     **dict.fromkeys(("tetra", "tetra10"), "tetrahedron"),
@@ -78,9 +86,8 @@ def read_by_meshlane(path: str | os.PathLike[str], kind: str | None = None) -> M
     try:
         import meshlane
     except ImportError:
-        raise ProblemError(
-            f"{name}: expected meshlane, which reads meshes, found it not installed "
-            "(pip install 'shakedown-bounds[fem]')"
+        raise unfit(
+            name, "meshlane, which reads meshes", "it not installed (pip install 'shakedown-bounds[fem]')"
         ) from None
     said = io.StringIO()
     try:
@@ -177,7 +184,7 @@ def read_universal(path: str | os.PathLike[str]) -> Mesh:
     name, lines = os.fspath(path), read_lines(path)
     marks = [k for k, line in enumerate(lines) if line.strip() == "-1"]
     if len(marks) % 2:
-        raise ProblemError(f"{name}: line {marks[-1] + 1}: expected the end of a dataset (-1), found none")
+        raise unfit(f"{name}: line {marks[-1] + 1}", "the end of a dataset (-1)", "none")
     places: dict[int, list[float]] = {}
     cells: dict[int, Element] = {}
     groups: dict[str, list[int]] = {}
@@ -188,9 +195,9 @@ def read_universal(path: str | os.PathLike[str]) -> Mesh:
         for where, line in rows if kind in (*_NODES, _ELEMENTS, *_GROUPS) else ():
             head = integers(line.split(), where)
             if len(head) < (1 if kind in _NODES else 6):
-                raise ProblemError(f"{where}: expected the head of a record, found {quoted(line)}")
+                raise unfit(where, "the head of a record", quoted(line))
             if (head[0] in places and kind in _NODES) or (head[0] in cells and kind == _ELEMENTS):
-                raise ProblemError(f"{where}: expected every node and element once, found {head[0]} twice")
+                raise unfit(where, "every node and element once", f"{head[0]} twice")
             if kind in _NODES:
                 places[head[0]] = numbers(_fields(rows, 3, where), where)
             elif kind == _ELEMENTS:
@@ -199,9 +206,7 @@ def read_universal(path: str | os.PathLike[str]) -> Mesh:
                 own = integers(_fields(rows, head[5], where), where)
                 shape, order = _UNIVERSAL.get(head[1], ("", tuple(range(len(own)))))
                 if len(order) != len(own):
-                    raise ProblemError(
-                        f"{where}: expected {len(order)} nodes of an element, found {len(own)}"
-                    )
+                    raise unfit(where, f"{len(order)} nodes of an element", len(own))
                 cells[head[0]] = shape, tuple(own[k] for k in order)
             else:
                 group = next(rows, ("", ""))[1].strip()
@@ -224,7 +229,7 @@ def _fields(rows: Iterator[tuple[str, str]], count: int, where: str) -> list[str
     while len(found) < count:
         line = next(rows, None)
         if line is None:
-            raise ProblemError(f"{where}: expected {count} numbers behind this line, found {len(found)}")
+            raise unfit(where, f"{count} numbers behind this line", len(found))
         found += line[1].split()
     return found[:count]
 
@@ -261,7 +266,7 @@ def read_coordinates(path: str | os.PathLike[str]) -> Mesh:
         table = number_table(lines, name)
     count = table.values.shape[1]
     if count not in ((4, 7) if heading else (3, 4)):
-        raise ProblemError(f"{name}: expected the columns node, x, y and maybe z, found {count}")
+        raise unfit(name, "the columns node, x, y and maybe z", count)
     xyz = np.zeros((len(table.values), 3))
     xyz[:, : min(count - 1, 3)] = table.values[:, 1:4]
     return Mesh.of_nodes(np.array(table.whole(1), dtype=np.intp), xyz, name)

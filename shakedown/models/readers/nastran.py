@@ -26,7 +26,16 @@ from shakedown.models.readers.formats import Format, has
 from shakedown.models.readers.mapped_matrices import row_map
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.stiffness import Rows, Stiffness, checked, from_entries
-from shakedown.models.readers.text import UNREADABLE, integers, listed, number, quoted, read_bytes, read_lines
+from shakedown.models.readers.text import (
+    UNREADABLE,
+    integers,
+    listed,
+    number,
+    quoted,
+    read_bytes,
+    read_lines,
+    unfit,
+)
 
 Card = tuple[int, str, list[str]]  # line number, name, data fields
 _BEGIN = re.compile(r"BEGIN\b\s*(?:BULK\b\s*)?(?:SUPER\b\s*=?\s*(\d{1,18}))?", re.IGNORECASE)
@@ -98,14 +107,10 @@ def of_superelement(lines: list[str], superelement: int | None, name: str) -> li
     known = list(dict.fromkeys(number for number in owner if number))
     if superelement is None:
         if len(known) > 1:
-            raise ProblemError(
-                f"{name}: expected the key 'superelement' (one of {listed(map(str, known))}), found none"
-            )
+            raise unfit(name, f"the key 'superelement' (one of {listed(map(str, known))})", "none")
         return lines
     if superelement not in known:
-        raise ProblemError(
-            f"{name}: expected the superelement {superelement}, found {listed(map(str, known))}"
-        )
+        raise unfit(name, f"the superelement {superelement}", listed(map(str, known)))
     return [line if number in (superelement, None) else "" for line, number in zip(lines, owner, strict=True)]
 
 
@@ -161,7 +166,7 @@ def chosen_matrix(names: list[str], matrix: str | None, where: str, scalars: Seq
     if counted and places:
         if not 1 <= int(counted[2]) <= len(places):
             known = f"{counted[1]}(1) to {counted[1]}({len(places)})"
-            raise ProblemError(f"{where}: expected {known}, found {quoted(wanted)}")
+            raise unfit(where, known, quoted(wanted))
         return places[int(counted[2]) - 1]
     (often, times), *_ = [*Counter(names[k] for k in places).most_common(1), ("", 0)]
     if times > 1:
@@ -172,7 +177,7 @@ def chosen_matrix(names: list[str], matrix: str | None, where: str, scalars: Seq
         )
     if len(places) != 1:
         what = "one stiffness matrix" if matrix is None else f"the matrix {quoted(matrix)}"
-        raise ProblemError(f"{where}: expected {what}, found {listed(names)}; name the one to take")
+        raise unfit(where, what, f"{listed(names)}; name the one to take")
     return places[0]
 
 
@@ -223,9 +228,8 @@ def read_analysis_set(path: str | os.PathLike[str], superelement: int | None = N
         if rows:
             return _once(rows if pairs == ("EXTRN",) else sorted(set(rows)), name)
     if not found["SECONCT"]:
-        raise ProblemError(
-            f"{name}: expected the rows of the analysis set (EXTRN, ASET, BSET, QSET, USET or SECONCT "
-            "cards), found none"
+        raise unfit(
+            name, "the rows of the analysis set (EXTRN, ASET, BSET, QSET, USET or SECONCT cards)", "none"
         )
     grids = {integers(fields[:1], where)[0] for where, fields in found["GRID"]}
     connected = ((where, [field for field in fields[8::2] if field]) for where, fields in found["SECONCT"])
@@ -238,18 +242,13 @@ def _once(rows: list[tuple[int, int]], name: str) -> NDArray[np.intp]:
     """The rows, none of them twice."""
     (point, component), times = Counter(rows).most_common(1)[0]
     if times > 1:
-        raise ProblemError(
-            f"{name}: expected every point and component once, found component {component} of point {point} "
-            "twice"
-        )
+        raise unfit(name, "every point and component once", f"component {component} of point {point} twice")
     return np.array(rows, dtype=np.intp)
 
 
 def _components(text: str, where: str) -> list[int]:
     if not re.fullmatch(r"[0-6]{0,6}", text):
-        raise ProblemError(
-            f"{where}: expected components 1 to 6 (0 or blank for a scalar point), found {quoted(text)}"
-        )
+        raise unfit(where, "components 1 to 6 (0 or blank for a scalar point)", quoted(text))
     return [int(digit) for digit in text] or [0]
 
 
@@ -267,7 +266,7 @@ def _of_list(where: str, fields: list[str]) -> Iterator[tuple[int, int]]:
     if len(given) == 3 and given[1].upper() == "THRU":
         first, last = integers(given[::2], where)
         if not 0 <= last - first < _MOST_POINTS:
-            raise ProblemError(f"{where}: expected 'first THRU last', found {first} THRU {last}")
+            raise unfit(where, "'first THRU last'", f"{first} THRU {last}")
         points = range(first, last + 1)
     else:
         points = integers(given, where)
@@ -290,7 +289,7 @@ def read_grids(path: str | os.PathLike[str], superelement: int | None = None) ->
     found = [(card[1], lines[card[0] - 1 : last]) for card, last in spans(lines) if card[1] in _GRIDS]
     own = [line.split("$")[0].rstrip() for _, lines in found for line in lines]
     if not any(card == "GRID" for card, _ in found):
-        raise ProblemError(f"{name}: expected GRID cards, found none")
+        raise unfit(name, "GRID cards", "none")
     bulk, n2p = pyyeti_module("bulk", name), pyyeti_module("n2p", name)
     try:
         with warnings.catch_warnings():
@@ -300,15 +299,11 @@ def read_grids(path: str | os.PathLike[str], superelement: int | None = None) ->
             labels = uset.index.get_level_values(0).to_numpy()[::6].astype(np.intp)
             xyz = np.array(uset.iloc[::6, 1:4], dtype=float)
     except UNREADABLE as error:
-        raise ProblemError(
-            f"{name}: expected GRID and CORD2 cards that pyYeti can read, found {quoted(str(error))}"
-        ) from None
+        raise unfit(name, "GRID and CORD2 cards that pyYeti can read", quoted(str(error))) from None
     finite = np.isfinite(xyz).all(axis=1) & np.isfinite(rigid.reshape(len(labels), -1)).all(axis=1)
     if not finite.all():
         k = int(np.argmin(finite))
-        raise ProblemError(
-            f"{name}: expected finite coordinates, found {xyz[k].tolist()} of point {labels[k]}"
-        )
+        raise unfit(name, "finite coordinates", f"{xyz[k].tolist()} of point {labels[k]}")
     frames = {int(label): rigid[6 * k : 6 * k + 3, :3] for k, label in enumerate(labels)}
     turned = {label: R for label, R in frames.items() if not np.array_equal(R, np.eye(3))}
     return replace(Mesh.of_nodes(labels, xyz, name), frames=turned)
@@ -361,9 +356,7 @@ def read_nastran_dmig(
     header = [(k, fields) for k, fields in own if fields[1] == "0"]
     if len(header) != 1:
         where = f" (lines {', '.join(str(k) for k, _ in header[:4])})" if header else ""
-        raise ProblemError(
-            f"{name}: expected one DMIG header card for {listed([chosen])}, found {len(header)}{where}"
-        )
+        raise unfit(name, f"one DMIG header card for {listed([chosen])}", f"{len(header)}{where}")
     shown = listed([chosen])
     form, kind = integers(header[0][1][2:4], f"{name}: line {header[0][0]}")
     if form not in _FORMS or kind not in _REAL:
@@ -373,7 +366,7 @@ def read_nastran_dmig(
         )
     entries = list(_entries([card for card in own if card not in header], name))
     if not entries:
-        raise ProblemError(f"{name}: expected entries of {shown}, found none")
+        raise unfit(name, f"entries of {shown}", "none")
     rows, columns, values = map(np.array, zip(*entries, strict=True))
     return from_entries(rows, columns, values, name, "Nastran DMIG")
 
@@ -430,7 +423,7 @@ def read_nastran_op4(path: str | os.PathLike[str], rows: Rows = None, matrix: st
     values = _matrix(path, matrix)
     size, columns = values.shape
     if size != columns:
-        raise ProblemError(f"{name}: expected a square matrix, found {size} x {columns}")
+        raise unfit(name, "a square matrix", f"{size} x {columns}")
     table = row_map(rows, size, name, "Nastran OUTPUT4")
     return checked(sparse.csr_array(values), table, "Nastran OUTPUT4")
 
@@ -455,7 +448,7 @@ def _matrix(path: str | os.PathLike[str], matrix: str | None) -> Any:
     """The matrix of a name as pyYeti reads it; sparse where a header claims far more than the file holds."""
     name, raw = os.fspath(path), read_bytes(path)
     if not is_op4(raw[:256].decode("latin-1")):
-        raise ProblemError(f"{name}: expected an OUTPUT4 file, found no header of one")
+        raise unfit(name, "an OUTPUT4 file", "no header of one")
     large = 8 * _largest(raw, name) > _most(path)
     reader = pyyeti_module("op4", name).OP4()
     try:
@@ -463,17 +456,17 @@ def _matrix(path: str | os.PathLike[str], matrix: str | None) -> Any:
             warnings.simplefilter("error")
             names, values, _, types = reader.load(name, into="list", sparse=large)
     except UNREADABLE as error:
-        raise ProblemError(f"{name}: expected whole matrices, found {quoted(str(error))}") from None
+        raise unfit(name, "whole matrices", quoted(str(error))) from None
     finally:
         reader._op4close()
     scalars = [k for k, own in enumerate(values) if own.shape == (1, 1)]
     k = chosen_matrix([own.upper() for own in names], matrix, name, scalars)
     if types[k] not in _REAL:
-        raise ProblemError(f"{name}: expected {names[k]} to be real (type 1 or 2), found type {types[k]}")
+        raise unfit(name, f"{names[k]} to be real (type 1 or 2)", f"type {types[k]}")
     data = values[k].data if sparse.issparse(values[k]) else values[k]
     if not np.isfinite(data).all():
         found = data[~np.isfinite(data)][0]
-        raise ProblemError(f"{name}: expected finite numbers in {names[k]}, found {found}")
+        raise unfit(name, f"finite numbers in {names[k]}", found)
     return values[k]
 
 
@@ -489,7 +482,7 @@ def _largest(raw: bytes, name: str) -> int:
         length = int.from_bytes(raw[at : at + 4], order)
         end = at + 4 + length
         if length < 3 * width or raw[end : end + 4] != raw[at : at + 4]:
-            raise ProblemError(f"{name}: byte {at}: expected a whole record, found it cut off or damaged")
+            raise unfit(f"{name}: byte {at}", "a whole record", "it cut off or damaged")
         if length == 6 * width:
             size = (int.from_bytes(raw[k : k + width], order, signed=True) for k in (at + 4, at + 4 + width))
             columns, rows = map(abs, size)

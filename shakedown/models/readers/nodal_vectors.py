@@ -29,6 +29,7 @@ from shakedown.models.readers.text import (
     read_bytes,
     read_lines,
     read_table,
+    unfit,
 )
 
 What = Literal["reactions", "displacements"]
@@ -77,9 +78,7 @@ class NodalVectors:
         """
         if tied is not None:
             if tied.shape != nodes.shape:
-                raise ProblemError(
-                    f"tied: expected one node for each of {len(nodes)} contact nodes, found {len(tied)}"
-                )
+                raise unfit("tied", f"one node for each of {len(nodes)} contact nodes", len(tied))
             return self.at(nodes, axes) + self.at(tied, axes)
         return self.vectors[self.places(nodes)][:, [axis - 1 for axis in axes]]
 
@@ -193,7 +192,7 @@ def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions")
         elif fields and inside:
             own = fields[4:] == [LOCAL]
             if len(fields) != 4 + own:
-                raise ProblemError(f"{where}: expected '{COLUMNS[what]}', found {quoted(line)}")
+                raise unfit(where, f"'{COLUMNS[what]}'", quoted(line))
             tables[-1].rows.append([*integers(fields[:1], where), *numbers(fields[1:4], where)])
             tables[-1].local.update([int(fields[0])] if own else [])
     if not tables:
@@ -215,13 +214,12 @@ def step_of(
 ) -> NodalVectors:
     """One table of CalculiX; ``ProblemError`` if it is empty or repeats a node."""
     if not rows:
-        raise ProblemError(f"{name}: expected {what} at time {time:g}, found an empty table")
+        raise unfit(name, f"{what} at time {time:g}", "an empty table")
     data = np.array(rows)
     nodes, count = np.unique(data[:, 0], return_counts=True)
     if count.max() > 1:
-        raise ProblemError(
-            f"{name}: expected every node once in a table, found node {nodes[np.argmax(count)]:g} twice at "
-            f"time {time:g}"
+        raise unfit(
+            name, "every node once in a table", f"node {nodes[np.argmax(count)]:g} twice at time {time:g}"
         )
     return NodalVectors(what, node_sets, time, data[:, 0].astype(np.intp), data[:, 1:], by_calculix=True)
 
@@ -278,7 +276,7 @@ def unit_displacement_stiffness(
     n, d = len(nodes), len(axes)
     _check_steps(steps, n, d)
     if order not in ("node-by-node", "direction-by-direction"):
-        raise ProblemError(f"order: expected 'node-by-node' or 'direction-by-direction', found '{order}'")
+        raise unfit("order", "'node-by-node' or 'direction-by-direction'", f"'{order}'")
     columns = np.array([step.at(nodes, axes, tied).ravel() for step in steps]).T / amplitude
     by_direction = columns[:, np.arange(d * n).reshape(d, n).T.ravel()]
     K, other = (columns, by_direction) if order == "node-by-node" else (by_direction, columns)
@@ -292,9 +290,7 @@ def unit_displacement_stiffness(
         hint = ""
         if asymmetry(other) <= DEFAULT.printed_digits:
             hint = "; it is symmetric if the steps go the other way (order)"
-        raise ProblemError(
-            f"unit displacements: expected a symmetric stiffness, found an asymmetry of {error:.2g}{hint}"
-        )
+        raise unfit("unit displacements", "a symmetric stiffness", f"an asymmetry of {error:.2g}{hint}")
     dofs = np.column_stack([np.repeat(nodes, d), np.tile(axes, n)]).astype(np.intp)
     return Stiffness(
         sparse.csr_array(_with_rigid_motions(0.5 * K + 0.5 * K.T)),
@@ -309,9 +305,8 @@ def _check_steps(steps: list[NodalVectors], n: int, d: int) -> None:
     """Raise ``ProblemError`` unless there is one step, along x, y, z, for each direction of each node."""
     turned = sorted(frozenset().union(*(step.local for step in steps)))
     if turned:
-        raise ProblemError(
-            "unit displacements: expected reactions along x, y, z, found those of node "
-            f"{turned[0]} in a *TRANSFORM"
+        raise unfit(
+            "unit displacements", "reactions along x, y, z", f"those of node {turned[0]} in a *TRANSFORM"
         )
     if len(steps) != d * n:
         hint = "" if len(steps) != 3 * n else "; with three for each say directions = 2"
@@ -364,9 +359,7 @@ def read_frd(path: str | os.PathLike[str], what: What = "displacements") -> list
             found.append(step_of(what, ("file",), time, rows, name))
         place = raw.find(_RESULTS, place)
     if not found:
-        raise ProblemError(
-            f"{name}: expected {what} (*NODE FILE, {LETTERS[what]}), found no block {_BLOCKS[what]}"
-        )
+        raise unfit(name, f"{what} (*NODE FILE, {LETTERS[what]})", f"no block {_BLOCKS[what]}")
     return found
 
 
@@ -382,7 +375,7 @@ def _text_rows(raw: bytes, place: int, layout: str, where: str) -> list[list[flo
     end = raw.find(b"\n -3", place)
     if layout not in _NODE or end < 0:
         found = "no end" if layout in _NODE else f"the format {quoted(layout)}"
-        raise ProblemError(f"{where}: expected a block in text form that ends with -3, found {found}")
+        raise unfit(where, "a block in text form that ends with -3", found)
     node, rows, name = _NODE[layout], [], where.partition(": byte")[0]
     lines = raw[place:end].decode("latin-1").split("\n")
     for k, line in enumerate(lines, start=raw.count(b"\n", 0, place) + 1):
@@ -390,7 +383,7 @@ def _text_rows(raw: bytes, place: int, layout: str, where: str) -> list[list[flo
         if line.startswith(" -1"):
             fields = [line[node.stop + _WIDTH * k : node.stop + _WIDTH * (k + 1)].strip() for k in range(3)]
             if not fields[-1]:
-                raise ProblemError(f"{where}: expected a node with three numbers, found {quoted(line)}")
+                raise unfit(where, "a node with three numbers", quoted(line))
             rows.append([*integers([line[node].strip()], where), *numbers(fields, where)])
     return rows
 
@@ -412,9 +405,7 @@ def _records(raw: bytes, place: int, count: int, where: str) -> list[list[float]
     wrong = np.flatnonzero((table["node"] < 1) | ~np.isfinite(table["vector"]).all(axis=1))
     if wrong.size:
         node, vector = table[wrong[0]]
-        raise ProblemError(
-            f"{where}: expected nodes from 1 with finite numbers, found node {node} with {vector.tolist()}"
-        )
+        raise unfit(where, "nodes from 1 with finite numbers", f"node {node} with {vector.tolist()}")
     return np.column_stack([table["node"], table["vector"].astype(float)]).tolist()
 
 
@@ -495,14 +486,14 @@ def _keys(table: NumberTable, what: What) -> list[str | int]:
     expected, width = _EXPECTED[what], table.values.shape[1]
     if not table.columns:
         if width not in (4, 5):
-            raise ProblemError(f"{table.name}: expected the columns {expected}, found {width}")
+            raise unfit(table.name, f"the columns {expected}", width)
         return list(range(1, width + 1))
     found: list[str | int] = []
     for k, pattern in enumerate(_HEADINGS[what]):
         own = [heading for heading in table.columns if re.fullmatch(pattern, heading.casefold())]
         if len(own) > 1 or (not own and k < 4):
             one = expected.replace(" and maybe", ",").split(", ")[k]
-            raise ProblemError(f"{table.name}: expected one column '{one}', found {len(own)} ({expected})")
+            raise unfit(table.name, f"one column '{one}'", f"{len(own)} ({expected})")
         found += own
     return found
 

@@ -15,7 +15,7 @@ from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.condensation.contact_frame import checked_dofs
-from shakedown.models.readers.text import rows_of_numbers, whole_numbers
+from shakedown.models.readers.text import rows_of_numbers, unfit, whole_numbers
 
 Rows = str | os.PathLike[str] | NDArray[np.intp] | None  # a map file, its content, or none
 # Numbers printed with fewer digits are round, and exact; those with more are as good as floats.
@@ -167,7 +167,7 @@ def check_entries_once(
     if len(place) < len(i):
         twice = divmod(int(place[np.argmax(count > 1)]), width)
         row, column = (k + 1 if names is None else names[k] for k in twice)
-        raise ProblemError(f"{where}: expected every entry once, found row {row}, column {column} twice")
+        raise unfit(where, "every entry once", f"row {row}, column {column} twice")
 
 
 def numbered_entries(
@@ -187,9 +187,7 @@ def numbered_entries(
     if wrong.any():
         k = int(np.argmax(wrong.any(axis=1)))
         found = index[k][wrong[k]][0]
-        raise ProblemError(
-            f"{name}: line {places[k]}: expected row and column numbers 1 to {N}, found {found}"
-        )
+        raise unfit(f"{name}: line {places[k]}", f"row and column numbers 1 to {N}", found)
     i, j = index.T - 1
     check_entries_once(i, j, name)
     return sparse.coo_array((table[:, 2], (i, j)), shape=(N, N))

@@ -45,6 +45,17 @@ def quoted(text: str) -> str:
     return f"'{printable[:LONGEST_VALUE]}{'…' if len(text.strip()) > LONGEST_VALUE else ''}'"
 
 
+def unfit(where: object, expected: str, found: object) -> ProblemError:
+    """The refusal of data, in one line: where, what was expected, and what was found.
+
+    Examples
+    --------
+    >>> str(unfit("k.mtx: line 3", "a number", "'x'"))
+    "k.mtx: line 3: expected a number, found 'x'"
+    """
+    return ProblemError(f"{where}: expected {expected}, found {found}")
+
+
 def listed(names: Iterable[str]) -> str:
     """Names as a message lists them: the first dozen, shortened; "none" where there are none.
 
@@ -101,7 +112,7 @@ def read_lines(path: str | os.PathLike[str]) -> list[str]:
         )
     text = raw.decode("utf-8-sig", errors="replace")
     if not text.strip():
-        raise ProblemError(f"{name}: expected a text with numbers, found an empty file")
+        raise unfit(name, "a text with numbers", "an empty file")
     return text.splitlines()
 
 
@@ -152,7 +163,7 @@ def rows_of_numbers(
     for k, text in every:
         fields = text.split()
         if len(fields) != width:
-            raise ProblemError(f"{name}: line {k}: expected {expected}, found {quoted(text)}")
+            raise unfit(f"{name}: line {k}", expected, quoted(text))
         rows.append(numbers(fields, f"{name}: line {k}"))
     return places, np.array(rows).reshape(-1, width)
 
@@ -162,9 +173,7 @@ def whole_numbers(table: FloatArray, places: Sequence[int], name: str, which: st
     wrong = (table != np.round(table)) | (np.abs(table) >= LARGEST_WHOLE)
     if wrong.any():
         k = int(np.argmax(wrong.any(axis=1)))
-        raise ProblemError(
-            f"{name}: line {places[k]}: expected a whole number{which}, found {table[k][wrong[k]][0]:g}"
-        )
+        raise unfit(f"{name}: line {places[k]}", f"a whole number{which}", f"{table[k][wrong[k]][0]:g}")
     return table.astype(np.intp)
 
 
@@ -178,10 +187,10 @@ def number(field: str, where: str) -> float:
     if value is None:
         match = _FORTRAN.match(text)
         if match is None:
-            raise ProblemError(f"{where}: expected a number, found {quoted(field)}")
+            raise unfit(where, "a number", quoted(field))
         value = float(f"{match[1]}E{match[2] or match[3]}")
     if not math.isfinite(value):
-        raise ProblemError(f"{where}: expected a finite number, found {quoted(field)}")
+        raise unfit(where, "a finite number", quoted(field))
     return value
 
 
@@ -201,7 +210,7 @@ def integers(fields: Iterable[str], where: str) -> list[int]:
     found = [field.strip() for field in fields]
     for text in found:
         if not re.fullmatch(r"[-+]?[0-9]{1,18}", text):
-            raise ProblemError(f"{where}: expected a whole number, found {quoted(text)}")
+            raise unfit(where, "a whole number", quoted(text))
     return list(map(int, found))
 
 
@@ -330,7 +339,7 @@ class NumberTable:
         width = self.values.shape[1]
         if isinstance(key, int):
             if not 1 <= key <= width:
-                raise ProblemError(f"{self.name}: expected a column from 1 to {width}, found {key}")
+                raise unfit(self.name, f"a column from 1 to {width}", key)
             return self.values[:, key - 1]
         places = [k for k, own in enumerate(self.columns) if own.casefold() == key.strip().casefold()]
         if len(places) != 1:
@@ -393,7 +402,7 @@ def number_table(
     stripped = enumerate(map(str.strip, lines), start=1)
     rows = [(k, text) for k, text in stripped if text and not text.startswith(_COMMENT)]
     if not rows:
-        raise ProblemError(f"{name}: expected rows of numbers, found none")
+        raise unfit(name, "rows of numbers", "none")
     failures = []
     for mark in DELIMITERS if delimiter is None else (delimiter,):
         split = DELIMITERS[mark]
@@ -417,7 +426,7 @@ def _split(rows: list[tuple[int, str]], name: str, mark: str, decimal: str | Non
     if not all(map(_NUMBER.match, filter(None, fields))):
         header, rows = tuple(field for field in fields if field), rows[1:]
     if not rows:
-        raise ProblemError(f"{name}: expected rows of numbers below the header, found none")
+        raise unfit(name, "rows of numbers below the header", "none")
     values = []
     for k, text in rows:
         fields = text.rstrip("\t;, " if mark != "space" else None).split(split)
@@ -425,5 +434,5 @@ def _split(rows: list[tuple[int, str]], name: str, mark: str, decimal: str | Non
         values.append([number(field.replace(",", ".") if comma else field, where) for field in fields])
         if len(fields) != len(values[0]) or (header and len(fields) != len(header)):
             expected = len(header) if header else len(values[0])
-            raise ProblemError(f"{where}: expected {expected} columns, found {len(fields)}")
+            raise unfit(where, f"{expected} columns", len(fields))
     return NumberTable(name, header, tuple(k for k, _ in rows), np.array(values))

@@ -10,7 +10,7 @@ from typing import Any
 from shakedown.ground.constants import LARGEST_LABEL, READ_AT_ONCE
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.shown_values import visible
-from shakedown.models.readers.text import quoted, read_bytes
+from shakedown.models.readers.text import quoted, read_bytes, unfit
 
 
 def read_toml(path: str | os.PathLike[str]) -> "TomlTable":
@@ -23,13 +23,13 @@ def read_toml(path: str | os.PathLike[str]) -> "TomlTable":
     """
     name, raw = os.fspath(path), read_bytes(path)
     if len(raw) > READ_AT_ONCE:
-        raise ProblemError(f"{name}: expected a TOML file of at most {READ_AT_ONCE >> 20} MiB, found more")
+        raise unfit(name, f"a TOML file of at most {READ_AT_ONCE >> 20} MiB", "more")
     try:
         content = tomllib.loads(raw.decode("utf-8-sig"))
     except RecursionError:
-        raise ProblemError(f"{name}: expected a TOML file, found tables nested too deeply") from None
+        raise unfit(name, "a TOML file", "tables nested too deeply") from None
     except ValueError as error:  # not TOML, not UTF-8, or a whole number of thousands of digits
-        raise ProblemError(f"{name}: expected a TOML file, found {visible(str(error))}") from None
+        raise unfit(name, "a TOML file", visible(str(error))) from None
     return TomlTable(content, name)
 
 
@@ -57,7 +57,7 @@ def change_number(root: "TomlTable", key: str, value: float) -> None:
         place = _inside(place, part, where)
     old = place.get(last) if isinstance(place, dict) else _inside(place, last, where)
     if old is not None and not is_number(old):
-        raise ProblemError(f"{where}: expected the key of a number, found {shown(old)}")
+        raise unfit(where, "the key of a number", shown(old))
     new = int(value) if isinstance(old, int) and float(value).is_integer() else float(value)
     place[last if isinstance(place, dict) else int(last) - 1] = new
 
@@ -69,10 +69,10 @@ def _inside(place: Any, part: str, where: str) -> Any:
     if isinstance(place, list) and part.isascii() and part.isdigit() and 1 <= int(part[:9]) <= len(place):
         return place[int(part) - 1]
     if isinstance(place, dict):
-        raise ProblemError(f"{where}: expected one of {', '.join(map(quoted, place))}, found {quoted(part)}")
+        raise unfit(where, f"one of {', '.join(map(quoted, place))}", quoted(part))
     if isinstance(place, list):
-        raise ProblemError(f"{where}: expected a number from 1 to {len(place)}, found {quoted(part)}")
-    raise ProblemError(f"{where}: expected a table or a list before {quoted(part)}, found {shown(place)}")
+        raise unfit(where, f"a number from 1 to {len(place)}", quoted(part))
+    raise unfit(where, f"a table or a list before {quoted(part)}", shown(place))
 
 
 class TomlTable:
@@ -181,11 +181,11 @@ class TomlTable:
 
     def wrong(self, key: str, expected: str, found: object) -> ProblemError:
         """The refusal of the value of a key."""
-        return ProblemError(f"{self.where}: key '{key}': expected {expected}, found {found}")
+        return unfit(f"{self.where}: key '{key}'", expected, found)
 
     def unfit(self, expected: str, found: object) -> ProblemError:
         """The refusal of a table as a whole."""
-        return ProblemError(f"{self.where}: expected {expected}, found {found}")
+        return unfit(self.where, expected, found)
 
     def done(self) -> None:
         """Refuse keys that were never taken."""
