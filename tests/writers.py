@@ -144,3 +144,19 @@ def calculix_reactions(tables, node_set="NC"):
         for node, force in zip(nodes, forces, strict=True):
             text += f"{node:10d}" + "".join(f"{value:14.6E}" for value in force) + "\n"
     return text
+
+
+def ansys_archive(places, elements, components, types=(182,), more=()) -> str:
+    """A ``.cdb`` file: places by labels, (type, nodes) by labels, (kind, labels) by names."""
+    lines = ["/PREP7", *(f"ET,{k},{number}" for k, number in enumerate(types, start=1)), *more]
+    lines += [f"NBLOCK,6,SOLID,{max(places)},{len(places)}", "(3i9,6e21.13e3)"]
+    lines += [f"{label:9d}{0:9d}{0:9d}" + "".join(f"{x:21.13E}" for x in at) for label, at in places.items()]
+    lines += ["N,R5.3,LOC,       -1,", f"EBLOCK,19,SOLID,{max(elements)},{len(elements)}", "(19i9)"]
+    for label, (kind, nodes) in elements.items():
+        row = [1, kind, 1, 1, 0, 0, 0, 0, len(nodes), 0, label, *nodes]
+        lines += ["".join(f"{x:9d}" for x in part) for part in (row[:19], row[19:]) if part]
+    lines.append("       -1")
+    for name, (kind, own) in components.items():
+        lines += [f"CMBLOCK,{name:8s},{kind},{len(own)}", "(8i10)"]
+        lines += ["".join(f"{x:10d}" for x in own[k : k + 8]) for k in range(0, len(own), 8)]
+    return "\n".join([*lines, "FINISH", ""])

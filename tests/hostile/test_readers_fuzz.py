@@ -86,16 +86,11 @@ RSA                        2             2             3             0
          1         2         2
   2.000000000000E+00 -1.000000000000E+00  3.000000000000E+00
 """
-ARCHIVE = """/PREP7
-NBLOCK,6,SOLID,     2,     2
-(3i9,6e21.13e3)
-        1        0        0 0.0000000000000E+000 5.0000000000000E-001
-        2        0        0 1.0000000000000E+000
-N,R5.3,LOC,       -1,
-CMBLOCK,FOOT    ,NODE,       2
-(8i10)
-         1        -2
-"""
+ARCHIVE = writers.ansys_archive(
+    {1: (0.0, 0.5, 0.0), 2: (1.0, 0.0, 0.0), 3: (1.0, 1.0, 0.0), 4: (0.0, 1.0, 0.0)},
+    {7: (1, [1, 2, 3, 4])},
+    {"FOOT": ("NODE", [1, -2]), "BODY": ("ELEM", [7])},
+)
 TOML = (BLOCK / "import.toml").read_text()
 
 
@@ -180,7 +175,11 @@ FILES = {  # of every format, by its name: texts, bytes or what writes some
     "abaqus-matrix": [writers.abaqus_matrix(K, DOFS)],
     "substructure": [SLOAD],
     "dmig": [writers.nastran_dmig(K, DOFS), writers.nastran_dmig(K, DOFS, style="free")],
-    "matrix-market": [writers.matrix_market(K), writers.matrix_market(K, layout="array")],
+    "matrix-market": [
+        writers.matrix_market(K),
+        writers.matrix_market(K, layout="array"),
+        "%%MatrixMarket matrix array integer general\n3 1\n11\n12\n21\n",
+    ],
     "numbered": [writers.calculix_storage(K, DOFS)[0]],
     "op4": [
         *(writers.nastran_op4(K, **style) for style in ({}, {"style": "sparse"}, {"style": "bigmat"})),
@@ -192,7 +191,6 @@ FILES = {  # of every format, by its name: texts, bytes or what writes some
     "harwell-boeing": [HARWELL],
     "rows": [writers.dof_map(DOFS)],
     "npy": [numpy_bytes],
-    "node vector": ["%%MatrixMarket matrix array integer general\n3 1\n11\n12\n21\n"],
     "bulk": [PUNCH],
     "deck": [DECK],
     "archive": [ARCHIVE],

@@ -170,7 +170,7 @@ def _coupling(
 ) -> SurfaceCoupling:
     P, d = found.P, slave.dimension
     places = (own_basis(slave.labels, slave.middle_nodes, inverse=True) @ slave.places)[found.nodes]
-    normals = _nodal_normals(slave)[found.nodes]
+    normals = slave.nodal_normals[found.nodes]
     apart = places - P @ master.places
     gap = (apart * normals).sum(axis=1)
     along = apart - gap[:, None] * normals
@@ -215,20 +215,13 @@ def _by_direction(P: sparse.csr_array, blocks: FloatArray) -> sparse.csr_array:
     return found
 
 
-def _nodal_normals(surface: ContactSurface) -> FloatArray:
-    """Unit normals into the body at all nodes: the means of their facets, weighted by area."""
-    total = np.zeros((len(surface.labels) + 1, surface.dimension))
-    np.add.at(total, surface.nodes, (surface.areas[:, None] * surface.normals)[:, None, :])
-    return total[:-1] / np.maximum(np.linalg.norm(total[:-1], axis=1), np.finfo(float).tiny)[:, None]
-
-
 def _is_flat(slave: ContactSurface, used: NDArray[np.bool_], along: FloatArray) -> bool:
     """Whether facets that meet are parallel and P x₂ lies straight across from x₁."""
     size = max(float(np.ptp(slave.places, axis=0).max()), np.finfo(float).tiny)
     if np.abs(along).max() > SIX_DIGITS * size:
         return False
     facet, column = np.nonzero((slave.nodes < len(slave.labels)) & used[:, None])
-    turned = _nodal_normals(slave)[slave.nodes[facet, column]] - slave.normals[facet]
+    turned = slave.nodal_normals[slave.nodes[facet, column]] - slave.normals[facet]
     return bool(np.abs(turned).max(initial=0.0) <= SIX_DIGITS)
 
 

@@ -19,6 +19,12 @@ CORNERS = {(2, 2): 2, (2, 3): 2, (3, 3): 3, (3, 6): 3, (3, 4): 4, (3, 8): 4, (3,
 # 1/20 and 1/5 of a quadrilateral of eight, where ∫N of the corners is 0 and −1/12
 ALPHA = 0.2
 CHANGED = {(3, 6), (3, 8)}
+_GAUSS, _WEIGHT = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)]), np.array([5.0, 8.0, 5.0]) / 9
+_POINTS = {  # local places and weights of integration points, by the number of corners
+    2: (_GAUSS[:, None], _WEIGHT),
+    3: (np.array([[1 / 6, 1 / 6], [2 / 3, 1 / 6], [1 / 6, 2 / 3]]), np.full(3, 1 / 6)),
+    4: (np.array([(s, t) for t in _GAUSS for s in _GAUSS]), np.outer(_WEIGHT, _WEIGHT).ravel()),
+}
 _SIGNS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
 
 
@@ -256,6 +262,42 @@ class ContactSurface(Result):
     def areas(self) -> FloatArray:
         """Areas (in the plane lengths) of the facets, their sides taken as straight, (F,)."""
         return self.frames[:, -1]
+
+    @property
+    def nodal_normals(self) -> FloatArray:
+        """Unit normals into the body at all nodes, (k, d): the means of their facets, weighted by area."""
+        total = np.zeros((len(self.labels) + 1, self.dimension))
+        np.add.at(total, self.nodes, (self.areas[:, None] * self.normals)[:, None, :])
+        return total[:-1] / np.maximum(np.linalg.norm(total[:-1], axis=1), np.finfo(float).tiny)[:, None]
+
+    def node_areas(self, *, revolved: bool = False) -> FloatArray:
+        """∫ N_j dA of every node, (k,): what a unit pressure gives it as nodal force [length²].
+
+        The sides are taken as straight. Of a facet with nodes on its sides the corners get less than the
+        others: 1/6 and 2/3 of an edge, nothing and 1/3 of a triangle, −1/12 and 1/3 of a quadrilateral of
+        eight nodes. Edges count per thickness; where they revolve about the axis x = 0, 2 π r per length.
+
+        Examples
+        --------
+        >>> edge = ContactSurface([1, 2, 3], [[0, 0], [6, 0], [3, 0]], [(1, 2, 3)], [[3, 1]])
+        >>> edge.node_areas().round(12).tolist()
+        [1.0, 1.0, 4.0]
+        """
+        total = np.zeros(len(self.labels))
+        for kind, nodes, _ in self.blocks:
+            straight = (kind[0], CORNERS[kind])  # linear along each local direction: differences are slopes
+            corners = self.places[nodes[:, : straight[1]]]
+            places, weight = _POINTS[straight[1]]
+            sides = [
+                0.5 * (shapes(straight, places + step) - shapes(straight, places - step)) @ corners
+                for step in np.eye(places.shape[1])
+            ]
+            stretch = sides[0] if kind[0] == 2 else np.cross(sides[0], sides[1])
+            weight = weight * np.linalg.norm(stretch, axis=2)
+            if revolved:
+                weight = weight * 2 * np.pi * (corners[..., 0] @ shapes(straight, places).T)
+            np.add.at(total, nodes, weight @ shapes(kind, places))
+        return total
 
     @property
     def size(self) -> float:

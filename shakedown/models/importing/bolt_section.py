@@ -13,8 +13,9 @@ from shakedown.models.condensation.factorised_interior import WeldedCase
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.importing.load_section import LoadSection
 from shakedown.models.importing.model_evidence import ModelBody
-from shakedown.models.importing.model_section import Model
+from shakedown.models.importing.model_section import nodes_of
 from shakedown.models.importing.stiffness_section import ImportContext
+from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import quoted, unfit
 from shakedown.models.readers.toml_table import TomlTable, shown
 
@@ -96,10 +97,10 @@ def bolt_section(table: TomlTable, context: ImportContext) -> BoltSection:
     return BoltSection(preload, stiffness, case, rows, along, guessed)
 
 
-def check_bolts(tables: Sequence[TomlTable], others: Sequence[TomlTable], model: Model, where: str) -> None:
+def check_bolts(tables: Sequence[TomlTable], others: Sequence[TomlTable], mesh: Mesh, where: str) -> None:
     """Refuse a section of the deck without its bolt, and a static run in which a shank was missing."""
     named = [table.content.get("section") for table in tables]
-    lacking = [node for node in model.mesh.sections if node not in named]
+    lacking = [node for node in mesh.sections if node not in named]
     if lacking:
         raise ProblemError(
             f"{where}: expected a [[bolt]] with section = {lacking[0]} and its preload, for the *PRE-TENSION "
@@ -193,7 +194,7 @@ def _without_round_off(pull: float, load: WeldedCase) -> float:
 
 def _row(section: int, where: str, context: ImportContext) -> NDArray[np.intp]:
     """The row of a section's node: by how much the section is shortened."""
-    mesh = context.model.mesh
+    mesh = context.mesh
     if section not in mesh.sections:
         raise unfit(f"{where}: key 'section'", "the node of a *PRE-TENSION SECTION of the deck", section)
     rows = np.flatnonzero((context.stiffness.dofs == (-section, 1)).all(axis=1))
@@ -225,7 +226,7 @@ def _shortening(table: TomlTable, context: ImportContext) -> tuple[FloatArray, F
     """e of the shank's shortening e · u (how far its ends approach), (N,); its axis; if that is guessed."""
     ends = [_end(table, key, context) for key in ("head", "nut")[: 1 + table.has("nut")]]
     axis = table.array("axis", float, (3,), required=False)
-    places, shares = [context.model.mesh.at(labels) for labels, _ in ends], [share for _, share in ends]
+    places, shares = [context.mesh.at(labels) for labels, _ in ends], [share for _, share in ends]
     along, guessed = (np.array(axis), False) if axis is not None else _across_head(places, shares, context)
     if not np.linalg.norm(along) > 0:
         raise table.unfit(
@@ -237,7 +238,7 @@ def _shortening(table: TomlTable, context: ImportContext) -> tuple[FloatArray, F
     if len(ends) == 2 and not along @ (shares[1] @ places[1] - middle) > 0:
         raise table.wrong("axis", "a direction from the head towards the nut", shown(axis))
     found = np.zeros(len(context.stiffness.dofs))
-    if len(ends) == 2 and not context.model.axisymmetric:  # rings make no couple
+    if len(ends) == 2 and not context.mesh.axisymmetric:  # rings make no couple
         shares[1] = _about(middle, along, places[1], shares[1], table)
     for (labels, _), share, sign in zip(ends, shares, (1.0, -1.0), strict=False):
         for direction in np.flatnonzero(along).tolist():
@@ -298,14 +299,13 @@ def _about(
 def _end(table: TomlTable, key: str, context: ImportContext) -> tuple[NDArray[np.intp], FloatArray]:
     """The nodes of a node set (or one node), and the share of an even pressure that each carries."""
     value = table.take(key, "a node set, or a node", required=True)
-    where = f"{table.where}: key '{key}'"
-    mesh = context.model.mesh
-    if not context.model.is_known or not isinstance(value, str | int) or isinstance(value, bool):
-        found = shown(value) if context.model.is_known else "no [model]"
+    where, mesh = f"{table.where}: key '{key}'", context.mesh
+    if not mesh.is_known or not isinstance(value, str | int) or isinstance(value, bool):
+        found = shown(value) if mesh.is_known else "no [model]"
         raise unfit(where, "a node set of the deck in [model], or a node", found)
     if isinstance(value, int) and not 0 < value <= LARGEST_LABEL:
         raise unfit(where, "the number of a node, 1 or more", shown(value))
-    labels = context.model.nodes(value, where) if isinstance(value, str) else np.array([value], dtype=np.intp)
+    labels = nodes_of(mesh, value, where) if isinstance(value, str) else np.array([value], dtype=np.intp)
     surface = value.strip().upper() if isinstance(value, str) else ""
     area = mesh.node_areas(labels, surface if surface in mesh.surfaces else None) if mesh.elements else None
     share = np.ones(len(labels)) if area is None or not area.sum() > 0 else area

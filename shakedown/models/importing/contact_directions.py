@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from shakedown.ground.constants import THREE_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.models.condensation.contact_frame import PLANE, SPACE
-from shakedown.models.importing.model_section import Model
+from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import unfit
 from shakedown.models.readers.toml_table import TomlTable
 
@@ -46,7 +46,7 @@ class ContactDirections:
 
 def contact_directions(
     table: TomlTable,
-    model: Model,
+    mesh: Mesh,
     first: NDArray[np.intp],
     *,
     assume_plane: bool = True,
@@ -72,10 +72,10 @@ def contact_directions(
     ProblemError
         If keys contradict each other, or normals are neither given nor known from the model.
     """
-    said, given = _axes(table, model), _given(table, len(first))
+    said, given = _axes(table, mesh), _given(table, len(first))
     if said is None and given is not None and given.shape[-1] == 2:
         said = PLANE
-    normals = _of_faces(table, model, first, said or SPACE, faces) if given is None else given
+    normals = _of_faces(table, mesh, first, said or SPACE, faces) if given is None else given
     surface = table.text("surface", required=False)
     axes = said or (PLANE if assume_plane and _in_plane(normals, exactly=given is not None) else SPACE)
     columns = [axis - 1 for axis in axes]
@@ -84,7 +84,7 @@ def contact_directions(
     return ContactDirections(
         axes=axes,
         normals=np.broadcast_to(along, (len(first), len(axes))).copy(),
-        tangent=_tangent(table, model, first, along) if axes == SPACE else None,
+        tangent=_tangent(table, mesh, first, along) if axes == SPACE else None,
         assumed=said is None and axes == PLANE,
         surface=surface,
         normals_are_given=given is not None,
@@ -111,7 +111,7 @@ def _in_plane(normals: FloatArray, *, exactly: bool) -> bool:
     return bool((np.abs(np.hypot(normals[:, 0], normals[:, 1]) - 1) <= THREE_DIGITS).all())
 
 
-def _axes(table: TomlTable, model: Model) -> Axes | None:
+def _axes(table: TomlTable, mesh: Mesh) -> Axes | None:
     """The axes that the configuration or an axisymmetric model says; None where neither says any."""
     number = table.integer("directions")
     if number not in (None, 1, 2):
@@ -119,8 +119,8 @@ def _axes(table: TomlTable, model: Model) -> Axes | None:
     axes = table.array("axes", int, (2,), required=False)
     if axes is not None and sorted({1, 2, 3} & set(axes)) != sorted(axes):
         raise table.wrong("axes", "two of 1, 2, 3", axes)
-    if model.axisymmetric:
-        _check_axisymmetric(table, axes or list(PLANE), number, model)
+    if mesh.axisymmetric:
+        _check_axisymmetric(table, axes or list(PLANE), number, mesh)
         return PLANE
     flat = [key for key in ("axes", "free_out_of_plane") if (key == "axes" and axes) or table.has(key)]
     tangents = [key for key in ("tangent", "tangents") if table.has(key)]
@@ -134,18 +134,18 @@ def _axes(table: TomlTable, model: Model) -> Axes | None:
     return tuple(axes or PLANE) if flat or number == 1 else None
 
 
-def _check_axisymmetric(table: TomlTable, axes: list[int], number: int | None, model: Model) -> None:
+def _check_axisymmetric(table: TomlTable, axes: list[int], number: int | None, mesh: Mesh) -> None:
     """Refuse an axisymmetric model that does not lie where its elements expect it: radius x >= 0, axis y."""
     if number == 2:
         found = "2; friction around the circumference needs a solid model"
         raise table.wrong("directions", "1 of an axisymmetric model", found)
     if axes != [1, 2]:
         raise table.wrong("axes", "[1, 2] (radius, axis) of an axisymmetric model", axes)
-    k = int(np.argmin(model.mesh.coordinates[:, 0]))
-    if model.mesh.coordinates[k, 0] < 0:
+    k = int(np.argmin(mesh.coordinates[:, 0]))
+    if mesh.coordinates[k, 0] < 0:
         raise ProblemError(
-            f"{model.mesh.name}: expected radii x >= 0 of an axisymmetric model, found "
-            f"{model.mesh.coordinates[k, 0]:g} at node {model.mesh.labels[k]}"
+            f"{mesh.name}: expected radii x >= 0 of an axisymmetric model, found "
+            f"{mesh.coordinates[k, 0]:g} at node {mesh.labels[k]}"
         )
 
 
@@ -204,24 +204,22 @@ def _along(table: TomlTable, vectors: FloatArray, axes: Axes) -> FloatArray:
 
 
 def _of_faces(
-    table: TomlTable, model: Model, first: NDArray[np.intp], axes: Axes, faces: FloatArray | None
+    table: TomlTable, mesh: Mesh, first: NDArray[np.intp], axes: Axes, faces: FloatArray | None
 ) -> FloatArray:
     """Normals from the faces of the model, or of the surface that ``surface`` names."""
-    if not model.mesh.elements:
+    if not mesh.elements:
         raise table.unfit("one of 'normal' and 'normals', or [model] with a deck that has elements", "none")
     twin = TomlTable(dict(table.content), table.where)
     with found_in(table.where):
         if faces is not None:
-            return model.mesh.normals_along(first, faces, axes)
-        return model.mesh.normals(first, axes, twin.text("surface", required=False))
+            return mesh.normals_along(first, faces, axes)
+        return mesh.normals(first, axes, twin.text("surface", required=False))
 
 
-def _tangent(
-    table: TomlTable, model: Model, first: NDArray[np.intp], normals: FloatArray
-) -> FloatArray | None:
+def _tangent(table: TomlTable, mesh: Mesh, first: NDArray[np.intp], normals: FloatArray) -> FloatArray | None:
     """Where first tangents point to: as given, (3,) or (n, 3), or by a local system of the deck."""
     if isinstance(table.content.get("tangent"), str) and not table.has("tangents"):
-        return _by_system(str(table.text("tangent")), table.where, model, first, normals)
+        return _by_system(str(table.text("tangent")), table.where, mesh, first, normals)
     one = table.array("tangent", float, (3,), required=False)
     many = table.array("tangents", float, (None, 3), required=False)
     if one is not None and many is not None:
@@ -232,16 +230,14 @@ def _tangent(
     return None if given is None else np.array(given, dtype=float)
 
 
-def _by_system(
-    name: str, where: str, model: Model, first: NDArray[np.intp], normals: FloatArray
-) -> FloatArray:
+def _by_system(name: str, where: str, mesh: Mesh, first: NDArray[np.intp], normals: FloatArray) -> FloatArray:
     """The first axis of a local system at every node, (n, 3); the second where the first is the normal."""
-    if not model.is_known:
+    if not mesh.is_known:
         raise ProblemError(
             f"{where}: key 'tangent': expected [x, y, z], or [model] with a deck that has the *ORIENTATION "
             f"'{name}', found no [model]"
         )
     with found_in(f"{where}: key 'tangent'"):
-        axes = model.mesh.system(name).axes_at(model.mesh.at(first))
+        axes = mesh.system(name).axes_at(mesh.at(first))
     across = np.abs((axes[:, 0] * normals).sum(axis=1)) / np.linalg.norm(normals, axis=-1)
     return np.where((across > _STEEP)[:, None], axes[:, 1], axes[:, 0])

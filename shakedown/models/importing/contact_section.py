@@ -22,7 +22,7 @@ from shakedown.models.condensation.surface_mesh import (
     hat_areas,
 )
 from shakedown.models.importing.contact_directions import ContactDirections, contact_directions, in_space
-from shakedown.models.importing.model_section import Model
+from shakedown.models.importing.model_section import nodes_of
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import InputFiles, quoted, read_table, unfit
 from shakedown.models.readers.toml_table import TomlTable, is_number, shown
@@ -167,7 +167,7 @@ class ContactSection(ContactDirections):
 
 
 def contact_section(
-    table: TomlTable, model: Model, files: InputFiles, *, assume_plane: bool = True
+    table: TomlTable, mesh: Mesh, files: InputFiles, *, assume_plane: bool = True
 ) -> ContactSection:
     """Take the section from its table; ``assume_plane`` as :func:`contact_directions` takes it.
 
@@ -178,15 +178,17 @@ def contact_section(
         the normals are neither given nor known from the model.
     """
     name, friction = table.text("name", "") or "", taken_friction(table, required=False)
-    coupling, surface = coupled_surfaces(table, model)
-    labels, from_sets = contact_nodes(table, model) if coupling is None else (coupling.labels, True)
+    coupling, surface = coupled_surfaces(table, mesh)
+    labels, from_sets = contact_nodes(table, mesh) if coupling is None else (coupling.labels, True)
     with found_in(table.where.removesuffix(": contact")):
         check_unique(labels)
     first = labels if labels.ndim == 1 else labels[:, 0]
-    between = middle_nodes(model.mesh, first, table.content.get("surface", surface))
-    area = _areas(table, model, first, between, coupling)  # before the normals take 'surface'
+    named = table.content.get("surface", surface)
+    on = mesh.surface(first, named if isinstance(named, str) else None) if mesh.elements else None
+    between = np.zeros((0, 3), dtype=np.intp) if on is None else on.middle_nodes
+    area = _areas(table, mesh, first, between, coupling)  # before the normals take 'surface'
     faces = None if coupling is None else in_space(coupling.normals, SPACE[: coupling.normals.shape[1]])
-    found = contact_directions(table, model, first, assume_plane=assume_plane, faces=faces)
+    found = contact_directions(table, mesh, first, assume_plane=assume_plane, faces=faces)
     contact = ContactSection(
         **{**vars(found), "surface": found.surface or surface},
         labels=labels,
@@ -194,26 +196,26 @@ def contact_section(
         tied=_array(table, "tied", int, (None,)),
         relative=table.flag("relative"),
         x=_array(table, "x", float, (None,) if len(found.axes) == 2 else (None, 2)),
-        coordinates=model.mesh.at(first) if model.is_known else None,
+        coordinates=mesh.at(first) if mesh.is_known else None,
         gap=np.zeros(()),
         gap_is_stated=table.has("gap"),
         area=area,
-        sorted_by_place=from_sets and found.axes != SPACE and model.is_known,
+        sorted_by_place=from_sets and found.axes != SPACE and mesh.is_known,
         middle_nodes=between,
         coupling=coupling,
         name=name,
         friction=friction,
     )
     if contact.relative:
-        _check_relative(contact, model, table.where)
+        _check_relative(contact, mesh, table.where)
     check_order(contact, table.where, {"x": contact.x})
-    placed = _placed(contact, model.mesh) if found.axes != SPACE else _on_patch(contact)
-    placed = replace(placed, gap=_initial_gap(table, placed, model, files))
+    placed = _placed(contact, mesh) if found.axes != SPACE else _on_patch(contact)
+    placed = replace(placed, gap=_initial_gap(table, placed, mesh, files))
     table.done()
     return placed
 
 
-def contact_nodes(table: TomlTable, model: Model) -> tuple[NDArray[np.intp], bool]:
+def contact_nodes(table: TomlTable, mesh: Mesh) -> tuple[NDArray[np.intp], bool]:
     """Contact nodes (n,) or pairs (n, 2), and whether sets named them.
 
     Raises
@@ -226,14 +228,14 @@ def contact_nodes(table: TomlTable, model: Model) -> tuple[NDArray[np.intp], boo
         raise table.unfit("one of the keys 'nodes', 'pairs' and 'surfaces'", found)
     if table.has("nodes"):
         if isinstance(table.content["nodes"], str):
-            return model.nodes(str(table.text("nodes")), f"{table.where}: key 'nodes'"), True
+            return nodes_of(mesh, str(table.text("nodes")), f"{table.where}: key 'nodes'"), True
         return np.array(table.array("nodes", int, (None,)), dtype=np.intp), False
     value = table.content["pairs"]
     if _are_two_names(value):
         table.take("pairs", "two sets", required=True)
         where = f"{table.where}: key 'pairs'"
-        first, second = (model.nodes(name, where) for name in value)
-        return _matched(model.mesh, first, second, where), True
+        first, second = (nodes_of(mesh, name, where) for name in value)
+        return _matched(mesh, first, second, where), True
     return np.array(table.array("pairs", int, (None, 2)), dtype=np.intp), False
 
 
@@ -286,7 +288,7 @@ def spacings(places: FloatArray, model: FloatArray | None = None) -> FloatArray:
     return np.where(elsewhere.any(axis=1), distance[np.arange(len(places)), first], np.nan)
 
 
-def coupled_surfaces(table: TomlTable, model: Model) -> tuple[SurfaceCoupling | None, str | None]:
+def coupled_surfaces(table: TomlTable, mesh: Mesh) -> tuple[SurfaceCoupling | None, str | None]:
     """The coupling of two surfaces, and the first one's name where it is an element surface.
 
     Raises
@@ -310,9 +312,9 @@ def coupled_surfaces(table: TomlTable, model: Model) -> tuple[SurfaceCoupling | 
     reach, uncovered = table.number("reach"), table.number("uncovered")
     finer = table.flag("finer")
     where = f"{table.where}: key 'surfaces'"
-    if not model.mesh.elements:
+    if not mesh.elements:
         raise unfit(where, "[model] with a deck that has elements", "none")
-    slave, master = (_surface(model.mesh, name, where) for name in names)
+    slave, master = (_surface(mesh, name, where) for name in names)
     if slave.dimension != master.dimension:
         raise unfit(where, "two plane bodies or two solid ones", "one of each")
     with found_in(where):
@@ -322,26 +324,10 @@ def coupled_surfaces(table: TomlTable, model: Model) -> tuple[SurfaceCoupling | 
             reach=reach,
             uncovered=uncovered,
             finer=finer,
-            revolved=model.axisymmetric,
+            revolved=mesh.axisymmetric,
         )
     key = names[0].strip().upper()
-    return found, key if key in model.mesh.surfaces else None
-
-
-def middle_nodes(mesh: Mesh, first: NDArray[np.intp], surface: object) -> NDArray[np.intp]:
-    """Nodes between corners of quadratic faces of solids at the contact, and these corners, (t, 3).
-
-    Of a surface where its name is given.
-    """
-    if not mesh.elements:
-        return np.zeros((0, 3), dtype=np.intp)
-    between = {
-        (node, *sorted((facet.corners[k], facet.corners[(k + 1) % len(facet.corners)])))
-        for facet in mesh.boundary(set(first.tolist()), surface if isinstance(surface, str) else None)
-        if len(facet.between) == len(facet.corners) > 2
-        for k, node in enumerate(facet.between)
-    }
-    return np.array(sorted(between), dtype=np.intp).reshape(-1, 3)
+    return found, key if key in mesh.surfaces else None
 
 
 def faces_between(contact: ContactSection, mesh: Mesh) -> NDArray[np.intp] | None:
@@ -360,29 +346,21 @@ def faces_between(contact: ContactSection, mesh: Mesh) -> NDArray[np.intp] | Non
 
 def _surface(mesh: Mesh, name: str, where: str) -> ContactSurface:
     """The faces of an element surface, or those that have all their corners in a node set."""
-    with found_in(where):
-        labels = mesh.nodes(name)
     key = name.strip().upper()
-    facets = mesh.boundary(set(labels.tolist()), key if key in mesh.surfaces else None)
-    if not facets:
+    with found_in(where):
+        found = mesh.surface(mesh.nodes(name), key if key in mesh.surfaces else None)
+    if found is None:
         raise unfit(where, f"faces of elements in the set {quoted(name)}", "none")
-    edges = {len(facet.corners) == 2 for facet in facets}
-    if len(edges) > 1:
-        raise unfit(where, f"faces of solids or edges of plane elements in {quoted(name)}", "both")
-    d = 2 if edges.pop() else 3
-    used = np.array(sorted({node for facet in facets for node in facet.nodes}), dtype=np.intp)
-    inside = [mesh.at(mesh.elements[facet.element][1]).mean(axis=0)[:d] for facet in facets]
-    with found_in(f"{where}: {quoted(name)}"):
-        return ContactSurface(used, mesh.at(used)[:, :d], [facet.nodes for facet in facets], np.array(inside))
+    return found
 
 
-def _initial_gap(table: TomlTable, contact: ContactSection, model: Model, files: InputFiles) -> FloatArray:
+def _initial_gap(table: TomlTable, contact: ContactSection, mesh: Mesh, files: InputFiles) -> FloatArray:
     """The key ``gap``, () or (n,) [length]: a number, a list, a word or a table; absent it is 0."""
     given = table.content.get("gap", 0.0)
     if isinstance(given, str):
         if table.text("gap") != COORDINATES:
             raise table.wrong("gap", f"'{COORDINATES}', a number, a list or a table", shown(given))
-        return _drawn_gap(table, contact, model)
+        return _drawn_gap(table, contact, mesh)
     if isinstance(given, list):
         gap = np.array(table.array("gap", float, (None,)), dtype=float)
     elif not isinstance(given, dict):
@@ -396,7 +374,7 @@ def _initial_gap(table: TomlTable, contact: ContactSection, model: Model, files:
         if kinds == ["points"]:
             return _gap_of_points(table, source, contact.x)
         if kinds == ["nodes"]:
-            return _gap_of_nodes(table, source, contact, model)
+            return _gap_of_nodes(table, source, contact, mesh)
         name, column = str(source.text("file")), source.key_of_column("column") or 1
         source.done()
         gap = files.read(name, lambda path: read_table(path).column(column))
@@ -406,7 +384,7 @@ def _initial_gap(table: TomlTable, contact: ContactSection, model: Model, files:
     return gap
 
 
-def _drawn_gap(table: TomlTable, contact: ContactSection, model: Model) -> FloatArray:
+def _drawn_gap(table: TomlTable, contact: ContactSection, mesh: Mesh) -> FloatArray:
     """The distance of the nodes of each pair, or of two surfaces, as the deck draws them, (n,)."""
     coupling, labels = contact.surfaces, contact.labels
     if coupling is not None and not coupling.flat:
@@ -419,7 +397,7 @@ def _drawn_gap(table: TomlTable, contact: ContactSection, model: Model) -> Float
     if contact.coordinates is None or labels.ndim == 1:
         found = "nodes of one body" if labels.ndim == 1 else "no [model]"
         raise table.wrong("gap", f"pairs in a model with coordinates beside '{COORDINATES}'", found)
-    apart = model.mesh.at(labels[:, 0]) - model.mesh.at(labels[:, 1])
+    apart = mesh.at(labels[:, 0]) - mesh.at(labels[:, 1])
     return np.asarray((apart * contact.unit_normals).sum(axis=1))
 
 
@@ -439,7 +417,7 @@ def _gap_of_points(table: TomlTable, source: TomlTable, x: FloatArray | None) ->
     return np.interp(x, points[:, 0], points[:, 1])
 
 
-def _gap_of_nodes(table: TomlTable, source: TomlTable, contact: ContactSection, model: Model) -> FloatArray:
+def _gap_of_nodes(table: TomlTable, source: TomlTable, contact: ContactSection, mesh: Mesh) -> FloatArray:
     """Gaps of [node or set, gap] entries; the other nodes touch."""
     gap, where, seen = np.zeros(len(contact.labels)), f"{source.where}: key 'nodes'", set[int]()
     for name, value in source.entries("nodes", 2) or []:
@@ -447,7 +425,7 @@ def _gap_of_nodes(table: TomlTable, source: TomlTable, contact: ContactSection, 
             raise source.wrong("nodes", "a node, or the name of a set", shown([name, value]))
         if not is_number(value):
             raise source.wrong("nodes", "a finite number", shown([name, value]))
-        for label in model.nodes(name, where).tolist() if isinstance(name, str) else [name]:
+        for label in nodes_of(mesh, name, where).tolist() if isinstance(name, str) else [name]:
             if label in seen:
                 raise source.wrong("nodes", "every node once", f"node {label} twice")
             seen.add(label)
@@ -466,7 +444,7 @@ def _array(table: TomlTable, key: str, kind: type, shape: tuple[int | None, ...]
 
 def _areas(
     table: TomlTable,
-    model: Model,
+    mesh: Mesh,
     first: NDArray[np.intp],
     between: NDArray[np.intp],
     coupling: SurfaceCoupling | None,
@@ -475,30 +453,30 @@ def _areas(
     given, thickness = table.has("thickness"), table.number("thickness", 1.0) or 0.0
     if not thickness > 0:
         raise table.wrong("thickness", "a number > 0", f"{thickness:g}")
-    if model.axisymmetric and given:
+    if mesh.axisymmetric and given:
         raise table.wrong(
             "thickness",
             "none, because the areas of an axisymmetric model are 2 pi r times a length",
             f"{thickness:g}",
         )
-    if not model.mesh.elements:
+    if not mesh.elements:
         return None
     if coupling is not None:
         return coupling.area * (thickness if coupling.normals.shape[1] == 2 else 1.0)
     surface = table.content.get("surface")
-    area = model.mesh.node_areas(first, surface if isinstance(surface, str) else None, thickness)
+    area = mesh.node_areas(first, surface if isinstance(surface, str) else None, thickness)
     return None if area is None else hat_areas(area, first, between)
 
 
-def _check_relative(contact: ContactSection, model: Model, where: str) -> None:
+def _check_relative(contact: ContactSection, mesh: Mesh, where: str) -> None:
     """Refuse ``relative`` unless the deck's equations make the rows of contact nodes u₁ − u₂."""
     if contact.labels.ndim != 1:
         raise unfit(f"{where}: key 'relative'", "'nodes' (u1 - u2)", "'pairs'")
-    if not model.mesh.elements:
+    if not mesh.elements:
         return
     for label in contact.labels.tolist():
         for axis in contact.axes:
-            if (label, axis) not in model.mesh.relative:
+            if (label, axis) not in mesh.relative:
                 raise ProblemError(
                     f"{where}: key 'relative': expected an *EQUATION u1 - u2 - u = 0 for direction {axis} of "
                     f"node {label}, found none in the deck"

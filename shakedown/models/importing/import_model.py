@@ -30,7 +30,6 @@ from shakedown.models.importing.bolt_section import (
     check_bolts,
     check_held,
 )
-from shakedown.models.importing.contact_checks import check_contact
 from shakedown.models.importing.contact_directions import in_space
 from shakedown.models.importing.contact_section import ContactSection, Friction, faces_between, taken_friction
 from shakedown.models.importing.joined_contact import contact_of, friction_of
@@ -53,13 +52,13 @@ from shakedown.models.importing.load_section import (
 )
 from shakedown.models.importing.model_evidence import (
     ModelEvidence,
+    check_contact,
     model_evidence,
     rigid_motions_of_bodies,
     source_text,
 )
-from shakedown.models.importing.model_section import NOTHING, Model, model_section
-from shakedown.models.importing.stiffness_section import ImportContext, stiffness_section
-from shakedown.models.readers.circumference import circumference_notes
+from shakedown.models.importing.model_section import NOTHING, model_section
+from shakedown.models.importing.stiffness_section import ImportContext, circumference_notes, stiffness_section
 from shakedown.models.readers.mapped_matrices import NUMBERED
 from shakedown.models.readers.mesh import CALCULIX, SOLIDS, Mesh
 from shakedown.models.readers.stiffness import Stiffness
@@ -260,8 +259,9 @@ def import_model(
                                    as many. Without it a last one that repeats the first is left out
 
         [model]                    coordinates, sets and normals
-        file                       a deck (Abaqus, CalculiX), Nastran bulk data (.pch, .asm), or
-                                   a list 'node x y z'
+        file                       a deck (Abaqus, CalculiX), an archive (Ansys .cdb), Nastran bulk
+                                   data (.pch, .asm), a mesh (.msh, .med, .unv, .vtu), or a list
+                                   'node x y z'
 
         [stiffness]
         file                       any format that shakedown.models.readers knows
@@ -379,10 +379,10 @@ def import_model(
     kept = before if before is not None and all(map(keeps_stiffness, numbers)) else None
     asked = taken_configuration(root)
     context = read_model(asked, files, None if kept is None else (kept.mesh, kept.stiffness))
-    contact, mesh = context.contact, context.model.mesh
-    f = friction_of(asked.friction, contact, context.model, root.where)
+    contact, mesh = context.contact, context.mesh
+    f = friction_of(asked.friction, contact, context.mesh, root.where)
     doubts = check_contact(contact, mesh, f"{root.where}: contact")
-    check_bolts(asked.bolts, [*asked.loads, asked.check], context.model, root.where)
+    check_bolts(asked.bolts, [*asked.loads, asked.check], context.mesh, root.where)
     loads = [load_section(table, context) for table in asked.loads]
     with found_in(root.where):
         closed, closing = without_closing([load.case for load in loads], asked.steps)
@@ -431,7 +431,7 @@ def import_model(
         condensation=condensed,
         stiffness=stiffness,
         contact=contact,
-        mesh=mesh if context.model.is_known else None,
+        mesh=mesh if context.mesh.is_known else None,
         static_run=difference,
         evidence=evidence,
         loads=tuple(
@@ -472,7 +472,7 @@ def _reduced(
     announce: Callable[[str], None] | None,
 ) -> tuple[Condensation, float, ModelEvidence]:
     """The condensed model, its difference from a static run, and what was found of the model."""
-    stiffness, contact, mesh = context.stiffness, context.contact, context.model.mesh
+    stiffness, contact, mesh = context.stiffness, context.contact, context.mesh
     held = np.concatenate([held_rows(asked.supports, context, loads), *(bolt.rows for bolt in bolts)])
     marks = np.zeros(len(stiffness.dofs), dtype=bool)
     marks[held] = True
@@ -502,7 +502,7 @@ def _reduced(
 
 def _contact_notes(context: ImportContext) -> Iterator[str]:
     """What is not known of the contact, and of a plane contact of solids whose matrix has no rows across."""
-    contact, mesh = context.contact, context.model.mesh
+    contact, mesh = context.contact, context.mesh
     if contact.labels.ndim > 1 and contact.coordinates is None:
         yield "pairs and normals are not checked, because [model] does not say where the nodes are"
     if contact.relative:
@@ -546,15 +546,15 @@ def read_model(
 ) -> ImportContext:
     """The model, its contact and its stiffness; mesh and stiffness are not read where they were kept."""
     if kept is None:
-        model = model_section(asked.model, files, asked.stiffness.copy().integer("superelement"))
+        mesh = model_section(asked.model, files, asked.stiffness.copy().integer("superelement"))
     else:
-        model = Model(kept[0] or NOTHING)
-    contact, where = contact_of(asked.contacts, model, files), asked.contacts[0].where
-    stiffness = stiffness_section(asked.stiffness, contact, model, files) if kept is None else kept[1]
-    _check_directions(contact, stiffness, model.mesh, where)
-    if contact.assumed and _moves_across(contact, stiffness, held_keys(asked.supports, asked.loads, model)):
-        contact = contact_of(asked.contacts, model, files, assume_plane=False)
-    return ImportContext(stiffness, contact, model, files, asked.steps, bool(asked.check.content))
+        mesh = kept[0] or NOTHING
+    contact, where = contact_of(asked.contacts, mesh, files), asked.contacts[0].where
+    stiffness = stiffness_section(asked.stiffness, contact, mesh, files) if kept is None else kept[1]
+    _check_directions(contact, stiffness, mesh, where)
+    if contact.assumed and _moves_across(contact, stiffness, held_keys(asked.supports, asked.loads, mesh)):
+        contact = contact_of(asked.contacts, mesh, files, assume_plane=False)
+    return ImportContext(stiffness, contact, mesh, files, asked.steps, bool(asked.check.content))
 
 
 def keeps_stiffness(key: str) -> bool:

@@ -11,7 +11,8 @@ from shakedown.ground.errors import ProblemError
 from shakedown.models.condensation.contact_frame import SPACE, patch_positions, tangent_pairs
 from shakedown.models.condensation.surface_mesh import NodeCoupling, coupling_of_nodes, joined_couplings
 from shakedown.models.importing.contact_section import ContactSection, Friction, check_order, contact_section
-from shakedown.models.importing.model_section import Model
+from shakedown.models.importing.model_section import nodes_of
+from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import InputFiles, quoted, unfit
 from shakedown.models.readers.toml_table import TomlTable, shown
 
@@ -20,7 +21,7 @@ ALIKE = ("axes", "relative", "free_out_of_plane")  # keys that are about the who
 
 
 def contact_of(
-    tables: Sequence[TomlTable], model: Model, files: InputFiles, *, assume_plane: bool = True
+    tables: Sequence[TomlTable], mesh: Mesh, files: InputFiles, *, assume_plane: bool = True
 ) -> ContactSection:
     """The contact of one table, or of several that name its patches; ``assume_plane`` as for one.
 
@@ -30,11 +31,11 @@ def contact_of(
         If a table is malformed, or two of them contradict each other: the same name, a common node, one
         and two directions of slip.
     """
-    parts = [contact_section(table.copy(), model, files, assume_plane=assume_plane) for table in tables]
+    parts = [contact_section(table.copy(), mesh, files, assume_plane=assume_plane) for table in tables]
     if len(parts) == 1:
         return parts[0]
     if any(part.assumed for part in parts) and len({part.axes for part in parts}) > 1:
-        return contact_of(tables, model, files, assume_plane=False)
+        return contact_of(tables, mesh, files, assume_plane=False)
     for k, (part, table) in enumerate(zip(parts, tables, strict=True)):
         if not part.name:
             raise table.missing("name", "what each of several patches is called")
@@ -48,7 +49,7 @@ def contact_of(
     return _joined(parts)
 
 
-def friction_of(given: Friction | None, contact: ContactSection, model: Model, where: str) -> FloatArray:
+def friction_of(given: Friction | None, contact: ContactSection, mesh: Mesh, where: str) -> FloatArray:
     """The coefficients, () or (n,): those of each patch, for the others the one of the whole contact.
 
     Raises
@@ -59,20 +60,20 @@ def friction_of(given: Friction | None, contact: ContactSection, model: Model, w
     """
     own = [part.friction for part in contact.parts]
     if given is not None and all(each is None for each in own):
-        return _coefficients(given, contact, model, where)
+        return _coefficients(given, contact, mesh, where)
     if given is not None and (isinstance(given, Mapping) or given.ndim or None not in own):
         raise ProblemError(
             f"{where}: key 'friction': expected a number, for patches that have none of their own, found "
             + ("that all of them have" if None not in own else "several")
         )
     every = [
-        _coefficients(np.asarray(given) if each is None else each, part, model, f"{where}: contact")
+        _coefficients(np.asarray(given) if each is None else each, part, mesh, f"{where}: contact")
         for part, each in zip(contact.parts, own, strict=True)
     ]
     return _of_nodes(every, contact.parts) if len(every) > 1 else every[0]
 
 
-def _coefficients(given: Friction, contact: ContactSection, model: Model, where: str) -> FloatArray:
+def _coefficients(given: Friction, contact: ContactSection, mesh: Mesh, where: str) -> FloatArray:
     """The coefficients of one contact; a pair has that of the set that either of its nodes is in."""
     if not isinstance(given, Mapping):
         check_order(contact, where, {"friction": given})
@@ -86,7 +87,7 @@ def _coefficients(given: Friction, contact: ContactSection, model: Model, where:
         return given
     where = f"{where}: key 'friction'"
     bodies = contact.facing
-    inside = {name: np.asarray(np.isin(bodies, model.nodes(name, where)).any(axis=1)) for name in given}
+    inside = {name: np.asarray(np.isin(bodies, nodes_of(mesh, name, where)).any(axis=1)) for name in given}
     for name, own in inside.items():
         if not own.any():
             raise unfit(where, f"contact nodes in the set {quoted(name)}", "none")

@@ -1,4 +1,11 @@
-"""``[stiffness]``: the matrix with its map, or from unit displacements, in the directions of the model."""
+"""``[stiffness]``: the matrix with its map, or from unit displacements, in the directions of the model.
+
+Of an axisymmetric model a matrix may stand for a part of the circumference. CalculiX turns axisymmetric
+elements into a wedge of 2 degrees. The matrices that it stores are those of the wedge, ``*CLOAD`` is the
+force on the whole circumference, of which it applies 1/180, and the reactions that it prints are those of the
+wedge without what the stress around the circumference carries. Abaqus takes and writes everything for the
+whole circumference.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -9,15 +16,16 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import PER_CENT, FloatArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.joint.problem import COARSEST
 from shakedown.models.condensation.stiffness_checks import check_condensed
 from shakedown.models.importing.contact_section import ContactSection
-from shakedown.models.importing.model_section import Model, Values
-from shakedown.models.readers.circumference import HOOP, circumference_factor
+from shakedown.models.importing.model_section import Values
+from shakedown.models.readers.abaqus import ABAQUS_MATRIX
 from shakedown.models.readers.formats import read_stiffness, stiffness_format
-from shakedown.models.readers.mesh import CALCULIX, Mesh
+from shakedown.models.readers.mapped_matrices import NUMBERED
+from shakedown.models.readers.mesh import ABAQUS, CALCULIX, Mesh
 from shakedown.models.readers.nastran import (
     cards,
     is_bulk_data,
@@ -30,6 +38,88 @@ from shakedown.models.readers.stiffness import Rows, Stiffness
 from shakedown.models.readers.text import InputFiles, read_lines, unfit
 from shakedown.models.readers.toml_table import TomlTable
 
+HOOP = (
+    "CalculiX prints the forces of a wedge of 2 degrees, and of the radial ones not what the stress around "
+    "the circumference carries"
+)
+
+
+def circumference_factor(
+    mesh: Mesh | None, format: str, angle: float | None, scale: float, where: str
+) -> float:
+    """By how much a matrix of an axisymmetric model is multiplied to stand for the whole circumference.
+
+    Parameters
+    ----------
+    mesh
+        The model; a matrix of one that is not axisymmetric is taken as it is.
+    format
+        What the matrix file was found to be.
+    angle
+        Degrees that the matrix stands for, where the configuration says it.
+    scale
+        The factor that the configuration itself gives, which must not be this one again.
+    where
+        The table of the configuration, for messages.
+
+    Returns
+    -------
+    float
+        360 over the angle: 180 for the ``.sti`` file of a deck with
+        ``SOLVER=MATRIXSTORAGE`` (CalculiX), 1 for what Abaqus writes.
+
+    Raises
+    ------
+    ProblemError
+        If neither the deck nor the configuration says it, or they say it where
+        nothing is axisymmetric, or the factor is in ``scale`` too.
+    """
+    if angle is not None and not 0 < angle <= 360:
+        raise unfit(f"{where}: key 'angle'", "degrees above 0 up to 360", f"{angle:g}")
+    if mesh is None or not mesh.axisymmetric:
+        if angle is not None and mesh is not None and mesh.elements:
+            raise unfit(
+                where, f"no key 'angle', because {mesh.name} has no axisymmetric elements", f"{angle:g}"
+            )
+        return 1.0 if angle is None else 360.0 / angle
+    found = _angle(mesh, format) if angle is None else angle
+    if found is None:
+        raise ProblemError(
+            f"{where}: expected the key 'angle' (the degrees of the circumference that the matrix stands "
+            f"for: 2 from CalculiX, 360 from Abaqus and Ansys), because {mesh.name} is axisymmetric, found "
+            "none"
+        )
+    factor = 360.0 / found
+    if factor != 1 and abs(scale / factor - 1) < PER_CENT:  # then it is the same factor
+        raise ProblemError(
+            f"{where}: key 'scale': expected no factor for the circumference, which is taken from the deck "
+            f"(360/{found:g} = {factor:g}), found {scale:g}; leave it out"
+        )
+    return factor
+
+
+def _angle(mesh: Mesh, format: str) -> float | None:
+    """The degrees that a matrix stands for; None where neither deck nor format says it."""
+    if format == ABAQUS_MATRIX:
+        return 360.0
+    return {CALCULIX: 2.0, ABAQUS: 360.0}.get(mesh.matrix_by) if format == NUMBERED else None
+
+
+def circumference_notes(stiffness: Stiffness, mesh: Mesh | None) -> tuple[str, ...]:
+    """What a user should know of the import of an axisymmetric model."""
+    if stiffness.circumference == 1 and (mesh is None or not mesh.axisymmetric):
+        return ()
+    taken = "stands for the whole circumference"
+    if stiffness.circumference != 1:
+        taken = (
+            f"is that of {360 / stiffness.circumference:g} degrees, taken {stiffness.circumference:g} times"
+        )
+    return (
+        f"axisymmetric: the matrix {taken}; forces and reactions are those on the whole circumference, areas "
+        "2 pi r times a length",
+    )
+
+
 _BESIDE = {"numbered": (".dof",), "op4": (".pch", ".asm")}  # maps that codes write beside the matrix
 MODES = 3  # nodes that CalculiX makes for the incompatible modes of an element C3D8I
 
@@ -40,7 +130,7 @@ class ImportContext:
 
     stiffness: Stiffness
     contact: ContactSection
-    model: Model
+    mesh: Mesh
     files: InputFiles
     steps: int | None
     checked: bool = False  # whether [check] names a run that the reactions of others can rely on
@@ -51,9 +141,7 @@ class ImportContext:
             return self.stiffness.rows(list(values))
 
 
-def stiffness_section(
-    table: TomlTable, contact: ContactSection, model: Model, files: InputFiles
-) -> Stiffness:
+def stiffness_section(table: TomlTable, contact: ContactSection, mesh: Mesh, files: InputFiles) -> Stiffness:
     """Read the section; a superelement is checked to be condensed.
 
     Raises
@@ -76,14 +164,14 @@ def stiffness_section(
     found = files.read(name, stiffness_format)
     if found == "reactions":
         stiffness = files.read(
-            name, lambda path: _unit_displacements(path, contact, str(order), amplitude, model.axisymmetric)
+            name, lambda path: _unit_displacements(path, contact, str(order), amplitude, mesh.axisymmetric)
         )
     else:
         map_name = map_name or _beside(name, found, files)
         read = partial(read_stiffness, format=found, matrix=matrix, superelement=superelement)
-        stiffness = _matrix(name, map_name, read, superelement, model, files)
+        stiffness = _matrix(name, map_name, read, superelement, mesh, files)
         _check_whole(stiffness, map_name, str(files.path(name)))
-    factor = circumference_factor(model.mesh, stiffness.format, angle, scale, table.where)
+    factor = circumference_factor(mesh, stiffness.format, angle, scale, table.where)
     if stiffness.superelement and not allow_sparse:
         with found_in(files.path(name)):
             moving = stiffness.are_displacements
@@ -91,7 +179,7 @@ def stiffness_section(
     return replace(
         stiffness,
         K=scale * factor * stiffness.K,
-        dofs=_with_internal_nodes(stiffness.dofs, model.mesh, table.where),
+        dofs=_with_internal_nodes(stiffness.dofs, mesh, table.where),
         superelement=stiffness.superelement or allow_sparse,
         circumference=factor,
         accuracy=stiffness.accuracy if accuracy is None else accuracy,
@@ -152,11 +240,11 @@ def _matrix(
     map_name: str | None,
     read: Callable[..., Stiffness],
     superelement: int | None,
-    model: Model,
+    mesh: Mesh,
     files: InputFiles,
 ) -> Stiffness:
     """The matrix of a file, its rows in the directions of the model."""
-    frames = model.mesh.frames
+    frames = mesh.frames
     if map_name is None:
         stiffness = files.read(name, read)
     else:
@@ -164,7 +252,7 @@ def _matrix(
             map_name,
             lambda rows: files.read(name, lambda path: read(path, dof_map=_rows(rows, superelement))),
         )
-        if not model.is_known and stiffness.format == "Nastran OUTPUT4":
+        if not mesh.is_known and stiffness.format == "Nastran OUTPUT4":
             frames = files.read(map_name, lambda path: _frames(path, superelement))
     with found_in(files.path(name)):
         return stiffness.in_basic_directions(frames)

@@ -11,7 +11,6 @@ Reading order:
 - ``text``: files and their lines, and columns of numbers;
 - ``stiffness``, by formats with labels: ``abaqus``, ``nastran``; by formats that need a map of their rows:
   ``mapped_matrices`` (Matrix Market, Harwell-Boeing, CalculiX ``.sti``, Abaqus COORDINATE);
-  ``circumference`` (of axisymmetric models);
 - ``nodal_vectors`` (reactions and displacements);
 - ``mesh``, by ``deck``, ``nastran``, ``ansys_archive`` or ``mesh_files`` (Gmsh, MED, VTU, UNV, lists);
 - ``formats``, which recognises a file and reads a stiffness or a mesh of any format: a new format is an entry

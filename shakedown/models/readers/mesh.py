@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.constants import NEGLIGIBLE, THREE_DIGITS, FloatArray
-from shakedown.ground.errors import ProblemError
+from shakedown.ground.errors import ProblemError, found_in
 from shakedown.joint.places import without_cancelled
-from shakedown.models.condensation.surface_mesh import CORNERS as FACET_CORNERS
-from shakedown.models.condensation.surface_mesh import shapes
+from shakedown.models.condensation.surface_mesh import ContactSurface
 from shakedown.models.readers.text import listed, number, quoted, unfit
 
 Line = tuple[str, list[str]]  # where it stands in a deck, its fields
@@ -237,6 +236,11 @@ class Mesh:
             raise unfit(name, "every node once", f"node {repeated[0]} twice")
         return cls(name, labels, coordinates)
 
+    @property
+    def is_known(self) -> bool:
+        """Whether there are any nodes, as there are none where a configuration names no file."""
+        return bool(self.labels.size)
+
     def nodes(self, name: str) -> NDArray[np.intp]:
         """Labels of a node set or of the nodes of a surface, in the order of the file.
 
@@ -367,21 +371,33 @@ class Mesh:
             )
         return plane
 
+    def surface(self, labels: ArrayLike, name: str | None = None) -> ContactSurface | None:
+        """The faces of :meth:`boundary`, of solids where there are any, else edges; None without any."""
+        found = self.boundary({int(label) for label in np.asarray(labels).ravel()}, name)
+        solid = any(len(facet.corners) > 2 for facet in found)
+        facets = [facet for facet in found if len(set(facet.corners)) >= (3 if solid else 2)]
+        if not facets:
+            return None
+        used = np.array(sorted({node for facet in facets for node in facet.nodes}), dtype=np.intp)
+        inside = [self.at(self.elements[facet.element][1]).mean(axis=0) for facet in facets]
+        d = 3 if solid else 2
+        nodes = [facet.nodes for facet in facets]
+        with found_in(self.name):
+            return ContactSurface(used, self.at(used)[:, :d], nodes, np.array(inside)[:, :d])
+
     def face_normals(self, labels: ArrayLike, surface: str | None = None) -> FloatArray:
         """Mean unit normals into the body of the faces of :meth:`normals`, (n, 3).
 
         NaN where a node has no such face.
         """
-        wanted = [int(label) for label in np.asarray(labels).ravel()]
-        inward: dict[int, list[FloatArray]] = {label: [] for label in wanted}
-        for facet in self.boundary(set(wanted), surface):
-            normal = self._area(facet)
-            for node in inward.keys() & set(facet.nodes):
-                inward[node].append(normal)
+        wanted, faces = np.asarray(labels).ravel(), self.surface(labels, surface)
         units = np.full((len(wanted), 3), np.nan)
-        for k, faces in enumerate(map(np.array, map(inward.get, wanted))):
-            if len(faces) and (size := np.linalg.norm(faces.sum(axis=0))) > 0:
-                units[k] = faces.sum(axis=0) / size
+        if faces is not None:
+            place = {label: k for k, label in enumerate(faces.labels.tolist())}
+            there = np.array([place.get(label, -1) for label in wanted.tolist()])
+            units[there >= 0] = 0.0
+            units[there >= 0, : faces.dimension] = faces.nodal_normals[there[there >= 0]]
+        units[~units.any(axis=1)] = np.nan  # faces that cancel each other
         return units
 
     def node_areas(
@@ -395,22 +411,14 @@ class Mesh:
         Returns
         -------
         (n,) or None
-            None where a node has no such face, or a face has other nodes too or is not of a known
-            kind. Corners of quadratic faces, where nodal forces say nothing of the pressure,
-            have no positive area (0 at triangles).
+            None where a node has no such face, or a face has other nodes too. Corners of quadratic faces,
+            where nodal forces say nothing of the pressure, have no positive area (0 at triangles).
         """
-        wanted = [int(label) for label in np.asarray(labels).ravel()]
-        total = dict.fromkeys(wanted, 0.0)
-        without = set(wanted)
-        for facet in self.boundary(set(wanted), surface):
-            flat = len(facet.corners) == 2
-            shares = face_shares(self.at(facet.nodes), len(facet.corners), revolved=self.axisymmetric)
-            if shares is None or not total.keys() >= set(facet.nodes):
-                return None
-            for node, share in zip(facet.nodes, shares * (thickness if flat else 1.0), strict=True):
-                total[node] += float(share)
-                without.discard(node)
-        return None if without else without_cancelled(np.array([total[label] for label in wanted]))
+        wanted, faces = np.asarray(labels).ravel(), self.surface(labels, surface)
+        if faces is None or set(wanted.tolist()) != set(faces.labels.tolist()):
+            return None
+        area = faces.node_areas(revolved=self.axisymmetric) * (thickness if faces.dimension == 2 else 1.0)
+        return without_cancelled(area[np.searchsorted(faces.labels, wanted)])
 
     def edges(self, labels: ArrayLike, surface: str | None = None) -> list[list[int]] | None:
         """Positions among the nodes, for every edge of a plane element as :meth:`normals` takes them.
@@ -418,10 +426,10 @@ class Mesh:
         None where there are none, or faces of solids.
         """
         wanted = {int(label): k for k, label in enumerate(np.asarray(labels).ravel())}
-        found = self.boundary(set(wanted), surface)
-        if not found or any(len(facet.corners) > 2 for facet in found):
+        faces = self.surface(labels, surface)
+        if faces is None or faces.dimension == 3:
             return None
-        return [[wanted[node] for node in facet.nodes if node in wanted] for facet in found]
+        return [[wanted[node] for node in facet if node in wanted] for facet in faces.facets]
 
     def faces_with(self, corners: set[frozenset[int]]) -> dict[frozenset[int], tuple[int, int]]:
         """(element, face from 1) of those of some sets of corners that are the corners of a face."""
@@ -450,65 +458,3 @@ class Mesh:
         ]
         seen = Counter(frozenset(facet.corners) for facet in found)
         return [facet for facet in found if seen[frozenset(facet.corners)] == 1]
-
-    def _area(self, facet: Facet) -> FloatArray:
-        """Normal of a face into its element, as long as its area."""
-        points, body = self.at(facet.corners), self.at(self.elements[facet.element][1]).mean(axis=0)
-        middle = points.mean(axis=0)
-        inside = body - middle
-        if len(points) == 2:  # an edge of a plane element
-            along = points[1] - points[0]
-            normal = np.array([-along[1], along[0], 0.0])
-        else:
-            normal = 0.5 * np.cross(points - middle, np.roll(points, -1, axis=0) - middle).sum(axis=0)
-        return normal if normal @ inside > 0 else -normal
-
-
-_GAUSS, _WEIGHT = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)]), np.array([5.0, 8.0, 5.0]) / 9
-_POINTS = {  # local places and weights of integration points, by the number of corners
-    2: (_GAUSS[:, None], _WEIGHT),
-    3: (np.array([[1 / 6, 1 / 6], [2 / 3, 1 / 6], [1 / 6, 2 / 3]]), np.full(3, 1 / 6)),
-    4: (np.array([(s, t) for t in _GAUSS for s in _GAUSS]), np.outer(_WEIGHT, _WEIGHT).ravel()),
-}
-
-
-def face_shares(points: FloatArray, corners: int, *, revolved: bool = False) -> FloatArray | None:
-    """∫ N_j dA over a face for each of its nodes: what a unit pressure gives it as nodal force.
-
-    The sides are taken as straight. Of a face with midside nodes the corners get less than
-    the others: 1/6 and 2/3 of an edge, nothing and 1/3 of a triangle, −1/12 and 1/3 of a
-    quadrilateral of eight nodes. An edge that revolves about the axis x = 0 sweeps 2 π r of area
-    per length.
-
-    Parameters
-    ----------
-    points : (k, 3)
-        Nodes of the face, corners in order first, then the nodes between them [length].
-    corners
-        How many corners: 2 (an edge of a plane element, unit thickness), 3 or 4.
-    revolved
-        Whether the face is an edge of an axisymmetric element.
-
-    Returns
-    -------
-    (k,) or None
-        Areas [length²], of an edge that does not revolve lengths; None where no such face is known.
-
-    Examples
-    --------
-    >>> face_shares(np.array([[0.0, 0.0, 0.0], [6.0, 0.0, 0.0], [3.0, 0.0, 0.0]]), 2).round(12)
-    array([1., 1., 4.])
-    """
-    kind = (2 if corners == 2 else 3, len(points))
-    if FACET_CORNERS.get(kind) != corners or (revolved and corners != 2):
-        return None
-    places, weight = _POINTS[corners]
-    straight = (kind[0], corners)  # linear along each local direction, so that differences are slopes
-    slopes = [
-        0.5 * (shapes(straight, places + step) - shapes(straight, places - step)) @ points[:corners]
-        for step in np.eye(places.shape[1])
-    ]
-    weight = weight * np.linalg.norm(slopes[0] if corners == 2 else np.cross(slopes[0], slopes[1]), axis=1)
-    if revolved:
-        weight = weight * 2 * np.pi * (shapes(straight, places) @ points[:2, 0])
-    return np.asarray(shapes(kind, places).T @ weight)

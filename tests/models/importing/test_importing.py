@@ -17,7 +17,7 @@ from shakedown import LoadCase, ProblemError, condense, import_model
 from shakedown.fem import ElasticBody, Material, Support, block_mesh
 from shakedown.models.condensation.condense import condensed_stiffness
 from shakedown.models.importing.import_model import import_problem
-from shakedown.models.importing.time_function import time_function
+from shakedown.models.importing.load_section import time_function
 from shakedown.models.readers.text import InputFiles
 from shakedown.models.readers.toml_table import TomlTable
 

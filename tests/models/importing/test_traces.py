@@ -5,11 +5,14 @@ import json
 
 import numpy as np
 import pytest
+import writers
 
 import shakedown
+from shakedown.models.condensation.surface_mesh import ContactSurface
 from shakedown.models.importing.import_model import import_problem
 from shakedown.models.importing.templates import write_import_example
-from shakedown.models.readers.mesh import Mesh, face_shares
+from shakedown.models.readers.formats import read_any_mesh
+from shakedown.models.readers.mesh import Mesh
 
 SQUARE = np.array([[0.0, 0, 0], [3, 0, 0], [4, 2, 0], [-1, 2, 0]])
 
@@ -47,6 +50,17 @@ def test_the_same_import_twice_gives_the_same_bytes(example, tmp_path):
     assert import_problem(example) == shakedown.load_problem(tmp_path / "a")
 
 
+def test_an_archive_of_ansys_gives_the_normals_and_areas_of_the_deck(example, tmp_path):
+    of_deck, mesh = import_problem(example), read_any_mesh(tmp_path / "punch.inp")
+    cells = {label: (1, list(nodes)) for label, (_, nodes) in mesh.elements.items()}
+    sets = {name: ("NODE", own.tolist()) for name, own in mesh.node_sets.items()}
+    (tmp_path / "punch.cdb").write_text(writers.ansys_archive(mesh.places, cells, sets))
+    example.write_text(example.read_text().replace('"punch.inp"', '"punch.cdb"'))
+    made = import_problem(example)
+    for key in ("A", "B", "C", "q_w", "p_w", "normal", "node_area", "coordinates"):
+        np.testing.assert_array_equal(getattr(made, key), getattr(of_deck, key))
+
+
 def test_a_thickness_multiplies_the_areas(example):
     text = example.read_text()
     example.write_text(text.replace("[contact]", "[contact]\nthickness = 2.5"))
@@ -61,11 +75,17 @@ def test_a_load_name_that_a_terminal_obeys_is_kept_as_text(example):
     assert import_problem(example).load_names[0] == "\\x1b[2J"
 
 
+def face_shares(points):
+    """∫ N_j dA of one face."""
+    nodes = tuple(range(len(points)))
+    return ContactSurface(nodes, points, [nodes], [points.mean(axis=0) + np.eye(3)[2]]).node_areas()
+
+
 @pytest.mark.parametrize("count", [4, 8])
 def test_shares_of_a_face_are_its_area_and_its_first_moment(count):
     middle = 0.5 * (SQUARE + np.roll(SQUARE, -1, axis=0))
     points = np.vstack([SQUARE, middle])[:count]
-    shares = face_shares(points, 4)
+    shares = face_shares(points)
     assert shares.sum() == pytest.approx(8.0)  # (3 + 5) / 2 * 2
     assert shares @ points == pytest.approx(8.0 * np.array([1.5, 2 * (3 + 2 * 5) / (3 * (3 + 5)), 0.0]))
 
@@ -76,14 +96,13 @@ def test_shares_of_a_triangle(count):
     points = np.vstack([corners, 0.5 * (corners + np.roll(corners, -1, axis=0))])[:count]
     area = 0.5 * np.linalg.norm(np.cross(corners[1], corners[2]))
     expected = [1 / 3] * 3 if count == 3 else [0, 0, 0, 1 / 3, 1 / 3, 1 / 3]
-    assert face_shares(points, 3) == pytest.approx(area * np.array(expected))
+    assert face_shares(points) == pytest.approx(area * np.array(expected))
 
 
 def test_the_corners_of_a_quadratic_square_get_less_than_nothing():
     square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     points = np.vstack([square, 0.5 * (square + np.roll(square, -1, axis=0))])
-    assert face_shares(points, 4) == pytest.approx([-1 / 12] * 4 + [1 / 3] * 4)
-    assert face_shares(points[:7], 4) is None
+    assert face_shares(points) == pytest.approx([-1 / 12] * 4 + [1 / 3] * 4)
 
 
 def plate(shape: str = "quadrilateral", **more) -> Mesh:

@@ -11,6 +11,7 @@ from shakedown.models.readers.abaqus import read_substructure_load
 from shakedown.models.readers.deck import read_deck
 from shakedown.models.readers.formats import read_any_mesh, read_stiffness
 from shakedown.models.readers.mapped_matrices import read_harwell_boeing, read_row_map
+from shakedown.models.readers.mesh import CORNERS, EDGES, Mesh
 from shakedown.models.readers.mesh_files import read_coordinates
 from shakedown.models.readers.nastran import read_analysis_set, read_grids
 from shakedown.models.readers.nodal_vectors import read_nodal_vectors, read_vectors_table
@@ -88,8 +89,6 @@ def test_normals_point_into_the_body(tmp_path):
 @pytest.mark.parametrize("shape", ["CPE3", "CPE4", "CPE6", "CPE8R", "C3D4", "C3D6", "C3D10", "C3D20"])
 def test_every_shape_has_inward_normals_on_every_face(tmp_path, shape, angle):
     """An element of every kind, turned: the normals of all its faces point to its middle."""
-    from shakedown.models.readers.mesh import CORNERS, EDGES, Mesh
-
     names = {3: "triangle", 4: "quadrilateral"} | {6: "triangle", 8: "quadrilateral"}
     solids = {4: "tetrahedron", 6: "wedge", 8: "hexahedron", 10: "tetrahedron", 20: "hexahedron"}
     count = int("".join(filter(str.isdigit, shape[3:])))
@@ -111,7 +110,7 @@ def test_every_shape_has_inward_normals_on_every_face(tmp_path, shape, angle):
     middle = points[: CORNERS[kind]].mean(axis=0)
     for facet in mesh.boundary(set(range(1, count + 1))):
         own = facet.corners
-        inward, place = mesh._area(facet), mesh.at(own)
+        inward, place = mesh.face_normals(facet.nodes)[0], mesh.at(own)
         assert inward @ (middle - place.mean(axis=0)) > 0
         assert np.abs((place - place[0]) @ inward).max() < 1e-14
         assert len(facet.between) == (0 if count == CORNERS[kind] else (1 if len(own) == 2 else len(own)))
@@ -342,6 +341,44 @@ def test_one_thing_wrong_in_an_archive_is_named(tmp_path, old, new, message):
     (tmp_path / "nodes").write_text(ARCHIVE.replace(old, new, 1))
     with pytest.raises(ProblemError, match=message):
         read_any_mesh(tmp_path / "nodes")
+
+
+COLLAPSED = {  # which corner stands at each of those of a brick or a quadrilateral
+    "hexahedron": (0, 1, 2, 3, 4, 5, 6, 7),
+    "wedge": (0, 1, 2, 2, 3, 4, 5, 5),
+    "tetrahedron": (0, 1, 2, 2, 3, 3, 3, 3),
+    "quadrilateral": (0, 1, 2, 3),
+    "triangle": (0, 1, 2, 2),
+}
+
+
+@pytest.mark.parametrize("quadratic", [False, True])
+@pytest.mark.parametrize("shape", COLLAPSED)
+def test_elements_of_an_archive_with_nodes_that_coincide(tmp_path, shape, quadratic):
+    brick = "quadrilateral" if len(COLLAPSED[shape]) == 4 else "hexahedron"
+    edges = {frozenset(edge): CORNERS[shape] + k + 1 for k, edge in enumerate(EDGES[shape])}
+    nodes = [corner + 1 for corner in COLLAPSED[shape]]
+    if quadratic:
+        ends = [[COLLAPSED[shape][k] for k in edge] for edge in EDGES[brick]]
+        nodes += [edges.get(frozenset(two), two[0] + 1) for two in ends]
+    count = CORNERS[shape] + len(EDGES[shape]) * quadratic
+    places = {label: np.random.default_rng(label).random(3) for label in range(1, count + 1)}
+    number = {("hexahedron", 0): 185, ("hexahedron", 1): 186, ("quadrilateral", 0): 182}.get(
+        (brick, quadratic), 183
+    )
+    parts = {"FOOT": ("NODE", [1, -2]), "BODY": ("ELEM", [7])}
+    (tmp_path / "m.cdb").write_text(writers.ansys_archive(places, {7: (1, nodes)}, parts, (number,)))
+    mesh = read_any_mesh(tmp_path / "m.cdb")
+    assert mesh.elements == {7: (shape, tuple(range(1, count + 1)))}
+    assert mesh.nodes("FOOT").tolist() == [1, 2]
+    assert mesh.element_sets["BODY"].tolist() == [7]
+
+
+def test_other_elements_of_an_archive_have_no_faces(tmp_path):
+    places = {label: np.random.default_rng(label).random(3) for label in range(1, 9)}
+    cells = {2: (1, [1, 2, 3, 4, 5, 5, 5, 5]), 3: (2, [1, 2, 3, 4])}  # a pyramid and a shell
+    (tmp_path / "m.cdb").write_text(writers.ansys_archive(places, cells, {}, (185, 181)))
+    assert read_any_mesh(tmp_path / "m.cdb").elements == {}
 
 
 @pytest.mark.parametrize("first", [0, 1])
