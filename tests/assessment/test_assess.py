@@ -9,7 +9,7 @@ from joints_in_space import random_joint
 
 import shakedown
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
-from benchmarks.problems import in_units, random_problem
+from benchmarks.problems import random_problem
 from shakedown.assessment import every_limit
 from shakedown.assessment.three_numbers import admitted_up_to
 from shakedown.bounds import upper
@@ -148,16 +148,6 @@ def test_a_bound_in_floats_that_a_proof_refutes_is_withdrawn(monkeypatch):
         assert not found.proved_from_every_state > found.impossible_above
     assert np.isnan(found.impossible_above)
     assert "shakedown is proved up to" in found.details.upper.reason
-
-
-def test_units_do_not_matter():
-    for seed in range(3):
-        problem = random_problem(3, seed)
-        scaled = in_units(problem, 2.0**20, 2.0**-9)
-        one, other = shakedown.assess(problem), shakedown.assess(scaled)
-        assert other.said_as_given == one.said_as_given
-        for name in ("proved_from_every_state", "proved_from_this_state", "impossible_above"):
-            assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-9)
 
 
 def test_every_state_is_one_that_the_first_load_admits_after_the_transient():

@@ -13,7 +13,6 @@ from shakedown import Problem
 from shakedown.bounds.collapse import lower as lower_module
 from shakedown.bounds.collapse.proof_status import GuaranteeEvidence, guarantee_status
 from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
-from shakedown.joint.units import without_loads
 
 
 def test_the_guarantee_is_worked_out_when_read(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -110,28 +109,6 @@ def test_a_safe_interval_that_ends() -> None:
     second = conic_upper_bound(problem), conic_lower_bound(problem)
     assert second[0].load_factor == pytest.approx(1.5, rel=1e-9)
     assert second[1].status == "infeasible"
-
-
-@pytest.mark.parametrize(("power", "length"), [(-60, 0), (7, 3), (90, 1)])
-@pytest.mark.parametrize("name", ["three-node", "block-9", "uncoupled"])
-def test_units_by_powers_of_two_change_no_bit(name: str, power: int, length: int) -> None:
-    problem, unit, per = shakedown.example(name), 2.0**power, 2.0 ** (power - length)
-    scaled = replace(
-        without_loads(problem),
-        A=problem.A * per,
-        B=problem.B * per,
-        C=None if problem.C is None else problem.C * per,
-        q_w=problem.q_w * unit,
-        p_w=problem.p_w * unit,
-        q_mean=None if problem.q_mean is None else problem.q_mean * unit,
-        p_mean=None if problem.p_mean is None else problem.p_mean * unit,
-    )
-    here, there = shakedown.shakedown_bounds(problem), shakedown.shakedown_bounds(scaled)
-    assert there.lower.load_factor == here.lower.load_factor
-    assert there.upper.load_factor == here.upper.load_factor
-    assert there.lower.proof == here.lower.proof
-    np.testing.assert_array_equal(there.upper.slip / 2.0**length, here.upper.slip)
-    np.testing.assert_array_equal(there.lower.slip / 2.0**length, here.lower.slip)
 
 
 def test_the_guarantee_does_not_hang_on_the_last_bit() -> None:

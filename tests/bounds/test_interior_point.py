@@ -25,14 +25,6 @@ def test_both_methods_lead_to_the_same_bounds(seed: int) -> None:
     assert lower.node == bounds.lower.node
 
 
-def test_real_units_block() -> None:
-    problem = replace(shakedown.example("block-9"), f=0.2)
-    bounds = shakedown.shakedown_bounds(problem)
-    upper, lower = conic_upper_bound(problem), conic_lower_bound(problem)
-    assert upper.load_factor == pytest.approx(bounds.upper.load_factor, rel=1e-9)
-    assert lower.load_factor == pytest.approx(bounds.lower.load_factor, rel=1e-9)
-
-
 def test_statuses_agree() -> None:
     problem = shakedown.example("two-node")
     for changed in (replace(problem, f=2.5), replace(problem, p_w=problem.p_w - 9000.0)):

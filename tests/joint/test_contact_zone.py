@@ -61,15 +61,6 @@ def test_opening_in_two_steps_is_opening_at_once():
         assert getattr(first, key) == pytest.approx(getattr(at_once, key), abs=1e-12 * size)
 
 
-@pytest.mark.parametrize("power", [-40, 0, 40])
-def test_units_do_not_matter(power):
-    factor = 2.0**power
-    parts = {key: factor * getattr(BLOCK, key) for key in ("A", "B", "C", "q_w", "p_w")}
-    scaled, plain = contact_zone(replace(BLOCK, **parts), OPEN), contact_zone(BLOCK, OPEN)
-    assert pytest.approx(factor * plain.joint.A, rel=1e-9) == scaled.joint.A
-    assert scaled.slope == pytest.approx(plain.slope, abs=1e-9)
-
-
 @pytest.mark.parametrize(
     ("nodes", "message"),
     [

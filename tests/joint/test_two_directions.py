@@ -6,7 +6,6 @@ from inspect import isfunction, signature
 import numpy as np
 import pytest
 from command import run
-from joints_in_space import embedded
 from public_names import public
 
 import shakedown
@@ -259,23 +258,6 @@ def test_most_load_steps_imply_nothing():
     assert rows.G.shape == (3 * len(rows.heads), 6)
 
 
-def test_units_change_no_extreme_load_step():
-    problem, force, length = joint(), 2.0**20, 2.0**-9
-    other = in_units(problem, force, length)
-    one, same = constraints(problem), constraints(other)
-    np.testing.assert_array_equal(same.step, one.step)
-    slip = np.random.default_rng(1).normal(size=6)
-    np.testing.assert_array_equal(same.excess(length * slip, 0.7), force * one.excess(slip, 0.7))
-    np.testing.assert_array_equal(same.relative_excess(length * slip, 0.7), one.relative_excess(slip, 0.7))
-    np.testing.assert_array_equal(slip_reach(other, 0.7), length * slip_reach(problem, 0.7))
-
-
-def in_units(problem: Problem, force: float, length: float) -> Problem:
-    stiffness = {key: getattr(problem, key) * force / length for key in "ABC"}
-    forces = ("q_w", "p_w", "q_transient", "p_transient")
-    return replace(problem, **stiffness, **{key: getattr(problem, key) * force for key in forces})
-
-
 def turned(problem: Problem, node: int, angle: float) -> tuple[Problem, np.ndarray]:
     """The joint with the tangents of one node turned, and the matrix that turns its slips."""
     T = np.eye(2 * problem.n)
@@ -287,27 +269,6 @@ def turned(problem: Problem, node: int, angle: float) -> tuple[Problem, np.ndarr
         q_transient=problem.q_transient @ T.T, initial_slip=problem.initial_slip @ T.T,
     )  # fmt: skip
     return found, T
-
-
-@pytest.mark.parametrize("angle", [0.4, 2.5])
-def test_the_tangents_of_a_node_may_be_turned(angle):
-    problem = joint()
-    other, T = turned(problem, 1, angle)
-    one, same = through_transient(problem), through_transient(other)
-    slip = np.random.default_rng(2).normal(size=6)
-    np.testing.assert_array_equal(same.step, one.step)
-    np.testing.assert_allclose(same.excess(T @ slip, 1.3), one.excess(slip, 1.3), rtol=1e-12)
-
-
-def test_load_in_one_direction_is_the_plane():
-    plane = shakedown.example("block-9")
-    space, slip = embedded(plane), np.zeros(2 * plane.n)
-    slip[::2] = 1e-3 * np.random.default_rng(3).normal(size=plane.n)
-    rows, cones = constraints(plane), constraints(space)
-    both = rows.excess(slip[::2], 0.8).reshape(-1, 2).max(axis=1)
-    found = cones.excess(slip, 0.8)
-    largest = [found[cones.node[cones.heads] == i].max() for i in range(plane.n)]
-    np.testing.assert_allclose(largest, both, rtol=1e-12, atol=1e-12 * np.abs(both).max())
 
 
 def test_transient_load_steps_are_cones_without_load_factor():

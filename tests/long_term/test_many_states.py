@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import shakedown
-from benchmarks.problems import in_units
 from shakedown.long_term.find_state import LongTermStates
 from shakedown.motion.checked_law import scales
-from tests.joints import FAMILY, any_joint, joint_of_kind, member, slow_problem
+from tests.joints import FAMILY, joint_of_kind, member, slow_problem
 
 
 def assert_agree(problem, load_factor, starts, **options):
@@ -86,22 +85,6 @@ def test_a_slow_approach_is_leapt_over(ratio):
 def test_what_is_not_found_in_time_is_undecided():
     states = assert_agree(slow_problem(0.9999), 1.1, np.zeros((1, 2)), max_cycles=1)
     assert states.outcome.tolist() == ["undecided"]
-
-
-@pytest.mark.parametrize(("force", "length"), [(2.0**30, 1.0), (2.0**-40, 1.0), (1.0, 2.0**-20)])
-def test_units_change_no_bit(force, length):
-    rng = np.random.default_rng(7)
-    for _ in range(8):
-        problem = any_joint(rng)
-        starts = rng.normal(size=(3, problem.n)) * scales(problem, 1.0).length
-        one = shakedown.long_term_states(problem, 1.0, starts, max_cycles=40)
-        scaled = in_units(problem, force, length)
-        other = shakedown.long_term_states(scaled, 1.0, length * starts, max_cycles=40)
-        for key in ("outcome", "period", "signature", "cycles_simulated"):
-            assert np.array_equal(getattr(one, key), getattr(other, key))
-        assert np.array_equal(length * one.final_slip, other.final_slip)
-        assert np.array_equal(force * length * one.dissipation, other.dissipation, equal_nan=True)
-        assert np.array_equal(one.contraction, other.contraction, equal_nan=True)
 
 
 def test_depends_neither_on_the_batch_nor_on_threads():

@@ -294,34 +294,6 @@ def test_a_corner_start_stays_where_it_is(method):
     assert np.abs(run.final_slip - UPPER.slip).max() <= 1e-12
 
 
-@METHODS
-@pytest.mark.parametrize("scale", [1e-9, 1e9])
-@pytest.mark.parametrize("what", ["force", "length"])
-def test_units_do_not_matter(scale, what, method):
-    force, length = (scale, 1.0) if what == "force" else (1.0, scale)
-    stiff = {key: getattr(TWO_NODE, key) * (force / length) for key in "ABC"}
-    loads = {key: getattr(TWO_NODE, key) * force for key in ("q_w", "p_w")}
-    scaled = dataclasses.replace(TWO_NODE, **stiff, **loads)
-    run, reference = (
-        simulate(scaled, 0.7, LOWER.slip * length, method=method),
-        simulate(TWO_NODE, 0.7, LOWER.slip, method=method),
-    )
-    assert run.outcome == reference.outcome
-    assert run.cycles_simulated == reference.cycles_simulated
-    assert np.allclose(run.final_slip, reference.final_slip * length, rtol=1e-9, atol=0)
-    assert run.dissipation_per_cycle == pytest.approx(reference.dissipation_per_cycle * force * length)
-
-
-@METHODS
-def test_mirroring_the_slip_mirrors_the_evolution(method):
-    mirrored = dataclasses.replace(TWO_NODE, B=-TWO_NODE.B, q_w=-TWO_NODE.q_w)
-    run, reference = (
-        simulate(mirrored, 0.7, -LOWER.slip, method=method),
-        simulate(TWO_NODE, 0.7, LOWER.slip, method=method),
-    )
-    assert np.allclose(run.final_slip, -reference.final_slip, rtol=1e-12)
-
-
 def test_an_initial_slip_may_be_named():
     joint = shakedown.example("two-node")
     critical = shakedown.lower_bound(joint).slip

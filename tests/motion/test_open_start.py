@@ -90,21 +90,6 @@ def test_slips_given_for_open_nodes_do_not_matter():
     assert (one.cycles[-1].end_slip == two.cycles[-1].end_slip).all()
 
 
-@pytest.mark.parametrize("power", [-40, 30])
-def test_units_do_not_matter(power):
-    factor = 2.0**power
-    scaled = replace(
-        RECEDING, **{key: factor * getattr(RECEDING, key) for key in ("A", "B", "C", "q_w", "p_w")}
-    )
-    for share in (0.7, 1.02):
-        one, two = (
-            evolve(joint, share * UPPER.load_factor, UPPER.slip, open_nodes=UPPER.open_nodes, cycles=2)
-            for joint in (RECEDING, scaled)
-        )
-        assert [cycle.signature for cycle in one.cycles] == [cycle.signature for cycle in two.cycles]
-        assert (one.cycles[-1].end_slip == two.cycles[-1].end_slip).all()
-
-
 def test_load_steps_that_are_split_change_nothing():
     def split(path):
         return np.repeat(path, 2, axis=0) - 0.5 * np.vstack(

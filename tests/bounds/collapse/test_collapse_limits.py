@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from benchmarks.problems import chain, in_units, joint
+from benchmarks.problems import chain, joint
 from shakedown.bounds.collapse.collapse_programs import collapse_limits, collapse_values, collapses
 from shakedown.bounds.row_programs import load_factor_program
 from shakedown.joint.constraints import constraints
@@ -52,11 +52,3 @@ def test_most_joints_need_no_solver(monkeypatch):
     monkeypatch.setattr("shakedown.programs.simplex.made", solver)
     for seed in range(6):
         assert shakedown.lower_bound(joint(n=6, seed=seed), certify=False).load_factor > 0
-
-
-@pytest.mark.parametrize(("force", "length"), [(2.0**30, 2.0**-20), (1e7, 1e-3)])
-def test_limits_scale_with_nothing(force, length):
-    problem = joint(n=9, seed=2)
-    limits = [collapse_limits(constraints(p)) for p in (problem, in_units(problem, force, length))]
-    np.testing.assert_allclose(limits[1].load_factors, limits[0].load_factors, rtol=1e-11)
-    np.testing.assert_array_equal(limits[1].rows, limits[0].rows)

@@ -8,7 +8,6 @@ from bounds.energy.joints import one_node, strong_joint
 from scipy.optimize import linprog
 
 import shakedown
-from benchmarks.problems import in_units
 from shakedown import Problem, energy_ball
 from shakedown.joint.loading import loading
 from shakedown.motion.evolution import Evolution
@@ -132,31 +131,6 @@ def test_transient_load_steps_count_as_long_as_they_are_to_come():
     free, held = energy_ball(plain, load_factor), energy_ball(hard, load_factor)
     assert held.radius < free.radius
     assert energy_ball(hard, load_factor, transient=False).radius == free.radius
-
-
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("force", [2.0**-40, 2.0**60])
-def test_units_change_nothing(seed, force):
-    problem = strong_joint(seed, 4)
-    other = in_units(problem, force, 2.0**-10)
-    load_factor = 0.6 * shakedown.upper_bound(problem, certify=False).load_factor
-    ball, same = energy_ball(problem, load_factor), energy_ball(other, load_factor)
-    assert same.radius == ball.radius * np.sqrt(force * 2.0**-10)
-    assert np.array_equal(same.slip, ball.slip * 2.0**-10)
-    assert (same.status, same.active) == (ball.status, ball.active)
-
-
-def test_nodes_in_another_order_and_slip_the_other_way():
-    problem, order = strong_joint(3, 4), [2, 0, 3, 1]
-    pick = np.ix_(order, order)
-    mixed = replace(
-        problem, A=problem.A[pick], B=problem.B[pick], C=problem.C[pick], f=problem.f[order],
-        q_w=problem.q_w[:, order], p_w=problem.p_w[:, order],
-    )  # fmt: skip
-    mirrored = replace(problem, B=-problem.B, q_w=-problem.q_w)
-    radius = energy_ball(problem, 0.3).radius
-    assert energy_ball(mixed, 0.3).radius == pytest.approx(radius, rel=1e-10)
-    assert energy_ball(mirrored, 0.3).radius == pytest.approx(radius, rel=1e-10)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 from bounds.energy.space import gammas, plainly, space_joint
-from joints_in_space import embedded, in_units, turned
+from joints_in_space import embedded
 
 import shakedown
 from shakedown import Problem, energy_ball, energy_bound
@@ -109,31 +109,6 @@ def test_the_conditions_hold_at_what_is_reported():
     assert ball.margin(start) >= energy_ball(
         problem, 0.5 * bound.load_factor, around=start, split=False
     ).margin(start)
-
-
-@pytest.mark.parametrize(("force", "length", "accuracy"), [(2.0**20, 2.0**-9, 0.0)])
-def test_units_do_not_matter(force, length, accuracy):
-    problem = shakedown.example("four-node-3d")
-    other = in_units(problem, force, length)
-    one, same = bound_of("four-node-3d"), energy_bound(other, certify=False)
-    assert same.load_factor == pytest.approx(one.load_factor, rel=accuracy, abs=0)
-    energy = np.sqrt(force * length)
-    if accuracy:
-        assert same.radius == pytest.approx(energy * one.radius, rel=1e-10)
-    ball, again = energy_ball(problem, 0.6), energy_ball(other, 0.6)
-    assert again.radius == pytest.approx(energy * ball.radius, rel=max(accuracy, 1e-15))
-
-
-@pytest.mark.parametrize("name", ["two-node-3d"])
-def test_tangents_may_be_turned(name):
-    problem = shakedown.example(name)
-    angles = np.random.default_rng(0).uniform(0, 2 * np.pi, problem.n)
-    other, T = turned(problem, angles)
-    one, same = bound_of(name), energy_bound(other, certify=False)
-    assert same.load_factor == pytest.approx(one.load_factor, rel=1e-11)
-    ball, again = energy_ball(problem, 0.6), energy_ball(other, 0.6)
-    assert again.radius == pytest.approx(ball.radius, rel=1e-11)
-    assert again.contains(T @ ball.slip)
 
 
 def test_uncoupled_is_melan():

@@ -132,22 +132,6 @@ def test_transient_steps_count():
     assert shut.status == Status.INFEASIBLE
 
 
-@pytest.mark.parametrize("power", [-40, 30])
-def test_units_do_not_matter(power):
-    problem, load_factor, ball = with_a_ball(CASES[1])
-    force = 2.0**power
-    scaled = replace(problem, **{key: force * getattr(problem, key) for key in ("A", "B", "C", "q_w", "p_w")})
-    other = energy_ball(scaled, load_factor, open_nodes=ball.open_nodes)
-    assert other.radius == ball.radius * 2.0 ** (power / 2)
-    assert (other.slip == ball.slip).all()
-    long = replace(problem, **{key: force * getattr(problem, key) for key in ("q_w", "p_w")})
-    other = energy_ball(long, load_factor, open_nodes=ball.open_nodes)  # lengths
-    assert other.radius == pytest.approx(ball.radius * force, rel=1e-12)
-    one, two = (energy_bound(joint, open_nodes=ball.open_nodes) for joint in (problem, scaled))
-    assert one.status == two.status
-    assert two.load_factor == pytest.approx(one.load_factor, rel=1e-9, nan_ok=True)
-
-
 def test_with_all_nodes_closed_nothing_changes_and_wrong_zones_are_refused():
     joint = shakedown.example("block-9")
     assert energy_bound(joint, open_nodes="auto").load_factor == energy_bound(joint).load_factor

@@ -94,16 +94,6 @@ def test_threads_do_not_change_the_answer() -> None:
     assert one.smallest_positive.rows == two.smallest_positive.rows
 
 
-def test_scaling_of_units_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    problem = joint(4, 5)
-    scaled = Problem(
-        A=problem.A * 1e21, B=problem.B * 1e21, f=problem.f, q_w=problem.q_w * 1e9, p_w=problem.p_w * 1e9
-    )
-    monkeypatch.setattr(critical, "SMALL", 0)
-    here, there = (shakedown.critical_load_factors(p, values=True) for p in (problem, scaled))
-    np.testing.assert_allclose(there.load_factors, here.load_factors, rtol=1e-9)
-
-
 @pytest.mark.parametrize("make", [joint, half_coupled, twins])
 @pytest.mark.parametrize("n", [2, 3, 5])
 def test_every_prefix_walks_all_its_completions(make, n: int) -> None:

@@ -160,19 +160,6 @@ def test_without_coupling_it_is_the_largest_load_factor(kind: str):
     assert found.load_factor == pytest.approx(upper, rel=1e-8)
 
 
-def test_units_do_not_matter():
-    problem = proved("rotation")
-    other = replace(
-        problem, A=1e6 * problem.A, B=1e6 * problem.B, q_w=1e3 * problem.q_w, p_w=1e3 * problem.p_w
-    )
-    both = [universal_bound(each) for each in (problem, other)]
-    assert both[0].limited_by == both[1].limited_by == "rates"
-    # by reactions that a program over interior points leaves free
-    assert both[0].load_factor == pytest.approx(both[1].load_factor, rel=0.02)
-    power = replace(problem, A=4.0 * problem.A, B=4.0 * problem.B, q_w=2 * problem.q_w, p_w=2 * problem.p_w)
-    assert universal_bound(power).load_factor == both[0].load_factor
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_a_floating_body_in_the_plane_is_proved_no_further_than_its_first_collapse(seed: int):
     problem = drawn(seed, "plane")

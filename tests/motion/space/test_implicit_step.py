@@ -98,25 +98,6 @@ def test_sweeps_alone_come_to_the_same(mean):
     np.testing.assert_allclose(slip, one.slip, atol=1e-9)
 
 
-@pytest.mark.parametrize("mean", [4.0, 0.5])
-def test_loaded_in_one_direction_is_the_plane(mean):
-    """Slip across has a stiffness of its own and no load: the plane's Gauss–Seidel at the same load steps."""
-    n = 5
-    kappa = np.random.default_rng(1).normal(size=(2 * n, 2 * n))
-    kappa = kappa @ kappa.T + 2 * n * np.eye(2 * n)
-    A, B, C, f = kappa[:n, :n], kappa[n:, :n], kappa[n:, n:], np.full(n, 0.4)
-    both, ahead = np.zeros((2 * n, 2 * n)), np.zeros((n, 2 * n))
-    both[::2, ::2], both[1::2, 1::2], ahead[:, ::2] = A, A, B
-    q, p = course(n, 40, 5, mean)
-    q[:, 1::2] = 0.0
-    done = carried(both, ahead, C, f, q, p)
-    v, w, slip = swept(Layout(n), A, B, C, f, q[:, ::2].copy(), p)
-    np.testing.assert_allclose(done.v[:, ::2], v, atol=1e-10)
-    np.testing.assert_allclose(done.w, w, atol=1e-10)
-    np.testing.assert_allclose(done.slip[:, ::2], slip, atol=1e-10)
-    np.testing.assert_allclose(done.v[:, 1::2], 0.0, atol=1e-12)
-
-
 def test_tractrix_to_first_order():
     """A = 2, f p = 0.4: q = f p (cos φ, sin φ), φ = 2 arctan tanh(1/(2 f p)) after a load of 1 across."""
     angle = 2.0 * np.arctan(np.tanh(1.0 / 0.8))
@@ -147,32 +128,6 @@ def test_circle_in_the_limit():
     coarse, fine = np.abs(np.array(found) - exact)
     assert (fine < 0.01 * exact).all()
     assert (fine < 0.6 * coarse).all()
-
-
-@pytest.mark.parametrize("angle", [0.4, 2.5])
-def test_turned_tangents_turn_the_slip(angle):
-    n = 4
-    (A, B, C), f = blocks(n, 7), np.full(n, 0.3)
-    q, p = course(n, 30, 7, 1.0)
-    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    T = np.kron(np.diag([1.0, 0.0, 1.0, 0.0]), turn) + np.kron(np.diag([0.0, 1.0, 0.0, 1.0]), np.eye(2))
-    one, other = carried(A, B, C, f, q, p), carried(T @ A @ T.T, B @ T.T, C, f, q @ T.T, p)
-    np.testing.assert_allclose(other.v, one.v @ T.T, atol=1e-12)
-    np.testing.assert_allclose(other.w, one.w, atol=1e-12)
-
-
-def test_units_change_no_bit():
-    n, force, length = 6, 2.0**21, 2.0**-8
-    (A, B, C), f = blocks(n, 9), np.full(n, 0.4)
-    q, p = course(n, 40, 9, 0.5)
-    one = carried(A, B, C, f, q, p)
-    stiff = force / length
-    other = carried(stiff * A, stiff * B, stiff * C, f, force * q, force * p)
-    assert (one.w > 0).any()
-    for mine, theirs in ((one.v, other.v), (one.w, other.w), (one.slip, other.slip)):
-        np.testing.assert_array_equal(length * mine, theirs)
-    np.testing.assert_array_equal(force * length * one.work, other.work)
-    assert one.residual == other.residual
 
 
 def test_of_two_solutions_the_connected_one():

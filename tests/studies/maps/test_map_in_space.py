@@ -5,12 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from command import run
-from joints_in_space import embedded, in_units
 
 import shakedown
 
 JOINT = shakedown.example("two-node-3d")
-PLANE = replace(shakedown.example("two-node"), C=None)
 
 
 @pytest.fixture(scope="module")
@@ -37,29 +35,6 @@ def test_every_sampler_has_states(sampler):
     if sampler == "ball":
         assert (some.sampling.ball.distance(some.initial_slip) <= some.sampling.ball.radius).all()
         assert some.outcomes == {"shakedown": 5}
-
-
-def test_load_in_one_direction_is_the_map_of_the_plane():
-    given = {"states": 25, "sampler": "grid"}
-    plane = shakedown.initial_state_map(PLANE, 0.7, **given)
-    critical = np.zeros(4)
-    critical[::2] = shakedown.lower_bound(PLANE).slip
-    joint = replace(embedded(PLANE), initial_slip=critical)
-    space = shakedown.initial_state_map(joint, 0.7, coordinates=(0, 2), **given)
-    assert np.abs(space.initial_slip[:, 1::2]).max() < 1e-12
-    ends = [chosen.centre + chosen.half_width for chosen in (space.sampling, plane.sampling)]
-    assert ends[0][0] == pytest.approx(ends[1][0], rel=1e-9)  # at the critical slip
-    assert space.sampling.half_width[2] == pytest.approx(plane.sampling.half_width[1], rel=1e-9)
-    assert 0 < space.outcomes["shakedown"] < 25  # their centres differ: any safe slip is one
-    (cycle,) = space.limit_cycles
-    assert (cycle.slipping_nodes, cycle.coincide) == ((1,), False)
-
-
-def test_units_do_not_matter(found):
-    other = in_units(JOINT, 2.0**9, 2.0**-7)
-    same = shakedown.initial_state_map(other, found.load_factor, states=8)
-    np.testing.assert_array_equal(same.outcome, found.outcome)
-    assert [each.count for each in same.limit_cycles] == [each.count for each in found.limit_cycles]
 
 
 def test_states_that_end_on_one_cycle_are_one():

@@ -1,0 +1,231 @@
+"""The same joint in other words – units, numbers of nodes, tangents, order of the loads – has the same answers.
+
+Every question is asked of joints in the plane and in space and of the same joints in other words: in units of a
+power of two to the last bit.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from bounds.energy.joints import strong_joint
+from hostile.laws import EXACT, SAME_BOUNDS, SAME_EVOLUTION, SAME_IN_SPACE, other_tangents
+from joints_in_space import random_joint
+from partly_open import SOME, partly_open
+
+import shakedown
+from benchmarks.problems import random_problem
+from shakedown import BOUNDS, Problem
+from shakedown.bounds.onset import first_opening, first_slip
+from shakedown.bounds.uniqueness.coupling import coupling
+from shakedown.motion.evolution import evolve
+from shakedown.motion.fixed_steps import FixedSteps
+
+pytestmark = pytest.mark.usefixtures("no_transient_limit")
+
+
+@dataclass(frozen=True)
+class Said:
+    """Words and numbers that stay, and quantities that are told in the units and the order of the joint."""
+
+    words: tuple = ()
+    numbers: tuple = ()  # without unit
+    of_nodes: tuple = ()  # (…, n), without unit
+    slips: tuple = ()  # (…, dn)
+    lengths: tuple = ()  # (…, n)
+    works: tuple = ()  # (…, n)
+    energies: tuple = ()  # of the whole joint
+    radii: tuple = ()  # roots of energies, which an odd power of two rounds
+    nodes: tuple = ()
+
+
+class Translated:
+    """A joint in other words, and what is said of the joint in these words."""
+
+    def __init__(self, problem: Problem, law: str, seed: int) -> None:
+        self.law = lambda one: LAWS[law](one, np.random.default_rng(seed))
+        self.own, self.problem = problem, self.law(problem)
+        self.order = np.rint(self.law(replace(problem, f=0.5 + np.arange(problem.n))).f - 0.5).astype(int)
+        self.force, stiffness = (
+            2.0
+            ** np.rint(
+                np.log2(np.abs(getattr(self.problem, key)).sum() / np.abs(getattr(problem, key)).sum())
+            )
+            for key in ("p_w", "A")
+        )
+        self.length = self.force / stiffness
+
+    def slip(self, slip):
+        slips = np.reshape(slip, (-1, self.own.layout.slip_size))
+        known = [
+            self.law(replace(self.own, initial_slip=np.nan_to_num(each))).initial_slip[0] for each in slips
+        ]
+        return np.reshape(known, np.shape(slip))
+
+    def of(self, said: Said) -> Said:
+        at, work = self.order, self.force * self.length
+        places = tuple(int(np.flatnonzero(at == node)[0]) if node >= 0 else node for node in said.nodes)
+        return replace(
+            said,
+            of_nodes=tuple(np.asarray(each)[..., at] for each in said.of_nodes),
+            slips=tuple(self.slip(each) for each in said.slips),
+            lengths=tuple(self.length * np.asarray(each)[..., at] for each in said.lengths),
+            works=tuple(work * np.asarray(each)[..., at] for each in said.works),
+            energies=tuple(work * each for each in said.energies),
+            radii=tuple(np.sqrt(work) * each for each in said.radii),
+            nodes=places,
+        )
+
+
+LAWS = {**SAME_BOUNDS, **SAME_IN_SPACE, other_tangents.__name__: other_tangents}
+
+
+def limits(problem: Problem) -> Said:
+    """Every kind of bound that is computed, from a state that is not zero."""
+    details = shakedown.assess(problem, problem.initial_slip[0]).details
+    found = [
+        getattr(details, kind.name)
+        for kind in BOUNDS.values()
+        if kind.name != "transient" and kind.exists_for(problem)
+    ]
+    radii = [each.radius for each in found if each.kind == "energy"]
+    total = [each.total_slip for each in found if each.kind == "accumulated"]
+    return Said(
+        words=tuple((each.kind, each.status, len(each.pinned)) for each in found),
+        numbers=tuple(each.load_factor for each in found),
+        slips=tuple(each.slip for each in found if each.kind in ("lower", "upper", "energy")),
+        lengths=tuple(total),
+        radii=tuple(radii),
+    )
+
+
+def assessment(problem: Problem) -> Said:
+    found = shakedown.assess(problem, problem.initial_slip[0])
+    names = ("proved_from_every_state", "proved_from_this_state", "impossible_above")
+    return Said((found.said_as_given,), tuple(getattr(found, name) for name in names))
+
+
+def safe(problem: Problem) -> Said:
+    found = shakedown.safe_slip(problem, 0.5)
+    return Said((found.status,), slips=(found.slip,))
+
+
+def ball(problem: Problem) -> Said:
+    found = shakedown.energy_ball(problem, 0.3)
+    return Said((found.status,), slips=(found.slip,), radii=(found.radius,))
+
+
+def onset(problem: Problem) -> Said:
+    found = first_slip(problem), first_opening(problem)
+    return Said(
+        tuple(each.status for each in found),
+        tuple(each.load_factor for each in found),
+        nodes=tuple(each.node for each in found),
+    )
+
+
+def zone(problem: Problem) -> Said:
+    """Limits with the nodes open that the mean load opens, and the motion from there."""
+    upper = shakedown.upper_bound(problem, open_nodes="auto")
+    proved = shakedown.energy_bound(problem, upper.slip, open_nodes=upper.open_nodes)
+    held = shakedown.energy_ball(problem, 0.5 * upper.load_factor, open_nodes=upper.open_nodes)
+    run = evolve(problem, 1.02 * upper.load_factor, upper.slip, open_nodes=upper.open_nodes, cycles=2)
+    is_open = np.isin(np.arange(problem.n), upper.open_nodes)
+    return Said(
+        (upper.status, proved.status, held.status, held.open_nodes == upper.open_nodes),
+        (upper.load_factor, proved.load_factor),
+        of_nodes=(is_open,),
+        slips=(upper.slip, proved.slip, held.slip, run.cycles[-1].end_slip),
+        works=tuple(each.work for each in run.cycles),
+        radii=(held.radius,),
+    )
+
+
+def critical(problem: Problem) -> Said:
+    found = shakedown.critical_load_factors(problem, values=True)
+    return Said((found.regular, found.degenerate), tuple(found.load_factors))
+
+
+def friction(problem: Problem) -> Said:
+    found = shakedown.friction_thresholds(problem)
+    sets = found.uniqueness_in_contact, found.uniqueness, found.wedging
+    numbers = tuple(value for each in sets for value in (each.low, each.high))
+    return Said(numbers=(*numbers, coupling(problem).ratio), of_nodes=(found.single_node,))
+
+
+def followed(problem: Problem) -> Said:
+    run = evolve(problem, 0.8, problem.initial_slip[0], cycles=2)
+    cycles = run.cycles
+    return Said(
+        (len(cycles), *((each.opened.sum(), each.closed.sum()) for each in cycles)),
+        slips=tuple(each.end_slip for each in cycles),
+        lengths=tuple(each.slip for each in cycles),
+        works=tuple(each.work for each in cycles),
+    )
+
+
+def stepped(problem: Problem) -> Said:
+    steps = FixedSteps(problem, 0.8, problem.initial_slip[0])
+    cycles = [steps.cycle() for _ in range(2)]
+    return Said(
+        slips=tuple(each.end_slip for each in cycles),
+        energies=tuple(each.dissipation for each in cycles),
+    )
+
+
+def state(problem: Problem) -> Said:
+    found = shakedown.long_term_state(problem, 0.8, problem.initial_slip[0], max_cycles=40)
+    return Said(
+        (found.outcome, found.period, found.cycles_simulated),
+        slips=(found.final_slip,),
+        lengths=(found.slip_per_cycle,),
+        energies=(found.dissipation_per_cycle,),
+    )
+
+
+def started(problem: Problem, seed: int = 0) -> Problem:
+    """The joint with an initial slip of a hundredth of what its loads would move it."""
+    size = 0.01 * np.abs(problem.q_w).max() / np.abs(problem.A).max()
+    slip = size * np.random.default_rng(seed).normal(size=problem.layout.slip_size)
+    return replace(problem, initial_slip=slip)
+
+
+PLANE = {
+    "four nodes": started(random_problem(4, 1)),
+    "floating": started(strong_joint(6, 4, floating=True)),
+    "partly open": partly_open(SOME[1]),
+}
+SPACE = {
+    "two nodes": started(random_joint(np.random.default_rng(2), 2)),
+    "four-node-3d": started(shakedown.example("four-node-3d")),
+}
+BOUNDS_OF = (limits, assessment, safe, ball, onset)
+MOTIONS = (followed, stepped, state)
+QUESTIONS = [
+    *((ask, "four nodes", law) for ask in (*BOUNDS_OF, critical, friction) for law in SAME_BOUNDS),
+    *((ask, "floating", law) for ask in (limits, safe, ball) for law in SAME_EVOLUTION),
+    *((zone, "partly open", law) for law in SAME_EVOLUTION),
+    *((ask, "four nodes", law) for ask in MOTIONS for law in SAME_EVOLUTION),
+    *((ask, "two nodes", law) for ask in BOUNDS_OF for law in SAME_IN_SPACE),
+    *((ask, "four-node-3d", law) for ask in MOTIONS for law in SAME_IN_SPACE if law != "backwards"),
+]
+
+
+def same(one: Said, other: Said, law: str) -> None:
+    assert (other.words, other.nodes) == (one.words, one.nodes)
+    for field in ("numbers", "of_nodes", "slips", "lengths", "works", "energies", "radii"):
+        for expected, found in zip(getattr(one, field), getattr(other, field), strict=True):
+            if law in EXACT and field != "radii":
+                np.testing.assert_array_equal(np.nan_to_num(found), np.nan_to_num(expected))
+            else:
+                size = np.abs(np.nan_to_num(expected, posinf=0.0)).max(initial=0.0)
+                np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-6 * size)
+
+
+@pytest.mark.parametrize(
+    ("ask", "name", "law"), QUESTIONS, ids=lambda x: x if isinstance(x, str) else x.__name__
+)
+def test_a_joint_in_other_words_has_the_same_answers(ask, name, law):
+    problem = (PLANE | SPACE)[name]
+    there = Translated(problem, law, seed=len(name))
+    same(there.of(ask(problem)), ask(there.problem), law)
