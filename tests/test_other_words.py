@@ -153,8 +153,13 @@ def friction(problem: Problem) -> Said:
     return Said(numbers=(*numbers, coupling(problem).ratio), of_nodes=(found.single_node,))
 
 
+def above(problem: Problem) -> float:
+    """A load factor at which the joint slips in every cycle."""
+    return 1.2 * shakedown.upper_bound(problem, certify=False).load_factor
+
+
 def followed(problem: Problem) -> Said:
-    run = evolve(problem, 0.8, problem.initial_slip[0], cycles=2)
+    run = evolve(problem, above(problem), problem.initial_slip[0], cycles=2)
     cycles = run.cycles
     return Said(
         (len(cycles), *((each.opened.sum(), each.closed.sum()) for each in cycles)),
@@ -165,7 +170,7 @@ def followed(problem: Problem) -> Said:
 
 
 def stepped(problem: Problem) -> Said:
-    steps = FixedSteps(problem, 0.8, problem.initial_slip[0])
+    steps = FixedSteps(problem, above(problem), problem.initial_slip[0])
     cycles = [steps.cycle() for _ in range(2)]
     return Said(
         slips=tuple(each.end_slip for each in cycles),
@@ -174,7 +179,7 @@ def stepped(problem: Problem) -> Said:
 
 
 def state(problem: Problem) -> Said:
-    found = shakedown.long_term_state(problem, 0.8, problem.initial_slip[0], max_cycles=40)
+    found = shakedown.long_term_state(problem, above(problem), problem.initial_slip[0], max_cycles=40)
     return Said(
         (found.outcome, found.period, found.cycles_simulated),
         slips=(found.final_slip,),

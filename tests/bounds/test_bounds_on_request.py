@@ -10,25 +10,8 @@ from joints import safe_later
 import shakedown
 from benchmarks.problems import chain, joint
 from shakedown import Problem
-from shakedown.bounds.collapse import lower as lower_module
 from shakedown.bounds.collapse.proof_status import GuaranteeEvidence, guarantee_status
 from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
-
-
-def test_the_guarantee_is_worked_out_when_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    calls = []
-
-    def counted(*arguments, **keywords):
-        calls.append(1)
-        return guarantee_status(*arguments, **keywords)
-
-    monkeypatch.setattr(lower_module, "guarantee_status", counted)
-    lower = shakedown.lower_bound(shakedown.example("two-node"))
-    assert calls == []
-    assert (lower.guarantee, lower.proof.reason[:9]) == ("proved", "coupling ")
-    assert calls == [1]
-    shakedown.lower_bound(shakedown.example("two-node"), guarantee=True)
-    assert calls == [1, 1]
 
 
 def test_a_result_can_be_sent_to_another_process() -> None:

@@ -11,14 +11,10 @@ from public_names import public
 import shakedown
 from shakedown import Problem, ProblemError, UsageError, load_problem, plot, save_problem
 from shakedown.assessment.plan import random_paths
-from shakedown.joint.constraints import Side, constraints, step_loads, through_transient
+from shakedown.joint.constraints import constraints, step_loads, through_transient
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading, ramp_start, slip_reach, transient_path, with_initial_gap
-from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.motion.checked_law import law_violation, reactions, scales
 from shakedown.motion.evolution import evolve
-from shakedown.programs.program import INF, Program
-from shakedown.programs.solver import solve
 from shakedown.studies.design_point import with_parameter
 
 
@@ -222,55 +218,6 @@ def test_the_extreme_load_steps_suffice(loop, seed):
     assert len(node) <= 3 * 40 + 1
 
 
-def largest_load_factor(problem: Problem) -> float:
-    """λ_max as the cone program that the constraints are."""
-    rows, slips = constraints(problem), np.zeros(problem.layout.slip_size)
-    found = solve(
-        Program(
-            np.column_stack([rows.G, rows.d]),
-            rows.g,
-            np.append(slips, -1.0),
-            tuple(rows.cones.tolist()),
-            lower=np.append(slips - INF, 0.0),
-        )
-    )
-    return float(found.x[-1])
-
-
-@pytest.mark.parametrize("m", [60, 240])
-def test_the_upper_bound_of_a_node_on_a_circle_is_the_closed_form(m):
-    """q = λ q₁ (cos t, sin t), p = p₀ + λ p₁ cos t, B = 0: λ_max = f p₀ / √(q₁² + f² p₁²)."""
-    t = 2 * np.pi * np.arange(m)[:, None] / m
-    f, p0, p1, q1 = 0.4, 2.0, 1.3, 0.9
-    q_w = q1 * np.hstack([np.cos(t), np.sin(t)])
-    loop = {"q_w": q_w, "p_w": p0 + p1 * np.cos(t), "q_mean": [0.0, 0.0], "p_mean": [p0]}
-    node = Problem(A=np.eye(2), B=np.zeros((1, 2)), f=f, **loop)
-    closed = f * p0 / np.hypot(q1, f * p1)
-    assert closed == pytest.approx(0.769658, abs=1e-6)
-    assert closed * (1 - 1e-8) <= largest_load_factor(node) <= closed * (1 + (np.pi / m) ** 2)
-
-
-def test_most_load_steps_imply_nothing():
-    rows = constraints(joint())
-    assert 3 <= len(rows.heads) < 3 * 24
-    np.testing.assert_array_equal(rows.cones, 3)
-    np.testing.assert_array_equal(rows.side, Side.DISC)
-    assert rows.G.shape == (3 * len(rows.heads), 6)
-
-
-def turned(problem: Problem, node: int, angle: float) -> tuple[Problem, np.ndarray]:
-    """The joint with the tangents of one node turned, and the matrix that turns its slips."""
-    T = np.eye(2 * problem.n)
-    place = problem.layout.slips_of([node])
-    T[np.ix_(place, place)] = [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]
-    found = replace(
-        problem,
-        A=T @ problem.A @ T.T, B=problem.B @ T.T, q_w=problem.q_w @ T.T, tangents=None, normal=None,
-        q_transient=problem.q_transient @ T.T, initial_slip=problem.initial_slip @ T.T,
-    )  # fmt: skip
-    return found, T
-
-
 def test_transient_load_steps_are_cones_without_load_factor():
     problem = joint()
     rows, loop = through_transient(problem), constraints(problem)
@@ -299,16 +246,6 @@ def test_what_is_known_of_both_directions():
     tight = with_initial_gap(problem, -0.1)
     change = problem.kappa @ np.r_[np.zeros(6), np.full(3, 0.1)]
     np.testing.assert_allclose(np.hstack([tight.q_w - problem.q_w, tight.p_w - problem.p_w]), [change] * 24)
-
-
-def test_a_body_that_only_friction_holds_has_its_rigid_slips_pinned():
-    A = np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(2))
-    problem = Problem(
-        A=A, B=np.kron([[1.0, -1.0]], np.ones((2, 2))) * 0.1, f=0.5, q_w=[[0.0] * 4], p_w=[[1.0] * 2]
-    )
-    found = rigid_slips(problem)
-    assert found.pinned == (0, 1)
-    np.testing.assert_allclose(problem.A @ found.motions, 0.0, atol=1e-15)
 
 
 def test_open_nodes_are_condensed():
@@ -453,21 +390,6 @@ def test_commands_refuse_in_one_line(command, tmp_path):
     assert not out
     assert "expected one tangential direction, found two" in err
     assert len(err.strip().splitlines()) == 1
-
-
-def test_reactions_and_the_law_know_both_directions():
-    problem = joint()
-    rng = np.random.default_rng(5)
-    v, w = rng.normal(size=(4, 6)), np.abs(rng.normal(size=(4, 3)))
-    found = reactions(problem, problem.q_w[:4], problem.p_w[:4], v, w)
-    u = np.hstack([v, w])
-    np.testing.assert_allclose(
-        np.hstack(found), np.hstack([problem.q_w[:4], problem.p_w[:4]]) + u @ problem.kappa
-    )
-    scale = scales(problem, 1.0)
-    q, p = np.array([0.3, 0.4, 0.0, 0.0, 0.0, 1.0]), np.array([1.0, 1.0, 0.0])
-    broken = law_violation(np.full(3, 0.4), q, p, np.zeros(3), np.zeros(6), replace(scale, force=1.0))
-    np.testing.assert_allclose(broken, [0.1, 0.0, 1.0])
 
 
 def test_other_paths_and_parameters_keep_both_directions():

@@ -128,16 +128,6 @@ def test_derivative_of_the_cycle_map_is_that_of_finite_differences():
         assert min(errors) <= 1e-6, node
 
 
-def test_bounds_hold_for_the_two_node_system():
-    problem = shakedown.example("two-node")
-    bounds = shakedown.shakedown_bounds(problem)
-    rng = np.random.default_rng(0)
-    for start in rng.normal(size=(5, 2)) * 3:
-        below = shakedown.long_term_state(problem, 0.999 * bounds.lower.load_factor, start)
-        above = shakedown.long_term_state(problem, 1.001 * bounds.upper.load_factor, start)
-        assert (below.outcome, above.outcome) == ("shakedown", "cyclic-slip")
-
-
 @pytest.mark.parametrize("longest_period", [0, 1.5])
 def test_longest_period_is_checked(longest_period):
     with pytest.raises(shakedown.UsageError, match=r"longest.period: expected"):

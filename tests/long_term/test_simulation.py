@@ -4,16 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import shakedown
 from shakedown import Outcome, Problem, simulate
-from shakedown.ground.status import NO_STATE, OPEN, SLIP, STICK
-from shakedown.joint.law import Layout
 from shakedown.joint.loading import loading
-from shakedown.motion.checked_law import law_violation
-from shakedown.motion.fixed_steps import contact_nodes, load_steps
 
 TWO_NODE = shakedown.example("two-node")
 LOWER, UPPER = shakedown.lower_bound(TWO_NODE), shakedown.upper_bound(TWO_NODE)
@@ -28,13 +22,13 @@ def random_starts(count, seed):
 
 
 @METHODS
-@pytest.mark.parametrize("start", random_starts(50, 1), ids=str)
+@pytest.mark.parametrize("start", random_starts(10, 1), ids=str)
 def test_every_start_shakes_down_below_the_lower_bound(start, method):
     assert simulate(TWO_NODE, 0.657, start, method=method).outcome == Outcome.SHAKEDOWN
 
 
 @METHODS
-@pytest.mark.parametrize("start", random_starts(50, 2), ids=str)
+@pytest.mark.parametrize("start", random_starts(10, 2), ids=str)
 def test_no_start_shakes_down_above_the_upper_bound(start, method):
     run = simulate(TWO_NODE, 0.7395, start, method=method)
     assert run.outcome == Outcome.CYCLIC_SLIP
@@ -220,70 +214,6 @@ def test_the_transient_runs_first_and_is_not_scaled():
 def test_misuse_is_refused(arguments, message):
     with pytest.raises(shakedown.UsageError, match=message):
         simulate(TWO_NODE, **arguments)
-
-
-def node_alone(a, b, c, f):
-    return contact_nodes(Layout(1), np.array([[a, b], [b, c]]), np.array([f]), True, 1.0)
-
-
-def state_of(node, q, p):
-    """State, slip and gap of a node alone where it would stick under these reactions."""
-    u, path, slip = np.zeros(2), np.empty((1, 2)), np.empty((1, 1))
-    *_, unsolved = load_steps(node, np.array([[q, p]]), u, 1e-14, 4, path, slip)
-    state = NO_STATE if unsolved == 0 else OPEN if u[1] > 0.0 else SLIP if slip[0, 0] != 0.0 else STICK
-    return state, *u
-
-
-class TestNodalState:
-    """One node, its neighbours held: the state is taken from the sign of the violation."""
-
-    node = node_alone(2.0, 0.5, 1.0, 0.4)
-
-    @pytest.mark.parametrize(
-        ("q", "p", "state"),
-        [
-            (0.0, 1.0, STICK),
-            (0.4, 1.0, STICK),
-            (-0.4, 1.0, STICK),
-            (0.0, 0.0, STICK),
-            (0.5, 1.0, SLIP),
-            (-0.5, 1.0, SLIP),
-            (0.0, -1.0, OPEN),
-            (np.nextafter(0.4, 1), 1.0, SLIP),
-            (np.nextafter(-0.4, -1), 1.0, SLIP),
-        ],
-    )
-    def test_state(self, q, p, state):
-        found, slip, _ = state_of(self.node, q, p)
-        assert found == state
-        assert state != SLIP or slip * q < 0
-
-    @given(
-        st.floats(-2, 2),
-        st.floats(-2, 2),
-        st.floats(0.1, 3),
-        st.floats(-1, 1),
-        st.floats(0.1, 3),
-        st.floats(0, 2),
-    )
-    def test_the_law_holds_in_the_state_found(self, q, p, a, coupling, c, f):
-        b = 0.9 * coupling * min(np.sqrt(a * c), a / f if f > 0 else np.inf)
-        state, v, w = state_of(node_alone(a, b, c, f), q, p)
-        assert state != NO_STATE
-        new = np.array([q + a * v + b * w]), np.array([p + b * v + c * w])
-        slip = np.array([0.0 if state == OPEN else v])
-        scale = shakedown.motion.checked_law.Scales(1.0, 1.0)
-        assert law_violation(np.array([f]), *new, np.array([w]), slip, scale).max() <= 1e-12
-
-    def test_a_unit_in_the_last_place_never_opens_a_node(self):
-        for digits in range(1, 400):
-            p = digits / 7.0
-            limit = 0.4 * p
-            for q in (np.nextafter(limit, np.inf), np.nextafter(-limit, -np.inf)):
-                state, v, w = state_of(self.node, q, p)
-                assert state == SLIP
-                assert w == 0.0
-                assert abs(v) <= 1e-13 * p
 
 
 @METHODS

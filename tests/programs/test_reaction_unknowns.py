@@ -33,20 +33,6 @@ def program(rank: int, *, norm: bool, seed: int = 4) -> DiscProgram:
 
 
 @pytest.mark.parametrize("norm", [True, False])
-@pytest.mark.parametrize("rank", [8, 5])  # of all nodes two numbers; of some one, or none
-def test_the_normal_equations_are_the_same_in_other_unknowns(rank, norm):
-    discs, rng = program(rank, norm=norm), np.random.default_rng(5)
-    same = replace(discs, reactions_from=1)
-    assert same.in_reactions
-    assert not discs.in_reactions
-    unit = discs.cones.unit
-    s, y = (unit + 0.3 * rng.uniform(-1, 1, len(unit)) / np.sqrt(len(unit)) for _ in range(2))
-    scaling, right = discs.cones.scaling(s, y), rng.normal(size=rank + 2)
-    expected = discs.normal_equations(scaling)(right)
-    np.testing.assert_allclose(same.normal_equations(scaling)(right), expected, atol=1e-11)
-
-
-@pytest.mark.parametrize("norm", [True, False])
 @pytest.mark.parametrize("rank", [8, 5])
 def test_ends_are_the_same(rank, norm):
     discs = program(rank, norm=norm)

@@ -55,15 +55,6 @@ def test_radius_by_another_method(seed):
     assert energy_ball(problem, load_factor).radius == pytest.approx(expected, rel=1e-7)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_the_centre_with_its_radius_has_the_load_factor_of_the_ball(seed):
-    problem = strong_joint(seed, 5)
-    load_factor = 0.7 * shakedown.upper_bound(problem, certify=False).load_factor
-    ball = energy_ball(problem, load_factor)
-    bound = shakedown.energy_bound(problem, ball.slip, ball.radius * (1 - 1e-9), certify=False)
-    assert bound.load_factor == pytest.approx(load_factor, rel=1e-6)
-
-
 def test_what_the_ball_says_of_a_state():
     problem = strong_joint(1, 3)
     ball = energy_ball(problem, 0.5 * shakedown.upper_bound(problem, certify=False).load_factor)

@@ -8,8 +8,6 @@ from bounds.energy.space import gammas, space_joint
 
 import shakedown
 from shakedown import Problem, energy_ball, energy_bound
-from shakedown.bounds.energy.ball_limits import ball_limits
-from shakedown.bounds.energy.ball_search import best_share
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading
 
@@ -57,29 +55,6 @@ def test_the_lemmas_hold_state_by_state(seed, split):
     assert np.all((left + margin - f * gamma * length[:, None])[beyond] <= 1e-10 * scale)
     assert np.all(left[beyond] <= 1e-10 * scale)  # slip lowers the energy of the difference
     assert np.all(p[size <= f * p] > 0)  # what is within its limit bears pressure
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_no_share_leaves_more_slack(seed):
-    problem, rng = space_joint(seed, 4, friction=0.9), np.random.default_rng(seed)
-    limits = ball_limits(contact_zone(problem, ()))
-    slip, load_factor, radius = energy_ball(problem, 0.1).slip, 0.3, 0.5
-    best = best_share(limits, slip, load_factor, radius)
-
-    def slack(share: np.ndarray) -> np.ndarray:
-        every = limits.shared(share).slack(slip, load_factor, radius)
-        return np.array([every[limits.node == i].min() for i in range(4)])
-
-    most = slack(best)
-    assert np.all(limits.f * np.hypot(*best.T) < 1)
-    np.testing.assert_allclose(
-        limits.shared(best).node_spread * limits.metric.unit**-1, limits.f * gammas(problem, best), rtol=1e-9
-    )
-    for size in (1e-4, 1e-2, 0.3):
-        for _ in range(40):
-            other = best + size * rng.normal(size=(4, 2))
-            inside = limits.f * np.hypot(*other.T) <= 0.99
-            assert np.all(slack(other)[inside] <= most[inside] + 1e-12)
 
 
 def test_open_nodes_keep_their_gap():

@@ -1,8 +1,6 @@
 """The compiled tree of subsets against batches of plain solves, also where subsets are degenerate."""
 
 from dataclasses import replace
-from itertools import combinations
-from math import comb
 
 import numpy as np
 import pytest
@@ -11,8 +9,6 @@ import shakedown
 from benchmarks.problems import joint
 from shakedown import Problem
 from shakedown.bounds.enumeration import critical, tasks
-from shakedown.bounds.enumeration.intersection import scaled_rows
-from shakedown.joint.constraints import constraints
 
 
 def half_coupled(seed: int, n: int) -> Problem:
@@ -61,12 +57,6 @@ def test_tree_and_batches_agree(make, n: int, monkeypatch: pytest.MonkeyPatch) -
         assert a.load_factor == pytest.approx(b.load_factor, rel=1e-10, nan_ok=True)
 
 
-def test_degenerate_families_are_degenerate() -> None:
-    for problem in (half_coupled(0, 5), twins(0, 5)):
-        critical = shakedown.critical_load_factors(problem)
-        assert 0 < critical.degenerate < critical.total
-
-
 @pytest.mark.usefixtures("by_tree")
 def test_block_9_by_the_tree() -> None:
     problem = replace(shakedown.example("block-9"), f=0.2)
@@ -92,22 +82,6 @@ def test_threads_do_not_change_the_answer() -> None:
     one, two = (shakedown.critical_load_factors(problem, threads=k, values=True) for k in (1, 2))
     np.testing.assert_array_equal(one.load_factors, two.load_factors)
     assert one.smallest_positive.rows == two.smallest_positive.rows
-
-
-@pytest.mark.parametrize("make", [joint, half_coupled, twins])
-@pytest.mark.parametrize("n", [2, 3, 5])
-def test_every_prefix_walks_all_its_completions(make, n: int) -> None:
-    """Prefixes of any length below n + 1, also those that end within the last three rows."""
-    tree = tasks.Tree(scaled_rows(constraints(make(n, n))))
-    for length in range(n + 1):
-        total = 0
-        for prefix in combinations(range(2 * n), length):
-            size = tasks.completions(tree.rows, prefix)
-            if size:
-                piece = tasks.walk_piece(tree, prefix, size)
-                assert (piece.subsets, piece.regular + piece.degenerate) == (size, size)
-                total += piece.subsets
-        assert total == comb(2 * n, n + 1)
 
 
 @pytest.mark.parametrize("make", [joint, half_coupled, twins])

@@ -114,22 +114,6 @@ def test_tractrix_to_first_order():
     np.testing.assert_allclose(2 * ends[2] - ends[1], exact, atol=0.02 * errors[2])  # extrapolated
 
 
-def test_circle_in_the_limit():
-    """Q around a circle, f p constant: slip on a circle of radius √(Q² − (f p)²)/A, dissipation 2π radius f p."""
-    Q, limit, A = 1.0, 0.6, 2.5
-    radius = np.sqrt(Q**2 - limit**2) / A
-    found = []
-    for m in (200, 400):
-        t = 2 * np.pi * np.arange(1, 3 * m + 1)[:, None] / m
-        q = Q * np.hstack([np.cos(t), np.sin(t)])
-        done = carried(A * np.eye(2), np.zeros((1, 2)), None, np.array([0.3]), q, np.full((3 * m, 1), 2.0))
-        found.append((np.hypot(*np.ptp(done.v[-m:], axis=0)) / np.sqrt(8), done.work[-m:].sum()))
-    exact = np.array([radius, 2 * np.pi * radius * limit])
-    coarse, fine = np.abs(np.array(found) - exact)
-    assert (fine < 0.01 * exact).all()
-    assert (fine < 0.6 * coarse).all()
-
-
 def test_of_two_solutions_the_connected_one():
     """A = 1, B = (2, 0), f = 1, q = (0.75, 0), p = 1: it may stick, or slip by (−0.25, 0) at q = p = 0.5."""
     B = np.array([[2.0, 0.0]])
