@@ -1,7 +1,6 @@
 """The three numbers of a joint: those of its bounds, each computed once, and what follows from them."""
 
 from dataclasses import replace
-from importlib import import_module
 
 import numpy as np
 import pytest
@@ -10,13 +9,9 @@ from joints_in_space import random_joint
 import shakedown
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from benchmarks.problems import random_problem
-from shakedown.assessment import every_limit
 from shakedown.assessment.three_numbers import admitted_up_to
-from shakedown.bounds import upper
 from shakedown.bounds import upper as upper_module
 from shakedown.bounds.accumulated import accumulated_bound as accumulated_module
-from shakedown.bounds.collapse import proof_status
-from shakedown.bounds.registry import BOUNDS, Claim
 from shakedown.ground.status import Said
 from shakedown.joint.loading import loading
 from tests.joints import any_joint
@@ -41,36 +36,6 @@ def test_the_numbers_are_those_of_the_bounds(problem):
     above = upper.load_factor if upper.certified is None else upper.certified[1]
     assert found.impossible_above == max(above, upper.load_factor)
     assert found.details.lower == lower
-
-
-@pytest.mark.parametrize(("friction", "asked"), [(0.35, "lift_off_bound"), (0.9, "unique_in_contact")])
-def test_nothing_is_computed_twice(monkeypatch, friction, asked):
-    counts: dict[str, int] = {}
-
-    def count(module, name):
-        real = getattr(module, name)
-
-        def counted(*given, **named):
-            counts[name] = counts.get(name, 0) + 1
-            return real(*given, **named)
-
-        monkeypatch.setattr(module, name, counted)
-
-    for kind in BOUNDS.values():
-        if kind.claim != Claim.FOLLOWED:
-            module = import_module(kind.function.partition(":")[0])
-            count(module, f"{kind.name}_bound")
-    for name in ("lift_off_bound", "unique_in_contact"):
-        count(proof_status, name)
-    count(every_limit, "friction_thresholds")
-    count(upper, "largest_load_factor")
-    found = shakedown.assess(replace(TWO, f=friction))
-    for _ in range(2):
-        found.to_dict()
-        found.details.to_dict()
-        assert found.details.lower.guarantee
-    assert set(counts) >= {"largest_load_factor", "accumulated_bound", asked}
-    assert set(counts.values()) == {1}, counts
 
 
 def test_the_load_as_given_is_followed_only_when_asked_for(monkeypatch):

@@ -119,24 +119,6 @@ def test_a_second_method_that_gives_up_is_a_note(monkeypatch: pytest.MonkeyPatch
     )
 
 
-def test_the_second_method_asks_the_node_that_collapses_first_foremost(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    joint = shakedown.example("three-node")
-    bounds = shakedown.shakedown_bounds(joint)
-    asked = independent_bounds.nodes_asked(bounds.lower)
-    assert asked[0] == bounds.lower.node
-    assert sorted(asked) == [0, 1, 2]
-    monkeypatch.setattr(independent_bounds, "ALL_NODES", 2)
-    monkeypatch.setattr(independent_bounds, "FIRST_NODES", 1)
-    assert independent_bounds.nodes_asked(bounds.lower) == asked[:1]
-    second = independent_bounds.second_bounds(joint, bounds, DEFAULT)
-    assert second.lower.load_factor == pytest.approx(bounds.lower.load_factor, rel=1e-8)
-    ((open_to_doubt, text),) = independent_bounds.independent_findings(bounds, second, DEFAULT)
-    assert open_to_doubt is None
-    assert text == "λ_1: the independent solver has sought it at 1 of 3 nodes, those that collapse first"
-
-
 def test_every_piece_of_work_is_told_to_the_end() -> None:
     told: list[tuple[int, int]] = []
     shakedown.verify(shakedown.example("two-node"), random_states=0, progress=lambda *at: told.append(at))

@@ -11,15 +11,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy import sparse
-from scipy.io import mmread
 from scipy.spatial import cKDTree
 
 from shakedown import ProblemError, import_model
 from shakedown.models.readers.deck import read_deck
-from shakedown.models.readers.formats import read_stiffness, stiffness_format
+from shakedown.models.readers.formats import stiffness_format
 from shakedown.models.readers.mesh_files import read_coordinates
-from shakedown.models.readers.nastran import pyyeti_module, read_grids, read_nastran_dmig, read_op4_columns
+from shakedown.models.readers.nastran import read_grids
 
 NAMED = os.environ.get("SHAKEDOWN_REAL_FILES", "")
 FOLDER = Path(NAMED) if NAMED else Path("no-such-folder")
@@ -60,43 +58,6 @@ def test_every_file_is_known_or_refused_for_a_true_reason(path):
     }
     with pytest.raises(ProblemError, match=reasons.get(path.suffix, "expected a stiffness matrix")):
         stiffness_format(path)
-
-
-@pytest.mark.parametrize("path", [p for p in FILES if p.suffix == ".op4"], ids=lambda path: path.name)
-def test_output4_equals_pyyeti_s_reading(path):
-    expected = pyyeti_module("op4", path.name).OP4().load(path.as_posix(), into="dct")
-    for name, (values, _, kind) in expected.items():
-        if kind < 3:
-            np.testing.assert_array_equal(read_op4_columns(path, name), values)
-        else:
-            with pytest.raises(ProblemError, match=r"to be real \(type 1 or 2\)"):
-                read_op4_columns(path, name)
-
-
-def test_a_punch_file_equals_pyyeti_s_reading():
-    path = FOLDER / "nastran" / "dmig.pch"
-    found = read_nastran_dmig(path, "KAAX")
-    expected = pyyeti_module("bulk", path.name).rddmig(path.as_posix())["kaax"]
-    assert found.dofs.tolist() == [list(row) for row in expected.index]
-    np.testing.assert_array_equal(found.K.toarray(), expected.to_numpy())
-
-
-@pytest.mark.parametrize("stem", ["rotorDiscTest", "blockC3D4"])
-def test_coordinate_files_equal_numpy_s_reading(stem):
-    deck = FOLDER / "abaqus" / f"{stem}.inp"
-    (path,) = (FOLDER / "abaqus").glob(f"{stem}*.mtx")
-    found, (i, j, values) = read_stiffness(path, dof_map=deck), np.loadtxt(path).T
-    expected = sparse.coo_array((values, (i.astype(int) - 1, j.astype(int) - 1))).toarray()
-    np.testing.assert_array_equal(found.K.toarray(), expected)
-    assert found.dofs[:4].tolist() == [[1, 1], [1, 2], [1, 3], [2, 1]]
-
-
-def test_matrix_market_equals_scipy_s_reading():
-    matrix, rows, _, _ = (FOLDER / name if isinstance(name, str) else name for name in ROTOR[1])
-    found = read_stiffness(matrix, dof_map=rows)
-    np.testing.assert_array_equal(found.K.toarray(), mmread(matrix).toarray())
-    np.testing.assert_array_equal(found.dofs[::3, 0], mmread(rows).ravel())
-    assert found.dofs[:3, 1].tolist() == [1, 2, 3]
 
 
 def test_the_rotor_of_abaqus_and_of_ansys_has_one_condensed_stiffness(tmp_path):
