@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 import pytest
-from command import run
+from command import refused, run
 
 import shakedown
 
@@ -61,9 +61,7 @@ def contents(folder):
 def test_a_file_has_one_part_in_a_call(folder, words, said):
     (folder / "v.csv").write_bytes((folder / "v.npy").read_bytes())
     before = contents(folder)
-    code, out, err = run(*[word.format(name=folder.name) for word in words], cwd=folder)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert said in err
+    refused(*[word.format(name=folder.name) for word in words], cwd=folder, message=said)
     assert contents(folder) == before
 
 
@@ -76,9 +74,13 @@ def test_files_that_an_import_reads_are_not_written_over(tmp_path, monkeypatch):
     assert len(sources) > 1
     before = contents(tmp_path / "e")
     for source in sources:
-        code, out, err = run("import", str(config), "-o", str(tmp_path / "e" / source))
-        assert (code, out, err.count("\n")) == (2, "", 1)
-        assert "-o: expected another file than" in err
+        refused(
+            "import",
+            str(config),
+            "-o",
+            str(tmp_path / "e" / source),
+            message="-o: expected another file than",
+        )
     assert contents(tmp_path / "e") == before
 
 

@@ -5,13 +5,11 @@ from dataclasses import replace
 import cvxpy as cp
 import numpy as np
 import pytest
-from bounds.energy.joints import one_node, strong_joint
-from joints import safe_later
+from bounds.energy.joints import one_node, plainly, strong_joint
 
 import shakedown
 from benchmarks.problems import chain, in_units, random_problem
 from shakedown import Problem, energy_bound
-from shakedown.joint.loading import loading
 
 NUMBERS = {  # to the digits of an independent computation
     "one-node": 0.9305239948,
@@ -31,56 +29,6 @@ def test_load_factor_of_the_examples(name):
     assert abs(bound.gap) <= 1e-12
     assert bound.load_factor * (1 - 1e-12) <= bound.certified <= bound.load_factor
     assert bound.radius == pytest.approx(np.sqrt(bound.slip @ problem.A @ bound.slip), rel=1e-9, abs=1e-12)
-
-
-def load_factor_by_another_method(
-    problem: Problem, start: np.ndarray, distance: float, end: type = cp.Maximize
-) -> float:
-    """Every load step on its own through cvxpy, γ from the inverse of A, below critical friction."""
-    A, B, f, loop = problem.A, problem.B, problem.f, loading(problem)
-    rest = B - (np.diagonal(B) / np.diagonal(A))[:, None] * A
-    gamma = np.sqrt(np.einsum("ij,jk,ik->i", rest, np.linalg.inv(A), rest))
-    v, radius, factor = cp.Variable(problem.n), cp.Variable(), cp.Variable(nonneg=True)
-    limits = [cp.norm(np.linalg.cholesky(A).T @ (start - v)) + distance <= radius]
-    for q1, p1 in zip(loop.q1, loop.p1, strict=True):
-        q, p = loop.q0 + factor * q1 + A @ v, loop.p0 + factor * p1 + B @ v
-        limits += [
-            cp.multiply(f, p) - side * q >= cp.multiply(f * gamma, radius * np.ones(problem.n))
-            for side in (1, -1)
-        ]
-    cp.Problem(end(factor), limits).solve(solver="CLARABEL")
-    return float(factor.value)
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_load_factor_by_another_method(seed):
-    problem = strong_joint(seed, 4, friction=0.2)
-    assert np.all(problem.f * np.abs(np.diagonal(problem.B)) < np.diagonal(problem.A))
-    start = shakedown.upper_bound(problem, certify=False).slip + 0.1 * np.random.default_rng(seed).normal(
-        size=4
-    )
-    expected = load_factor_by_another_method(problem, start, 0.05)
-    bound = energy_bound(problem, start, 0.05)
-    assert bound.load_factor == pytest.approx(expected, rel=1e-6)
-    assert bound.distance == 0.05
-    e = start - bound.slip
-    assert bound.radius == pytest.approx(np.sqrt(e @ problem.A @ e) + 0.05, rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    "problem", [one_node(), shakedown.example("one-node"), one_node(B=[[0.7]], C=[[3.0]])]
-)
-def test_one_node_is_melan(problem):
-    assert energy_bound(problem).load_factor == pytest.approx(
-        shakedown.upper_bound(problem).load_factor, rel=1e-14
-    )
-
-
-def test_uncoupled_is_melan_from_every_state_that_is_admissible():
-    problem = random_problem(5, seed=1, coupling=0.0)
-    most = shakedown.upper_bound(problem).load_factor
-    assert energy_bound(problem).load_factor == pytest.approx(most, rel=1e-13)
-    assert energy_bound(problem, np.arange(5.0), 100.0).load_factor == pytest.approx(most, rel=1e-10)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -114,16 +62,6 @@ def test_many_nodes(make):
     assert bound.residual <= 1e-14
 
 
-def test_the_interval_of_a_loop_with_its_own_mean():
-    """The mean alone pulls the joint apart; the loop presses it together from 5/12 on."""
-    problem = safe_later()
-    bound = energy_bound(problem)
-    assert (bound.status, bound.load_factor) == ("unbounded", np.inf)
-    assert bound.least_load_factor == pytest.approx(5 / 12, rel=1e-12)
-    assert shakedown.energy_ball(problem, 0.4).status == "infeasible"
-    assert shakedown.energy_ball(problem, 0.42).status == "unbounded"
-
-
 def test_a_finite_interval():
     problem = Problem(
         A=np.eye(2), B=[[0.0, 0.2], [0.1, 0.0]], C=np.eye(2), f=0.5, q_w=[[0.3, 0.9], [-0.3, -0.9]],
@@ -133,9 +71,7 @@ def test_a_finite_interval():
     least, most = bound.least_load_factor, bound.load_factor
     assert bound.status == "optimal"
     assert 0.4 < least < most
-    assert least == pytest.approx(
-        load_factor_by_another_method(problem, np.array([0.5, 0.0]), 0.0, cp.Minimize), rel=1e-6
-    )
+    assert least == pytest.approx(plainly(problem, start=np.array([0.5, 0.0]), end=cp.Minimize), rel=1e-6)
     for factor in (least, most):
         ball = shakedown.energy_ball(problem, factor)
         assert ball.status == "optimal"

@@ -1,0 +1,136 @@
+"""λ_E and R(λ), in the plane and in space: a second method, Melan's limit, intervals, shares, extreme amplitudes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from bounds.energy.joints import one_node, plainly, space_joint, strong_joint
+from joints import safe_later
+
+import shakedown
+from benchmarks.problems import random_problem
+from shakedown import Problem, energy_ball, energy_bound
+from shakedown.bounds.energy.energy_ball import closed_radius
+from shakedown.studies.design_point import with_parameter
+
+JOINT = shakedown.example("one-node-3d")
+
+
+@pytest.mark.parametrize(
+    ("problem", "split"),
+    [
+        *((strong_joint(seed, 4, friction=0.2), True) for seed in range(6)),
+        *((space_joint(seed, 1 + seed), split) for seed in (1, 2) for split in (False, True)),
+    ],
+)
+def test_another_method_agrees(problem, split):
+    generator = np.random.default_rng(problem.n)
+    start = shakedown.upper_bound(problem, certify=False).slip
+    start = start + 0.1 * generator.normal(size=len(start))
+    for state, distance in ((None, 0.0), (start, 0.05)):
+        bound = energy_bound(problem, state, distance, split=split, certify=False)
+        if bound.status != "optimal":
+            continue
+        share = bound.share if problem.directions == 2 else None
+        expected = plainly(problem, share, start=state, distance=distance)
+        assert bound.load_factor == pytest.approx(expected, rel=1e-6)
+        e = bound.slip - (0.0 if state is None else state)
+        assert bound.radius == pytest.approx(np.sqrt(e @ problem.A @ e) + distance, rel=1e-9)
+        at = 0.6 * bound.load_factor
+        ball = energy_ball(problem, at, split=split)
+        if ball.status == "optimal":
+            share = ball.share if problem.directions == 2 else None
+            closed = np.inf
+            if share is not None and share.any():
+                closed = closed_radius(problem, ball.metric, ball.slip, (at,))
+            assert ball.radius == pytest.approx(
+                min(plainly(problem, share, load_factor=at), closed), rel=1e-6
+            )
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        one_node(),
+        shakedown.example("one-node"),
+        one_node(B=[[0.7]], C=[[3.0]]),
+        random_problem(5, seed=1, coupling=0.0),
+        *(replace(space_joint(seed, n), B=np.zeros((n, 2 * n)), C=None) for seed, n in ((2, 4), (7, 6))),
+    ],
+)
+def test_where_no_node_presses_another_it_is_melans_from_every_admissible_state(problem):
+    most = shakedown.upper_bound(problem).load_factor
+    assert energy_bound(problem).load_factor == pytest.approx(most, rel=1e-12)
+    far = np.arange(float(problem.layout.slip_size))
+    if not problem.B.any():
+        assert energy_bound(problem, far, 100.0).load_factor == pytest.approx(most, rel=1e-10)
+    for share in (0.999, 0.5):
+        ball = energy_ball(problem, share * most)
+        assert (ball.status, ball.radius) == ("unbounded", np.inf)
+        assert ball.contains([1e6 * far, -1e6 * far]).all()
+    assert energy_ball(problem, 1.001 * most).status == "infeasible"
+
+
+@pytest.mark.parametrize("d", [1, 2])
+def test_the_good_load_factors_are_an_interval(d):
+    """The mean alone pulls the joint apart; the loop presses it together from 5/12 on."""
+    problem = safe_later()
+    if d == 2:
+        loop = {"q_w": [[0.3, 0.0], [-0.3, 0.0]], "p_w": problem.p_w, "q_mean": [0.0, 0.0], "p_mean": [-1.0]}
+        problem = Problem(A=np.eye(2), B=[[0.0, 0.0]], f=0.5, **loop)
+        assert energy_bound(replace(problem, B=[[0.1, 0.2]])).least_load_factor > 0.3
+    bound = energy_bound(problem)
+    assert (bound.status, bound.load_factor) == ("unbounded", np.inf)
+    assert bound.least_load_factor == pytest.approx(5 / 12, rel=1e-12)
+    assert energy_ball(problem, 0.4).status == "infeasible"
+    assert energy_ball(problem, 0.42).status == "unbounded"
+
+
+@pytest.mark.parametrize(("amplitude", "digits"), [(1e-12, 1e-3), (1e12, 1e-9)])
+def test_a_factor_on_the_amplitude_divides_the_bound(amplitude, digits):
+    """Of a small one the digits beside the constant part are lost in the data already."""
+    one = shakedown.energy_bound(JOINT, certify=False)
+    other = shakedown.energy_bound(with_parameter(JOINT, "amplitude", amplitude), certify=False)
+    assert other.status == one.status
+    assert amplitude * other.load_factor == pytest.approx(one.load_factor, rel=digits)
+
+
+def test_a_node_without_stiffness_bears_what_its_friction_does():
+    q_w = np.array([[0.3, 0.4], [-0.3, -0.4], [0.1, 0.0], [-0.1, 0.0]])
+    joint = shakedown.Problem(
+        A=np.zeros((2, 2)), B=np.zeros((1, 2)), f=0.4, q_w=q_w, p_w=np.full((4, 1), 2.0)
+    )
+    assert shakedown.energy_bound(joint).load_factor == pytest.approx(0.8 / 0.5, rel=1e-9)
+
+
+def loaded(rng: np.random.Generator, kappa: np.ndarray) -> Problem:
+    """A joint in space of some stiffness under random loads."""
+    n = len(kappa) // 3
+    return Problem(
+        A=kappa[: 2 * n, : 2 * n],
+        B=kappa[2 * n :, : 2 * n],
+        f=0.4,
+        q_w=rng.normal(size=(6, 2 * n)),
+        p_w=4.0 + rng.normal(size=(6, n)),
+    )
+
+
+@pytest.mark.parametrize("seed", [0, 32])
+def test_one_node_has_the_same_share_in_all_units(seed):
+    """Its own reaction determines its pressure, so that γ is nothing but round-off at the full share."""
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(3, 3))
+    joint = loaded(rng, root @ root.T + np.eye(3))
+    other = replace(joint, **{key: 2.0 * getattr(joint, key) for key in ("A", "B", "q_w", "p_w")})
+    one, two = (shakedown.energy_bound(each, certify=False).load_factor for each in (joint, other))
+    assert two == pytest.approx(one, rel=1e-9)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("seed", [11, 30])
+def test_nodes_without_stiffness_in_one_direction_have_a_share(seed):
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(9, int(rng.integers(1, 6))))
+    joint = loaded(rng, root @ root.T)
+    energy, upper = shakedown.energy_bound(joint, certify=False), shakedown.upper_bound(joint, certify=False)
+    assert not energy.load_factor > upper.load_factor * (1 + 1e-9)
