@@ -9,6 +9,9 @@ import shakedown
 from benchmarks.space_verdicts import random_joint
 from shakedown import Outcome, Problem, Tolerances
 from shakedown.joint.loading import slip_reach
+from shakedown.long_term.space.decay import Decay, Period
+from shakedown.long_term.space.measure import Measure
+from shakedown.long_term.space.slope_leaps import MovingSlips, PeriodStep, SlopeLeaps
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
 
@@ -355,6 +358,16 @@ def test_a_drift_that_has_all_but_faded_is_no_ratchetting():
     assert found.outcome == Outcome.CYCLIC_SLIP  # which 5,000 plain cycles come to, and close exactly
 
 
+@pytest.mark.parametrize("left", [0.0, 0.04, 1.0])
+def test_what_is_left_of_a_drift_is_foreseen_where_it_falls_with_the_change(left):
+    decay = Decay()
+    for size in (1.0, 0.1, 0.01):
+        change = np.array([size, 0.0])
+        now = Period(change, change, size, np.ones(1), np.array([size + left]))
+        decay.note(now)
+    assert decay.drift_left(now) == pytest.approx(left, abs=1e-12)
+
+
 def test_a_drift_that_stays_is_ratchetting():
     """The two nodes without a hold that walk in the plane walk in space, too."""
     q, p = np.array([[0.9, -0.9], [-0.9, 0.9]]), np.array([[1.0, 3.0], [3.0, 1.0]])
@@ -397,6 +410,33 @@ def test_the_error_covers_nodes_that_cease_to_slip_on_a_leap():
     plain.advance(8000)
     off = np.abs(plain.state.u[problem.layout.slips] - found.final_slip).max()
     assert off < found.error
+
+
+@pytest.mark.parametrize("power", [1, 2])
+def test_the_end_of_a_way_is_known_where_the_change_falls_along_a_line(power):
+    measure = Measure(np.eye(1, 2), np.zeros((2, 0)), np.ones(1), 1.0)
+    decay = Decay()
+    for k in range(12):
+        left = 0.7**k
+        now = Period(
+            np.array([1.0 - left, 0.0]),
+            np.array([left**power, 0.0]),
+            left**power,
+            np.array([5.0 + left]),
+            np.zeros(0),
+        )
+        decay.note(now)
+    ahead = decay.to_come(now, measure)
+    assert ahead is None if power == 2 else ahead[0] == pytest.approx(left)
+    assert decay.comes_to_a_cycle(now, measure, 1e-9) is (power == 1)
+    assert not decay.comes_to_a_cycle(now._replace(slip=np.array([6.0])), measure, 1e-9)
+    slower = now._replace(change=1.1 * now.change)  # and so much stays
+    assert decay.to_come(slower, measure) is None
+    assert not decay.slip_ends(now, np.zeros(1))
+    assert not decay.slip_lasts(now)
+    still = now._replace(change=np.zeros(2), size=0.0)
+    decay.note(still)
+    assert decay.before(still).size > 0.0
 
 
 @pytest.mark.parametrize(
@@ -465,6 +505,54 @@ def test_nodes_that_all_but_stick_leave_no_room_for_a_drift():
     found = shakedown.long_term_state(problem, 1.385201882930608)  # 1e-5 above λ_max
     assert found.outcome == Outcome.CYCLIC_SLIP
     assert 0.0 < found.slip_per_cycle.min() < 1e-6 * found.slip_per_cycle.max()
+
+
+@pytest.mark.parametrize("narrow", [0.0, 0.02])
+def test_leaps_by_slopes_say_how_far_they_are_off_a_bent_way(narrow):
+    """A slow map with a bend, to a fixed point or past a narrow: leaps against every period."""
+
+    def step(u):
+        x, y = u[:2]
+        return 1e-4 * np.array([-x - 0.8 * x * y, narrow + 2.0 * y * y if narrow else -0.3 * y - x * x])
+
+    def period(u):
+        return PeriodStep(np.append(step(u), 0.0), 1)
+
+    measure = Measure(np.eye(2, 3), np.zeros((3, 0)), np.ones(1), 1.5)
+    moving = MovingSlips.of(np.eye(3), np.arange(2), np.arange(0))
+    leaps, start, went = SlopeLeaps(), np.array([1.0, -1.0, 0.0]), []
+    landing = leaps.leap(period, lambda: went.append(leaps.periods), start, period(start), moving, measure)
+    u = start[:2].copy()
+    for _ in range(sum(went)):
+        u += step(u)
+    off = np.abs(landing.start[:2] - u).max()
+    assert sum(went) > 1000
+    assert off <= landing.error < 0.02 * np.abs(u - start[:2]).max()
+
+
+@pytest.mark.parametrize("drifts", [False, True])
+def test_a_leap_by_slopes_follows_an_affine_map(drifts):
+    rng = np.random.default_rng(2)
+    k = 4
+    values = np.append(rng.uniform(0.9, 0.9999, k - 1), 1.0)
+    vectors = np.linalg.qr(rng.normal(size=(k, k)))[0]
+    J, c = vectors @ np.diag(values) @ vectors.T, rng.normal(size=k)
+    if not drifts:
+        c -= vectors[:, -1] * (vectors[:, -1] @ c)
+
+    def period(u):
+        return PeriodStep(np.append((J @ u[:k] + c) - u[:k], np.zeros(k // 2)), 1)
+
+    measure = Measure(np.eye(k, k + k // 2), np.zeros((k + k // 2, 0)), np.ones(k // 2), 2.0)
+    start, leaps = np.append(rng.normal(size=k), np.zeros(k // 2)), SlopeLeaps()
+    moving = MovingSlips.of(np.eye(k + k // 2), np.arange(k), np.arange(0))
+    went = []
+    landing = leaps.leap(period, lambda: went.append(leaps.periods), start, period(start), moving, measure)
+    many = np.linalg.matrix_power(np.block([[J, c[:, None]], [np.zeros(k), 1.0]]), sum(went))
+    end, start = many[:k, :k] @ start[:k] + many[:k, k], landing.start
+    assert len(went) >= 8
+    assert np.abs(start[:k] - end).max() <= 1e-6 * np.abs(end).max()
+    assert landing.error <= 1e-6 * np.abs(end).max()
 
 
 @pytest.mark.parametrize(
