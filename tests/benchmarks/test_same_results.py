@@ -2,7 +2,6 @@
 
 import json
 import sys
-from dataclasses import fields
 from math import inf, nextafter
 
 import numpy as np
@@ -11,8 +10,7 @@ import pytest
 from benchmarks import same_results
 from benchmarks.answers import Checkout, differences
 from benchmarks.command_worker import contents
-from benchmarks.commands_compared import OF_JOINTS, Run, imports, runs_of
-from benchmarks.drawn_joints import MOST_NODES, drawn_joint, drawn_joint_in_space
+from benchmarks.commands_compared import Run
 
 CHOSEN = ["--joints", "2", "--on", "one-node,random-1,space-0,ansys", "--only", "solve,import"]
 
@@ -129,50 +127,6 @@ def test_files_are_compared_by_their_bits(tmp_path):
     assert "slip.values[0]" in [leaf.path for leaf in differences(written(many[:2]), written(-many[:2]))]
     assert written(many)["settings"] == {"seed": 1}
     assert not list(tmp_path.iterdir())
-
-
-def test_joints_are_drawn_of_every_kind_each_from_its_own_seed():
-    joints = [drawn_joint(0, number) for number in range(200)]
-    assert joints[17] == drawn_joint(0, 17) != drawn_joint(1, 17)
-    assert {joint.n for joint in joints} >= {1, 2, 3, 4, 5, 6, 8, MOST_NODES}
-    assert {joint.m for joint in joints} == set(range(2, 13))
-    given = {d.name for joint in joints for d in fields(joint) if getattr(joint, d.name) is not None}
-    assert given >= {"C", "q_mean", "q_transient", "initial_slip", "label"}
-    kinds = {
-        "domain": lambda joint: joint.is_domain,
-        "floating": lambda joint: joint.n > 1 and not np.any(joint.A @ np.ones(joint.n)),
-        "uncoupled": lambda joint: not joint.B.any(),
-        "frictionless": lambda joint: not joint.f.any(),
-        "of whole numbers": lambda joint: np.all(joint.A % 1 == 0) and np.all(joint.q_w % 0.25 == 0),
-        "unloaded": lambda joint: not joint.q_w.any() and not joint.p_w.any(),
-        "beyond uniqueness": lambda joint: np.any(joint.f * np.abs(np.diag(joint.B)) > np.diag(joint.A)),
-    }
-    assert all(sum(map(bool, map(is_one, joints))) >= 3 for is_one in kinds.values())
-
-
-def test_joints_in_space_are_drawn_of_every_kind():
-    joints = [drawn_joint_in_space(0, number) for number in range(100)]
-    assert all(joint.B.shape == (joint.n, 2 * joint.n) for joint in joints)
-    assert {joint.n for joint in joints} >= {1, 2, 3, 4, 6}
-    kinds = {
-        "domain": lambda joint: joint.is_domain,
-        "floating": lambda joint: joint.n > 1 and not np.any(joint.A @ np.tile([0.0, 1.0], joint.n)),
-        "anisotropic": lambda joint: not 0.05 < joint.A[0, 0] / max(joint.A[1, 1], 1e-9) < 20.0,
-        "frictionless": lambda joint: not joint.f.any(),
-        "open at times": lambda joint: np.any(joint.p_w < 0) and joint.C is not None,
-    }
-    assert all(sum(map(bool, map(is_one, joints))) >= 3 for is_one in kinds.values())
-
-
-def test_every_joint_is_asked_every_command():
-    for number in range(20):
-        joint = drawn_joint(0, number)
-        runs = runs_of("it", "it.npz", joint, number)
-        assert {run.command for run in runs} == set(OF_JOINTS)
-        assert len({run.key for run in runs}) == len(runs)
-    runs, files = imports(same_results.DECKS)
-    assert {run.joint for run in runs} > {"example", "ansys", "calculix_9"}
-    assert {f"{name}/import.toml" for name in ("example", "calculix_9")} < set(files)
 
 
 def test_of_what_programs_read_words_may_change_and_keys_may_come() -> None:

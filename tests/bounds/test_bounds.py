@@ -155,16 +155,6 @@ def test_zero_amplitude_is_told_from_wedging() -> None:
     assert uncoupled.guarantee == "proved"
 
 
-def test_loads_safe_only_away_from_the_mean_have_a_least_load_factor() -> None:
-    problem = Problem(
-        A=[[1.0]], B=[[0.0]], f=0.5, q_w=[[0.5], [-0.5]], p_w=[[3.0], [3.0]], q_mean=[0.0], p_mean=[-1.0]
-    )
-    upper = shakedown.upper_bound(problem)
-    assert upper.status == "unbounded"
-    assert upper.least_load_factor == pytest.approx(1 / 3)
-    assert shakedown.lower_bound(problem).status == "infeasible"
-
-
 def test_a_floating_body_without_coupling_shakes_down_below_the_upper_bound() -> None:
     """Its safe slips vanish all together: no single node collapses, and λ_1 is λ_max (Melan)."""
     problem = Problem(

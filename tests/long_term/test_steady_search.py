@@ -6,10 +6,14 @@ import pytest
 import shakedown
 from shakedown.ground.status import Outcome
 from shakedown.long_term.space.followed_cycles import SearchRules, Settled
+from shakedown.long_term.space.recurrence_leaps import recurrence_of
 from shakedown.long_term.space.steady_search import SteadySearch
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
+from shakedown.motion.method import CycleRecord, State
 from tests.joints import FAMILY, member
+
+GOAL = 1e-8
 
 
 def settled(
@@ -42,6 +46,67 @@ def test_the_search_finds_the_exact_long_term_state(name):
                 assert work == pytest.approx(exact.dissipation_per_cycle, abs=off)
 
 
+class Turning:
+    """A motion whose state turns by a p-th of a circle in every cycle, while its radius comes to a given one."""
+
+    may_jump, stop = True, None
+
+    def __init__(self, period: int, radius: float, rate: float) -> None:
+        self.problem = shakedown.Problem(
+            A=np.eye(2), B=np.zeros((2, 2)), f=0.5, q_w=np.zeros((1, 2)), p_w=np.ones((1, 2))
+        )
+        turn = 2.0 * np.pi / period
+        self.turn = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+        self.radius, self.rate = radius, rate
+        self.state = State(np.array([10.0 * radius, 0.0, 0.0, 0.0]), np.zeros(2, dtype=np.int64))
+
+    def cycle(self) -> CycleRecord:
+        x, y = self.turn @ self.state.u[:2]
+        size = float(np.hypot(x, y))
+        share = (self.radius + self.rate * (size - self.radius)) / size
+        self.state = State(np.array([share * x, share * y, 0.0, 0.0]), self.state.contact)
+        none, slip = np.zeros(2, dtype=bool), np.ones(2)
+        return CycleRecord(self.state.u[:2], slip, slip, 1.0, 0.0, none, ~none, 1, 1, ())
+
+
+@pytest.mark.parametrize("period", [2, 3, 4])
+@pytest.mark.parametrize("rate", [0.5, 0.9])
+def test_a_period_whose_states_differ_by_little_is_told(period, rate):
+    motion = Turning(period, 1e-5, rate)
+    found = SteadySearch(motion, SearchRules(1000, 8, 1e-10, np.ones(2))).settle()
+    assert (found.outcome, found.period) == (Outcome.CYCLIC_SLIP, period)
+
+
+@pytest.mark.parametrize("rate", [-0.9, -0.999])
+def test_states_that_come_together_have_no_longer_period(rate):
+    motion = Turning(1, 0.0, rate)
+    motion.state = State(np.array([1e-5, 0.0, 0.0, 0.0]), motion.state.contact)
+    found = SteadySearch(motion, SearchRules(20000, 8, 1e-10, np.ones(2))).settle()
+    assert (found.outcome, found.period) == (Outcome.CYCLIC_SLIP, 1)
+
+
+class Parting:
+    """A motion of two nodes: one comes to rest, the slip of the other grows from next to nothing to 1e-3."""
+
+    may_jump, stop = True, None
+    problem = Turning(1, 0.0, 0.0).problem
+
+    def __init__(self, slip: float) -> None:
+        self.state = State(np.array([5.0 * slip, 0.1 * slip, 0.0, 0.0]), np.zeros(2, dtype=np.int64))
+
+    def cycle(self) -> CycleRecord:
+        to_rest, away = self.state.u[:2]
+        left, slip = 0.8 * to_rest, np.array([0.2 * to_rest, away])
+        self.state = State(np.array([left, min(1.007 * away, 1e-3), 0.0, 0.0]), self.state.contact)
+        none = np.zeros(2, dtype=bool)
+        return CycleRecord(self.state.u[:2], slip, slip, 1.0, 0.0, none, ~none, 1, 1, ())
+
+
+def test_a_node_that_comes_to_rest_does_not_hide_one_whose_slip_grows():
+    rules = SearchRules(20000, 8, 1e-7, np.ones(2))
+    assert SteadySearch(Parting(1e-7), rules).settle().outcome == Outcome.CYCLIC_SLIP
+
+
 def test_no_leap_leads_from_one_cycle_to_another():
     """States that turn back along two sequences of contact states, next to a cycle of period one."""
     *data, load_factor, start = FAMILY[0]
@@ -51,3 +116,18 @@ def test_no_leap_leads_from_one_cycle_to_another():
     assert (found.outcome, found.period, exact.period) == (Outcome.CYCLIC_SLIP, 2, 2)
     apart = [np.abs(u[:2] - exact.final_slip).max() for u in (found.records[0].end_slip, found.state.u)]
     assert min(apart) <= 1e-7
+
+
+def test_an_affine_map_is_at_its_limit_at_once():
+    rng = np.random.default_rng(1)
+    J = 0.9 * np.linalg.qr(rng.normal(size=(5, 5)))[0]
+    J[0], c = np.eye(5)[0], np.append(0.0, rng.normal(size=4))  # the first entry is left alone
+    states = [rng.normal(size=5)]
+    for _ in range(6):
+        states.append(J @ states[-1] + c)
+    recurrence = recurrence_of(np.array(states), np.eye(5))
+    state = states[-1]
+    for _ in range(4):
+        state = J @ state + c
+    np.testing.assert_allclose(recurrence.ahead(4)[0], state, rtol=1e-9)
+    np.testing.assert_allclose(recurrence.ahead(4)[1], J @ state + c - state, rtol=1e-8)

@@ -175,20 +175,6 @@ def test_no_triangle_lies_across_a_hole_or_between_two_patches():
     assert len(places_of(placed(grid(2, 2) + 1e9)).triangles.triangles) == 2
 
 
-def test_a_flat_patch_anywhere_in_space_keeps_its_shape():
-    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
-    tilted = replace(JOINT, coordinates=CORNERS @ turn.T, normal=UP @ turn.T, tangents=ALONG @ turn.T)
-    one, other = places_of(JOINT), places_of(tilted)
-    assert (one.axes, other.axes) == (("x", "y"), ("along the patch", "across the patch"))
-    np.testing.assert_allclose(distances(other.points), distances(one.points), atol=1e-12)
-    along, there = (each.seen(CORNERS[:, :2]) for each in (one, other))
-    np.testing.assert_allclose(distances(there), distances(along), atol=1e-12)
-
-
-def distances(points: np.ndarray) -> np.ndarray:
-    return np.linalg.norm(points[:, None] - points, axis=2)
-
-
 def test_loads_of_nodes_with_tangents_of_their_own_are_summed_along_the_axes():
     faces = ALONG.copy()
     faces[2:] = [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]
