@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any, Literal, NamedTuple, Protocol, TypeVar
+from typing import Any, Literal, NamedTuple, Protocol
 
 from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits
@@ -19,7 +19,7 @@ from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_
 from shakedown.bounds.plane_or_space import takes_long
 from shakedown.bounds.registry import Claim, kinds_of
 from shakedown.ground.argument_kinds import check_seed
-from shakedown.ground.constants import CYCLES, MANY
+from shakedown.ground.constants import CYCLES, MANY, T
 from shakedown.ground.errors import Missing, UsageError, present
 from shakedown.ground.shown_values import at_lambda, nodes_in_words, plain, short
 from shakedown.ground.status import Guarantee, Outcome
@@ -34,7 +34,6 @@ from shakedown.long_term.simulation import Simulation, check_slip_below, simulat
 from shakedown.long_term.state import proof_in
 
 Progress = Callable[[int, int], None]
-T = TypeVar("T")
 
 MOST_WORK = 8e10  # multiplications and additions that a run may take, and λ_T in all: half a minute or so
 GO_ON = "simulate, which has no such limit, goes on with it"

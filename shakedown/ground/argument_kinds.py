@@ -10,12 +10,12 @@ from inspect import get_annotations, unwrap
 from itertools import chain, islice, repeat
 from numbers import Integral, Real
 from types import NoneType, UnionType
-from typing import Any, Literal, NamedTuple, ParamSpec, TypeVar, Union, get_args, get_origin
+from typing import Any, Literal, NamedTuple, Union, get_args, get_origin
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.ground.constants import MANY
+from shakedown.ground.constants import MANY, P, T
 from shakedown.ground.errors import ShakedownError, UsageError
 from shakedown.ground.shown_values import short, shortened
 
@@ -83,10 +83,6 @@ def real_values(values: ArrayLike) -> NDArray[Any]:
 
 def _without_axes(value: object) -> object:
     return value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
-
-
-P = ParamSpec("P")
-T = TypeVar("T")
 
 
 class Kind(NamedTuple):

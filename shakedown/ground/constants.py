@@ -2,12 +2,16 @@
 
 import os
 from math import inf
-from typing import Final
+from typing import Final, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 EPS: Final = float(np.finfo(float).eps)

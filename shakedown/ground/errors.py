@@ -3,12 +3,10 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Literal, ParamSpec, TypeVar
+from typing import Literal
 
+from shakedown.ground.constants import P, T
 from shakedown.ground.shown_values import one_line
-
-P = ParamSpec("P")
-T = TypeVar("T")
 
 
 class ShakedownError(Exception):

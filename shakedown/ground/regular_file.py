@@ -6,14 +6,6 @@ from io import BufferedReader
 
 from shakedown.ground.errors import ProblemError
 
-_KINDS = (
-    (stat.S_ISDIR, "a directory"),
-    (stat.S_ISFIFO, "a pipe"),
-    (stat.S_ISCHR, "a device"),
-    (stat.S_ISBLK, "a device"),
-    (stat.S_ISSOCK, "a socket"),
-)
-
 
 def open_regular(path: str | os.PathLike[str], expected: str = "a regular file") -> BufferedReader:
     """Open a regular file for reading bytes; whatever else has that name is never waited for.
@@ -52,7 +44,14 @@ def open_regular(path: str | os.PathLike[str], expected: str = "a regular file")
 
 def kind_of(mode: int) -> str:
     """The kind of a file that is not regular, in words."""
-    return next((word for is_kind, word in _KINDS if is_kind(mode)), "something else")
+    kinds = {
+        stat.S_IFDIR: "a directory",
+        stat.S_IFIFO: "a pipe",
+        stat.S_IFCHR: "a device",
+        stat.S_IFBLK: "a device",
+        stat.S_IFSOCK: "a socket",
+    }
+    return kinds.get(stat.S_IFMT(mode), "something else")
 
 
 def _flag(name: str) -> int:

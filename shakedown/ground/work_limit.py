@@ -6,9 +6,11 @@ from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache, wraps
-from typing import TYPE_CHECKING, ParamSpec, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+from shakedown.ground.constants import P, T
 
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
@@ -69,10 +71,6 @@ def work_again() -> Iterator[WorkLimit]:
     limit = _PRESENT.get()
     with limited_work(np.inf if limit is None else limit.allowed) as again:
         yield again
-
-
-P = ParamSpec("P")
-T = TypeVar("T")
 
 
 def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:

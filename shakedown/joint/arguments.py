@@ -4,14 +4,14 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import wraps
 from math import isfinite
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.ground.argument_kinds import check_count, real_number, whole_number, written
 from shakedown.ground.argument_kinds import checked as checked
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import FloatArray, T
 from shakedown.ground.errors import ProblemError, UsageError
 from shakedown.ground.shown_values import short
 from shakedown.joint.fields import LARGEST, check_slip, finite_array
@@ -124,9 +124,6 @@ def checked_damping(problem: Problem, damping: ArrayLike | None) -> FloatArray |
     if D.shape != (size,) or not (D > 0).all():
         raise UsageError(f"damping: expected {size} positive numbers, found {damping}")
     return D
-
-
-T = TypeVar("T")
 
 
 class _Kept(dict[str, object]):

@@ -9,9 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import FloatArray, IntArray
 
-IntArray = NDArray[np.intp]
 TURN = float(np.cos(np.radians(40.0)))  # least cosine between neighbouring normals of one patch
 GAP = 2.5  # a distance this many times the usual one separates two patches
 NEIGHBOURS = 8  # nearest neighbours considered per node

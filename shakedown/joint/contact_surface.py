@@ -5,16 +5,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import FloatArray, IntArray, Mask
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.contact_patches import GAP, NEIGHBOURS, contact_patches
 from shakedown.joint.places import NONE
 from shakedown.joint.problem import Problem
-
-IntArray = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 
 
 def flanks(x: FloatArray) -> Iterator[IntArray]:

@@ -4,18 +4,15 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from shakedown.ground.argument_kinds import checked
-from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import UsageError
 from shakedown.joint.arguments import is_finite
 from shakedown.joint.contact_surface import Surface, around, cell_weights, surface_of
 from shakedown.joint.fields import AXES, OF_NODES
 from shakedown.joint.problem import Problem
-
-IntArray = NDArray[np.intp]
 
 
 @checked
@@ -78,17 +75,13 @@ def coarsened(problem: Problem) -> Problem | None:
     if surface is None:
         return None
     if surface.in_plane:
-        ends = zip(surface.parts, surface.rings, strict=True)
-        knots = np.unique(np.concatenate([part[_every_second(len(part), ring)] for part, ring in ends]))
+        ends = [
+            part[:0] if ring else part[-1:] for part, ring in zip(surface.parts, surface.rings, strict=True)
+        ]
+        knots = np.unique(np.concatenate([*(part[::2] for part in surface.parts), *ends]))
     else:
         knots = spread_knots(surface, 2.0 * surface.spacing)
     return between_knots(problem, surface, knots)
-
-
-def _every_second(count: int, ring: float) -> IntArray:
-    """Every second of nodes in a row, and the last one unless they are a ring."""
-    chosen = np.arange(0, count, 2)
-    return chosen if ring else np.unique(np.append(chosen, count - 1))
 
 
 def _knots_along(surface: Surface, radius: float) -> IntArray:
@@ -154,18 +147,14 @@ def between_knots(problem: Problem, surface: Surface, knots: IntArray) -> Proble
             if axis in of_axis:
                 value = np.moveaxis(np.tensordot(value, of_axis[str(axis)], axes=(number, 0)), -1, number)
                 changed[key] = value
-    changed["f"] = _mean_friction(problem.f, normal)
+    # exactly the common value where all nodes have the same
+    changed["f"] = np.clip(problem.f @ normal / normal.sum(axis=0), problem.f.min(), problem.f.max())
     if problem.node_area is not None:
         changed["node_area"] = normal.T @ problem.node_area
     if problem.initial_slip is not None:
         right = tangential.T @ problem.A @ problem.initial_slip.T
         changed["initial_slip"] = np.linalg.lstsq(changed["A"], right, rcond=NEGLIGIBLE)[0].T
     return replace(problem, **changed)
-
-
-def _mean_friction(f: FloatArray, hats: FloatArray) -> FloatArray:
-    """The mean friction under every hat; exactly the common value where all nodes have the same."""
-    return np.clip(f @ hats / hats.sum(axis=0), f.min(), f.max())
 
 
 def _tangential(problem: Problem, hats: FloatArray, knots: IntArray) -> FloatArray:

@@ -6,11 +6,10 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import wrong_key
 from shakedown.ground.tolerances import DEFAULT
 
-IntArray = NDArray[np.intp]
 NONE = -1  # in the last column of a triangle
 
 

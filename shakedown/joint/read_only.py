@@ -66,7 +66,9 @@ def read_only(value: Any) -> Any:
     """
     kind = type(value)
     if kind is np.ndarray:
-        return _view(value) if value.flags.writeable else value
+        view = value.view() if value.flags.writeable else value
+        view.flags.writeable = False
+        return view
     if kind in (tuple, list) or (isinstance(value, tuple) and hasattr(value, "_fields")):
         parts = [read_only(part) for part in value]
         if all(new is old for new, old in zip(parts, value, strict=True)):
@@ -78,9 +80,3 @@ def read_only(value: Any) -> Any:
     if is_dataclass(kind) and kind.__dataclass_params__.frozen and not issubclass(kind, ReadOnly):  # type: ignore[attr-defined]
         ReadOnly.__post_init__(value)
     return value
-
-
-def _view(array: np.ndarray) -> np.ndarray:
-    view = array.view()
-    view.flags.writeable = False
-    return view

@@ -139,8 +139,8 @@ def loads_in_words(
     """
     if math.isnan(load_factor):
         return ""
-    varying = varying_loads_in_words(problem, load_factor, rounding)
-    return "; ".join(filter(None, [varying, constant_loads_in_words(problem)]))
+    constant = [_load_in_words(load, 1.0, "nearest") for load in problem.loads if load.amplitude == 0]
+    return "; ".join(filter(None, [varying_loads_in_words(problem, load_factor, rounding), *constant]))
 
 
 def varying_loads_in_words(
@@ -151,12 +151,6 @@ def varying_loads_in_words(
         return ""
     varying = [load for load in problem.loads if load.amplitude != 0]
     return "; ".join(_load_in_words(load, load_factor, rounding) for load in varying)
-
-
-def constant_loads_in_words(problem: Problem) -> str:
-    """The loads that no load factor changes; empty where none is said to be constant."""
-    constant = [load for load in problem.loads if load.amplitude == 0]
-    return "; ".join(_load_in_words(load, 1.0, "nearest") for load in constant)
 
 
 def _load_in_words(load: NamedLoad, load_factor: float, rounding: str) -> str:
