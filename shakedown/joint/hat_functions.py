@@ -75,9 +75,8 @@ def coarsened(problem: Problem) -> Problem | None:
     if surface is None:
         return None
     if surface.in_plane:
-        ends = [
-            part[:0] if ring else part[-1:] for part, ring in zip(surface.parts, surface.rings, strict=True)
-        ]
+        strips = zip(surface.parts, surface.rings, strict=True)
+        ends = [part[-1:] for part, ring in strips if not ring]  # a ring has none
         knots = np.unique(np.concatenate([*(part[::2] for part in surface.parts), *ends]))
     else:
         knots = spread_knots(surface, 2.0 * surface.spacing)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -97,6 +97,12 @@ class Layout:
     def ways(self, change: FloatArray) -> FloatArray:
         """How far each node slips in a change of a state ((d + 1) n,), (n,) [length]."""
         return np.asarray(np.linalg.norm(self.by_node(change[self.slips]), axis=1))
+
+
+@cache
+def layout_of(n: int, d: int) -> Layout:
+    """The layout for a number of nodes and directions, cached."""
+    return Layout(n, d)
 
 
 Numbers = NDArray[Any]  # floats, or exact numbers as objects

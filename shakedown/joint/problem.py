@@ -34,7 +34,7 @@ from shakedown.joint.fields import (
     real_numbers,
     symmetrised,
 )
-from shakedown.joint.law import Law, Layout
+from shakedown.joint.law import Law, Layout, layout_of
 from shakedown.joint.places import check_places, checked_faces, faces_among, without_cancelled
 from shakedown.joint.read_only import ReadOnly
 
@@ -262,10 +262,10 @@ class Problem(ReadOnly):
         """Tangential directions of a node: 1 in the plane, 2 in space."""
         return self.B.shape[1] // self.B.shape[0]
 
-    @cached_property
+    @property
     def layout(self) -> Layout:
         """Where the slip and the gap of a node stand in states, reactions and κ."""
-        return Layout(self.n, self.directions)
+        return layout_of(self.n, self.directions)
 
     @property
     def law(self) -> Law:
