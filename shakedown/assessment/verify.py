@@ -36,7 +36,6 @@ from shakedown.long_term.state import proof_in
 Progress = Callable[[int, int], None]
 
 MOST_WORK = 8e10  # multiplications and additions that a run may take, and λ_T in all: half a minute or so
-GO_ON = "simulate, which has no such limit, goes on with it"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -146,13 +145,14 @@ def disagreements(runs: Sequence[Run], lower: Bound | Missing) -> Iterator[str]:
 
 def open_questions(runs: Sequence[Run]) -> Iterator[str]:
     """One sentence for each run without an outcome, or at rest in a zone that no prediction is about."""
+    go_on = "simulate, which has no such limit, goes on with it"
     for run in runs:
         found = run.simulation
         where = f"{run.initial} at {at_lambda(found.load_factor)}"
         if found.outcome == Outcome.UNDECIDED:
             # Why a body slides away is in the answer.
             why = found.reason.partition(":")[0] if found.slides_away else found.reason
-            yield f"{where}: {why}{'; ' * is_spent(found)}{GO_ON * is_spent(found)}"
+            yield f"{where}: {why}{'; ' * is_spent(found)}{go_on * is_spent(found)}"
         elif run.agrees is None and run.predicted != "either":
             named = nodes_in_words(found.open_nodes)
             yield f"{where}: shakes down with {named} open: a zone that λ_max is not about (open_nodes)"

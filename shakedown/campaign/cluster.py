@@ -16,8 +16,6 @@ from shakedown.ground.shown_values import visible
 
 PATIENCE = 30.0  # seconds to wait for the scheduler, and then for its first worker
 SAME = "scheduler: expected workers with the versions of this process"
-NONE = "scheduler: expected dask.distributed to be installed, found none"
-INSTALL = "pip install 'shakedown-bounds[cluster]'"
 
 
 @contextmanager
@@ -38,7 +36,10 @@ def cluster_executor(address: str | None) -> Iterator[Executor | None]:
     try:
         from distributed.scheduler import KilledWorker
     except ImportError:
-        raise UsageError(f"{NONE} ({INSTALL})") from None
+        raise UsageError(
+            "scheduler: expected dask.distributed to be installed, found none (pip install "
+            "'shakedown-bounds[cluster]')"
+        ) from None
     log = logging.getLogger("distributed.client")  # it has a traceback for a scheduler that is gone
     level = log.level
     log.setLevel(logging.CRITICAL)

@@ -9,6 +9,7 @@ import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields
+from functools import cache
 from math import prod
 from typing import IO, Any, NamedTuple
 
@@ -24,13 +25,19 @@ from shakedown.ground.shown_values import LONGEST_NAME, shortened
 from shakedown.joint.fields import AXES, LOOP, NAMES, REQUIRED, TEXTS, check_shapes, plain_text, real_numbers
 from shakedown.joint.problem import Problem
 
-# A header is a Python literal. Only one that looks like that of a plain array is passed to NumPy.
-_DESCR = r"'descr' *: *'[<>|=]?[?biufcmMOSUV][0-9]{0,10}(?:\[[0-9a-zA-Z]*\])?'"
-_ORDER = r"'fortran_order' *: *(?:True|False)"
-_SHAPE = r"'shape' *: *\( *(?:(?:0|[1-9][0-9]{0,19}) *, *)*(?:(?:0|[1-9][0-9]{0,19}) *)?\)"
-_ITEM = rf" *(?:{_DESCR}|{_ORDER}|{_SHAPE}) *"
-_DICT = rf"\{{{_ITEM},{_ITEM},{_ITEM},? *\}} *\n?"
-_HEADER = re.compile("|".join((_DICT, _DICT.replace("'", '"'))).encode())
+
+@cache
+def _plain_header() -> re.Pattern[bytes]:
+    """The header of a plain array, a Python literal: nothing that looks different is passed to NumPy."""
+    size = "(?:0|[1-9][0-9]{0,19}) *"
+    items = (
+        r"'descr' *: *'[<>|=]?[?biufcmMOSUV][0-9]{0,10}(?:\[[0-9a-zA-Z]*\])?'",
+        "'fortran_order' *: *(?:True|False)",
+        rf"'shape' *: *\( *(?:{size}, *)*(?:{size})?\)",
+    )
+    item = rf" *(?:{'|'.join(items)}) *"
+    literal = rf"\{{{item},{item},{item},? *\}} *\n?"
+    return re.compile("|".join((literal, literal.replace("'", '"'))).encode())
 
 
 class Header(NamedTuple):
@@ -59,7 +66,7 @@ def read_header(file: IO[bytes]) -> Header:
         length = int.from_bytes(head[8:start], "little")
         if start + length > len(head):
             raise ValueError(f"a header of {length} bytes")
-        if not _HEADER.fullmatch(head[start : start + length]):
+        if not _plain_header().fullmatch(head[start : start + length]):
             raise ValueError("a header that is not one of a plain array")
         read = np.lib.format.read_array_header_1_0 if start == 10 else np.lib.format.read_array_header_2_0
         shape, _, dtype = read(stream)

@@ -38,7 +38,6 @@ Shorts = Annotated[NDArray[np.int32], types.CPointer(types.int32)]
 Flags = Annotated[NDArray[np.uint8], types.CPointer(types.uint8)]
 Hash = Annotated[np.uint64, types.uint64]
 
-NUMBERS = {int: types.int64, float: types.float64, bool: types.boolean}
 CONTENT: dict[Any, Any] = {
     types.int64: c_int64,
     types.uint64: c_uint64,
@@ -173,9 +172,10 @@ class NamedState:
 
 
 def _compiled_type(declared: Any) -> Any:
+    numbers = {int: types.int64, float: types.float64, bool: types.boolean}
     if get_origin(declared) is Annotated:
         return get_args(declared)[1]
-    return NUMBERS.get(declared) or declared.compiled
+    return numbers.get(declared) or declared.compiled
 
 
 @register_model(StateType)

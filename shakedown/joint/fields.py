@@ -43,7 +43,6 @@ AXES: dict[str, tuple[str | int, ...]] = {
     )
     for key in keys.split()
 }
-ONE_FOR_ALL = {"f": (), "initial_slip": ("dn",)}  # another shape that these may have
 TEXTS = ("load_path", "name", "units", "source")
 NAMES = ("load_names", "load_units", "label")
 REQUIRED = ("A", "B", "f", "q_w", "p_w")
@@ -97,14 +96,15 @@ def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
 
 def _check_shape(key: str, shape: tuple[int, ...], sizes: dict[str, int], directions: int) -> None:
     """Match one shape against its axis names, learning m, k and s where they first occur."""
+    one_for_all = {"f": (), "initial_slip": ("dn",)}  # another shape that these may have
     # the tangential directions with which they exist
     only = {"tangent": 1, "tangents": 2, "faces": 2}.get(key, directions)
     if only != directions:
         wanted = "one tangential direction" if only == 1 else "two tangential directions"
         raise wrong_key(key, f"only with {wanted}", "two" if only == 1 else "one")
     axes = AXES[key]
-    if len(shape) == len(ONE_FOR_ALL.get(key, axes)):
-        axes = ONE_FOR_ALL.get(key, axes)
+    if len(shape) == len(one_for_all.get(key, axes)):
+        axes = one_for_all.get(key, axes)
     if key == "x" and directions > 1 and len(shape) == 2:  # in a plane or in space
         axes = ("n", 2 if shape[1] == 2 else 3)
     expected = tuple(axis if isinstance(axis, int) else sizes.get(axis, axis) for axis in axes)
@@ -130,10 +130,6 @@ def _shape_hint(shape: tuple[int, ...], expected: tuple[int | str, ...]) -> str:
 
 # Beyond these, products of three numbers are no numbers any more.
 LARGEST = 1e100  # largest stiffness, force or length, in any units: its square is still finite
-SMALLEST = 1 / LARGEST  # smallest admissible value of the largest nonzero entry of an array
-NEGLIGIBLE = 1e-30  # entries so much smaller than the largest of their array are taken as zero
-LARGEST_FRICTION = 1e12
-LARGEST_LENGTH = 1e75  # largest slip, force over stiffness
 
 
 def real_numbers(key: str, value: ArrayLike) -> NDArray[np.float64]:
@@ -186,12 +182,13 @@ def in_range(key: str, array: NDArray[np.float64]) -> NDArray[np.float64]:
     >>> in_range("A", np.array([2.0, 5e-324]))
     array([2., 0.])
     """
+    negligible = 1e-30  # entries so much smaller than the largest of their array are taken as zero
     sizes = np.abs(array)
     largest = float(np.fmax.reduce(sizes, axis=None, initial=0.0))  # NaN is ignored here
-    if largest and not SMALLEST <= largest <= LARGEST:
-        expected = f"the largest magnitude to be 0 or between {SMALLEST:g} and {LARGEST:g}"
+    if largest and not 1 / LARGEST <= largest <= LARGEST:
+        expected = f"the largest magnitude to be 0 or between {1 / LARGEST:g} and {LARGEST:g}"
         raise wrong_key(key, expected, f"{largest:g} (choose other units)")
-    return np.where(sizes < NEGLIGIBLE * largest, 0.0, array)
+    return np.where(sizes < negligible * largest, 0.0, array)
 
 
 def check_ratios(arrays: Mapping[str, NDArray[np.float64]]) -> None:
@@ -203,17 +200,19 @@ def check_ratios(arrays: Mapping[str, NDArray[np.float64]]) -> None:
         If a friction coefficient exceeds 1e12, forces over stiffness are no lengths between 1e-75 and
         1e75, or stiffness times the initial slip no forces below 1e100.
     """
-    if (friction := arrays["f"].max()) > LARGEST_FRICTION:
-        raise wrong_key("f", f"friction coefficients up to {LARGEST_FRICTION:g}", f"{friction:g}")
+    largest_length = 1e75  # largest slip, force over stiffness
+    largest_friction = 1e12
+    if (friction := arrays["f"].max()) > largest_friction:
+        raise wrong_key("f", f"friction coefficients up to {largest_friction:g}", f"{friction:g}")
     stiffness, force, slip = (
         max((float(np.abs(arrays[key]).max(initial=0.0)) for key in keys if key in arrays), default=0.0)
         for keys in (STIFFNESS, FORCES, ("initial_slip",))
     )
     length = force / stiffness if stiffness else 0.0
-    if length and not 1 / LARGEST_LENGTH <= length <= LARGEST_LENGTH:
+    if length and not 1 / largest_length <= length <= largest_length:
         raise ProblemError(
-            f"keys 'A', 'q_w', …: expected forces over stiffness between {1 / LARGEST_LENGTH:g} and "
-            f"{LARGEST_LENGTH:g}, found {length:g}"
+            f"keys 'A', 'q_w', …: expected forces over stiffness between {1 / largest_length:g} and "
+            f"{largest_length:g}, found {length:g}"
         )
     check_slip("key 'initial_slip'", stiffness, slip)
 

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 LINES = 24  # lines shown: one screen
-FIRST = ("load_factor", "status", "outcome")  # fields shown of a result inside another one, if it has them
 
 
 class Result(ReadOnly):
@@ -69,8 +68,10 @@ class Result(ReadOnly):
 
     def in_one_line(self, width: int) -> str:
         """Its name and as many of its first values as fit."""
+        # fields shown of a result inside another one, if it has them
+        first = ("load_factor", "status", "outcome")
         available, text, shown = width - len(type(self).__name__) - 3, "", dict(self._shown())
-        for word in (*(word for word in FIRST if word in shown), *(w for w in shown if w not in FIRST)):
+        for word in (*(word for word in first if word in shown), *(w for w in shown if w not in first)):
             if len(longer := f"{text}{word}={shown[word]}, ") <= available:
                 text = longer
         return f"{type(self).__name__}({text}…)"

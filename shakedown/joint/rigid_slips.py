@@ -19,7 +19,6 @@ from shakedown.joint.problem import Problem
 
 NO_STIFFNESS = 2.0**-30  # largest relative stiffness of a rigid motion, as condensation costs a few digits
 CLEAR = 1e4  # ratio by which true resistance exceeds round-off or printing errors
-CLEARLY_HELD = 1 / CLEAR  # smallest eigenvalue of a scaled stiffness, relative, that needs no closer look
 MOTION_ROUND_OFF = 16 * np.finfo(float).eps  # relative round-off of a projected stiffness
 ASKED = ": give stiffness_accuracy"
 
@@ -306,12 +305,13 @@ def _coupling(problem: Problem, lengths: FloatArray, power: int) -> FloatArray:
 
 def _clearly_held(stiffness: FloatArray) -> bool:
     """Whether a scaled stiffness shows at once that there is nothing rigid; quick."""
-    shift = CLEARLY_HELD * float(np.abs(stiffness).sum(axis=0).max())
+    clearly_held = 1 / CLEAR  # smallest eigenvalue of a scaled stiffness, relative, that needs no closer look
+    shift = clearly_held * float(np.abs(stiffness).sum(axis=0).max())
     try:
         np.linalg.cholesky(stiffness - shift * np.eye(len(stiffness)))
     except np.linalg.LinAlgError:
         values = np.linalg.eigvalsh(stiffness)
-        return bool(values[0] > CLEARLY_HELD * values[-1])
+        return bool(values[0] > clearly_held * values[-1])
     return True
 
 

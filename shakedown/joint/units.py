@@ -324,10 +324,6 @@ def _unit(load: NamedLoad, units: Units, constant: float, varying: float) -> Loa
     return LoadUnit(size, load.unit, moved, f"{load.unit}/({moved})")
 
 
-JUMP = 5.0  # times the usual distance of load steps: a step so far from both neighbours may be misplaced
-UNALIKE = 100.0  # ratio of stiffnesses of one body beyond which they are probably in different units
-
-
 def is_pulled_everywhere(problem: Problem) -> bool:
     """Whether the mean load pulls the bodies apart at every node, as with a wrong sign of p_w."""
     mean = problem.p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean
@@ -356,11 +352,12 @@ def doubtful_data(problem: Problem) -> list[str]:
 
 def _units_in_doubt(problem: Problem) -> Iterator[str]:
     """Inconsistent numbers, as where one file is in mm and another one in m."""
+    unalike = 100.0  # ratio of stiffnesses of one body beyond which they are probably in different units
     # on as many feet as hold a body it moves without strain, so that C may be zero
     C, strained = problem.A if problem.C is None else problem.C, problem.n > problem.directions + 1
     tangential, normal, coupling = (float(np.abs(each).max()) for each in (problem.A, C, problem.B))
-    for key, size, least in (("C", normal, strained / UNALIKE), ("B", coupling, 0.0)):
-        if tangential > 0 and not least <= size / tangential <= UNALIKE:
+    for key, size, least in (("C", normal, strained / unalike), ("B", coupling, 0.0)):
+        if tangential > 0 and not least <= size / tangential <= unalike:
             yield (
                 f"The largest stiffness in {key} is {size / tangential:.3g} times the largest in A: are both "
                 "in the same units?"
@@ -381,6 +378,7 @@ def _units_in_doubt(problem: Problem) -> Iterator[str]:
 
 def _steps_in_doubt(problem: Problem) -> Iterator[str]:
     """A load step that is there twice, or out of its order."""
+    jump = 5.0  # times the usual distance of load steps: a step so far from both neighbours may be misplaced
     path = np.hstack([problem.q_w, problem.p_w])
     noise, count = MEAN_ROUND_OFF * np.abs(path).max(), problem.m
     onwards = np.abs(np.roll(path, -1, axis=0) - path).max(axis=1)
@@ -392,10 +390,10 @@ def _steps_in_doubt(problem: Problem) -> Iterator[str]:
             "the mean: is it meant to?"
         )
     away = np.minimum(onwards, np.roll(onwards, 1))  # from the nearer neighbour
-    for k in np.flatnonzero(away > JUMP * np.median(onwards)):
+    for k in np.flatnonzero(away > jump * np.median(onwards)):
         apart = np.abs(path - path[k]).max(axis=1)
         apart[[k - 1, k, (k + 1) % count]] = np.inf
-        if JUMP * apart.min() < away[k]:
+        if jump * apart.min() < away[k]:
             yield (
                 f"Load step {k} lies next to load step {apart.argmin()}, and far from those before and after "
                 "it: are the load steps in their order, and each there once?"

@@ -20,8 +20,6 @@ from shakedown.plot import style
 from shakedown.plot.paths import of_kind
 from shakedown.plot.style import axes_for, finished, node_name
 
-NAMED = {"zero": ("slip zero", "P"), "given": ("given", "D"), "critical": ("critical state", "*")}
-
 
 @checked
 def basin(found: Result, *, ax: Axes | None = None) -> Axes:
@@ -51,6 +49,7 @@ def basin(found: Result, *, ax: Axes | None = None) -> Axes:
     >>> plot.basin(found).get_xlabel()
     'initial slip of node 0'
     """
+    named = {"zero": ("slip zero", "P"), "given": ("given", "D"), "critical": ("critical state", "*")}
     states = of_kind(found, "InitialStateMap")
     problem, sampling, size = states.problem, states.sampling, states.problem.layout.slip_size
     if size < 2:
@@ -70,7 +69,7 @@ def basin(found: Result, *, ax: Axes | None = None) -> Axes:
     hollow = look | {"mfc": "none", "path_effects": [withStroke(linewidth=3.0, foreground="white")]}
     handles += axes.plot(*sampling.centre[pair], "o", label=sampling.centre_is, zorder=3, **hollow)
     for name, point, outcome in zip(sampling.named, points, states.outcome, strict=False):
-        word, mark = NAMED[name]
+        word, mark = named[name]
         label = f"{word}{', projected' * (size > 2)}: {str(outcome).replace('-', ' ')}"
         handles += axes.plot(*point, mark, label=label, mfc="white", zorder=5, **look)
     rest = size - 2 if sampling.sampler != "grid" else 0

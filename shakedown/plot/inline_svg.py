@@ -17,13 +17,11 @@ from matplotlib.figure import Figure
 from shakedown.ground.shown_values import SUBSCRIPT, visible
 from shakedown.plot.style import DOTS_PER_INCH
 
-SVG = "{http://www.w3.org/2000/svg}"
 PANEL = (4.6, 3.2)  # inches: two side by side fill a page
 SIDE_BY_SIDE, SMALLER = 3, 0.8  # small pictures in a row, and how much smaller they are
 LETTER, SAMPLE, LINE = 4.3, 50.0, 0.17  # of a legend: width of a letter, of a sample [points]; a line [inch]
 
 # Colours that a dark page replaces, by the names of the variables in the page's style.
-COLOURS = {"#000000": "ink", "#ffffff": "paper", "#0072b2": "blue", "#777777": "grey", "#cccccc": "rule"}
 STYLE: Any = {
     "svg.fonttype": "none",
     "font.sans-serif": ["DejaVu Sans", "sans-serif"],
@@ -166,6 +164,7 @@ def inline(figure: Figure, alt: str) -> Markup:
     >>> inline(figure, "two points").startswith('<svg role="img" aria-label="two points" viewBox="0 0 460.8')
     True
     """
+    svg = "{http://www.w3.org/2000/svg}"
     for paper in (figure.patch, *(axes.patch for axes in figure.axes)):  # the page provides the background
         paper.set_alpha(0.0)
     buffer = io.BytesIO()
@@ -173,12 +172,12 @@ def inline(figure: Figure, alt: str) -> Markup:
         FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None})  # savefig would draw it twice
     root = ElementTree.fromstring(buffer.getvalue())
     for element in root.iter():
-        if element.tag == f"{SVG}g":  # nothing refers to these, and other pictures would repeat them
+        if element.tag == f"{svg}g":  # nothing refers to these, and other pictures would repeat them
             element.attrib.pop("id", None)
         # attributes whose third decimal is invisible
         for key in {"d", "x", "y", "transform"}.intersection(element.keys()):
             element.set(key, re.sub(r"(\.\d\d)\d+", r"\1", element.attrib[key]))
-    shown = (child for child in root if child.tag != f"{SVG}metadata")
+    shown = (child for child in root if child.tag != f"{svg}metadata")
     body = "".join(ElementTree.tostring(child, encoding="unicode") for child in shown)
     seen = root.attrib["viewBox"]
     head = f'aria-label="{Markup.escape(visible(alt))}" viewBox="{seen}" style="--wide: {seen.split()[2]}"'
@@ -205,6 +204,7 @@ def _subscript(name: re.Match[str]) -> str:
 
 def _themed(text: str) -> str:
     """The picture with colours that follow the page, light or dark."""
-    for colour, name in COLOURS.items():
+    colours = {"#000000": "ink", "#ffffff": "paper", "#0072b2": "blue", "#777777": "grey", "#cccccc": "rule"}
+    for colour, name in colours.items():
         text = re.sub(rf"(?<=[:\" ]){colour}\b", f"var(--{name})", text, flags=re.IGNORECASE)
     return text

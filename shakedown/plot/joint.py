@@ -20,10 +20,6 @@ from shakedown.plot import style
 from shakedown.plot.patch_places import in_space
 from shakedown.plot.style import axes_for, draw_arrows, finished, node_name, positions
 
-COLOURS = (style.BLUE, style.ORANGE, style.GREEN)
-NAMES = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
-BAR = 0.26  # height of a bar, as a fraction of the distance of two nodes
-
 
 @checked
 def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
@@ -152,11 +148,12 @@ def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None
     >>> plot.loads_in_time(shakedown.example("two-node")).get_xlabel()
     'time [cycles]'
     """
+    colours = (style.BLUE, style.ORANGE, style.GREEN)
     require_problem(problem)
     q, p = loading(problem).at(load_factor)
     time = np.arange(problem.m + 1) / problem.m
     axes = axes_for(ax)
-    for (name, total), colour in zip(_sums(problem, q, p).items(), COLOURS, strict=False):
+    for (name, total), colour in zip(_sums(problem, q, p).items(), colours, strict=False):
         axes.plot(time, np.append(total, total[0]), ".-", color=colour, ms=4, lw=1.2, label=name)
     return finished(axes, "time [cycles]", with_unit("sum of welded reactions", units_of(problem).force))
 
@@ -204,16 +201,18 @@ def sensitivity(found: Sensitivities, problem: Problem | None = None, *, ax: Axe
     >>> axes.get_xlabel(), len(axes.patches)
     ('change of λ_max for 1 % more [%]', 6)
     """
+    bar = 0.26  # height of a bar, as a fraction of the distance of two nodes
+    names = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
     nodes = found.ranked(at_least=PER_CENT)[:EACH_SHOWN]
     if not nodes.size:
         raise UsageError(f"found: expected a bound with derivatives, found none ({found.reason})")
     axes, places = axes_for(ax, (6.0, 0.9 + 0.7 * len(nodes))), -np.arange(len(nodes))
     for k, (kind, colour) in enumerate(zip(KINDS, (style.GREEN, style.BLUE, style.RED), strict=True)):
         fallen, grown = getattr(found, kind).elasticity[nodes].T
-        at = places + (1 - k) * BAR
-        axes.barh(at, grown, 0.9 * BAR, color=colour, label=NAMES[kind])
+        at = places + (1 - k) * bar
+        axes.barh(at, grown, 0.9 * bar, color=colour, label=names[kind])
         if not found.smooth:
-            axes.barh(at, fallen, 0.9 * BAR, fill=False, ec=colour, lw=0.9)
+            axes.barh(at, fallen, 0.9 * bar, fill=False, ec=colour, lw=0.9)
     axes.set_ylim(0.5 - max(len(nodes), 3), 0.5)
     axes.axvline(0.0, color=style.GREY, lw=0.8)
     axes.set_yticks(places, [node_name(int(node), problem).replace(" (", "\n(") for node in nodes])

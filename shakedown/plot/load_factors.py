@@ -19,8 +19,6 @@ from shakedown.plot.paths import of_kind
 from shakedown.plot.style import Styles, axes_for, finished, style_of
 
 Bands = Mapping[str, tuple[float, float]] | None  # what holds between two load factors
-NOMINAL = "λ = 1 (nominal)"
-MESH_MARKS = "os^Dvx*"
 BAND, LOWEST_TEXT = 0.27, 0.95  # heights of the coloured band and of the axes with one level of text
 
 
@@ -44,9 +42,10 @@ def load_factor_scale(marks: Mapping[str, float], *, bands: Bands = None, ax: Ax
     >>> [text.get_text() for text in axes.texts]
     ['λ_E = 0.66', 'λ_max = 0.74', 'λ = 1 (nominal)']
     """
+    nominal = "λ = 1 (nominal)"
     known = [(value, f"{name} = {few(value, DIGITS)}") for name, value in marks.items() if np.isfinite(value)]
     axes = axes_for(ax, (9.0, 1.6))
-    texts = sorted([*known, (1.0, NOMINAL)])
+    texts = sorted([*known, (1.0, nominal)])
     # width of one letter on the scale of load factors, in points
     # smallest width of the axes, as a fraction of the picture
     letter = 5.0 / (0.8 * axes.figure.bbox.width * 72 / axes.figure.dpi)  # relative to the scale
@@ -57,7 +56,7 @@ def load_factor_scale(marks: Mapping[str, float], *, bands: Bands = None, ax: Ax
     for colour, (name, (low, high)) in zip(colours, (bands or {}).items(), strict=False):
         axes.axvspan(low, min(high, top), 0.0, BAND / highest, color=colour, alpha=0.3, lw=0, label=name)
     for (value, text), level in zip(texts, levels, strict=True):
-        own = text == NOMINAL
+        own = text == nominal
         colour, height = style.RED if own else style.GREY, 0.7 + 0.3 * level
         axes.plot([value, value], [0.0, height], lw=2.0 if own else 0.9, color=colour)
         look: dict[str, Any] = {"weight": "bold", "color": style.RED} if own else {}
@@ -180,6 +179,7 @@ def refinement(found: Result, *, ax: Axes | None = None) -> Axes:
     >>> refinement(shakedown.refine(joints, [9, 33])).get_xscale()
     'log'
     """
+    mesh_marks = "os^Dvx*"
     axes, meshes = axes_for(ax, (7.5, 4.6)), of_kind(found, "Refinement")
     for k, (name, values) in enumerate(meshes.numbers.items()):
         limit = meshes.limit[name]
@@ -188,7 +188,7 @@ def refinement(found: Result, *, ax: Axes | None = None) -> Axes:
             continue
         unit = values[-1] if np.isfinite(values[-1]) and values[-1] > 0 else known.max()
         label, colour = f"{name.replace('_', ' ')}: {meshes.verdict[name]}", (*style.LINES, style.BLACK)[k]
-        axes.plot(meshes.nodes, values / unit, f"{MESH_MARKS[k]}-", color=colour, label=label, ms=5)
+        axes.plot(meshes.nodes, values / unit, f"{mesh_marks[k]}-", color=colour, label=label, ms=5)
         if np.isfinite(limit):
             axes.plot(meshes.nodes[-1] * np.array([1.0, 1.6]), 2 * [limit / unit], "--", color=colour)
     axes.set_xscale("log")

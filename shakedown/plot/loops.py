@@ -24,9 +24,7 @@ from shakedown.plot.paths import Recorded
 from shakedown.plot.style import axes_for, finished, node_name
 
 Nodes = Iterable[int] | None  # by default those that dissipate most
-RIM = np.linspace(0.0, 2.0 * np.pi, 121)
 SLIDES_AWAY = "slides away"
-MARKS = {Outcome.RATCHETTING: "x", Outcome.SEPARATION: "o", SLIDES_AWAY: "v", Outcome.UNDECIDED: "d"}
 
 
 @checked
@@ -362,6 +360,7 @@ def damping_curve(curve: DampingCurve, *, ax: Axes | None = None) -> Axes:
 
 def _marks(axes: Axes, curve: DampingCurve) -> list[Any]:
     """Lines at λ_E and λ_T, and marks on the axis at amplitudes whose loop does not close."""
+    marks = {Outcome.RATCHETTING: "x", Outcome.SEPARATION: "o", SLIDES_AWAY: "v", Outcome.UNDECIDED: "d"}
     found: list[Any] = []
     for name, limit, said, colour, dashes in (
         ("λ_E", curve.proved_limit, "none below, proved", style.GREEN, "-"),
@@ -371,7 +370,7 @@ def _marks(axes: Axes, curve: DampingCurve) -> list[Any]:
             label = f"{name} = {down(limit, 6)}: {said}"
             found.append(axes.axvline(limit, label=label, color=colour, lw=1.2, ls=dashes))
     words = np.where(curve.slides_away, SLIDES_AWAY, [str(outcome) for outcome in curve.outcome])
-    for word, mark in MARKS.items():
+    for word, mark in marks.items():
         chosen = curve.amplitude[words == word]
         look: dict[str, Any] = {"color": style.GREY, "transform": axes.get_xaxis_transform(), "label": word}
         found += axes.plot(chosen, np.full(len(chosen), 0.02), mark, **look) if len(chosen) else []
@@ -406,7 +405,8 @@ def _use(problem: Problem, q: FloatArray, p: FloatArray, node: int) -> FloatArra
 
 def _disc(ax: Axes | None) -> Axes:
     """Axes with the limit of tangential reactions over f p."""
+    rim = np.linspace(0.0, 2.0 * np.pi, 121)
     axes = axes_for(ax)
-    axes.plot(np.cos(RIM), np.sin(RIM), color=style.GREY, lw=1.0, label="limit |q| = f p")
+    axes.plot(np.cos(rim), np.sin(rim), color=style.GREY, lw=1.0, label="limit |q| = f p")
     axes.set_aspect("equal", adjustable="datalim")
     return axes

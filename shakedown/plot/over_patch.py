@@ -24,7 +24,6 @@ from shakedown.plot.style import axes_for, draw_arrows, finished
 Numbers = tuple[FloatArray, str]  # of all nodes, and their name with its unit
 LONGEST = 0.9  # longest arrow, widest disc or loop, as a fraction of the distance of two nodes
 ROOM = 0.6  # margin around the outer nodes, as a fraction of that distance
-KINDS = ((STICK, "stick", "s", style.BLUE), (SLIP, "slip", "o", style.RED), (OPEN, "open", "o", "none"))
 DOT = 3.0  # smallest visible diameter of a node [points]
 LARGEST, SHARE = 8.0, 75.0  # marker size [points]; about SHARE in a row fill a panel
 
@@ -252,15 +251,16 @@ def zones_at(
     >>> plot.zones_at(shakedown.long_term_state(joint, 0.5), joint, 0.0).get_title()
     't = 0 cycles: 4 stick, 0 slip, 0 open'
     """
+    kinds = ((STICK, "stick", "s", style.BLUE), (SLIP, "slip", "o", style.RED), (OPEN, "open", "o", "none"))
     now, title = paths.at_instant(paths.path_of(result), cycle, sheared=True)
     places = places_of(problem, patch)
     state = np.abs(now.state[0])[places.nodes]
     axes = patch_axes(places, ax, ROOM * places.spacing)
     size = float(np.clip(SHARE / np.sqrt(problem.n), DOT, LARGEST))
-    for number, name, shape, colour in KINDS:
+    for number, name, shape, colour in kinds:
         (x, y), edge = places.points[state == number].T, style.GREY if colour == "none" else colour
         axes.scatter(x, y, s=size**2, marker=shape, fc=colour, ec=edge, lw=0.8, label=name)
-    counts = ", ".join(f"{int((state == number).sum())} {name}" for number, name, *_ in KINDS)
+    counts = ", ".join(f"{int((state == number).sum())} {name}" for number, name, *_ in kinds)
     return _finished(axes, places, f"{title}: {counts}")
 
 

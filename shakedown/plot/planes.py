@@ -22,8 +22,6 @@ from shakedown.plot.paths import Recorded, path_of
 from shakedown.plot.style import Style, Styles, axes_for, finished, style_of
 from shakedown.programs.polygon import corners
 
-ROW_COLOURS = (style.SKY, style.ORANGE)
-
 
 @checked
 def slip_space(
@@ -116,6 +114,7 @@ def _steps(points: FloatArray, drawn: NDArray[np.bool_]) -> FloatArray:
 
 def _draw_rows(axes: Axes, rows: Constraints, limits: FloatArray) -> None:
     """The lines G v = limit of the rows of a two-node joint."""
+    row_colours = (style.SKY, style.ORANGE)
     for i, (normal, limit) in enumerate(zip(rows.G, limits, strict=True)):
         size, side = float(normal @ normal), int(rows.side[i])
         if size == 0.0:
@@ -123,7 +122,7 @@ def _draw_rows(axes: Axes, rows: Constraints, limits: FloatArray) -> None:
         foot = normal * limit / size
         axes.axline(
             foot, foot + [-normal[1], normal[0]] / np.sqrt(size) * (np.linalg.norm(foot) or 1.0),
-            color=ROW_COLOURS[rows.node[i]], ls="-" if side == Side.BACKWARD else "--", zorder=1,
+            color=row_colours[rows.node[i]], ls="-" if side == Side.BACKWARD else "--", zorder=1,
             lw=1.0, label=f"node {rows.node[i]}, {SIDE_NAMES[side]} limit",
         )  # fmt: skip
 

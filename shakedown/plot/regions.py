@@ -18,7 +18,6 @@ from shakedown.plot import style
 from shakedown.plot.paths import of_kind
 from shakedown.plot.style import axes_for
 
-MARKS = {"shakedown": ("shakes down", "o"), "cyclic-slip": ("slips for ever", "x"), "": ("others", "+")}
 REGIONS = (  # from the outside in: each lies within the one before
     ("never, in contact", style.RED),
     ("depends on the state, or open", style.ORANGE),
@@ -41,7 +40,6 @@ NAMES = {
     "stiffness": "factor on the stiffness",
     "coupling": "factor on the coupling B",
 }
-NO_JOINT = "#EEEEEE"
 BELOW: dict[str, Any] = {
     "loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "fontsize": "small", "title_fontsize": "small",
     "frameon": False,
@@ -139,9 +137,10 @@ def _tinted(colour: str) -> tuple[float, ...]:
 
 def _draw_outcomes(axes: Axes, diagram: Any) -> None:
     """Draw simulated outcomes on top."""
+    marks = {"shakedown": ("shakes down", "o"), "cyclic-slip": ("slips for ever", "x"), "": ("others", "+")}
     x, y = np.meshgrid(diagram.values[0], diagram.load_factors_simulated, indexing="ij")
     left = diagram.outcomes != ""
-    for outcome, (label, mark) in MARKS.items():
+    for outcome, (label, mark) in marks.items():
         here = left & (diagram.outcomes == outcome) if outcome else left
         left &= ~here
         if here.any():
@@ -155,11 +154,12 @@ def _draw_outcomes(axes: Axes, diagram: Any) -> None:
 
 
 def _over_two(diagram: Any, load_factor: float, contours: str, axes: Axes) -> Axes:
+    no_joint = "#EEEEEE"
     (x, y), edges = diagram.values, diagram.boundaries
     if min(len(x), len(y)) < 2:
         raise UsageError("regions: expected two values or more of each of two parameters, found one")
     missing = np.isnan(edges.every)
-    axes.set_facecolor(NO_JOINT)
+    axes.set_facecolor(no_joint)
     high = 2.0 * load_factor or 1.0  # where there is no limit, so that a boundary lies half-way to there
     every, this, never = (np.where(np.isinf(edge), high, edge) for edge in edges)
     outer = np.full_like(this, high), np.maximum(this, never), this, every, np.zeros_like(this)
@@ -175,7 +175,7 @@ def _over_two(diagram: Any, load_factor: float, contours: str, axes: Axes) -> Ax
     axes.set(xlabel=_named(diagram, 0), ylabel=_named(diagram, 1), xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     _draw_contours(axes, diagram, contours)
     axes.set_title(f"at λ = {load_factor:g}; lines: {BOUNDS[contours].titled}", fontsize="medium")
-    areas = areas[::-1] + [("no joint", to_rgb(NO_JOINT))] * bool(missing.any())
+    areas = areas[::-1] + [("no joint", to_rgb(no_joint))] * bool(missing.any())
     patches = [Patch(fc=colour, ec=style.GREY, label=label) for label, colour in areas]
     axes.legend(handles=patches, title=BETWEEN, ncols=2, **BELOW)
     return axes

@@ -34,8 +34,6 @@ from shakedown.long_term.simulation import check_slip_below
 Make = Callable[[Any], Problem] | Mapping[Any, Problem]
 
 SLOWEST = 0.5  # least order of convergence; below it the extrapolated limit is too uncertain
-LEVEL = 0.03  # power of h, or relative change over three meshes, below which a number counts as constant
-FASTEST = 8.0  # largest order; above it the last change is meaningless
 NEAR = 0.25  # largest relative distance of the extrapolated limit; beyond twice this it is open
 LIMITS = (
     "impossible_above",
@@ -90,6 +88,7 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
     >>> trend(h, h**0.1).verdict.value, trend(h, 1.0 - np.log(h)).verdict.value
     ('falls', 'grows')
     """
+    level = 0.03  # power of h, or relative change over three meshes, below which a number counts as constant
     if not np.any(values[-3:]):
         return Trend(Tendency.ZERO)
     if len(values) < 3 or not np.isfinite([*values[-3:], *np.log(size[-3:])]).all():
@@ -114,13 +113,14 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
         power = float(np.log(second / last) / np.log(h[1] / h[2]))
     # order below which there is none: what is left cannot be told from a power of h, or log h
     slow, far = near and order >= 0.25, order >= SLOWEST and abs(left) <= 2.0 * NEAR * abs(last)
-    if slow or far or abs(power) < LEVEL or abs(last - first) <= LEVEL * abs(last):
+    if slow or far or abs(power) < level or abs(last - first) <= level * abs(last):
         return Trend(Tendency.UNDECIDED)
     return Trend(Tendency.FALLS if now * last < 0 or last == 0.0 else Tendency.GROWS, order=power)
 
 
 def _order(h: list[float], ratio: float) -> float:
     """p of a + c h^p, of which the ratio of two changes is known; 0 where no p > 0 has it."""
+    fastest = 8.0  # largest order; above it the last change is meaningless
 
     def excess(p: float) -> float:
         # (h0^p − h1^p) / (h1^p − h2^p), by expm1 good near p = 0 as well
@@ -128,7 +128,7 @@ def _order(h: list[float], ratio: float) -> float:
 
     if excess(1e-6) >= 0.0:
         return 0.0
-    return FASTEST if excess(FASTEST) <= 0.0 else float(brentq(excess, 1e-6, FASTEST, xtol=1e-12))
+    return fastest if excess(fastest) <= 0.0 else float(brentq(excess, 1e-6, fastest, xtol=1e-12))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
