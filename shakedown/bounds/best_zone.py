@@ -1,6 +1,6 @@
 """Which nodes stay open: the zone that the mean load suggests, and better ones."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import reduce
 from itertools import chain, combinations
@@ -10,11 +10,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
+from shakedown.bounds.discs.disc_rows import zone_rows
 from shakedown.bounds.discs.scaled_solution import safest
 from shakedown.bounds.largest_load_factor import largest_load_factor
-from shakedown.ground.constants import ALL_PAIRS_UP_TO, ALL_SUBSETS_UP_TO, NEGLIGIBLE, FloatArray
-from shakedown.ground.errors import SolverError, UsageError
+from shakedown.ground.constants import ALL_PAIRS_UP_TO, ALL_SUBSETS_UP_TO, CONE, NEGLIGIBLE, FloatArray
+from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import require_problem
@@ -84,9 +84,6 @@ def _equilibrium(stiffness: FloatArray, force: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.lstsq(stiffness, force, rcond=None)[0])
 
 
-INSIDE = 1.05  # ratio σ / |y| from which on multipliers are well inside their cone
-
-
 @dataclass(frozen=True, eq=False)
 class ZoneLimit:
     """λ_max of a contact zone that is compared with others.
@@ -95,104 +92,60 @@ class ZoneLimit:
     ----------
     load_factor
         −inf where the zone has no safe slip, inf where nothing limits it.
-    x : (k,)
-        Where it is reached, in the unknowns of programs; empty without a limit.
-    multipliers : (3j + o,)
-        Of discs and half-spaces; empty where nothing limits it.
     margin
         By how much (negative) its limits exclude every slip under the mean load [length]; else 0: it tells
         zones without a safe slip apart.
+    nearest
+        Nodes to change, those first that come nearest to opening or closing; empty without a limit.
     """
 
     load_factor: float
-    x: FloatArray
-    multipliers: FloatArray
     margin: float = 0.0
+    nearest: tuple[int, ...] = ()
+
+
+NOTHING = ZoneLimit(-inf, -inf)
 
 
 def zone_limit(zone: Zone, compared: bool, tolerances: Tolerances) -> ZoneLimit:
-    """λ_max of a zone; ``compared``: with its margin where it has no safe slip."""
-    rows, nothing = zone_rows(zone), np.zeros(0)
+    """λ_max of a zone, and which nodes come nearest to opening or closing there.
+
+    ``compared``: also where it has no safe slip, under the mean load, with its margin.
+    """
+    rows = zone_rows(zone)
     found = largest_load_factor(rows, None, True, tolerances)
     if found.status == Status.UNBOUNDED:
-        return ZoneLimit(inf, nothing, nothing)
+        return ZoneLimit(inf)
     if found.status == Status.OPTIMAL:
-        return ZoneLimit(found.load_factor, found.x, found.multipliers)
-    margin = safest(rows, 0.0, tolerances).margin if compared else 0.0
-    return ZoneLimit(-inf, nothing, np.nan_to_num(found.multipliers), margin)
+        return ZoneLimit(found.load_factor, 0.0, nearest_to_change(zone, found.x, found.load_factor))
+    if not compared:
+        return ZoneLimit(-inf)
+    best = safest(rows, 0.0, tolerances)
+    return ZoneLimit(-inf, best.margin, nearest_to_change(zone, best.x, 0.0))
 
 
-def change_weights(zone: Zone, found: ZoneLimit, tolerances: Tolerances) -> dict[int, float]:
-    """How strongly limits ask for a node to be opened (at its apex), and for a gap to be closed (it presses).
+def nearest_to_change(zone: Zone, x: FloatArray, load_factor: float) -> tuple[int, ...]:
+    """All nodes in increasing order of what their pressures and gaps leave, relative to the terms of each.
 
-    Without a safe slip (an empty x) a node is at its apex where its multipliers point inside the cone.
+    At slips (k,). Those at a limit up to round-off keep their order.
     """
-    rows, x, load_factor = zone_rows(zone), found.x, found.load_factor
-    H = rows.half_spaces
-    y, z = np.split(found.multipliers, [3 * len(rows.c)])
-    y = y.reshape(-1, 3)
-    weight = z * np.maximum(np.abs(H.G).max(axis=1, initial=0.0), np.abs(H.d))
-    of_disc, of_half_space = _terms(rows, x, load_factor)
-    parts = z * of_half_space  # in λ: what carries nothing is round-off of interior points
-    largest = max(parts.max(initial=0.0), (np.abs(y).max(axis=1) * of_disc).max(initial=0.0))
-    pressing = np.flatnonzero(~H.sided & (weight > 0) & (parts > NEGLIGIBLE * largest))
-    weights = {int(H.node[k]): float(weight[k]) for k in pressing}
-    if rows.in_plane:
-        return weights | _at_apex_in_plane(zone, rows, found, weight, tolerances)
-    sizes = np.abs(rows.stiffness).max(axis=(1, 2))
-    shares = (rows.sums @ y[:, 0]) * np.maximum(sizes, _largest_load(rows))
-    if x.size:
-        s = rows.c + load_factor * rows.e + (rows.flat @ x).reshape(-1, 3)[rows.node]
-        terms = (np.abs(rows.flat) @ np.abs(x)).reshape(-1, 3)[rows.node] + np.abs(rows.c)
-        apex = (np.abs(s) <= tolerances.feasibility * terms.max(axis=1)[:, None]).all(axis=1)
-    else:
-        apex = y[:, 0] > INSIDE * np.hypot(y[:, 1], y[:, 2])
-        apex &= y[:, 0] > NEGLIGIBLE * y[:, 0].max(initial=0.0)
-    for node in np.unique(rows.node[apex]).tolist():
-        weights[int(rows.names[node])] = float(shares[node])
-    return weights
+    rows, H = zone_rows(zone), zone_rows(zone).half_spaces
+    left = [rows.c[:, 0] + load_factor * rows.e[:, 0] + (rows.stiffness[:, 0] @ x)[rows.node]]
+    terms = [np.abs(rows.c).max(axis=1, initial=0.0) + load_factor * np.abs(rows.e).max(axis=1, initial=0.0)]
+    terms[0] += (np.abs(rows.flat) @ np.abs(x)).reshape(-1, CONE).max(axis=1, initial=0.0)[rows.node]
+    slack = H.g - H.coefficients @ x - load_factor * H.d
+    sizes = np.abs(H.coefficients) @ np.abs(x) + np.abs(H.g) + load_factor * np.abs(H.d)
+    sided = H.sided & rows.in_plane  # f p is half of what the two limits of a node leave
+    left += [by_side(slack[sided]).sum(axis=1), slack[~sided]]
+    terms += [by_side(sizes[sided]).sum(axis=1), sizes[~sided]]
+    nodes = np.concatenate([rows.names[rows.node], by_side(H.node[sided])[:, 0], H.node[~sided]])
+    size = np.concatenate(terms)
+    shares = np.concatenate(left) / np.where(size > 0, size, 1.0)
+    least = np.full(zone.problem.n, inf)
+    np.minimum.at(least, nodes, np.where(np.abs(shares) > NEGLIGIBLE, shares, 0.0))
+    return tuple(np.argsort(least, kind="stable").tolist())
 
 
-def _at_apex_in_plane(
-    zone: Zone, rows: DiscRows, found: ZoneLimit, weight: FloatArray, tolerances: Tolerances
-) -> dict[int, float]:
-    """Closed nodes both of whose limits are active: pressure and shear vanish at their extreme steps."""
-    H = rows.half_spaces
-    shares, nodes = by_side(weight[H.sided]), by_side(H.node[H.sided])[:, 0]
-    active = shares > 0
-    if found.x.size:
-        excess = H.relative_excess(H.slips(found.x), found.load_factor)
-        active = by_side(np.abs(excess[H.sided]) <= tolerances.feasibility)
-    lifting = active.all(axis=1) & (zone.problem.f[nodes] > 0)  # without friction the pressure is a row
-    return dict(zip(nodes[lifting].tolist(), shares[lifting].sum(axis=1).tolist(), strict=True))
-
-
-def limits_left(zone: Zone, found: ZoneLimit) -> tuple[NDArray[np.intp], FloatArray]:
-    """How near nodes are to opening or closing: nodes (k,), what f p and half-spaces leave over the terms."""
-    rows, x, load_factor = zone_rows(zone), found.x, found.load_factor
-    limits = rows.c[:, 0] + load_factor * rows.e[:, 0] + (rows.stiffness[:, 0] @ x)[rows.node]
-    sizes = np.concatenate(_terms(rows, x, load_factor))
-    left = np.append(limits, rows.slack(x, load_factor)[1]) / np.where(sizes > 0, sizes, 1.0)
-    return np.append(rows.names[rows.node], rows.half_spaces.node), left
-
-
-def _terms(rows: DiscRows, x: FloatArray, load_factor: float) -> tuple[FloatArray, FloatArray]:
-    """The terms of discs (j,) and half-spaces (o,) added up; without slips those of the mean load."""
-    H = rows.half_spaces
-    if not x.size:
-        return np.abs(rows.c).max(axis=1, initial=0.0), np.abs(H.g) if len(rows.c) else np.ones_like(H.g)
-    of_slip = (np.abs(rows.flat) @ np.abs(x)).reshape(-1, 3)[rows.node]
-    discs = (of_slip + np.abs(rows.c) + load_factor * np.abs(rows.e)).max(axis=1)
-    return discs, np.abs(H.coefficients) @ np.abs(x) + np.abs(H.g) + load_factor * np.abs(H.d)
-
-
-def _largest_load(rows: DiscRows) -> FloatArray:
-    found = np.zeros(len(rows.stiffness))
-    np.maximum.at(found, rows.node, np.abs(rows.e).max(axis=1))
-    return found
-
-
-NEIGHBOURS = 8  # changes tried per round, the most promising first
 NEAREST = 4  # nodes nearest to opening or closing that are tried in large joints
 MOST_ZONES = 100  # that are solved in a search: each costs a program
 
@@ -236,11 +189,6 @@ class _Visit:
         return self.found.load_factor
 
     @property
-    def failed(self) -> bool:
-        """Whether its program did not finish."""
-        return self.zone is not None and self.found is NOTHING
-
-    @property
     def rank(self) -> tuple[float, float]:
         """A better zone has a larger rank."""
         return self.load_factor, self.found.margin
@@ -254,7 +202,6 @@ class _Visit:
         return self.load_factor > other.load_factor + NEGLIGIBLE * abs(other.load_factor)
 
 
-NOTHING = ZoneLimit(-inf, np.zeros(0), np.zeros(0), -inf)
 Visitor = Callable[[tuple[int, ...]], _Visit]
 
 
@@ -262,8 +209,8 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
     """Search the contact zone with the largest λ_max, one node at a time.
 
     It begins with the nodes that the mean load opens, sliding without friction or stuck, or with no open
-    node at all. Of a zone's program a gap with a multiplier wants its node closed, and a node at its apex
-    (pressure and shear are gone) wants to open; one node is changed at a time while λ_max grows. Where the
+    node at all. One node is changed at a time while λ_max grows, the one nearest to opening or closing first;
+    beyond sixteen nodes the eight nearest ones are tried. Where the
     mean load opens no node and the joint has a safe slip, that is the answer at once; else up to six nodes
     every zone is tried. The state without friction is safe under the mean load: what friction alone
     holds has none, every other joint a zone with a safe slip.
@@ -292,8 +239,8 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
             return visited[nodes]
         if len(visited) >= MOST_ZONES:  # counts as without a safe slip, so that the search ends
             return _Visit(nodes, None, NOTHING)
-        climbing = all(one.load_factor == -inf for one in visited.values())
-        visited[nodes] = _visit(problem, nodes, climbing, tolerances)
+        compared = nodes in starts or all(one.load_factor == -inf for one in visited.values())
+        visited[nodes] = _visit(problem, nodes, compared, tolerances)
         return visited[nodes]
 
     opened = opened_by_mean_load(problem, friction=False)
@@ -307,10 +254,13 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
         else:
             starts.sort(key=lambda nodes: visit(nodes).rank, reverse=True)
             few = problem.n <= ALL_PAIRS_UP_TO
-            found = [_climb(visit, start, few, tolerances) for start in (starts if few else starts[:1])]
+            found = [_climb(visit, start, few) for start in (starts if few else starts[:1])]
         best = _first_of_the_best(found)
     zone = contact_zone(problem, ()) if best.zone is None else best.zone
-    seen = sum(len(nodes) < problem.n and not one.failed for nodes, one in visited.items())
+    seen = sum(
+        len(nodes) < problem.n and (one.zone is None or one.found is not NOTHING)
+        for nodes, one in visited.items()
+    )
     return ZoneSearch(zone, best.load_factor, opened, len(visited), seen < most)
 
 
@@ -319,17 +269,16 @@ def _first_of_the_best(found: Iterable[_Visit]) -> _Visit:
     return reduce(lambda best, other: other if other.surpasses(best) else best, found)
 
 
-def _climb(visit: Visitor, start: tuple[int, ...], few: bool, tolerances: Tolerances) -> _Visit:
-    """Climb from one zone to better ones, each differing in one node, first those that its limits ask for.
+def _climb(visit: Visitor, start: tuple[int, ...], few: bool) -> _Visit:
+    """Climb from one zone to better ones, each differing in one node.
 
-    Of joints of few nodes to the best of them, else to the first that is better.
+    To the best by one of the nodes nearest to opening or closing; of joints of few nodes others come next.
     """
     best = visit(start)
     while True:  # ends, as every step is better than all before, and zones are finitely many
-        for neighbours in (_asked_for(best, tolerances), _nearest(best, None if few else NEAREST)):
-            tried = map(visit, neighbours)
-            better = next((one for one in tried if one.surpasses(best)), best)
-            better = _first_of_the_best(chain([better], tried)) if few else better
+        nearest = best.found.nearest if best.zone else best.nodes  # what nothing holds is closed again
+        for nodes in (nearest[:NEAREST], nearest[NEAREST:] if few else ()):
+            better = _first_of_the_best([best, *(visit(_changed(best, node)) for node in nodes)])
             if better is not best:
                 break
         else:
@@ -338,48 +287,13 @@ def _climb(visit: Visitor, start: tuple[int, ...], few: bool, tolerances: Tolera
 
 
 def _visit(problem: Problem, nodes: tuple[int, ...], compared: bool, tolerances: Tolerances) -> _Visit:
-    """One zone; ``compared``: with others without a safe slip, if it has none itself.
-
-    A zone whose program does not finish counts as without a safe slip, and is left out.
-    """
+    """One zone; one whose program does not finish counts as without a safe slip, and is left out."""
     try:
         zone = contact_zone(problem, nodes, tolerances=tolerances)
     except UsageError:  # all nodes open, or open nodes that nothing holds
         return _Visit(nodes, None, NOTHING)
-    try:
-        return _Visit(nodes, zone, zone_limit(zone, compared, tolerances))
-    except SolverError:
-        return _Visit(nodes, zone, NOTHING)
-
-
-def _asked_for(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ...]]:
-    """Zones suggested by the multipliers of its limits, the strongest first, each differing in one node."""
-    if visit.zone is None:  # open nodes that nothing holds are closed again
-        yield from (_changed(visit, node) for node in visit.nodes[:NEIGHBOURS])
-        return
-    if len(visit.found.multipliers) == 0:  # unbounded, so there is no better zone
-        return
-    weights = change_weights(visit.zone, visit.found, tolerances)
-    asked = sorted(weights, key=weights.__getitem__, reverse=True)[:NEIGHBOURS]
-    yield from (_changed(visit, node) for node in asked)
-
-
-def _nearest(visit: _Visit, count: int | None) -> Iterator[tuple[int, ...]]:
-    """Zones that differ from a safe one in one of the nodes next to opening or closing."""
-    yield from (_changed(visit, node) for node in _by_slack(visit)[:count])
-
-
-def _by_slack(visit: _Visit) -> list[int]:
-    """The nodes of a safe zone in increasing order of slack; empty for other zones.
-
-    Nodes at a limit up to round-off keep their order.
-    """
-    if visit.zone is None or len(visit.found.x) == 0:
-        return []
-    nodes, slack = limits_left(visit.zone, visit.found)
-    least = np.full(visit.zone.problem.n, inf)
-    np.minimum.at(least, nodes, np.where(np.abs(slack) > NEGLIGIBLE, slack, 0.0))
-    return [int(node) for node in np.argsort(least, kind="stable")]
+    found = sought(zone_limit, zone, compared, tolerances)
+    return _Visit(nodes, zone, NOTHING if isinstance(found, Missing) else found)
 
 
 def _changed(visit: _Visit, node: int) -> tuple[int, ...]:
