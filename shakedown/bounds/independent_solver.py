@@ -22,11 +22,8 @@ from shakedown.joint.constraints import Constraints, Side, constraints
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.programs.conic import ClarabelSettings, by_clarabel, by_cvxpy, discs_by_clarabel
+from shakedown.programs.conic import ACCURACY, REDUCED, by_clarabel, by_cvxpy, discs_by_clarabel
 from shakedown.programs.program import Program
-
-# The highest accuracy, for data already scaled to numbers near 1.
-SETTINGS = ClarabelSettings(1e-11, 0.99, rescaled=False, reduced=1e-8)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -131,7 +128,7 @@ def _over_rows(rows: Constraints, solver: str | None, tolerances: Tolerances) ->
 def _over_discs(rows: DiscRows, towards: float) -> ConicBound:
     """An extreme λ of a joint in space by Clarabel; raises ``SolverError`` where it comes to none."""
     scaled = scaled_discs(rows, towards)
-    status, x, reduced = discs_by_clarabel(scaled.program, SETTINGS)
+    status, x, reduced = discs_by_clarabel(scaled.program)
     if status != Status.OPTIMAL:
         return _nothing(status, rows.half_spaces.n, "CLARABEL")
     unit = scaled.load_unit
@@ -199,7 +196,7 @@ def _unsafe(rows: Constraints, program: Program, start: ConicBound, tolerances: 
     to compare with: its own accuracy, in its own units, is allowed besides.
     """
     terms = np.abs(rows.G) @ np.abs(start.slip) + np.abs(rows.g)
-    asked = SETTINGS.reduced if start.reduced_accuracy else SETTINGS.accuracy
+    asked = REDUCED if start.reduced_accuracy else ACCURACY
     left = asked * program.scales.size / program.scales.row
     allowed = max(tolerances.agreement, tolerances.feasibility) * terms + left
     return bool(np.any(rows.excess(start.slip, 0.0) > allowed))
@@ -210,10 +207,7 @@ def extreme_load_factor(program: Program, solver: str | None = None) -> ConicBou
     name, size = solver or "CLARABEL", len(program.cost) - 1
 
     def end() -> ConicBound:
-        if solver is None:
-            found = by_clarabel(program, SETTINGS)
-        else:
-            found = by_cvxpy(program, solver, SETTINGS.accuracy)
+        found = by_clarabel(program) if solver is None else by_cvxpy(program, solver)
         if not found.optimal:
             return _nothing(found.status, size, name)
         unit, reduced = float(program.scales.x[-1]), found.reduced_accuracy

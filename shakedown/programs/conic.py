@@ -27,22 +27,11 @@ _ENDS = {  # the meaning of Clarabel's statuses; others are no answer
 }
 
 
-class ClarabelSettings(NamedTuple):
-    """Settings of the interior-point method: accuracy, step lengths, scaling.
-
-    If more is asked than the data allow, the solver diverges; asking for less is one of the attempts.
-    ``reduced`` is the accuracy that a result must reach; where ``stalled`` is accepted, only its residuals
-    must, and its gap is judged by the caller.
-    """
-
-    accuracy: float
-    step: float
-    rescaled: bool
-    reduced: float
-    stalled: bool = False
+ACCURACY = 1e-11  # asked for: the highest, for data already scaled to numbers near 1
+REDUCED = 1e-8  # accuracy that a result must reach where more is not possible
 
 
-def by_clarabel(program: Program, asked: ClarabelSettings) -> Solution:
+def by_clarabel(program: Program) -> Solution:
     """The solution of a program by Clarabel, in numbers near 1.
 
     Raises
@@ -52,13 +41,11 @@ def by_clarabel(program: Program, asked: ClarabelSettings) -> Solution:
     """
     form = _conic_form(program)
     matrix = sparse.csc_matrix(columnwise(form.matrix), shape=form.matrix.shape)
-    status, x, z, reduced = interior_points(
-        matrix, form.right, form.cost, (*form.counts, program.cones), asked
-    )
+    status, x, z, reduced = interior_points(matrix, form.right, form.cost, (*form.counts, program.cones))
     return form.end(status, x, z, reduced)
 
 
-def discs_by_clarabel(program: DiscProgram, asked: ClarabelSettings) -> tuple[Status, FloatArray, bool]:
+def discs_by_clarabel(program: DiscProgram) -> tuple[Status, FloatArray, bool]:
     """The solution (y, w) of a program over discs by Clarabel, its status, whether it is of reduced accuracy.
 
     Over (z, w) with z = G y for every node and row once: every disc has three numbers of z then, and with N
@@ -81,7 +68,7 @@ def discs_by_clarabel(program: DiscProgram, asked: ClarabelSettings) -> tuple[St
     right = np.concatenate([np.zeros(len(G) - r), program.rows_right, program.right.ravel()])
     cost = np.append(np.zeros(len(G)), program.cost)
     kinds = (len(G) - r, len(program.rows), [CONE] * len(program.node))
-    status, x, _, reduced = interior_points(matrix, right, cost, kinds, asked)
+    status, x, _, reduced = interior_points(matrix, right, cost, kinds)
     y = np.linalg.solve(triangle[:r], basis[:, :r].T @ x[: len(G)])
     return status, np.append(y, x[len(G) :]), reduced
 
@@ -91,7 +78,6 @@ def interior_points(
     right: FloatArray,
     cost: FloatArray,
     kinds: tuple[int, int, Sequence[int]],
-    asked: ClarabelSettings,
 ) -> tuple[Status, FloatArray, FloatArray, bool]:
     """Minimise costᵀ x by Clarabel: the status, x, multipliers, whether it is of reduced accuracy.
 
@@ -106,17 +92,14 @@ def interior_points(
     settings = clarabel.DefaultSettings()
     settings.verbose = settings.presolve_enable = False
     settings.max_threads = 1
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = asked.accuracy
-    settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = asked.reduced
-    settings.equilibrate_enable, settings.max_step_fraction = asked.rescaled, asked.step
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = ACCURACY
+    settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = REDUCED
     equal, less, sizes = kinds
     cones = [clarabel.ZeroConeT(equal)] * bool(equal) + [clarabel.NonnegativeConeT(less)] * bool(less)
     for count in sizes:  # Clarabel 0.10 does not accept cones of one row
         cones.append(clarabel.SecondOrderConeT(count) if count > 1 else clarabel.NonnegativeConeT(1))
     end = clarabel.DefaultSolver(_no_square(len(cost)), cost, matrix, right, cones, settings).solve()
     status, word = _ENDS.get(str(end.status)), str(end.status)
-    if asked.stalled and word in ("InsufficientProgress", "MaxIterations"):
-        status = Status.OPTIMAL if max(end.r_prim, end.r_dual) <= asked.reduced else None
     if status is None:
         raise SolverError(f"the cone program of shape {matrix.shape} ended as '{word}'")
     reduced = word not in ("Solved", "PrimalInfeasible", "DualInfeasible")
@@ -129,7 +112,7 @@ def _no_square(columns: int) -> sparse.csc_matrix:
     return sparse.csc_matrix((columns, columns))
 
 
-def by_cvxpy(program: Program, solver: str, accuracy: float) -> Solution:
+def by_cvxpy(program: Program, solver: str, accuracy: float = ACCURACY) -> Solution:
     """The solution of a program by a solver of this name through cvxpy; raises as :func:`by_clarabel`.
 
     And ``UsageError`` if cvxpy is not installed.

@@ -1,13 +1,13 @@
-"""Dense programs in any units: the rows that meet in an optimum, the optimum over one cone."""
+"""Dense linear programs in any units: the rows that meet in an optimum."""
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import CONE, FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.self_dual import SelfDualSolution, solve_self_dual
+from shakedown.programs.self_dual import solve_self_dual
 
 
 def meeting_rows(matrix: FloatArray, right: FloatArray, cost: FloatArray) -> NDArray[np.intp] | None:
@@ -41,8 +41,19 @@ def meeting_rows(matrix: FloatArray, right: FloatArray, cost: FloatArray) -> NDA
     limits = right / (sizes * lengths)
     slope = _in_units_of(factor, cost[None, used])[0]
     inner, needed = inner / lengths[:, None], int(used.sum())
-    end = _end(inner, limits / _unit(limits), slope / _sizes(slope[None])[0])
-    if end is None or needed > len(right):
+    end = solve_self_dual(
+        DiscProgram(
+            blocks=np.zeros((0, CONE, 0)),
+            node=np.zeros(0, dtype=np.intp),
+            extra=np.zeros((0, CONE, needed)),
+            right=np.zeros((0, CONE)),
+            rows=np.zeros((len(right), 0)),
+            rows_extra=inner,
+            rows_right=limits / _unit(limits),
+            cost=slope / _sizes(slope[None])[0],
+        )
+    )
+    if end.status != Status.OPTIMAL or needed > len(right):
         return None
     hardest = np.argsort(end.slack / end.multipliers, kind="stable")
     pushing = hardest[: max(needed, int(np.sum(end.slack < end.multipliers)))]
@@ -64,51 +75,6 @@ def _without_spare(matrix: FloatArray, multipliers: FloatArray, rows: NDArray[np
         others = others[:, 1:] - np.outer(way, others[leaving, 1:] / way[leaving])
         others, rows = np.delete(others, leaving, axis=0), np.delete(rows, leaving)
     return rows
-
-
-def cone_optimum(
-    matrix: FloatArray, right: FloatArray, cost: FloatArray, rank: int, offset: float
-) -> tuple[FloatArray, FloatArray] | None:
-    """x and multipliers ≥ 0 of: minimise cᵀ x, M x ≤ right, ‖(x_0, …, x_{rank−1})‖ + offset ≤ x_rank.
-
-    These x_0, …, x_{rank−1} cost nothing. To six digits at least; None where no optimum is found.
-
-    Examples
-    --------
-    >>> row, limit, cost = np.array([[-1.0, -1.0, 0.0]]), np.array([-2.0]), np.array([0.0, 0.0, 1.0])
-    >>> x, y = cone_optimum(row, limit, cost, 2, 0.0)
-    >>> x.round(6), y.round(6)
-    (array([1.      , 1.      , 1.414214]), array([0.707107]))
-    """
-    sizes, size = _sizes(matrix), float(_sizes(cost[None])[0])
-    limits = right / sizes
-    unit = _unit(np.append(limits, offset))
-    end = _end(matrix / sizes[:, None], limits / unit, cost / size, rank, offset / unit)
-    if end is None:
-        return None
-    return end.x * unit, np.maximum(end.multipliers[: len(right)], 0.0) / sizes * size
-
-
-def _end(
-    matrix: FloatArray, right: FloatArray, cost: FloatArray, rank: int = 0, offset: float = 0.0
-) -> SelfDualSolution | None:
-    """The optimum of a program of rows, and of a cone over the first columns; None where there is none."""
-    free = matrix.shape[1] - rank
-    end = solve_self_dual(
-        DiscProgram(
-            blocks=np.zeros((0, 3, rank)),
-            node=np.zeros(0, dtype=np.intp),
-            extra=np.zeros((0, 3, free)),
-            right=np.zeros((0, 3)),
-            rows=matrix[:, :rank],
-            rows_extra=matrix[:, rank:],
-            rows_right=right,
-            cost=cost[rank:],
-            norm=np.eye(1, free)[0] if rank else None,
-            offset=offset,
-        )
-    )
-    return end if end.status == Status.OPTIMAL else None
 
 
 def _in_units_of(factor: FloatArray, matrix: FloatArray) -> FloatArray:

@@ -86,27 +86,6 @@ def equilibration(
     return np.exp2(np.round(np.log2(rows))), np.exp2(np.round(np.log2(columns))) * units
 
 
-def ball_scales(
-    matrix: FloatArray, right: FloatArray, linear: int, rank: int
-) -> tuple[FloatArray, FloatArray, float]:
-    """Scales of rows and columns, and the size of right sides, with one cone over the first columns.
-
-    The cone is ‖(x_0, …, x_{r−1})‖ + offset ≤ x_r; its rows follow the ``linear`` ones. Its columns share one
-    unit, in which rows and right sides are near 1; every other column has a unit in which it weighs as much.
-    """
-    sizes = np.abs(matrix[:linear])
-    slopes = sizes[:, : rank + 1].max(axis=1)
-    rows = np.array([1.0 / power_of_two(float(slope)) for slope in slopes])
-    inside = slopes > 0
-    size = typical_size(np.append(np.abs(right[:linear][inside]) * rows[inside], -right[linear]))
-    columns = np.ones(matrix.shape[1])
-    for j in range(rank + 1, len(columns)):
-        columns[j] = 1.0 / typical_size(sizes[inside, j] * rows[inside])
-    heaviest = (sizes * columns)[~inside].max(axis=1, initial=0.0)
-    rows[~inside] = [1.0 / power_of_two(float(weight)) for weight in heaviest]
-    return np.append(rows, np.ones(rank + 1)), columns, size
-
-
 def _row_sizes(matrix: FloatArray, cones: Sequence[int]) -> FloatArray:
     sizes: FloatArray = np.maximum.reduce(matrix, axis=1, initial=0.0)
     if cones:
@@ -201,34 +180,21 @@ class Program:
             start += count
 
     @cached_property
-    def rank(self) -> int | None:
-        """r where the last rows are ‖(x_0, …, x_{r−1})‖ + offset ≤ x_r, the others right sides; else None."""
-        limited = (np.isfinite(each).any() for each in (self.left, self.lower, self.upper))
-        if len(self.cones) != 1 or self.cones[0] > len(self.cost) or any(limited):
-            return None
-        rank, right = self.cones[0] - 1, self.right[self.linear :]
-        same = np.array_equal(self.matrix[self.linear :], ball(rank, len(self.cost)))
-        return rank if same and right[0] <= 0 and not right[1:].any() else None
-
-    @cached_property
     def scales(self) -> ProgramScales:
         """The units in which the program has numbers near 1."""
-        if self.rank is None:
-            row, column = equilibration(self.matrix, self.tolerances.equilibration_sweeps, self.cones)
-            empty = ~self.matrix.any(axis=1) & (np.arange(len(row)) < self.linear)
-            sizes = (np.abs(self.right) * row)[~empty]
-            if np.any(self.left > -INF):
-                sizes = np.concatenate([(np.abs(self.left) * row)[~empty], sizes])
-            if self.cones:  # those that are more than round-off of the largest
-                known = sizes[np.isfinite(sizes)]
-                sizes = known[known > ROUND_OFF * known.max(initial=0.0)]
-            size = typical_size(sizes, otherwise=0.0)
-            if size == 0.0:  # all right sides are zero: the column with the largest cost keeps its unit
-                size = 1.0 / float(column[np.abs(self.cost * column).argmax()])
-            for k in np.flatnonzero(empty & np.isfinite(self.right) & (self.right != 0.0)):
-                row[k] = size / power_of_two(abs(float(self.right[k])))  # nothing else tells its unit
-        else:
-            row, column, size = ball_scales(self.matrix, self.right, self.linear, self.rank)
+        row, column = equilibration(self.matrix, self.tolerances.equilibration_sweeps, self.cones)
+        empty = ~self.matrix.any(axis=1) & (np.arange(len(row)) < self.linear)
+        sizes = (np.abs(self.right) * row)[~empty]
+        if np.any(self.left > -INF):
+            sizes = np.concatenate([(np.abs(self.left) * row)[~empty], sizes])
+        if self.cones:  # those that are more than round-off of the largest
+            known = sizes[np.isfinite(sizes)]
+            sizes = known[known > ROUND_OFF * known.max(initial=0.0)]
+        size = typical_size(sizes, otherwise=0.0)
+        if size == 0.0:  # all right sides are zero: the column with the largest cost keeps its unit
+            size = 1.0 / float(column[np.abs(self.cost * column).argmax()])
+        for k in np.flatnonzero(empty & np.isfinite(self.right) & (self.right != 0.0)):
+            row[k] = size / power_of_two(abs(float(self.right[k])))  # nothing else tells its unit
         return ProgramScales(row, column, size, 1.0 / power_of_two(np.abs(self.cost * column).max()))
 
     def scaled(self) -> tuple["Program", ProgramScales]:
@@ -312,14 +278,6 @@ def columnwise(matrix: FloatArray) -> tuple[FloatArray, NDArray[np.int32], NDArr
     nonzero = transposed != 0
     starts = np.concatenate([[0], np.cumsum(nonzero.sum(axis=1))]).astype(np.int32)
     return transposed[nonzero], np.nonzero(nonzero)[1].astype(np.int32), starts
-
-
-def ball(rank: int, columns: int) -> FloatArray:
-    """The rows −(x_r, x_0, …, x_{r−1}) of a cone over the first columns."""
-    rows = np.zeros((rank + 1, columns))
-    rows[0, rank] = -1.0
-    rows[np.arange(1, rank + 1), np.arange(rank)] = -1.0
-    return rows
 
 
 def _outside(u: FloatArray) -> float:

@@ -1,32 +1,24 @@
-"""The solution of a program: by the simplex without cones, else by the first of several methods with one."""
+"""The solution of a program, and the point with the most slack."""
 
 from dataclasses import dataclass
 from math import inf
 
 import numpy as np
 
-from shakedown.ground.constants import DENSE_FROM, SIX_DIGITS, FloatArray
-from shakedown.ground.errors import Missing, SolverError, sought
-from shakedown.ground.status import Status
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.programs.conic import ClarabelSettings, by_clarabel
-from shakedown.programs.dense_programs import cone_optimum
-from shakedown.programs.program import INF, Program, Solution, solution_of
+from shakedown.programs.conic import by_clarabel
+from shakedown.programs.program import INF, Program, Solution
 from shakedown.programs.simplex import Simplex
-
-SETTINGS = ClarabelSettings(1e-11, 0.99, rescaled=True, reduced=SIX_DIGITS, stalled=True)
 
 
 def solve(program: Program) -> Solution:
-    """The solution of a program; of one with cones by the first method that comes to one.
-
-    Without cones the simplex (:class:`Simplex`). With cones interior points: Clarabel's, and dense ones for
-    one cone over the first columns, which come first where there are many rows.
+    """The solution of a program: without cones by the simplex, with cones by Clarabel's interior points.
 
     Raises
     ------
     SolverError
-        If no method comes to an end.
+        If the method comes to no end.
 
     Examples
     --------
@@ -36,39 +28,7 @@ def solve(program: Program) -> Solution:
     >>> nearest.x.round(6), nearest.multipliers.round(6)
     (array([1.      , 1.      , 1.414214]), array([ 0.707107,  1.      , -0.707107, -0.707107]))
     """
-    if not program.cones:
-        return Simplex(program).solve()
-    methods = [lambda each: by_clarabel(each, SETTINGS), by_dense_points]
-    if program.linear >= DENSE_FROM:
-        methods.reverse()
-    failures = []
-    for each in methods:
-        found = sought(each, program)
-        if not isinstance(found, Missing):
-            return found
-        failures.append(found.reason)
-    raise SolverError(failures[0])
-
-
-def by_dense_points(program: Program) -> Solution:
-    """The solution of a program with one cone over its first columns, by dense interior points.
-
-    Raises
-    ------
-    SolverError
-        If it has other cones or bounds, or no optimum is found.
-    """
-    if program.rank is None:
-        raise SolverError(f"the cone program of shape {program.matrix.shape} has other cones or bounds")
-    rank, linear, (scaled, scales) = program.rank, program.linear, program.scaled()
-    matrix, right = scaled.matrix[:linear], scaled.right[:linear]
-    optimum = cone_optimum(matrix, right, scaled.cost, rank, -float(scaled.right[linear]))
-    if optimum is None:
-        raise SolverError(f"the cone program of shape {program.matrix.shape} ended without an optimum")
-    x, y = optimum
-    rest = scaled.cost + y @ matrix  # the part balanced by the cone
-    y = np.concatenate([y, rest[[rank, *range(rank)]]])
-    return solution_of(scaled, scales, Status.OPTIMAL, x, y)
+    return by_clarabel(program) if program.cones else Simplex(program).solve()
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,9 @@ import pytest
 import shakedown
 from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.ground.errors import UsageError
-from shakedown.programs.conic import ClarabelSettings, by_clarabel, by_cvxpy
+from shakedown.programs.conic import by_clarabel, by_cvxpy
 from shakedown.programs.program import INF, Program
 from shakedown.programs.solver import solve
-
-SHARP = ClarabelSettings(1e-11, 0.99, rescaled=True, reduced=1e-8)
 
 
 def discs(seed, columns=6, cones=30, size=3, rows=5):
@@ -71,7 +69,7 @@ def test_every_method_ends_where_the_program_was_built(seed, by, near, limit):
 def test_units_of_cones_rows_and_columns_do_not_matter(rows):
     columns = 10.0 ** np.linspace(-6, 6, 6)
     program, x, y = in_units(*discs(7), rows, columns)
-    found = by_clarabel(program, SHARP)
+    found = by_clarabel(program)
     np.testing.assert_allclose(found.x / columns, x / columns, atol=1e-7)
     unit = found.scales.y
     np.testing.assert_allclose(found.multipliers / unit, y / unit, atol=1e-6)

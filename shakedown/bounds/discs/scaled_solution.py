@@ -24,7 +24,6 @@ from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.self_dual import (
     USABLE,
     Point,
-    Points,
     SelfDualSolution,
     balanced_multipliers,
     solve_discs,
@@ -302,68 +301,6 @@ def _ended(
         towards = x[: program.rank] / np.linalg.norm(x[: program.rank])
         tail[:] = m[c] * np.append(1.0, -towards)
     return replace(end, x=x, slack=slack, multipliers=y)
-
-
-@dataclass(frozen=True)
-class ProvedSolution:
-    """The end of max w_last over a :class:`DiscProgram`.
-
-    Attributes
-    ----------
-    status
-        How it ended.
-    y, w : (r,), (p,)
-        The solution.
-    discs, rows : (K, 3), (k,)
-        Multipliers; of an infeasible program those that prove it.
-    proved
-        What the multipliers prove w_last not to exceed.
-    path
-        The points on the way.
-    """
-
-    status: Status
-    y: FloatArray
-    w: FloatArray
-    discs: FloatArray
-    rows: FloatArray
-    proved: float = np.nan
-    path: Points = ()
-
-    @property
-    def value(self) -> float:
-        """The largest w_last."""
-        return float(self.w[-1])
-
-
-def balance(program: DiscProgram, discs: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """What multipliers of discs and rows add up to in the columns y and w."""
-    tail = np.zeros(0 if program.norm is None else program.rank + 1)
-    whole = program.transposed(np.concatenate([discs.ravel(), rows, tail]))
-    return whole[: program.rank], whole[program.rank :]
-
-
-def proved(program: DiscProgram, end: ProvedSolution) -> float:
-    """The value that multipliers prove not to be exceeded at any y up to twice as far as that of the end.
-
-    Weak duality, with what is left of the balance at its worst there.
-    """
-    of_y, of_w = balance(program, end.discs, end.rows)
-    right = float(np.einsum("ij,ij", end.discs, program.right) + end.rows @ program.rows_right)
-    length = float(np.linalg.norm(of_y))
-    if program.norm is None:
-        return (right + 2 * float(np.linalg.norm(end.y)) * length) / _pull(of_w)
-    # of_w = pull · target + weight · norm, and the length of y may weigh as much as `weight`
-    norm, pull = program.norm, of_w
-    weight = float(of_w[0] / norm[0])
-    pull = of_w - weight * norm
-    short = max(length - weight, 0.0)
-    value = right - weight * program.offset + 2 * float(np.linalg.norm(end.y)) * short
-    return value / _pull(pull)
-
-
-def _pull(of_w: FloatArray) -> float:
-    return float(of_w[-1]) if of_w[-1] > 0 else np.nan
 
 
 @dataclass(frozen=True, eq=False)

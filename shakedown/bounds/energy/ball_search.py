@@ -8,10 +8,9 @@ from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
-from shakedown.bounds.discs.scaled_solution import ProvedSolution, balance
+from shakedown.bounds.discs.scaled_solution import polished
 from shakedown.bounds.energy.about_slip import LimitsAbout, limits_about
 from shakedown.bounds.energy.ball_limits import BallLimits, Places
-from shakedown.bounds.energy.proved_solution import proved_solution, solution
 from shakedown.ground.constants import (
     ALTERNATIONS,
     FOUR_DIGITS,
@@ -29,7 +28,7 @@ from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.program import typical_size
-from shakedown.programs.self_dual import Points
+from shakedown.programs.self_dual import Enough, Points, SelfDualSolution, never, solve_discs
 
 INSIDE = 4.0  # margin, in round-offs of a radius, by which a state is in a ball for certain
 MOST = 1 - PER_CENT  # largest f |c|: the proof needs less than 1
@@ -45,24 +44,28 @@ class Found:
         Limits and shares.
     about
         The limits about the slip that was given.
-    end
-        How the program ended.
+    program, end
+        Maximise w_last, and how that ended.
     slip : (dn,)
         The centre [length].
     radius
         Its radius, relative [length].
     value
-        The largest load factor, relative radius or margin.
+        The largest load factor, relative radius or margin that the limits allow there in floats.
+    gap
+        What the multipliers prove not to be exceeded, relative to the value, less 1.
     enough
         Whether this is all that is asked for, however far it is from the optimum.
     """
 
     limits: BallLimits
     about: LimitsAbout
-    end: ProvedSolution
+    program: DiscProgram
+    end: SelfDualSolution
     slip: FloatArray
     radius: float
     value: float
+    gap: float
     enough: bool = False
 
     @property
@@ -78,7 +81,8 @@ class Found:
     @cached_property
     def weights(self) -> FloatArray:
         """Multipliers of the radii of discs, and of rows, without dimension, (K + k,)."""
-        return np.append(self.end.discs[:, 0], self.end.rows[: len(self.about.row_g)])
+        discs, rows, _ = self.program.parts(self.end.multipliers)
+        return np.append(discs[:, 0], rows[: len(self.about.row_g)])
 
     @property
     def carrying(self) -> Places:
@@ -92,11 +96,41 @@ class Found:
         multipliers = self.weights * self.about.unit
         return multipliers[self.carrying] if len(self.about.node) else multipliers
 
-    @property
-    def gap(self) -> float:
-        """What the multipliers prove not to be exceeded, relative to the value, less 1."""
-        value = self.end.value
-        return self.end.proved / value - 1.0 if value > 0 else self.end.proved
+    @cached_property
+    def contradiction(self) -> float:
+        """By how much the multipliers fail to prove that the limits contradict each other (Farkas)."""
+        program, (discs, rows, _) = self.program, self.program.parts(self.end.multipliers)
+        of_y, of_w = _balance(program, self.end.multipliers)
+        weight = 0.0 if program.norm is None else float(of_w[0])
+        value = -float(np.einsum("ij,ij", discs, program.right) + rows @ program.rows_right)
+        value += weight * program.offset
+        if not value > 0:
+            return inf
+        terms = np.einsum("ij,ij", np.abs(discs), np.abs(program.right))
+        sizes = float(terms + np.abs(rows) @ np.abs(program.rows_right))
+        return max(float(np.linalg.norm(of_y)) - weight, abs(float(of_w[-1])), 0.0) / max(sizes, value)
+
+
+def _balance(program: DiscProgram, multipliers: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """What multipliers of discs and rows add up to in the columns y and w."""
+    some = multipliers.copy()
+    program.parts(some)[2][:] = 0.0
+    whole = program.transposed(some)
+    return whole[: program.rank], whole[program.rank :]
+
+
+def _proved(program: DiscProgram, end: SelfDualSolution) -> float:
+    """The w_last that multipliers prove not to be exceeded at any y up to twice as far as that of the end.
+
+    Weak duality, with what is left of the balance at its worst there.
+    """
+    (of_y, of_w), (discs, rows, _) = _balance(program, end.multipliers), program.parts(end.multipliers)
+    right = float(np.einsum("ij,ij", discs, program.right) + rows @ program.rows_right)
+    # the length of y may weigh as much as the first of w, of which it bounds it
+    weight = 0.0 if program.norm is None else float(of_w[0])
+    short = max(float(np.linalg.norm(of_y)) - weight, 0.0)
+    value = right - weight * program.offset + 2 * float(np.linalg.norm(end.x[: program.rank])) * short
+    return value / float(of_w[-1]) if of_w[-1] > 0 else nan
 
 
 class BallMargin(NamedTuple):
@@ -108,39 +142,74 @@ class BallMargin(NamedTuple):
     radius: float
 
 
+def _found(
+    limits: BallLimits,
+    about: LimitsAbout,
+    start: FloatArray,
+    program: DiscProgram,
+    allowed: Callable[[FloatArray], tuple[float, float]],
+    begun: Points = (),
+    enough: Enough = never,
+    *,
+    unit: float = 1.0,
+) -> Found:
+    """The solution of a program, polished, with the radius and the value that the limits allow there.
+
+    Parameters
+    ----------
+    limits, about, start
+        The limits, and the same about a slip.
+    program
+        Maximise w_last, ``unit`` times the value, both relative.
+    allowed
+        The radius and the largest value that the limits allow at a given y in floats.
+    begun
+        The way to the optimum of a program that differs little.
+    enough
+        Whether a y on the way, or the multipliers there, are as good as the optimum.
+
+    Raises
+    ------
+    SolverError
+        If the method comes to no end.
+    """
+    r = program.rank
+
+    def known(x: FloatArray, multipliers: FloatArray) -> bool:
+        return enough(x[:r], multipliers)
+
+    end = solve_discs(program, FOUR_DIGITS, begun, known)
+    met = known(end.x, end.multipliers)
+    end = end if met else polished(program, end)
+    radius = value = gap = nan
+    if end.status == Status.OPTIMAL:
+        radius, value = allowed(end.x[:r])
+        value = value if np.isfinite(value) else float(end.x[-1]) / unit
+        most = _proved(program, end) / unit
+        gap = most / value - 1.0 if value > 0 else most
+    slip = start + limits.metric.inverse @ end.x[:r] * about.length
+    return Found(limits, about, program, end, slip, radius * about.length, value, gap, met)
+
+
 Solve = Callable[[BallLimits, Points], Found]  # from the way to the optimum with other shares
 
 
-def largest_load_factor(
-    limits: BallLimits, start: FloatArray, distance: float, tolerances: Tolerances, *, split: bool
-) -> Found:
+def largest_load_factor(limits: BallLimits, start: FloatArray, distance: float, *, split: bool) -> Found:
     """The largest load factor at which a ball holds a slip and the distance around it."""
 
     def solve(each: BallLimits, begun: Points) -> Found:
         about = limits_about(each, start, distance)
-        end = proved_solution(about.load_factor_program(), lambda y: _largest_load(about, y), begun)
-        return _found(each, about, end, start, end.value)
+        program = about.load_factor_program()
+        return _found(each, about, start, program, lambda y: _largest_load(about, y), begun)
 
-    def first_shares() -> BallLimits | None:
-        """Shares that prove a load factor where neither none nor half of the own parts do; None unknown."""
-        loosest = sought(solve, at_least(limits), ())
-        if not isinstance(loosest, Missing) and loosest.status == Status.INFEASIBLE:
-            return None
-        each = limits.shared(0.5 * full_share(limits))
-        for _ in range(ALTERNATIONS):
-            margin, slip, load_factor, radius = ball_margin(each, start, distance)
-            if margin > tolerances.feasibility:
-                return each
-            each = each.shared(best_share(each, slip, load_factor, radius))
-        return None
-
-    return _by_turns(limits, solve, None, split=split, first_shares=first_shares)
+    return _by_turns(limits, solve, None, split=split)
 
 
 def least_load(limits: BallLimits, start: FloatArray, distance: float) -> float:
     """The smallest load factor ≥ 0 at which the same shares have a ball that holds a slip; NaN unknown."""
     about = limits_about(limits, start, distance).reversed()
-    end = sought(proved_solution, about.load_factor_program(reverse=True), lambda y: _largest_load(about, y))
+    program = about.load_factor_program(reverse=True)
+    end = sought(_found, limits, about, start, program, lambda y: _largest_load(about, y))
     if isinstance(end, Missing) or end.status != Status.OPTIMAL:
         return nan
     return -end.value if -end.value > ROUND_OFF else 0.0
@@ -163,8 +232,8 @@ def widest(limits: BallLimits, load_factor: float) -> tuple[FloatArray, float]:
 
 
 def _widest(program: DiscProgram) -> tuple[FloatArray, FloatArray]:
-    """(y, w) with the largest margin; how large it is there is to be computed anew."""
-    end = solution(program)
+    """(y, w) with the largest margin, to four digits; how large it is there is to be computed anew."""
+    end = solve_discs(program, FOUR_DIGITS)
     if end.status != Status.OPTIMAL:
         raise SolverError(f"the program for the largest margin ended as '{end.status}'")
     return end.x[: program.rank], end.x[program.rank :]
@@ -176,19 +245,18 @@ def largest_ball(limits: BallLimits, load_factor: float, *, split: bool) -> Foun
 
     def solve(each: BallLimits, begun: Points) -> Found:
         about = limits_about(each, start).at_load(load_factor)
-        unit = about.unit_of_radius
 
-        def largest(y: FloatArray) -> FloatArray:
-            return np.array([unit * _largest_radius(about, y)])
+        def up_to(cap: float, begun: Points) -> Found:
+            program, unit = about.radius_program(cap), about.unit_of_radius
+            found = _found(each, about, start, program, lambda y: _radius_twice(about, y), begun, unit=unit)
+            return replace(found, value=found.value * about.length)
 
-        end = proved_solution(about.radius_program(inf), largest, begun)
-        status = end.status
-        if status == Status.UNBOUNDED:
-            wide = about.s > 0
-            cap = typical_size(np.abs(about.slack(np.zeros_like(end.y)))[wide] / about.s[wide])
-            end = proved_solution(about.radius_program(cap), largest)
-        end = replace(end, status=status, w=end.w / unit, proved=end.proved / unit)
-        return _found(each, about, end, start, end.value * about.length)
+        found = up_to(inf, begun)
+        if found.status != Status.UNBOUNDED:
+            return found
+        wide = about.s > 0
+        found = up_to(typical_size(np.abs(about.slack(np.zeros(about.H.shape[2])))[wide] / about.s[wide]), ())
+        return replace(found, end=replace(found.end, status=Status.UNBOUNDED))
 
     return _by_turns(limits, solve, load_factor, split=split)
 
@@ -208,28 +276,18 @@ def ball_around(
     ends, too, as soon as multipliers prove that none is, whatever the shares.
     """
 
-    def inside(margin: float, radius: float) -> bool:
-        return not best and margin > INSIDE * tolerances.feasibility * radius
-
     def solve(each: BallLimits, begun: Points) -> Found:
         about = limits_about(each, slip).at_load(load_factor)
-        unit, program = about.unit_of_radius, about.margin_program()
 
-        def enough(y: FloatArray, multipliers: FloatArray) -> bool:
-            if best:
-                return False
-            length, margin = _largest_margin(about, y)
-            held = inside(margin / unit, length + margin / unit)
-            return held or _held_by_none(each, about, program, *program.parts(multipliers)[:2])
+        def inside(y: FloatArray, multipliers: FloatArray) -> bool:
+            radius, margin = _largest_margin(about, y)
+            return not best and margin > INSIDE * tolerances.feasibility * radius
 
-        end = proved_solution(program, lambda y: _largest_margin(about, y), begun, enough)
-        margin = end.value / unit
-        end = replace(end, w=np.array([margin + end.w[0], margin]), proved=end.proved / unit)
-        found = _found(each, about, end, slip, margin * about.length)
-        known = inside(found.value, found.radius)
-        if not best and not known:
-            known = _held_by_none(each, about, program, end.discs, end.rows)
-        return replace(found, enough=known)
+        found = _found(
+            each, about, slip, about.margin_program(), lambda y: _largest_margin(about, y), begun, inside,
+            unit=about.unit_of_radius,
+        )  # fmt: skip
+        return replace(found, value=found.value * about.length)
 
     return _by_turns(
         limits, solve, load_factor, split=split,
@@ -238,42 +296,28 @@ def ball_around(
 
 
 def held_by_none(limits: BallLimits, load_factor: float, slip: FloatArray) -> bool:
-    """Whether multipliers prove that no ball at a load factor holds a slip, whatever the shares."""
-    least = at_least(limits)
-    about = limits_about(least, slip).at_load(load_factor)
-    program = about.margin_program()
-
-    def refuted(discs: FloatArray, rows: FloatArray) -> bool:
-        return _held_by_none(least, about, program, discs, rows)
-
-    def known(y: FloatArray, multipliers: FloatArray) -> bool:
-        return bool(_largest_margin(about, y)[-1] > 0.0) or refuted(*program.parts(multipliers)[:2])
-
-    end = sought(proved_solution, program, lambda y: _largest_margin(about, y), (), known)
-    return not isinstance(end, Missing) and refuted(end.discs, end.rows)
-
-
-def at_least(limits: BallLimits) -> BallLimits:
-    """The discs with a = 1 and s = f γ at its least, which allow all that any shares allow."""
-    return replace(limits, share=np.zeros_like(limits.share), own=np.zeros_like(limits.own))
-
-
-def _held_by_none(
-    limits: BallLimits, about: LimitsAbout, program: DiscProgram, discs: FloatArray, rows: FloatArray
-) -> bool:
-    """Whether multipliers for shares zero prove that no ball holds the slip, whatever the shares.
+    """Whether multipliers prove that no ball at a load factor holds a slip, whatever the shares.
 
     Any shares have a ≥ 1 and s at least f γ at its least, so what they allow the same discs with that s
     allow. There Σ z · (g − H y − s R) ≥ 0, and R ≥ ‖y‖ where the slip is held: none is where z · g < 0 and
     the length of Hᵀ z is at most s · z.
     """
-    if limits.share.any():
-        return False
-    s = at_least(limits).spread * about.unit * about.length
-    weights = np.append(discs[:, 0], rows[: len(about.row_g)])
-    right = float(np.einsum("ij,ij", discs, program.right) + rows @ program.rows_right)
-    of_y = balance(program, discs, rows)[0]
-    return right < 0.0 and float(np.linalg.norm(of_y)) <= float(s @ weights)
+    least = replace(limits, share=np.zeros_like(limits.share), own=np.zeros_like(limits.own))
+    about = limits_about(least, slip).at_load(load_factor)
+    program = about.margin_program()
+
+    def refuted(multipliers: FloatArray) -> bool:
+        discs, rows, _ = program.parts(multipliers)
+        weights = np.append(discs[:, 0], rows[: len(about.row_g)])
+        right = float(np.einsum("ij,ij", discs, program.right) + rows @ program.rows_right)
+        length = float(np.linalg.norm(_balance(program, multipliers)[0]))
+        return right < 0.0 and length <= float(about.s @ weights)
+
+    def known(x: FloatArray, multipliers: FloatArray) -> bool:
+        return bool(_largest_margin(about, x[: program.rank])[-1] > 0.0) or refuted(multipliers)
+
+    end = sought(solve_discs, program, FOUR_DIGITS, (), known)
+    return not isinstance(end, Missing) and refuted(end.multipliers)
 
 
 def full_share(limits: BallLimits) -> FloatArray:
@@ -346,15 +390,13 @@ def _by_turns(
     load_factor: float | None,
     *,
     split: bool,
-    first_shares: Callable[[], BallLimits | None] = lambda: None,
     refuted: Callable[[], bool] = lambda: False,
 ) -> Found:
     """Shares zero, and half of those at which γ is least; from the better on by turns.
 
     The turns: the best shares for the centre, the best centre for the shares. Each starts with what the one
-    before allows, so that none is worse. Where neither has a solution, ``first_shares`` are tried; and where
-    it is ``refuted`` that any have one that is asked for, none are. The load factor is None where it is the
-    value.
+    before allows, so that none is worse. None are tried where it is ``refuted`` that any have a solution that
+    is asked for. The load factor is None where it is the value.
     """
     found = solve(limits, ())
     if not split or not limits.own.any() or found.status == Status.UNBOUNDED or found.enough or refuted():
@@ -363,9 +405,6 @@ def _by_turns(
     if _is_solved(half):
         worse = found.status == Status.INFEASIBLE or half.status == Status.UNBOUNDED
         found = half if worse or half.value > found.value else found
-    elif found.status == Status.INFEASIBLE and (shares := first_shares()) is not None:
-        other = sought(solve, shares, ())
-        found = other if _is_solved(other) else found
     for _ in range(ALTERNATIONS):
         if found.status != Status.OPTIMAL or found.enough:
             break
@@ -385,32 +424,31 @@ def _is_solved(found: Found | Missing) -> TypeGuard[Found]:
     return not isinstance(found, Missing) and found.status != Status.INFEASIBLE
 
 
-def _found(
-    limits: BallLimits, about: LimitsAbout, end: ProvedSolution, start: FloatArray, value: float
-) -> Found:
-    slip = start + limits.metric.inverse @ end.y * about.length
-    return Found(limits, about, end, slip, float(end.w[0]) * about.length, value)
-
-
 def _largest_radius(about: LimitsAbout, y: FloatArray) -> float:
     """The largest R that the limits leave at y; NaN where none does."""
     wide, slack = about.s > 0, about.slack(y)
     return float(np.min(slack[wide] / about.s[wide])) if wide.any() else nan
 
 
-def _largest_margin(about: LimitsAbout, y: FloatArray) -> FloatArray:
-    """The largest δ = R − ‖y‖ that the limits leave at y, as w of :meth:`LimitsAbout.margin_program`."""
-    length = float(np.linalg.norm(y))
-    return np.array([length, (_largest_radius(about, y) - length) * about.unit_of_radius])
+def _radius_twice(about: LimitsAbout, y: FloatArray) -> tuple[float, float]:
+    """The largest R that the limits leave at y, as the radius and as the value."""
+    radius = _largest_radius(about, y)
+    return radius, radius
 
 
-def _largest_load(about: LimitsAbout, y: FloatArray) -> FloatArray:
+def _largest_margin(about: LimitsAbout, y: FloatArray) -> tuple[float, float]:
+    """The largest R that the limits leave at y, and R − ‖y‖."""
+    radius = _largest_radius(about, y)
+    return radius, radius - float(np.linalg.norm(y))
+
+
+def _largest_load(about: LimitsAbout, y: FloatArray) -> tuple[float, float]:
     """R = ‖y‖ + δ and the largest λ that the limits allow at y with it; NaN where none does."""
     radius = float(np.linalg.norm(y)) + about.offset
     need, rows = np.split(radius * about.s, [len(about.node)])
     rows, rising = about.row_g - about.rows @ y - rows, about.row_d > 0
     load = float(np.min(rows[rising] / about.row_d[rising], initial=inf))
-    return np.array([radius, min(load, _last_zero(about.discs_at(y), about.d, need))])
+    return radius, min(load, _last_zero(about.discs_at(y), about.d, need))
 
 
 def _last_zero(u: FloatArray, d: FloatArray, need: FloatArray) -> float:

@@ -31,7 +31,6 @@ from shakedown.bounds.energy.energy_results import (
     no_bound,
 )
 from shakedown.bounds.energy.exact_check import ExactBall
-from shakedown.bounds.energy.proved_solution import contradiction
 from shakedown.ground.constants import NEGLIGIBLE, SETTLED, FloatArray
 from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.status import Status
@@ -281,14 +280,14 @@ def _largest(
     *,
     split: bool,
 ) -> Bound:
-    found = largest_load_factor(limits, start, distance, tolerances, split=split)
+    found = largest_load_factor(limits, start, distance, split=split)
     limits = found.limits
 
     def nothing(reason: str, status: Status = Status.INFEASIBLE, **more: Any) -> Bound:
         return no_bound(start, distance, reason, status).but(share=limits.share, **more)
 
     if found.status == Status.INFEASIBLE:
-        left = contradiction(found.about.load_factor_program(), found.end)
+        left = found.contradiction
         if left > tolerances.feasibility:
             return nothing("the limits contradict each other, but no multipliers prove it", Status.UNDECIDED)
         return nothing(TOO_FAR, active=limits.names(found.carrying), residual=left)
