@@ -279,26 +279,30 @@ def _found(history: History, low: float, high: float) -> Bound:
 def _proved(history: History, low: float) -> LongTermState | None:
     """The state at the largest of some load factors up to ``low`` at which shakedown can be proved.
 
-    With two tangential directions, where every attempt solves cone programs, by bisection.
+    Only above what is proved from the start. With two tangential directions, where every attempt solves cone
+    programs, by bisection.
     """
     if not isfinite(low):
         return None
+    known = max(_certain(history, low), default=-inf)
 
     @cache
     def below(share: float) -> LongTermState:
         return history.followed((1.0 - share) * low)
 
+    def proved(share: float) -> bool:
+        return (1.0 - share) * low <= known or below(share).proved
+
     if history.problem.directions == 1:
-        return next((state for state in map(below, BELOW) if state.proved), None)
-    if below(0.0).proved:
-        return below(0.0)
-    first = bisect_left(BELOW, True, lo=1, key=lambda share: below(share).proved)
-    if first == len(BELOW):
-        return None
-    without, proved = BELOW[first - 1], BELOW[first]
-    # of the distance between two of these: where bisection ends, with two tangential directions
-    width = 0.3 * (proved - without)
-    return below(bisected(lambda share: not below(share).proved, without, proved, lambda _: width)[1])
+        found = next((share for share in BELOW if proved(share)), 1.0)
+    else:
+        first = bisect_left(BELOW, True, key=proved)
+        found = BELOW[first] if first < len(BELOW) else 1.0
+        if 0 < first < len(BELOW):
+            # of the distance between two of these: where bisection ends, with two tangential directions
+            width = 0.3 * (found - BELOW[first - 1])
+            found = bisected(lambda share: not proved(share), BELOW[first - 1], found, lambda _: width)[1]
+    return below(found) if found < 1.0 and (1.0 - found) * low > known else None
 
 
 def check_scan(largest: float, steps: int, accuracy: float) -> None:

@@ -269,16 +269,7 @@ def _judged(state: LongTermState, path: Walk) -> LongTermState:
         return state
     begun = state.begun
     met = path_violation(begun.problem, begun.load_factor, begun.tolerances, path.history)
-    if met <= law_resolution(begun.problem, begun.tolerances):
-        return replace(state, met=float(np.fmax(met, state.met)))
-    return replace(
-        state.without_period(),
-        outcome=Outcome.UNDECIDED,
-        reason=f"the friction law is violated by {met:.1e} on the way there ({state.reason})",
-        open_nodes=(),
-        opened=np.zeros(state.problem.n, dtype=bool),
-        met=met,
-    )
+    return state.checked(met, law_resolution(begun.problem, begun.tolerances), "on the way there")
 
 
 @dataclass(frozen=True)

@@ -258,6 +258,20 @@ class LongTermState(SettledState):
         kept = {"opened": self.opened, "open_nodes": self.open_nodes}
         return replace(self, drift=nothing, contraction=np.nan, return_error=np.nan, **none | kept)
 
+    def checked(self, violation: float, most: float, where: str) -> "LongTermState":
+        """The same with the largest violation of the friction law, undecided where that is too large."""
+        if violation <= most:
+            return replace(self, met=float(np.fmax(violation, self.met)))
+        return replace(
+            self.without_period(),
+            outcome=Outcome.UNDECIDED,
+            reason=f"the friction law is violated by {violation:.1e} {where} ({self.reason})",
+            open_nodes=(),
+            opened=np.zeros(self.problem.n, dtype=bool),
+            error=nan,
+            met=violation,
+        )
+
     def motion(self) -> Evolution:
         """The motion at the start of a period of the long-term state."""
         return self.begun.motion_from(self.goal, self.cycles_simulated - self.period)

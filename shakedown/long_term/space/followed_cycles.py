@@ -1,19 +1,18 @@
-"""What a search for the long-term state goes by, the cycles that it has followed, and its result."""
+"""What a search for the long-term state goes by, and the cycles that it has followed."""
 
 from collections import deque
 from dataclasses import dataclass
 from itertools import pairwise
-from math import nan
 from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.ground.constants import THREE_DIGITS, FloatArray
-from shakedown.ground.status import OPEN, Outcome
+from shakedown.ground.constants import FloatArray
+from shakedown.ground.status import OPEN
 from shakedown.long_term.space.decay import Period
 from shakedown.long_term.space.measure import Measure, measure_of
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.method import CycleRecord, State, Stop
+from shakedown.motion.method import CycleRecord, State
 from shakedown.motion.viscous_jump import Jump
 
 WINDOW = 7  # largest number of states one period apart that a leap starts from
@@ -162,69 +161,6 @@ class FollowedCycles:
         rates = np.where(last > 0.0, falls, 0.0) if rate is None else np.full_like(last, rate**period)
         most = np.divide(2.0, 1.0 - rates, out=np.full_like(last, float(self.count)), where=rates < 1.0)
         return float((last * most).max()), float(rates[np.argmax(last)]) ** (1.0 / period)
-
-
-@dataclass(frozen=True, eq=False)
-class Settled:
-    """The result of a search.
-
-    Attributes
-    ----------
-    outcome, reason
-        What, and what it rests on.
-    followed
-        The cycles followed.
-    start, state
-        At the beginning of the last period, and at its end.
-    drift : (dn,)
-        Growth of the slip per period [length].
-    period
-        In cycles; 0 where undecided.
-    contraction
-        Factor per cycle by which the distance to the long-term state shrinks; NaN where undecided.
-    return_error
-        How far the last period has missed its start, drift apart [length].
-    stop
-        Why the motion ended before its time; None where it did not.
-    error, rigid_error
-        Estimated distance of the state from the long-term state, and rigid slip in it that changes no cycle
-        [length]; where it ratchets the distance apart from rigid slip.
-    """
-
-    outcome: Outcome
-    reason: str
-    followed: FollowedCycles
-    start: State
-    state: State
-    drift: FloatArray
-    period: int = 0
-    contraction: float = nan
-    return_error: float = nan
-    error: float = nan
-    rigid_error: float = nan
-    stop: Stop | None = None
-
-    @property
-    def records(self) -> list[CycleRecord]:
-        """The cycles of the last period."""
-        return list(self.followed.records)[-self.period :] if self.period else []
-
-    @property
-    def slip(self) -> float:
-        """Largest slip of a node in the last period [length]."""
-        return float(np.sum([record.slip for record in self.records], axis=0).max())
-
-    @property
-    def doubtful(self) -> bool:
-        """Whether leaps leave more open than the slip of a period: the motion may reach another cycle."""
-        goes_on = self.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
-        return goes_on and self.error - self.rigid_error > self.slip
-
-    def is_like(self, other: "Settled") -> bool:
-        """Whether outcome and slip of a period equal those of another search, within their certainty."""
-        alike = (self.outcome, self.period) == (other.outcome, other.period)
-        # of the slip per period: by so little it is uncertain, and differs from the one before
-        return alike and abs(self.slip - other.slip) <= THREE_DIGITS * self.slip
 
 
 def signatures(records: list[CycleRecord]) -> list[int]:

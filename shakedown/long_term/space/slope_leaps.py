@@ -13,7 +13,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import EPS, MUCH, NEGLIGIBLE, PER_CENT, RESOLVED, THREE_DIGITS, FloatArray
+from shakedown.ground.constants import EPS, MUCH, NEGLIGIBLE, PER_CENT, THREE_DIGITS, FloatArray
 from shakedown.long_term.space.measure import STATE_ROUND_OFF, Measure
 from shakedown.long_term.space.recurrence_leaps import PRICE, WORTH, longer
 
@@ -216,8 +216,6 @@ class SlopeLeaps:
         How far the next one is tried to go.
     since, wait
         From which cycle on the next one is tried, and how many after the last that led nowhere.
-    probed
-        States at which slopes were seen, with their first period.
     starts, gone, end
         Where the last leaps began, how many periods they have gone in all, and to which state.
     """
@@ -237,7 +235,6 @@ class SlopeLeaps:
     periods: int = int(WORTH)
     since: int = 0
     wait: int = 0
-    probed: deque[tuple[FloatArray, PeriodStep]] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
     starts: deque[LeapStart] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
     gone: int = 0
     end: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -329,23 +326,7 @@ class SlopeLeaps:
         rigid = measure.rigid[places]
         if np.linalg.norm(rigid) ** 2 > rigid.shape[1] * (1.0 - THREE_DIGITS):  # all nodes move
             slopes -= (slopes @ rigid) @ rigid.T
-        slopes += self._correction(slopes, start, first, moving, measure)
-        self.probed.append((start, first))
         return LocalMap(follow, measure, start, moving, change, slopes, first.signature)
-
-    def _correction(
-        self, slopes: FloatArray, start: FloatArray, first: PeriodStep, moving: MovingSlips, measure: Measure
-    ) -> FloatArray:
-        """What slopes (k, k) lack along the way from an earlier state far off: Broyden's update."""
-        places, root = moving.places, measure.root @ moving.follow
-        far = RESOLVED * PROBE * measure.size(start)
-        for state, there in reversed(self.probed):
-            way = (start - state)[places]
-            seen = root @ way
-            if there.signature == first.signature and seen @ seen > far**2:
-                missed = (first.change - there.change)[places] - slopes @ way
-                return np.outer(missed, root.T @ seen) / (seen @ seen)
-        return np.zeros_like(slopes)
 
     def _landing(self, local: LocalMap, periods: int) -> tuple[Landing | None, float]:
         """So many periods ahead, or None, and the strain: what is missed there, relative to what may be."""

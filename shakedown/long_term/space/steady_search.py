@@ -4,6 +4,8 @@ After every cycle it asks: is the joint at rest, does its state repeat, does it 
 all but reached; and if none is so, whether a leap leads on.
 """
 
+from typing import Any
+
 import numpy as np
 
 from shakedown.ground.constants import (
@@ -19,13 +21,20 @@ from shakedown.ground.constants import (
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
 from shakedown.joint.rigid_slips import can_drift, free_stiffness
+from shakedown.long_term.passage import Passage
 from shakedown.long_term.space.decay import Decay, Period
 from shakedown.long_term.space.drift import Drift, is_held
 from shakedown.long_term.space.extrapolation import STUCK, Leaps
-from shakedown.long_term.space.followed_cycles import FollowedCycles, SearchRules, Settled
+from shakedown.long_term.space.followed_cycles import FollowedCycles, SearchRules
 from shakedown.long_term.space.measure import STATE_ROUND_OFF
-from shakedown.long_term.state import VARIES_LITTLE, opened_and_closed
+from shakedown.long_term.state import (
+    VARIES_LITTLE,
+    LongTermState,
+    of_long_term_period,
+    opened_and_closed,
+)
 from shakedown.motion.evolution import Evolution
+from shakedown.motion.method import CycleRecord, State
 
 MORE = 3  # budget of extra cycles for slopes, as a multiple of the cycles allowed
 # Change per period, relative to its slip, below which a state counts as periodic: the way to rest is at
@@ -42,14 +51,16 @@ class SteadySearch:
     ----------
     motion
         The joint, at the start of a cycle.
+    begun
+        Where the motion began.
     rules
         When to end.
     care
         What leaps may be uncertain by, as a share of what they may be otherwise.
     """
 
-    def __init__(self, motion: Evolution, rules: SearchRules, care: float = 1.0) -> None:
-        self.rules, self.layout = rules, motion.problem.layout
+    def __init__(self, motion: Evolution, begun: Passage, rules: SearchRules, care: float = 1.0) -> None:
+        self.begun, self.rules, self.layout = begun, rules, motion.problem.layout
         self.cycles = FollowedCycles(motion, rules.longest_period)
         self.measure = self.cycles.measure
         self.leaps = Leaps(self.cycles, rules.longest_period, care)
@@ -57,7 +68,7 @@ class SteadySearch:
         self.repeated = [0] * rules.longest_period  # by period: cycles in a row that end where one has begun
         self.rest_since = self.cycle_since = 0  # cycle from which on it is expected
 
-    def settle(self) -> Settled:
+    def settle(self) -> LongTermState:
         """Follow cycles until the outcome is clear, the motion stops or the cycles allowed are spent."""
         cycles, most = self.cycles, self.rules.most_cycles
         while cycles.count < most + min(cycles.probes, MORE * most):
@@ -72,7 +83,7 @@ class SteadySearch:
         spent = f"no periodic state within {most} cycles"
         return self._rest_in_round_off() or self._undecided(spent)
 
-    def _at_rest(self) -> Settled | None:
+    def _at_rest(self) -> LongTermState | None:
         """Whether nothing slips any more: exactly for one cycle, or for two within the accuracy."""
         last = list(self.cycles.records)[-2:]
         most = [float((record.slip * self.rules.stiffness).max()) for record in last]
@@ -101,7 +112,7 @@ class SteadySearch:
         before, now = (self.cycles.records[-k].slip for k in (2, 1))
         return bool((now > np.maximum(before, THREE_DIGITS * self.none)).any())
 
-    def _repeats(self) -> Settled | None:
+    def _repeats(self) -> LongTermState | None:
         """Cyclic slip or ratchetting with the shortest period over which states repeat, up to rigid slips."""
         states, measure = self.cycles.states, self.measure
         most = min(self.rules.longest_period, len(states) - 1)
@@ -136,7 +147,7 @@ class SteadySearch:
         periods = before / (before - last) if before > last else np.inf
         return APART * last * min(periods, self.rules.most_cycles)
 
-    def _approaches(self) -> Settled | None:
+    def _approaches(self) -> LongTermState | None:
         """The outcome where the change falls along a line to a cycle that is next to the state."""
         p = self.leaps.period
         if not self.cycles.leaps or len(self.cycles.states) <= p:
@@ -161,7 +172,7 @@ class SteadySearch:
             return self._slips_for_ever(p, long_expected=True)
         return None
 
-    def _rest_in_round_off(self) -> Settled | None:
+    def _rest_in_round_off(self) -> LongTermState | None:
         """Rest, where the slip falls to none with changes that are round-off of the state."""
         cycles = self.cycles
         if not cycles.leaps or len(cycles.states) < 2 or cycles.records[-1].opened.any():
@@ -171,7 +182,7 @@ class SteadySearch:
         near = now.size <= lost and self._share_left(decay.to_come(now, self.measure, lost)) <= PER_CENT
         return self._slip_fades() if near and decay.slip_ends(now, self.none, 0.0) else None
 
-    def _slip_fades(self) -> Settled:
+    def _slip_fades(self) -> LongTermState:
         """Rest, as it is expected."""
         return self._found(Outcome.SHAKEDOWN, f"slip fades away with the changes{self._extrapolated}", 1)
 
@@ -192,7 +203,7 @@ class SteadySearch:
         long = 0 < self.rest_since <= self.cycles.count - STUCK
         return long and bool((self.layout.ways(now.change) <= self.none).all())
 
-    def _slips_for_ever(self, p: int, long_expected: bool = False) -> Settled | None:
+    def _slips_for_ever(self, p: int, long_expected: bool = False) -> LongTermState | None:
         """The outcome where the same slip occurs in every period of p cycles, if that is clear.
 
         Long expected is a cycle whose end the leaps do not come nearer to.
@@ -241,7 +252,7 @@ class SteadySearch:
         """The known cycles that led to the last state."""
         return "; approach extrapolated" if self.cycles.leaps else ""
 
-    def _found(self, outcome: Outcome, reason: str, period: int) -> Settled:
+    def _found(self, outcome: Outcome, reason: str, period: int) -> LongTermState:
         """The answer; for a cycle the period is followed again from the end of the search."""
         cycles, leaps, drifts = self.cycles, self.leaps, outcome == Outcome.RATCHETTING
         (left, rate), start = self._to_come(period, drifts), cycles.motion.state
@@ -252,29 +263,59 @@ class SteadySearch:
                 left = max(left, ERROR_FACTOR * farthest)
             if not cycles.follow(period):
                 return self._undecided(f"{self._why_stopped()}, after {reason}")
-        moved, error, rigid_error = cycles.change(period), leaps.error, leaps.rigid_error
+        moved, error = cycles.change(period), leaps.error + leaps.rigid_error
         drift = np.zeros_like(moved)
         if drifts:  # where it stands on its way says nothing
-            drift, error, rigid_error = moved, leaps.error_apart, 0.0
-        return Settled(
-            outcome=outcome,
-            reason=reason,
-            followed=cycles,
-            start=start,
-            state=cycles.motion.state,
-            period=period,
+            drift, error = moved, leaps.error_apart
+        return self._state(
+            outcome,
+            reason,
+            start,
+            list(cycles.records)[-period:],
             drift=drift[self.layout.slips],
             contraction=rate,
-            return_error=float(np.abs(moved - drift).max()),
-            error=max(left, self.rules.noise) + cycles.error + error + rigid_error,
-            rigid_error=rigid_error,
+            return_error=float(np.abs(moved - drift).max()) / cycles.motion.scale.length,
+            error=max(left, self.rules.noise) + cycles.error + error,
         )
+
+    def doubts(self, found: LongTermState) -> bool:
+        """Whether leaps leave more open than the slip of a period: the motion may reach another cycle."""
+        if found.outcome not in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING):
+            return False
+        rigid_error = self.leaps.rigid_error if found.outcome == Outcome.CYCLIC_SLIP else 0.0
+        return bool(found.error - rigid_error > found.slip_per_cycle.max())
 
     def _why_stopped(self) -> str:
         stop = self.cycles.motion.stop
         return stop.reason if stop else "the motion cannot be followed"
 
-    def _undecided(self, reason: str) -> Settled:
+    def _undecided(self, reason: str) -> LongTermState:
         motion, nothing = self.cycles.motion, np.full(self.layout.slip_size, np.nan)
-        state = motion.state
-        return Settled(Outcome.UNDECIDED, reason, self.cycles, state, state, nothing, stop=motion.stop)
+        numbers = dict.fromkeys(("contraction", "return_error", "error"), np.nan)
+        return self._state(
+            Outcome.UNDECIDED, reason, motion.state, [], stop=motion.stop, drift=nothing, **numbers
+        )
+
+    def _state(
+        self, outcome: Outcome, reason: str, goal: State, records: list[CycleRecord], **found: Any
+    ) -> LongTermState:
+        """The long-term state with the numbers of the cycles of its period."""
+        cycles, begun, stop = self.cycles, self.begun, found.get("stop")
+        return LongTermState(
+            problem=begun.problem,
+            load_factor=begun.load_factor,
+            initial_slip=begun.start,
+            outcome=outcome,
+            reason=reason,
+            final_slip=cycles.motion.state.u[self.layout.slips].copy(),
+            cycles_simulated=cycles.count,
+            slides_away=stop is not None and stop.slides_away,
+            events=cycles.events,
+            most_cycles=self.rules.most_cycles,
+            begun=begun,
+            goal=goal,
+            first_cycles=tuple(cycles.passed),
+            jumps=tuple(cycles.jumps),
+            **found,
+            **of_long_term_period(records, begun.problem.n),
+        )
