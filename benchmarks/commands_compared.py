@@ -83,7 +83,7 @@ def _by_turns(choices: tuple[str, ...], number: int) -> str:
 
 
 def _solve(problem: Problem, number: int) -> list[list[str]]:
-    other = ["--initial", "given"] if problem.initial_slip is not None else ["--quick", "--distance", "0.1"]
+    other = ["--initial", "given"] if problem.initial_slip is not None else ["--distance", "0.1"]
     return [[], ["--open", "none"] if number % 3 == 0 else other]
 
 

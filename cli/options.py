@@ -148,7 +148,7 @@ def open_nodes_of(text: str) -> tuple[int, ...] | str | None:
     return tuple(map(int, numbers)) if known else None
 
 
-NUMBERS = Parsed("numbers", FORM, numbers_of)
+NUMBERS = Parsed("numbers", f"{FORM} (finite numbers)", numbers_of)
 OPEN_NODES = Parsed("nodes", "auto, none or node numbers like 0,3,7", open_nodes_of)
 
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 from functools import partial
 from typing import Any, Literal
 
-import click
-
 import shakedown
 from shakedown import Problem
 from shakedown.assessment.three_numbers import open_ends
 from shakedown.ground.shown_values import down, plain
 from shakedown.ground.work_limit import on_one_thread
-from shakedown.report.json_documents import assessment_document, averaged_document, quick_document
-from shakedown.report.limit_facts import quick_sheet, solve_sheet
+from shakedown.report.json_documents import assessment_document, averaged_document
+from shakedown.report.limit_facts import nothing_is_known, solve_sheet
 
 from . import options
 from .command import Answer, command, is_quiet
@@ -23,7 +21,6 @@ CLAIMS = {
     "proved-from-state": "proved_from_this_state",
     "proved-from-every-state": "proved_from_every_state",
 }  # what may be required, and the number it is about
-ANNOUNCED_FROM = 250  # nodes; from here on the lower bound may take a minute
 
 
 def required(text: str) -> tuple[str, float] | None:
@@ -38,17 +35,12 @@ def required(text: str) -> tuple[str, float] | None:
 
 @command(
     "What is proved, bounds, safe slip.",
-    "0 computed, whatever the bounds are; 1 an answer is open, or disputed in exact "
-    "arithmetic, or what is required is not proved; 2 bad usage or bad input.",
+    "0 computed, whatever the bounds are; 1 every claim is unknown, a bound is undecided or disputed in "
+    "exact arithmetic, or what is required is not proved; 2 bad usage or bad input.",
 )
 @options.problem
 @options.initial
 @option("--distance", type=float, default=0.0, help="How far the state may be from it, in the energy norm.")
-@option(
-    "--quick",
-    is_flag=True,
-    help="Only what takes few programs: λ_E, λ_max and the safe slip (no λ_1, λ_U, thresholds).",
-)
 @option("--details", is_flag=True, help="Also every limit with its evidence, and a table of the nodes.")
 @option(
     "--follow",
@@ -71,7 +63,6 @@ def solve(
     problem: Problem,
     initial: str,
     distance: float,
-    quick: bool,
     require: tuple[tuple[str, float], ...],
     open_nodes: tuple[int, ...] | Literal["auto"],
     average: float | None,
@@ -81,24 +72,7 @@ def solve(
 
     Then what becomes of the nominal load (λ = 1) where these decide, its margin, and what decides.
     """
-    follow = shown["follow"]
-    for name, given in (("average", average), ("require", require), ("follow", follow)):
-        if quick and given:
-            raise click.UsageError(f"--{name}: not with --quick, which proves and simulates less")
     state = options.initial_state(problem, initial)
-    if quick:
-        upper = shakedown.upper_bound(problem, open_nodes=open_nodes, certify=False)
-        energy = shakedown.energy_bound(problem, state, distance, open_nodes=upper.open_nodes)
-        return Answer(
-            partial(quick_document, problem, energy, upper),
-            partial(quick_sheet, problem, energy, upper, details=shown["details"], digits=shown["digits"]),
-            open_ends=[*open_ends(upper, energy)],
-        )
-    if problem.n >= ANNOUNCED_FROM and problem.directions == 1:
-        click.echo(
-            f"{problem.n} linear programs for λ_1: this may take a minute (--quick leaves them out).",
-            err=True,
-        )
     found = shakedown.assess(problem, state, distance=distance, open_nodes=open_nodes)
     limits, between = found.details, None if average is None else (found.averaged(average), average)
     asked, unmet = [], []
@@ -111,8 +85,9 @@ def solve(
     document = ({"required": asked} if asked else {}) | (averaged_document(*between) if between else {})
     sheet = partial(solve_sheet, found, options.file_named(), averaged=between, **shown)
     return Answer(
-        lambda: assessment_document(found, follow=follow) | document,
+        lambda: assessment_document(found, follow=shown["follow"]) | document,
         # with --quiet the lines on what is not met, and the exit code, are the answer
         None if require and is_quiet() else sheet,
+        is_open=nothing_is_known(found),
         open_ends=[*open_ends(limits.lower, limits.upper, limits.energy, limits.universal), *unmet],
     )

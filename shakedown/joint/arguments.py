@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import wraps
-from math import isfinite
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
@@ -32,7 +32,8 @@ def is_finite(value: object) -> bool:
 def check_load_factor(load_factor: float, problem: Problem | None = None) -> None:
     """Raise ``UsageError`` unless a load factor is a finite number ≥ 0, with forces that are numbers."""
     if not (is_finite(load_factor) and float(load_factor) >= 0):
-        raise UsageError(f"load factor: expected a number >= 0, found {written(load_factor)}")
+        number = "finite number" if real_number(load_factor) == inf else "number"
+        raise UsageError(f"load factor: expected a {number} >= 0, found {written(load_factor)}")
     loads = () if problem is None else (problem.q_w, problem.p_w, problem.q_mean, problem.p_mean)
     largest = max((float(np.abs(load).max()) for load in loads if load is not None), default=1.0)
     if load_factor > LARGEST or load_factor * largest > LARGEST:

@@ -10,6 +10,7 @@ import numpy as np
 
 from shakedown.ground.constants import NEGLIGIBLE
 from shakedown.ground.shown_values import LONGEST_NAME, count, few, one_line, shortened, sized, with_unit
+from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips, zero_modes
 from shakedown.joint.units import doubtful_data, loads_in_words, units_of
@@ -24,8 +25,10 @@ if TYPE_CHECKING:
     from shakedown.models.importing.load_evidence import LoadEvidence, LoadPart
 
 
-def headline(problem: Problem) -> list[str]:
+def headline(problem: Problem, *, limits: bool = False) -> list[str]:
     """Name, size and friction; loads at λ = 1; what is doubtful, a line each.
+
+    Above limits also what λ does not scale.
 
     Examples
     --------
@@ -41,7 +44,25 @@ def headline(problem: Problem) -> list[str]:
     units = f", in {one_line(problem.units, LONGEST_NAME)}" if problem.units else ""
     lines = [f"{name}: {nodes}, {steps}, f = {friction(problem)}{units}"]
     lines += [f"loads at λ = 1: {loads_in_words(problem)}"] if problem.loads else []
-    return [*lines, *(f"warning: {doubt}" for doubt in doubts(problem))]
+    lines += [f"warning: {doubt}" for doubt in doubts(problem)]
+    return lines + constant_load(problem) * (limits and not problem.loads)
+
+
+def constant_load(problem: Problem) -> list[str]:
+    """What λ does not scale; that it is an assumption where the problem does not say it.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> constant_load(shakedown.example("two-node"))
+    ['constant load: mean of steps, assumed (no q_mean, p_mean); λ scales the rest']
+    """
+    varying = {"q_mean": loading(problem).q1, "p_mean": loading(problem).p1}
+    unsaid = [name for name, part in varying.items() if part.any() and getattr(problem, name) is None]
+    if not any(part.any() for part in varying.values()):
+        return []
+    known = f"mean of steps, assumed (no {', '.join(unsaid)})" if unsaid else "as given"
+    return [f"constant load: {known}; λ scales the rest"]
 
 
 def examples_sheet(known: dict[str, Problem]) -> Sheet:
@@ -92,8 +113,7 @@ def joint_facts(problem: Problem) -> list[Fact]:
     stiffness = problem.A if problem.C is None else problem.kappa
     free = count(zero_modes(stiffness, problem.stiffness_accuracy), "rigid motion")
     held = f"{len(rigid_slips(problem).pinned)} of them held by friction alone"
-    given = problem.p_mean is not None or problem.q_mean is not None
-    facts = [Fact("constant part", "given" if given else "mean of the load steps")]
+    facts = []
     if problem.load_names and not problem.loads:
         facts.append(Fact("load cases", ", ".join(problem.load_names)))
     if problem.q_transient is not None:
@@ -168,10 +188,8 @@ def import_sheet(made: Import, *, written: str | None = None) -> Sheet:
         Fact("asymmetry", f"{reduced.asymmetry:.1e}", note=f"forces left inside {reduced.residual:.1e}"),
     ]
     if made.rigid_residual == made.rigid_residual:
-        share = f"{made.rigid_residual:.1e}"
-        facts.append(
-            Fact("rigid residual", share, note="share of its stiffness that rigid motions of the model meet")
-        )
+        meets = "meets this share of its stiffness: of a model held by supports far above 0, else about 0"
+        facts.append(Fact("rigid motion of all", f"{made.rigid_residual:.1e}", note=meets))
     files = [Fact(f"read {name}", f"sha256 {digest[:16]}…") for name, digest in made.sources.items()]
     sections = [_loads(made), _nodes(made), Section("", files)]
     return Sheet(headline(made.problem), [go_on if made.ready else stop], None, facts, sections)
@@ -220,10 +238,6 @@ def _surfaces(found: SurfaceCoupling, of: str, unit: str) -> Iterator[Fact]:
         yield Fact(
             f"{of}without partner", count(found.uncovered.size, "node"), note=f"first {found.uncovered[0]}"
         )
-    size = f"{few(found.finer, 2)} times those of the second"
-    yield Fact(f"{of}facets of the first", size, note=f"largest weight {few(found.largest_weight, 3)}")
-    slip = f"a turn of 1 rad would slip by {few(found.chord, 2)}{length}, which is put right"
-    yield Fact(f"{of}shape", "flat and parallel" if found.flat else "curved", note="" if found.flat else slip)
 
 
 def _bodies(made: Import) -> Iterator[Fact]:

@@ -195,7 +195,7 @@ def signed(per_cent: float, digits: int) -> str:
 WIDTH = 80  # characters where there is no terminal
 LONGEST_VALUE = 24  # characters of a value that has a column of its own
 NARROW = 20  # characters that are too few to wrap a note in
-TOGETHER = re.compile(r"(?<=\d) (?=%)|(?<=±) | (?=±)|(?<=λ) (?== )|(?<=λ_max) (?== )|(?<= =) (?=\d)")
+TOGETHER = re.compile(r" (?=%|±|= \d)|(?<=±) |(?<= =) (?=\d)")  # spaces at which no line ends
 GLUE = "\u2060"
 
 

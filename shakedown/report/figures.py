@@ -38,6 +38,7 @@ from shakedown.report.run_facts import limits_on_page
 MOVING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
 COLOURS = {"zero": BLACK, "safe": GREEN, "witness": RED, "given": PURPLE, "random": BLUE, "ball": ORANGE}
 DASHES = ("-", "--", ":", "-.")
+THICK = 3.5  # width of the first line, in points
 WIDE, NARROW = (8.0, 1.8), (3.4, 2.6)  # of the scale of load factors [inch]
 ABOUT, LEAST = 1.3, 2.1  # inches: room about a patch for labels; least height of a picture of one
 
@@ -49,8 +50,9 @@ def scale_picture(v: Verification) -> Picture:
     bands = {"proved": (0.0 if everywhere >= here else known.least_load_factor, max(here, everywhere))}
     state = f"with {open_in_words(opened, v.problem)} open" if opened else "from this state"
     caption = f"Green: proved to shake down {state}." * bool(bands["proved"][1] > 0)
-    if not opened and np.isfinite(marks["λ_max"]):
-        bands["impossible"] = (marks["λ_max"], np.inf)
+    never = v.assessment.impossible_above
+    if not opened and np.isfinite(never):
+        bands["impossible"] = (never, np.inf)
         caption += " Orange: shakedown is impossible while all nodes stay in contact. White: not decided."
     draw = partial(plot.load_factor_scale, marks, bands=bands)
     return picture(caption.strip(), Drawing(draw, size=WIDE), Drawing(draw, size=NARROW))
@@ -91,11 +93,12 @@ def run_pictures(v: Verification) -> list[Picture]:
 def _by_load_factor(runs: Sequence[Run]) -> Iterator[Group]:
     for (factor, region), group in groupby(runs, key=lambda run: (run.simulation.load_factor, run.region)):
         named = {run.initial: run.simulation for run in group}
-        styles = {}
+        styles: dict[str, dict[str, Any]] = {}
         for name in named:
             kind, _, index = name.partition(" ")  # as in "random 2"
             dashes = DASHES[int(index or 0) % len(DASHES)]
-            styles[name] = {"color": COLOURS[kind], "ls": dashes, "label": name}
+            width = THICK - (THICK - 1.0) * len(styles) / len(named)  # none hides those below it
+            styles[name] = {"color": COLOURS[kind], "ls": dashes, "lw": width, "label": name}
         yield Group(f"{at_lambda(factor)}, {region}", factor, named, styles)
 
 

@@ -1,7 +1,6 @@
 """The verification report: one self-contained HTML file, and the same as JSON."""
 
 import os
-import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +17,7 @@ from shakedown.ground.shown_values import SUBSCRIPT, count, shortened, visible
 from shakedown.ground.work_limit import on_one_thread
 from shakedown.report import figures, notes
 from shakedown.report.data_facts import configuration, joint_facts, source_facts
-from shakedown.report.facts import Section
+from shakedown.report.facts import TOGETHER, Section
 from shakedown.report.json_documents import as_text
 from shakedown.report.limit_facts import limit_sections
 from shakedown.report.run_facts import (
@@ -31,7 +30,6 @@ from shakedown.report.run_facts import (
     worst_table,
 )
 
-LOAD_FACTOR = re.compile(r"(λ(?:_\w+)?) = (?=\d)")  # no line ends between a load factor and its number
 STATE = "State at λ = 1"
 REPORT = "shakedown-bounds verify"  # the first entry of a report's JSON
 
@@ -147,7 +145,7 @@ def _shown(value: Any) -> Any:
     """A value as the page shows it: texts with subscripts, without control characters; pictures unchanged."""
     if not isinstance(value, str) or isinstance(value, Markup):
         return value
-    together = LOAD_FACTOR.sub("\\1\u00a0=\u00a0", str(_as_written(value)))
+    together = TOGETHER.sub("\u00a0", str(_as_written(value)))
     return Markup(SUBSCRIPT.sub(r"\1<sub>\2</sub>", together))
 
 

@@ -6,10 +6,8 @@ The words of one result are those of its ``to_dict``; here they are put together
 import json
 from typing import TYPE_CHECKING, Any
 
-from shakedown.bounds.bound_result import Bound
 from shakedown.ground.errors import present
 from shakedown.ground.shown_values import plain, visible
-from shakedown.joint.problem import Problem
 
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
@@ -49,9 +47,3 @@ def averaged_document(found: "Assessment", radius: float) -> dict[str, Any]:
     """What is known of slips and reactions averaged over a radius."""
     about = {"radius": radius, "nodes": found.problem.n} | found.to_dict()
     return {"averaged": plain(about)}
-
-
-def quick_document(problem: Problem, energy: "Bound", upper: "Bound") -> dict[str, Any]:
-    """What ``shakedown-bounds solve --quick --json`` writes."""
-    about = {"problem": problem.to_dict(), "pinned": list(upper.pinned)}
-    return about | {"energy": energy.to_dict(), "upper": upper.to_dict()}

@@ -44,7 +44,9 @@ if TYPE_CHECKING:
     from shakedown.bounds.uniqueness.friction_thresholds import Threshold, Wedging
     from shakedown.joint.problem import Problem
 
+CLAIM = "shakedown (slip ceases)"
 CLOSED = "full contact"
+UNKNOWN = "–"  # instead of what a claim is valid for
 CAUSES = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
 SLIGHT = 5e-4  # per cent: a smaller change is called none
 SAME = 1e-3  # relative difference of two thresholds that is not shown
@@ -54,7 +56,6 @@ NEXT = {
     Said.IMPOSSIBLE: ("nodes {}", "(where it slips)"),
 }
 GIVEN = ("solve {} --initial given", "")
-MEANING = "scales the cyclic load; “shakes down”: slip ceases in time"
 
 
 def solve_sheet(
@@ -77,41 +78,18 @@ def solve_sheet(
     >>> for row in sheet.claims.rows:
     ...     print(*row, sep=" | ")
     proved from every state | 0.6573 | −34.27 % | full contact (λ_U)
-    proved from this state | 0.7315 | −26.85 % | from zero slip (λ_S)
+    proved from this state | 0.7315 | −26.85 % | zero slip (λ_S)
     impossible above | 0.7392 | −26.08 % | full contact (λ_max)
     """
     sections = limit_sections(found, digits, simulated=follow) if details else []
     sections += [averaged_section(*averaged, digits)] if averaged else []
-    known = claims(found, follow=follow)
-    return Sheet(
-        headline(found.problem),
-        [said_of_nominal_load(found)],
-        claims_table(found.problem, known, digits),
-        [
-            *by_which_limits(found.problem, known),
-            *decided_by(found),
-            *next_step(found, file),
-            Fact("λ", MEANING),
-        ],
-        sections,
-    )
-
-
-def quick_sheet(
-    problem: Problem, energy: Bound, upper: Bound, *, details: bool = False, digits: int = FEW_DIGITS
-) -> Sheet:
-    """What one linear and one cone program tell."""
-    opened, start = upper.open_nodes, start_of(energy, problem)
-    never = 0.0 if upper.status == Status.INFEASIBLE else nan if opened else upper.load_factor
-    known = [
-        _claim(Claim.THIS_STATE, energy.load_factor, energy, start),
-        _claim(Claim.IMPOSSIBLE, never, upper, CLOSED, _opened(opened)),
-    ]
-    about = [*_zone(upper, problem), *_not_proved(energy)]
-    about += [Fact("reason", upper.status, note=upper.reason)] if upper.reason else []
-    about += [Fact("begins at", energy.least_load_factor, rounding="up")] * (energy.least_load_factor > 0)
-    sections = [safe_slip_section(problem, upper)] if details else []
-    return Sheet(headline(problem), [], claims_table(problem, known, digits), about, sections)
+    known = claims(found)
+    about = [*by_which_limits(found.problem, known), *decided_by(found)]
+    about += [followed(found.details)] if follow else []
+    about += next_step(found, file)
+    table = claims_table(found.problem, known, digits)
+    head = headline(found.problem, limits=True)
+    return Sheet(head, [said_of_nominal_load(found)], table, about, sections)
 
 
 def averaged_section(found: Assessment, radius: float, digits: int = FEW_DIGITS) -> Section:
@@ -120,60 +98,65 @@ def averaged_section(found: Assessment, radius: float, digits: int = FEW_DIGITS)
     return Section(title, (), [claims_table(found.problem, claims(found), digits)], [notes.NO_PROOF])
 
 
-def claims(found: Assessment, *, follow: bool = False) -> list[Fact]:
+def claims(found: Assessment) -> list[Fact]:
     """What is claimed of a joint: load factors, or why there is none, for which states, by which limit.
 
-    Where nodes are open, what is not proved is unknown. ``follow``: also what is proved once the cycles of
-    this history are followed.
+    Where nodes are open, what is not proved is unknown.
     """
     limits = found.details
-    zone, here, start = _opened(limits.open_nodes), limits.from_state, start_of(limits.energy, found.problem)
+    zone, here = _opened(limits.open_nodes), limits.from_state
+    start = state_in_words(limits.energy, found.problem)
     every, upper = limits.universal, limits.upper
     proved = every if found.proved_from_this_state > here.load_factor else here
     everywhere = CLOSED + ", transient over" * bool(every.after_transient)
     corners = CLOSED + ", all corners passed" * found.problem.is_domain
-    known = [
+    return [
         _claim(Claim.EVERY_STATE, found.proved_from_every_state, every, everywhere, zone),
         _claim(Claim.THIS_STATE, found.proved_from_this_state, proved, start, zone),
         _claim(Claim.IMPOSSIBLE, found.impossible_above, upper, corners, zone),
     ]
-    return [*known[:2], _followed(limits), known[2]] if follow else known
 
 
-def _claim(claim: Claim, load_factor: float, bound: Bound, about: str, zone: str = "") -> Fact:
+def nothing_is_known(found: Assessment) -> bool:
+    """Whether every claim is unknown."""
+    return all(claim.note == UNKNOWN for claim in claims(found))
+
+
+def _claim(claim: Claim, load_factor: float, bound: Bound, about: str, zone: str) -> Fact:
     """A claim: a load factor with the symbol of its limit, or in words why there is none."""
     rounding: Rounding = "up" if claim == Claim.IMPOSSIBLE else "down"
     safe_at_all = isinf(load_factor) and claim == Claim.THIS_STATE
     if 0 < load_factor < inf:
         return Fact(claim, load_factor, bound.symbol, rounding, about)
     if isnan(load_factor) or (zone and not safe_at_all):
-        return Fact(claim, f"unknown ({zone})" if zone else "unknown", note="–")
+        return Fact(claim, f"unknown ({zone})" if zone else "unknown", note=UNKNOWN)
     if isinf(load_factor):
         return Fact(claim, f"{'no' if rounding == 'up' else 'any'} load factor", note=about)
     return Fact(claim, "0" if rounding == "up" else "not proved", note=about)
 
 
-def _followed(limits: JointLimits) -> Fact:
-    """What is proved once the cycles of this history are followed."""
-    name, limit = "proved by following", limits.transient
+def followed(limits: JointLimits) -> Fact:
+    """The one load factor that is proved by following the cycles of this history: it is no limit."""
+    limit = limits.transient
     if not limit or limit.at_proved is None:
         why = limit.reason if isinstance(limit, Missing) else "no cycle followed is proved"
-        return Fact(name, f"unknown ({why})", note="–")
-    about = f"this λ only, after {count(limit.followed['cycles'], 'cycle')}"
-    return Fact(name, limit.proved, rounding="down", note=about)
+        return Fact("followed", "no proof", note=why)
+    after = count(limit.followed["cycles"], "cycle")
+    at = f"λ = {number(limit.proved, rounding='down')}"
+    return Fact("followed", at, note=f"proved for this λ only, after {after}")
 
 
 def _opened(nodes: tuple[int, ...]) -> str:
     return f"{count(len(nodes), 'node')} open" if nodes else ""
 
 
-def start_of(energy: Bound, problem: Problem) -> str:
-    """The state that is asked about."""
+def state_in_words(energy: Bound, problem: Problem) -> str:
+    """The state that is asked about, which texts call this state."""
     closed = np.delete(energy.initial_slip, problem.layout.slips_of(energy.open_nodes))
     slip = "the given slip" if np.any(closed) else "zero slip"
     if energy.distance > 0:
-        return f"from within {few(energy.distance)} of {slip} (energy norm)"
-    return ", ".join(filter(None, [f"from {slip}", _opened(energy.open_nodes)]))
+        return f"within {few(energy.distance)} of {slip} (energy norm)"
+    return ", ".join(filter(None, [slip, _opened(energy.open_nodes)]))
 
 
 def claims_table(problem: Problem, known: list[Fact], digits: int = FEW_DIGITS) -> Table:
@@ -181,7 +164,7 @@ def claims_table(problem: Problem, known: list[Fact], digits: int = FEW_DIGITS) 
     sizes = [(claim.value if isinstance(claim.value, float) else nan, claim.rounding) for claim in known]
     texts = facts.limits_as_text(sizes, digits)
     columns = {
-        "claim": [claim.label for claim in known],
+        CLAIM: [claim.label for claim in known],
         "load factor": [
             claim.value if isinstance(claim.value, str) else text
             for claim, text in zip(known, texts, strict=True)
@@ -193,7 +176,7 @@ def claims_table(problem: Problem, known: list[Fact], digits: int = FEW_DIGITS) 
     if not any(columns["in your loads"]):  # there is room for the limits that the claims go by
         del columns["in your loads"]
         columns["valid for"] = [f"{each.note} ({each.unit})" if each.unit else each.note for each in known]
-    return Table.of(columns, ("claim", "in your loads", "valid for"))
+    return Table.of(columns, (CLAIM, "in your loads", "valid for"))
 
 
 def by_which_limits(problem: Problem, known: list[Fact]) -> list[Fact]:
@@ -229,8 +212,8 @@ def said_of_nominal_load(found: Assessment) -> str:
     here, limits = "At the nominal load (λ = 1)", found.details
     if found.said_as_given == Said.SHAKEDOWN:
         every = found.proved_from_every_state > 1
-        start = "from every state" if every else start_of(limits.energy, found.problem)
-        return f"{here} the joint shakes down {start}: proved."
+        start = "every state" if every else state_in_words(limits.energy, found.problem)
+        return f"{here} the joint shakes down from {start}: proved."
     if found.said_as_given == Said.IMPOSSIBLE:
         return f"{here} the joint cannot shake down in full contact."
     what = "which nodes open" if limits.open_nodes else "whether the joint shakes down"
@@ -314,16 +297,14 @@ def _zone(upper: Bound, problem: Problem) -> Iterator[Fact]:
 def _why_less(limits: JointLimits) -> str:
     """Why less is proved of the state that is asked about than of every state."""
     slip, problem = limits.energy.initial_slip, limits.problem
-    state = "the given slip" if slip.any() else "zero slip"
     if limits.universal.after_transient:
-        return f"{state} is one before the transient load steps"
+        return "it is one before the transient load steps"
     if limits.distance > 0:
-        return f"not every slip near {state} is within the friction limits"
+        return "not every slip near it is within the friction limits"
     admitted = admitted_up_to(problem, slip, limits.tolerances)
     node, event = first_to_leave(problem, slip, admitted)
     above = f"above λ = {number(admitted, rounding='down')} " if admitted > 0 else ""
-    makes = f"{above}the first load step makes {node_in_words(problem, node)} {event}"
-    return f"{makes}, so {state} is not one of all"
+    return f"{above}the first load step makes {node_in_words(problem, node)} {event}, so it is not one of all"
 
 
 def next_step(found: Assessment, file: str) -> list[Fact]:
@@ -345,7 +326,7 @@ def limit_sections(found: Assessment, digits: int = FEW_DIGITS, *, simulated: bo
     return [
         Section("Limits of the load factor", (), [limits_table(limits, digits, simulated=simulated)]),
         Section("", about, (), said),
-        safe_slip_section(problem, limits.upper, limits),
+        safe_slip_section(limits),
     ]
 
 
@@ -465,10 +446,10 @@ def friction_facts(limits: JointLimits) -> list[Fact]:
     return known
 
 
-def safe_slip_section(problem: Problem, upper: Bound, limits: JointLimits | None = None) -> Section:
+def safe_slip_section(limits: JointLimits) -> Section:
     """Node by node: safe slip at λ_max, critical slip at λ_1, limits reached, friction threshold."""
-    lower = None if limits is None else present(limits.lower)
-    friction = None if limits is None else present(limits.friction)
+    problem, upper = limits.problem, limits.upper
+    lower, friction = present(limits.lower), present(limits.friction)
     slips = by_direction(problem, "safe slip", upper.slip)
     slips |= {} if lower is None else {"critical slip": lower.slip.tolist()}
     unit = units_of(problem).length

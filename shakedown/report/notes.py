@@ -59,7 +59,7 @@ ZERO_MESHES = "zero: no slip, or nothing proved, on these meshes."
 OTHER_LOADS = "The other loads stay as they are at λ = 1: an amplitude here is no load factor."
 NO_DISPLACEMENT = "Displacements are not known: the problem has no load_compliance."
 SAME_FROM_START = (
-    "From the first state every amplitude ends in the same dissipation as from the one before it."
+    "From the initial state every amplitude ends in the same dissipation as from the one before it."
 )
 # about the enumeration
 INFEASIBLE_CORNER = "It lies below λ_1: there other constraints are broken already, so it ends no safe state."

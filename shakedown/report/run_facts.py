@@ -13,11 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.bounds.registry import BOUNDS, Claim
 from shakedown.ground.constants import FloatArray
-from shakedown.ground.errors import present
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, count, few, shortened, sized, with_unit
-from shakedown.ground.status import Outcome, Said, Status
+from shakedown.ground.status import Outcome, Said
 from shakedown.joint.units import is_pulled_everywhere, loads_in_words, units_of
 from shakedown.report import notes
 from shakedown.report.data_facts import headline
@@ -28,6 +26,7 @@ from shakedown.report.limit_facts import (
     claims,
     claims_table,
     decided_by,
+    followed,
     limit_sections,
     said_of_nominal_load,
 )
@@ -291,12 +290,12 @@ def verify_sheet(
     At the nominal load (λ = 1) the joint slips in every cycle: simulated.
     Simulation agrees with the limits in all 3 runs.
     """
-    followed = v.transient is not None and v.transient.at_proved is not None
-    known = claims(v.assessment, follow=followed)
+    known = claims(v.assessment)
     table = claims_table(v.problem, known, digits)
     facts = [
         *by_which_limits(v.problem, known),
         *decided_by(v.assessment),
+        *([followed(v.limits)] if v.transient is not None and v.transient.at_proved is not None else []),
         *state_facts(v),
         *(_next(v, file, page) if file else []),
     ]
@@ -304,7 +303,7 @@ def verify_sheet(
     if details:
         sections += limit_sections(v.assessment, digits, simulated=True)
         sections += [Section("", (), (), remarks_of(v)), runs_section(v)]
-    return Sheet(headline(v.problem), [answer(v), verdict(v)], table, facts, sections)
+    return Sheet(headline(v.problem, limits=True), [answer(v), verdict(v)], table, facts, sections)
 
 
 def _next(v: Verification, file: str, page: Path | None) -> Iterator[Fact]:
@@ -396,24 +395,18 @@ def state_facts(v: Verification) -> list[Fact]:
 
 
 def limits_on_page(v: Verification) -> dict[str, float]:
-    """Limits by symbol, rounded to the safe side; NaN where there is none.
-
-    Of those proved from one state only the largest is included.
-    """
-    limits, known = v.limits, dict[str, tuple[float, Rounding]]()
-    for name, kind in BOUNDS.items():
-        if kind.claim == Claim.IMPOSSIBLE:
-            nothing = limits.upper.status == Status.INFEASIBLE  # nothing is possible above 0
-            largest = v.assessment.impossible_above if nothing else limits.upper.load_factor
-            known["zone" if limits.open_nodes else kind.symbol] = float(largest), "up"
-        elif kind.claim == Claim.THIS_STATE:
-            here = limits.from_state
-            known.setdefault(here.symbol, (here.load_factor, "down"))
-        elif (result := present(getattr(limits, name))) is not None or kind.claim == Claim.FOLLOWED:
-            known[kind.symbol] = (np.nan if result is None else certain(result)), "down"
-    texts = limits_as_text(list(known.values()))
-    pairs = zip(known.items(), texts, strict=True)
-    return {name: float(text) if np.isfinite(value) else value for (name, (value, _)), text in pairs}
+    """The limits that the claims go by, the zone's and λ_T, by symbol, rounded to the safe side."""
+    known: dict[str, tuple[float, Rounding]] = {
+        claim.unit: (claim.value, claim.rounding)
+        for claim in claims(v.assessment)
+        if isinstance(claim.value, float)
+    }
+    if v.limits.open_nodes:
+        known["zone"] = v.limits.upper.load_factor, "up"
+    if v.transient is not None:
+        known[v.transient.symbol] = certain(v.transient), "down"
+    finite = {name: limit for name, limit in known.items() if np.isfinite(limit[0])}
+    return dict(zip(finite, map(float, limits_as_text([*finite.values()])), strict=True))
 
 
 def runs_section(v: Verification) -> Section:

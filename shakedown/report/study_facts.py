@@ -309,7 +309,7 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
             for k, factor in enumerate(found.load_factors_simulated)
         }
         sections.append(Section("Simulated from this state", (), [_table(found, simulated)]))
-    return Sheet(headline(problem), (), None, facts, sections)
+    return Sheet(headline(problem, limits=True), (), None, facts, sections)
 
 
 def _limits(found: Sweep) -> dict[str, tuple[Claim, FloatArray, Rounding]]:
@@ -389,21 +389,22 @@ def _small_slips(problem: Problem, found: Sweep) -> list[Section]:
 def damping_sheet(problem: Problem, curve: DampingCurve) -> Sheet:
     """Dissipation and stiffness over the amplitude of a load, and up to where there is no damping."""
     name = f" ({shortened(curve.load_name, 40)})" if curve.load_name else ""
+    still = "; it is constant and closes no loop: --load names another" * (not curve.force.any())
     stiffness = curve.unit.stiffness or "not said by the problem"
     facts = [
-        Fact("load", f"{curve.load}{name}", note=f"at {count(len(curve.amplitude), 'amplitude')}"),
+        Fact("load", f"{curve.load}{name}", note=f"at {count(len(curve.amplitude), 'amplitude')}{still}"),
         Fact("displacement", curve.unit.moved(curve.problem), note=f"stiffness: {stiffness}"),
     ]
     for how, limit in (("proved", curve.proved_limit), ("simulated", curve.simulated_limit)):
         if not np.isnan(limit):
             at = "at any amplitude" if np.isinf(limit) else f"up to {number(limit, SHOWN, 'down')}"
-            facts.append(Fact(f"no damping, {how}", at, note="from the first state"))
+            facts.append(Fact(f"no damping, {how}", at, note="from the initial state"))
     said = [notes.OTHER_LOADS] * bool(np.isnan(curve.proved_limit))
     said += [notes.NO_DISPLACEMENT] * bool(np.isnan(curve.displacement).all())
     if curve.from_zero is not None:
         where = _numbers(curve.amplitude[curve.differs])
         if where:
-            ends = "ends elsewhere from the first state"
+            ends = "ends elsewhere from the initial state"
             facts.append(Fact("the start decides", f"at {', '.join(where)}", note=ends))
         else:
             said.append(notes.SAME_FROM_START)

@@ -121,7 +121,7 @@ def test_an_energy_bound_whose_programs_fail_is_open_and_no_number(monkeypatch, 
     assert code == 1
     assert (found["energy"]["load_factor"], found["energy"]["status"]) == (None, "undecided")
     assert found["upper"] == expected["two-node"]["upper"]
-    assert WHY in words("solve", "two-node", "--quick")
+    assert WHY in words("solve", "two-node", "--details")
 
 
 def test_exact_numbers_that_two_solvers_contradict_replace_nothing(monkeypatch):

@@ -84,7 +84,7 @@ def test_verify_has_every_run(tmp_path):
 def test_disagreement_is_exit_code_1_and_stands_below_the_answer(tmp_path):
     code, out, err = run("verify", "three-node", "-o", "r.html", cwd=tmp_path)
     assert (code, err) == (1, "")
-    assert out.splitlines()[1].startswith("At the nominal load (λ = 1) the joint shakes down")
+    assert out.splitlines()[2].startswith("At the nominal load (λ = 1) the joint shakes down")
     assert out.index("\nDISAGREEMENT: ") < out.index("\n\n")
     page = (tmp_path / "r.html").read_text()
     assert page.index("DISAGREE") < page.index("<h2")

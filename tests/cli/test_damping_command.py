@@ -32,7 +32,7 @@ def test_the_document_the_table_and_the_file_tell_the_curve(joint, tmp_path):
     assert found["differs"] == [False] * 5
     code, out, err = run(*asked, "-o", str(tmp_path / "x.csv"), "--picture", str(tmp_path / "x.svg"))
     assert (code, err) == (0, "")
-    assert "no damping, proved up to 1 from the first state" in " ".join(out.split())
+    assert "no damping, proved up to 1 from the initial state" in " ".join(out.split())
     assert "at 5 amplitudes" in out
     assert max(map(len, out.splitlines())) <= 80
     rows = list(csv.DictReader((tmp_path / "x.csv").read_text().splitlines()))

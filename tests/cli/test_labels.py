@@ -20,7 +20,6 @@ def file(tmp_path_factory):
     ("words", "shown"),
     [
         (["solve", "--details"], ["4712/13", "safe slip [mm]", "critical slip [mm]", "node 1 (FE 4712/13)"]),
-        (["solve", "--quick", "--details"], ["4712/13", "safe slip [mm]"]),
         (["critical"], ["1 (FE 4712/13) backward", "slip there [mm]"]),
         (["simulate", "--load-factor", "0.9"], ["4712/13", "final [mm]", "N mm"]),
         (["verify", "--random", "0", "--details"], ["node 1 (FE 4712/13)", "Σ|Δv| [mm]"]),
@@ -38,13 +37,13 @@ def test_nodes_have_their_labels_and_numbers_their_units(file, words, shown):
 @pytest.mark.parametrize(
     ("words", "shown"),
     [
-        (["solve"], "proved from this state 0.7315 20 ± 14.63 kN −26.85 % from zero slip"),
+        (["solve"], "proved from this state 0.7315 20 ± 14.63 kN −26.85 % zero slip"),
         (["solve"], "impossible above 0.7392 20 ± 14.79 kN −26.08 % full contact"),
         (
             ["verify", "--random", "0", "--load-factor", "1"],
             "proved from this state 0.7315 20 ± 14.63 kN",
         ),
-        (["solve", "--quick"], "loads at λ = 1: axial load 20 ± 20 kN; bolt preload 12 kN, unchanged"),
+        (["solve"], "loads at λ = 1: axial load 20 ± 20 kN; bolt preload 12 kN, unchanged"),
         (
             ["simulate", "--load-factor", "0.7"],
             "loads axial load 20 ± 14 kN; bolt preload 12 kN, unchanged",

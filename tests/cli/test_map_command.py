@@ -181,7 +181,7 @@ def test_round_off_is_no_dissipation(breathing, monkeypatch):
     [
         (["--load-factor", "a"], "--load-factor: expected LOW:HIGH:COUNT"),
         (["--load-factor", "1:2"], "--load-factor: expected LOW:HIGH:COUNT"),
-        (["--load-factor", "1:2:0"], "expected LOW:HIGH:COUNT or VALUE,VALUE,…, found"),
+        (["--load-factor", "1:2:0"], "expected LOW:HIGH:COUNT or VALUE,VALUE,… (finite numbers), found"),
         (["--load-factor", "-1"], "load factor: expected a number >= 0"),
         (["--grid", "0", "5"], "two different nodes from 0 to 1"),
         (["--resume"], "--resume: expected -o FILE"),

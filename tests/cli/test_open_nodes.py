@@ -11,7 +11,7 @@ import shakedown
 
 
 def test_solve_finds_a_zone_where_the_joint_opens():
-    found = document("solve", "receding-block")["upper"]
+    found = document("solve", "receding-block", code=1)["upper"]
     expected = shakedown.upper_bound(shakedown.example("receding-block"), open_nodes="auto")
     assert tuple(found["open_nodes"]) == expected.open_nodes
     assert found["load_factor"] == expected.load_factor
@@ -43,14 +43,14 @@ def test_the_table_says_which_nodes_are_open_and_which_gaps_close(d, tmp_path):
 
 
 def test_nodes_may_be_named_or_none():
-    quick = "solve", "receding-block", "--quick"
-    assert document(*quick, "--open", "none")["upper"]["status"] == "infeasible"
-    assert document(*quick, "--open", "16")["upper"]["open_nodes"] == [16]
+    asked = "solve", "receding-block"
+    assert document(*asked, "--open", "none")["upper"]["status"] == "infeasible"
+    assert document(*asked, "--open", "16", code=1)["upper"]["open_nodes"] == [16]
     text = " ".join(run("solve", "receding-block", "--open", "16")[1].split())
     assert "open nodes node 16 (FE 144) assumed; all others closed safe slip none" in text
     named = ",".join(map(str, [0, 1, 2, 3, 4, 28, 29, 30, 31, 32]))
-    found = document(*quick, "--open", named)["upper"]
-    assert found["load_factor"] == document(*quick)["upper"]["load_factor"]
+    found = document(*asked, "--open", named, code=1)["upper"]  # nothing is known of the whole joint
+    assert found["load_factor"] == document(*asked, code=1)["upper"]["load_factor"]
 
 
 @pytest.mark.parametrize("name", ["two-node"])
@@ -85,7 +85,7 @@ def test_the_energy_bound_is_that_of_the_zone(tmp_path):
     energy = document(*words, cwd=tmp_path)["energy"]
     assert 0 < energy["load_factor"] <= upper.load_factor
     text = " ".join(run(*words, "--details", cwd=tmp_path)[1].split())
-    assert "from the given slip, 10 nodes open" in text
+    assert "the given slip, 10 nodes open" in text
 
 
 def test_simulate_starts_with_open_nodes(tmp_path):

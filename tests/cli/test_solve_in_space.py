@@ -49,12 +49,6 @@ def test_the_document_has_every_key_and_null_where_there_is_nothing(found):
     assert "required" not in found
 
 
-def test_quick_is_the_same_without_what_takes_longer(found):
-    quick = document("solve", BLOCK, "--quick")
-    assert set(quick) == {"problem", "pinned", "energy", "upper"}
-    assert quick["upper"]["load_factor"] == pytest.approx(found["upper"]["load_factor"], rel=1e-9)
-
-
 def test_a_state_and_its_distance_and_what_is_required_of_it(tmp_path):
     np.save(tmp_path / "v.npy", np.array([0.05, 0.1]))
     near = ("solve", "one-node-3d", "--initial", "v.npy", "--distance", "0.1")
@@ -98,7 +92,7 @@ def test_a_body_that_only_friction_holds_and_its_open_node_are_said(tmp_path):
     assert (code, err) == (0, "")
     said = " ".join(out.split())
     assert "Only friction keeps one body from sliding or turning on the other" in said
-    assert "from zero slip, 1 node open" in said
+    assert "zero slip, 1 node open" in said
     assert "open nodes node 0 assumed; all others closed" in said
     found = document("solve", "p.npz", cwd=tmp_path)
     assert found["upper"]["open_nodes"] == [0]

@@ -28,7 +28,9 @@ def read_toml(path: str | os.PathLike[str]) -> "TomlTable":
         content = tomllib.loads(raw.decode("utf-8-sig"))
     except RecursionError:
         raise unfit(name, "a TOML file", "tables nested too deeply") from None
-    except ValueError as error:  # not TOML, not UTF-8, or a whole number of thousands of digits
+    except UnicodeDecodeError:
+        raise unfit(name, "a TOML file", "bytes that are no text") from None
+    except ValueError as error:  # not TOML, or a whole number of thousands of digits
         raise unfit(name, "a TOML file", visible(str(error))) from None
     return TomlTable(content, name)
 

@@ -227,10 +227,10 @@ def test_warnings_are_in_the_first_lines_of_every_command(example, tmp_path):
     made_file = str(tmp_path / "joint.npz")
     code, out, err = run("import", str(folder / "changed.toml"), "-o", made_file)
     assert (code, err) == (0, "")
-    for words in (["solve", "--quick"], ["simulate", "--load-factor", "0.5", "--cycles", "2"]):
+    for words in (["solve"], ["simulate", "--load-factor", "0.5", "--cycles", "2"]):
         _, out, _ = run(words[0], made_file, *words[1:])
         assert "warning: pairs do not lie on each other" in "\n".join(out.splitlines()[:2])
-    warnings = document("solve", made_file, "--quick")["problem"]["warnings"]
+    warnings = document("solve", made_file)["problem"]["warnings"]
     assert warnings == list(shakedown.load_problem(made_file).warnings)
     found = document("import", str(folder / "changed.toml"), "--check")
     assert found["warnings"] == warnings
