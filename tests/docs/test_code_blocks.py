@@ -4,6 +4,7 @@ import re
 from importlib.resources import files
 from pathlib import Path
 
+import brake_reuss
 import pytest
 from code_blocks import Page, blocks, not_run, same
 
@@ -33,7 +34,7 @@ def calculix(folder):
         (folder / name).write_bytes((files("shakedown.models.importing") / "example" / name).read_bytes())
 
 
-FOLDERS = {"joint": joint, "block": block, "calculix": calculix}
+FOLDERS = {"joint": joint, "block": block, "calculix": calculix, "brake_reuss": brake_reuss.write}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=named)

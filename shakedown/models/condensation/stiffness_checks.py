@@ -205,14 +205,8 @@ def check_condensed(K: sparse.csr_array, nodes: NDArray[np.intp]) -> None:
         ...
     shakedown.ground.errors.ProblemError: K: expected a condensed matrix, found 2 of 9 node pairs ...
     """
-    labels, index = np.unique(nodes, return_inverse=True)
-    entries = K.tocoo()
-    diagonal = np.sqrt(np.abs(K.diagonal()))
-    row, column = entries.coords
-    large = np.abs(entries.data) > DEFAULT.condensed_pattern * diagonal[row] * diagonal[column]
-    n = len(labels)
-    pairs = sparse.coo_array((np.ones(large.sum()), (index[row[large]], index[column[large]])), shape=(n, n))
-    coupled = (pairs.tocsr() + sparse.eye_array(n)).tocsr()
+    coupled, _ = coupled_nodes(K, nodes)
+    n = coupled.shape[0]
     count, body = connected_components(coupled, directed=False)
     size = np.bincount(body)
     absent = int((size**2).sum()) - coupled.nnz
@@ -227,6 +221,25 @@ def check_condensed(K: sparse.csr_array, nodes: NDArray[np.intp]) -> None:
         )
     if n > 1 and count == n:
         raise ProblemError(f"K: expected a condensed matrix, found {n} nodes without any coupling; {advice}")
+
+
+def coupled_nodes(K: sparse.csr_array, nodes: NDArray[np.intp]) -> tuple[sparse.csr_array, NDArray[np.intp]]:
+    """Which nodes have entries together that are no round-off, (k, k), and themselves; the node of every row.
+
+    Diagonals that mark held rows count as the largest of the others.
+    """
+    labels, index = np.unique(nodes, return_inverse=True)
+    entries, diagonal = K.tocoo(), np.abs(K.diagonal())
+    marked = diagonal >= DEFAULT.constrained_diagonal
+    size = np.sqrt(np.where(marked, diagonal[~marked].max(initial=0.0), diagonal))
+    row, column = entries.coords
+    large = np.abs(entries.data) > DEFAULT.condensed_pattern * size[row] * size[column]
+    where = (
+        np.append(index[row[large]], range(len(labels))),
+        np.append(index[column[large]], range(len(labels))),
+    )
+    shape = (len(labels), len(labels))
+    return sparse.csr_array((np.ones(len(where[0])), where), shape=shape), index
 
 
 def asymmetry(matrix: FloatArray) -> float:

@@ -22,6 +22,7 @@ from shakedown.models.condensation.surface_mesh import (
 REACH = 0.25  # in sizes of slave facets, or spacings of pairs: farther away another partner may be meant
 UNCOVERED = 0.02  # share of the slave's area without a partner that is not worth a warning
 FAR = 0.5  # of the reach: beyond, the surfaces may be drawn too far apart
+PARTLY = 0.5  # share of a surface beside the other, beyond which its nodes are no place for results
 FINER = 0.67  # size of the slave's facets relative to the master's: below it λ_E and λ_U are lower
 
 
@@ -152,7 +153,12 @@ def surface_coupling(
         raise ProblemError(f"uncovered: expected a share from 0 to 1, found {uncovered:g}")
     longest = REACH * slave.size if reach is None else reach
     found = dual_basis(slave, master, facet_pairs(slave, master, longest), longest, revolved=revolved)
-    if found is None or not len(found.nodes):
+    if found is not None and not len(found.nodes):
+        raise ProblemError(
+            "surfaces: expected facets of the first with a part of the second below every node, found at "
+            f"most {100 * found.found.max():.2g} % of one covered; name the second first, with finer = true"
+        )
+    if found is None:
         raise ProblemError(_nothing(slave, master, longest))
     if found.found.max() > 1.0 + SIX_DIGITS:  # something is covered twice
         worst = slave.facets[int(np.argmax(found.found))]
@@ -244,12 +250,16 @@ def _nothing(slave: ContactSurface, master: ContactSurface, reach: float) -> str
 
 def _warnings(made: SurfaceCoupling, accepted: float | None, weak: IntArray, finer: bool) -> Iterator[str]:
     """Warnings about the coupling."""
-    without, extent = 1 - made.share[0], "area" if made.normals.shape[1] == 3 else "length"
+    (without, part_beside), extent = 1 - made.share, "area" if made.normals.shape[1] == 3 else "length"
     if without > (UNCOVERED if accepted is None else accepted) + NEGLIGIBLE:
         more = f", {len(made.uncovered)} node(s), first {made.uncovered[0]}" if made.uncovered.size else ""
+        on_part = ""
+        if without > PARTLY > part_beside:
+            on_part = ", or name the second, which lies on a part of it, first"
         yield (
             f"{100 * without:.2g} % of the {extent} of the first surface lies beside the second or too far "
             f"from it{more}, and carries nothing: 'uncovered' accepts it, 'reach' is {made.reach:.3g}"
+            f"{on_part}"
         )
     if made.flat and np.abs(made.distance).max() > FAR * made.reach:
         yield (
@@ -257,10 +267,13 @@ def _warnings(made: SurfaceCoupling, accepted: float | None, weak: IntArray, fin
             f"reach of {made.reach:.3g}: say 'reach' where that is meant"
         )
     if made.finer < FINER and not finer:
+        advice = "name the coarser first, or"
+        if part_beside > PARTLY:
+            advice = "most of the second lies beside it:"
         yield (
             f"the first surface has the finer facets ({made.finer:.2g} of the size): what is proved "
-            "from given or every initial slip is less than with the surfaces the other way round; name the "
-            "coarser first, or say finer = true"
+            "from given or every initial slip is less than with the surfaces the other way round; "
+            f"{advice} say finer = true"
         )
     if weak.size and accepted is None:
         yield (

@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from shakedown.models.importing.bolt_section import (
     check_held,
 )
 from shakedown.models.importing.contact_directions import in_space
-from shakedown.models.importing.contact_section import ContactSection, Friction, faces_between, taken_friction
+from shakedown.models.importing.contact_section import ContactSection, faces_between, taken_friction
 from shakedown.models.importing.joined_contact import contact_of, friction_of
 from shakedown.models.importing.load_evidence import (
     LoadEvidence,
@@ -195,23 +195,34 @@ class Import(Result):
         return self.stiffness.format
 
 
-class Configuration(NamedTuple):
-    """What a configuration says, section by section; the files that it names are not read yet."""
+class Configuration:
+    """What a configuration says, section by section; the files that it names are not read yet.
 
-    name: str
-    units: str
-    accepted: tuple[str, ...]
-    steps: int | None
-    friction: Friction | None
-    loads: list[TomlTable]
-    where: str
-    stiffness_file: str
-    stiffness: TomlTable
-    contacts: list[TomlTable]
-    bolts: list[TomlTable]
-    model: TomlTable
-    supports: TomlTable
-    check: TomlTable
+    Raises
+    ------
+    ProblemError
+        If it has other keys, or one is malformed.
+    """
+
+    def __init__(self, root: TomlTable) -> None:
+        self.where, self.name = root.where, root.text("name", "") or ""
+        self.units, self.steps = root.text("units", "") or "", root.integer("steps")
+        words = root.take("accept", "a list of texts, words of warnings", fits=_are_texts)
+        self.accepted: tuple[str, ...] = tuple(words or ())
+        self.stiffness, self.contacts = root.table("stiffness"), root.one_or_more("contact")
+        own_friction = all(table.has("friction") for table in self.contacts)
+        self.friction = taken_friction(root, required=not own_friction)
+        self.model, self.supports, self.check = (
+            root.table(key, required=False) for key in ("model", "supports", "check")
+        )
+        self.loads = root.tables("load")
+        self.bolts = root.tables("bolt") if root.has("bolt") else []
+        self.stiffness_file = str(self.stiffness.content.get("file"))
+        root.done()
+
+
+def _are_texts(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(words, str) and words for words in value)
 
 
 @checked
@@ -377,7 +388,7 @@ def import_model(
     for key, value in numbers.items():
         change_number(root, key, value)
     kept = before if before is not None and all(map(keeps_stiffness, numbers)) else None
-    asked = taken_configuration(root)
+    asked = Configuration(root)
     context = read_model(asked, files, None if kept is None else (kept.mesh, kept.stiffness))
     contact, mesh = context.contact, context.mesh
     f = friction_of(asked.friction, contact, context.mesh, root.where)
@@ -476,6 +487,8 @@ def _reduced(
     held = np.concatenate([held_rows(asked.supports, context, loads), *(bolt.rows for bolt in bolts)])
     marks = np.zeros(len(stiffness.dofs), dtype=bool)
     marks[held] = True
+    forces = [load.case.force for load in loads if load.case.force is not None]
+    alone = (stiffness.parts < 0) & ~np.any(forces, axis=0) if forces else stiffness.parts < 0
     with found_in(asked.where):
         check_held(bolts, held, stiffness.dofs)
         shanks = [(bolt.stiffness, bolt.unit.force) for bolt in bolts if bolt.unit.force is not None]
@@ -485,7 +498,7 @@ def _reduced(
             stiffness.dofs,
             contact.labels,
             contact.normals,
-            fixed=marks | (stiffness.parts < 0),
+            fixed=marks | alone,
             axes=contact.plane,
             tangent=contact.tangent,
             free_out_of_plane=contact.free_out_of_plane,
@@ -497,7 +510,7 @@ def _reduced(
             announce=announce,
         )
     difference = static_run(asked.check, condensed, context, asked.stiffness_file)
-    return condensed, difference, model_evidence(stiffness, contact, held, mesh, doubts)
+    return condensed, difference, model_evidence(stiffness, contact, held, mesh, doubts, alone)
 
 
 def _contact_notes(context: ImportContext) -> Iterator[str]:
@@ -519,26 +532,6 @@ def _contact_notes(context: ImportContext) -> Iterator[str]:
     said = [contact.first[0], across] in context.stiffness.dofs.tolist()  # by the condensation
     if not said and not solid.isdisjoint(contact.first.tolist()):
         yield friction_left_out(across, "has no rows in the matrix")
-
-
-def taken_configuration(root: TomlTable) -> Configuration:
-    """The sections of a configuration; ``ProblemError`` where it has other keys."""
-    name, units, steps = root.text("name", ""), root.text("units", ""), root.integer("steps")
-    accepted = root.take("accept", "a list of texts, words of warnings", fits=_are_texts)
-    stiffness, contacts = root.table("stiffness"), root.one_or_more("contact")
-    friction = taken_friction(root, required=not all(table.has("friction") for table in contacts))
-    sections = [root.table(key, required=False) for key in ("model", "supports", "check")]
-    loads, bolts = root.tables("load"), root.tables("bolt") if root.has("bolt") else []
-    root.done()
-    file = str(stiffness.content.get("file"))
-    words = name or "", units or "", tuple(accepted or ())
-    return Configuration(
-        *words, steps, friction, loads, root.where, file, stiffness, contacts, bolts, *sections
-    )
-
-
-def _are_texts(value: object) -> bool:
-    return isinstance(value, list) and all(isinstance(words, str) and words for words in value)
 
 
 def read_model(

@@ -121,7 +121,8 @@ class Resultants:
         q, p = layout.split(reactions)
         welded = (layout.by_node(q)[..., None] * frame.slip_axes).sum(axis=1) + p[:, None] * frame.normals
         force = np.zeros(len(self.dofs)) if case.force is None else case.force
-        applied = np.array([force[self.dofs[:, 1] == axis].sum() for axis in self.contact.axes])
+        along = np.where(self.dofs[:, 0] > 0, self.dofs[:, 1], 0)  # of nodes, not of modes
+        applied = np.array([force[along == axis].sum() for axis in self.contact.axes])
         parts = self._parts(case, with_pulls(force, pulls, self.bolts), in_space(welded, self.contact.axes))
         return LoadEvidence(name, applied, welded.sum(axis=0), tuple(parts))
 

@@ -29,7 +29,7 @@ from shakedown.joint.result import Result
 from shakedown.models.condensation.stiffness_checks import motions_in_words, rigid_motions
 from shakedown.models.condensation.surface_coupling import REACH
 from shakedown.models.importing.contact_section import ContactSection, spacings
-from shakedown.models.readers.mesh import CALCULIX, SOLIDS, Mesh
+from shakedown.models.readers.mesh import SOLIDS, Mesh
 from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.text import LOOKED_AT, quoted
 
@@ -277,7 +277,8 @@ class ModelEvidence(Result):
     rigid_residual : float
         As :class:`~shakedown.models.importing.import_model.Import` has it.
     alone : (k, 2)
-        (node, direction) of the rows that couple with no displacement, as component modes of a superelement.
+        (node, direction) of the rows that couple with no displacement and bear no load, as component modes
+        of a superelement.
     warnings : tuple of str
         What is doubtful.
     """
@@ -309,8 +310,9 @@ def model_evidence(
     rows: NDArray[np.intp],
     mesh: Mesh,
     warnings: tuple[str, ...],
+    alone: NDArray[np.bool_],
 ) -> ModelEvidence:
-    """What is found of a model with held ``rows``, beside ``warnings`` of its contact."""
+    """What is found of a model with held ``rows``, beside ``warnings`` of its contact and rows left out."""
     held = np.asarray(stiffness.K.diagonal() >= DEFAULT.constrained_diagonal)
     held[rows] = True
     return ModelEvidence(
@@ -318,7 +320,7 @@ def model_evidence(
         patches=contact_patches(contact, stiffness, mesh),
         pairs=tuple(distances_of(part, mesh) for part in contact.parts),
         rigid_residual=rigid_residual(stiffness, mesh, contact.axes),
-        alone=stiffness.dofs[stiffness.parts < 0],
+        alone=stiffness.dofs[alone],
         warnings=(*warnings, *model_doubts(stiffness, contact, mesh)),
     )
 
@@ -412,9 +414,7 @@ def rigid_residual(stiffness: Stiffness, mesh: Mesh, axes: Sequence[int]) -> flo
     A plane problem moves in its plane, a body of revolution along its axis only. NaN where the mesh does not
     know the coordinates of every node with rows, or the rows are not displacements (multipliers, modes).
     """
-    moving = np.isin(stiffness.dofs[:, 1], axes)
-    if mesh.matrix_by == CALCULIX:  # sections of bolts and incompatible modes stay
-        moving &= stiffness.dofs[:, 0] > 0
+    moving = np.isin(stiffness.dofs[:, 1], axes) & stiffness.are_displacements  # modes and sections stay
     places = places_of_rows(stiffness, mesh)
     if places is None:
         return float("nan")

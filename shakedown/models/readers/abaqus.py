@@ -92,12 +92,13 @@ def _data_lines(path: str | os.PathLike[str]) -> Iterator[tuple[int, str]]:
 
 ELEMENT = re.compile(r"\s*\*USER ELEMENT\b", re.IGNORECASE)
 _NODES = re.compile(r"\*\*\s*ELEMENT NODES", re.IGNORECASE)
-_STIFFNESS = re.compile(r"\*MATRIX\s*,.*TYPE\s*=\s*STIFFNESS", re.IGNORECASE)
 _LOAD = re.compile(r"\*\*\s*SUBSTRUCTURE LOAD\b(?:.*?(?:CASE|VECTOR)\W+(?=\w+\s*$))?(.*)$", re.IGNORECASE)
 
 
-def read_abaqus_substructure(path: str | os.PathLike[str]) -> Stiffness:
+def read_abaqus_substructure(path: str | os.PathLike[str], matrix: str | None = None) -> Stiffness:
     """Read a ``*USER ELEMENT`` block: node labels from comments, dof lists, ``*MATRIX,TYPE=STIFFNESS``.
+
+    ``matrix`` names another type, ``"MASS"``.
 
     Raises
     ------
@@ -105,9 +106,9 @@ def read_abaqus_substructure(path: str | os.PathLike[str]) -> Stiffness:
         If the block is incomplete, or the count of numbers is neither that of
         the lower triangle nor (UNSYM) that of the full matrix.
     """
-    element = _Element(path)
-    N, full = len(element.dofs), ",UNSYM" in element.header
-    fields = [(field, where) for where, own in element.stiffness for field in own]
+    element = _Element(path, (matrix or "STIFFNESS").upper())
+    N, full = len(element.dofs), ",UNSYM" in element.header and matrix is None  # a mass is symmetric
+    fields = [(field, where) for where, own in element.matrix for field in own]
     data = np.array([number(*field) for field in fields])
     expected = N * N if full else N * (N + 1) // 2
     if len(data) != expected:
@@ -171,7 +172,7 @@ def read_substructure_load(path: str | os.PathLike[str], case: str | None = None
 
 
 class _Element:
-    """A ``*USER ELEMENT`` with its stiffness.
+    """A ``*USER ELEMENT`` with its stiffness, or another matrix.
 
     Attributes
     ----------
@@ -181,14 +182,14 @@ class _Element:
         The labels of its nodes, which stand in comments.
     dofs
         (node, direction) of every row; a dof list holds from its node on, up to that of the next list.
-    stiffness
-        The fields of the data lines of the stiffness, and where each line stands.
+    matrix
+        The fields of the data lines of its matrix of some kind, and where each line stands.
     """
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
+    def __init__(self, path: str | os.PathLike[str], kind: str = "STIFFNESS") -> None:
         self.name, self.labels = os.fspath(path), list[int]()
         lists: list[tuple[str, list[str]]] = []
-        self.stiffness: list[tuple[str, list[str]]] = []
+        self.matrix: list[tuple[str, list[str]]] = []
         self.header, into, listed_nodes = "", None, False
         for k, line in enumerate(read_lines(path), start=1):
             text, where = line.strip(), f"{self.name}: line {k}"
@@ -204,15 +205,15 @@ class _Element:
                 into = None
                 if ELEMENT.match(text) and not self.header:
                     self.header, into = text.upper().replace(" ", ""), lists
-                elif _STIFFNESS.match(text) and self.header and not self.stiffness:
-                    into = self.stiffness
+                elif text.upper().replace(" ", "").startswith(f"*MATRIX,TYPE={kind}") and self.header:
+                    into = self.matrix
             elif into is not None and fields:
                 into.append((where, fields))
-        self._check()
+        self._check(kind)
         self.dofs = self._dofs(lists)
 
-    def _check(self) -> None:
-        for keyword, there in (("*USER ELEMENT", self.header), ("*MATRIX, TYPE=STIFFNESS", self.stiffness)):
+    def _check(self, kind: str) -> None:
+        for keyword, there in (("*USER ELEMENT", self.header), (f"*MATRIX, TYPE={kind}", self.matrix)):
             if not there:
                 raise unfit(self.name, f"the keyword {keyword}", "none")
         count = re.search(r"NODES=(\d+)", self.header)
@@ -239,6 +240,6 @@ class _Element:
 
 _SUBSTRUCTURE = {"stiffness": read_abaqus_substructure}
 FORMATS = (
-    Format("substructure", "Abaqus substructure", _SUBSTRUCTURE, contains=has(ELEMENT, "*")),
+    Format("substructure", "Abaqus substructure", _SUBSTRUCTURE, ("matrix",), contains=has(ELEMENT, "*")),
     Format("abaqus-matrix", "Abaqus MATRIX INPUT", {"stiffness": read_abaqus_matrix}, contains=has(_ENTRY)),
 )

@@ -6,9 +6,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.models.readers.formats import OF_MODEL, Format, has
 from shakedown.models.readers.mesh import CORNERS, Element, Mesh
+from shakedown.models.readers.mesh_files import mesh_with_groups
 from shakedown.models.readers.text import integers, number, quoted, read_lines, unfit
 
 _BLOCK = re.compile(r"([NE]BLOCK|CMBLOCK)\s*,\s*([^,]*)(?:,\s*([A-Z]*))?", re.IGNORECASE)
@@ -46,7 +48,7 @@ def read_ansys_archive(path: str | os.PathLike[str]) -> Mesh:
     name, lines = os.fspath(path), read_lines(path)
     places: list[tuple[int, list[float]]] = []
     cells: list[tuple[str, int, list[int]]] = []
-    sets: dict[str, dict[str, list[int]]] = {"NODE": {}, "ELEM": {}}
+    sets: dict[str, dict[str, NDArray[np.intp]]] = {"NODE": {}, "ELEM": {}}
     for k, line in enumerate(lines):
         if (block := _BLOCK.match(line)) is None:
             continue
@@ -68,25 +70,13 @@ def read_ansys_archive(path: str | os.PathLike[str]) -> Mesh:
             cells += _cells(rows, width)
     labels = np.array([label for label, _ in places], dtype=np.intp)
     mesh = Mesh.of_nodes(labels, np.array([point for _, point in places]).reshape(-1, 3), name)
-    for key, own in sets["NODE"].items():
-        if len(absent := np.setdiff1d(own, labels)):
-            raise unfit(f"{name}: component {quoted(key)}", "nodes", f"{absent[0]}, which is none")
     types = {found[1]: int(found[2]) for found in map(_TYPE.match, lines) if found}
     flat = {kind for kind, own in types.items() if _SHAPES.get(own) is _FLAT}
     revolved = flat & {found[1] for found in map(_REVOLVED.match, lines) if found}
     shaped = {label: _shaped(_SHAPES.get(types.get(kind, 0), {}), nodes) for kind, label, nodes in cells}
-    elements: dict[int, Element] = {label: own for label, own in shaped.items() if own is not None}
-    mesh.at([node for _, nodes in elements.values() for node in nodes])
-    node_sets, element_sets = (
-        {key: np.array(own, dtype=np.intp) for key, own in found.items()} for found in sets.values()
-    )
-    return replace(
-        mesh,
-        elements=elements,
-        node_sets=node_sets,
-        element_sets=element_sets,
-        axisymmetric=any(kind in revolved for kind, _, _ in cells),
-    )
+    known = {label: own for label, own in shaped.items() if own is not None}
+    found = mesh_with_groups(mesh, known, sets["ELEM"], sets["NODE"])
+    return replace(found, axisymmetric=any(kind in revolved for kind, _, _ in cells))
 
 
 def _rows(lines: list[str], begin: int, name: str) -> Iterator[tuple[str, str]]:
@@ -128,7 +118,7 @@ def _shaped(shapes: Mapping[str, tuple[int, ...]], nodes: list[int]) -> Element 
     return None
 
 
-def _component(members: list[int], where: str) -> list[int]:
+def _component(members: list[int], where: str) -> NDArray[np.intp]:
     """The members of a component; a negative number ends a range that the number before it begins."""
     found: list[int] = []
     for member in members:
@@ -136,7 +126,7 @@ def _component(members: list[int], where: str) -> list[int]:
         if member < 0 and not 0 <= -member - first < _MOST:
             raise unfit(where, f"the end of a range after {first - 1}", member)
         found += range(first, 1 - member) if member < 0 else [member]
-    return found
+    return np.array(found, dtype=np.intp)
 
 
 _TITLE = f"an archive of Ansys {OF_MODEL}"

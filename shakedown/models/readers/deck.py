@@ -15,7 +15,16 @@ from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.formats import Format, has
 from shakedown.models.readers.mapped_matrices import implied_rows
-from shakedown.models.readers.mesh import ABAQUS, CALCULIX, FACES, Element, Line, Mesh, Orientation
+from shakedown.models.readers.mesh import (
+    ABAQUS,
+    CALCULIX,
+    FACES,
+    CoordinateSystem,
+    Element,
+    Line,
+    Mesh,
+    Orientation,
+)
 from shakedown.models.readers.text import integers, number, quoted, read_lines, unfit
 
 _SHAPES = {  # of elements with so many nodes
@@ -162,8 +171,6 @@ class _Deck:
                     f"{name}: expected every node and element to be listed, found *{card.keyword}, which "
                     "makes some; let the code write a flat deck"
                 )
-            if card.keyword == "SYSTEM" and card.data:
-                raise unfit(card.data[0][0], "coordinates x, y, z", "*SYSTEM; write a flat deck")
 
     def of(self, *keywords: str) -> list[Card]:
         """The cards of some keywords."""
@@ -241,7 +248,10 @@ class _Deck:
         nodes: dict[int, FloatArray] = {}
         made: dict[int, list[int]] = {}
         shift, inside = self._shift()
+        origin, axes = np.zeros(3), np.eye(3)
         for k, card in enumerate(self.cards):
+            if card.keyword == "SYSTEM":
+                origin, axes = self._system(card)
             if card.keyword != "NODE":
                 continue
             made[k], system = [], card.name("SYSTEM") or "R"
@@ -257,9 +267,22 @@ class _Deck:
                 if system == "C":
                     angle = np.radians(point[1])
                     point = np.array([point[0] * np.cos(angle), point[0] * np.sin(angle), point[2]])
-                nodes[label] = point + shift if k in inside else point
+                nodes[label] = origin + point @ axes + (shift if k in inside else 0.0)
                 made[k].append(label)
         return nodes, made
+
+    @staticmethod
+    def _system(card: Card) -> tuple[FloatArray, FloatArray]:
+        """Origin and axes behind ``*SYSTEM``: a point, one on the new x, one in the plane of the new x, y."""
+        lines = [(where, fields[k : k + 3]) for where, fields in card.data for k in (0, 3)]
+        points = [_point(fields, where) for where, fields in lines if any(fields)]
+        origin, *ways = points or [np.zeros(3)]
+        if not ways:
+            return origin, np.eye(3)
+        first = ways[0] - origin
+        second = ways[1] - origin if len(ways) > 1 else np.cross([0.0, 0.0, 1.0], first)
+        system = CoordinateSystem(f"{card.data[0][0]}: *SYSTEM", False, first, second)
+        return origin, system.axes_at(origin[None])[0]
 
     def _shift(self) -> tuple[FloatArray, set[int]]:
         """What moves the part's nodes, and the places of the cards inside of the part and its instance."""

@@ -144,7 +144,7 @@ def read_stiffness(
         The map, for the formats that hold none: a file of any kind that
         :func:`shakedown.models.readers.mapped_matrices.row_map` lists, or its content.
     matrix
-        Which matrix of a Nastran file.
+        Which matrix of a Nastran file; ``"MASS"`` of an Abaqus substructure.
     superelement
         Which superelement of a Nastran punch file that holds several.
     format
@@ -167,12 +167,13 @@ def read_stiffness(
     name = stiffness_format(path) if format is None else format
     found = next(each for each in formats() if each.name == name)
     given = {"rows": dof_map, "matrix": matrix, "superelement": superelement}
-    for key, own, what, why in (
-        ("rows", "rows", "map file", "has its own labels"),
-        ("matrix", "matrix", "matrix name", "holds one matrix"),
-        ("superelement", "matrix", "superelement", "is not Nastran's"),
+    takes = (*found.takes, "superelement") if name == "op4" else found.takes  # that is of its map
+    for key, what, why in (
+        ("rows", "map file", "has its own labels"),
+        ("matrix", "matrix name", "holds one matrix"),
+        ("superelement", "superelement", "is not Nastran's"),
     ):
-        if given[key] is not None and own not in found.takes:
+        if given[key] is not None and key not in takes:
             raise unfit(os.fspath(path), f"no {what}, because a {name} file {why}", "one")
     return found.reads["stiffness"](path, **{key: given[key] for key in found.takes})
 

@@ -164,20 +164,6 @@ def _of_columns(table: NDArray[np.float64], size: int | None, name: str) -> NDAr
     return found
 
 
-def _node_vector(path: str | os.PathLike[str], size: int | None) -> NDArray[np.intp]:
-    """The map of the whole numbers of a Matrix Market array with one column."""
-    name, lines = os.fspath(path), read_lines(path)
-    head, *body = [line for line in lines if line.strip() and line[0] != "%"] or [""]
-    found = np.array([whole_number(text, name) for line in body for text in line.split()], dtype=np.intp)
-    expected = sorted(whole_number(text, name) for text in head.split())
-    if lines[0].lower().split()[2:4] != ["array", "integer"] or expected != sorted((1, len(found))):
-        raise ProblemError(
-            f"{name}: expected a node vector ('array integer', one column): expected "
-            f"{max(expected, default=0)} nodes, found {len(found)} below {quoted(lines[0])}"
-        )
-    return implied_rows(found, size, name)
-
-
 def implied_rows(nodes: NDArray[np.intp], size: int | None, name: str) -> NDArray[np.intp]:
     """Nodes without directions: each has the same number of rows, in the order x, y, z."""
     if size is None:
@@ -209,9 +195,33 @@ def is_matrix_market(text: str) -> bool:
 
 
 _BANNER = re.compile(
-    r"%%matrixmarket\s+matrix\s+(coordinate|array)\s+(?:real|integer)\s+(general|symmetric)\s*$",
-    re.IGNORECASE,
+    r"%%matrixmarket\s+matrix\s+(coordinate|array)\s+(real|integer)\s+(general|symmetric)\s*$", re.IGNORECASE
 )
+
+
+def _market(path: str | os.PathLike[str]) -> tuple[list[str], list[int], str, list[tuple[int, str]]]:
+    """The words of the first line, the sizes, where these stand, and the lines behind them."""
+    name = os.fspath(path)
+    lines = [(k, line.strip()) for k, line in enumerate(read_lines(path), start=1) if line.strip()]
+    if (banner := _BANNER.match(lines[0][1])) is None:
+        raise unfit(
+            f"{name}: line 1", "'matrix coordinate|array real general|symmetric'", quoted(lines[0][1])
+        )
+    size, *body = [line for line in lines[1:] if not line[1].startswith("%")] or [(1, "")]
+    where = f"{name}: line {size[0]}"
+    return [word.lower() for word in banner.groups()], integers(size[1].split(), where), where, body
+
+
+def _node_vector(path: str | os.PathLike[str], size: int | None) -> NDArray[np.intp]:
+    """The map of the whole numbers of an array with one column."""
+    name = os.fspath(path)
+    words, sizes, where, body = _market(path)
+    found = np.array([whole_number(text, name) for _, line in body for text in line.split()], dtype=np.intp)
+    if words[:2] != ["array", "integer"] or 1 not in sizes:
+        raise unfit(where, "a node vector ('array integer', one column)", f"'{' '.join(words)}'")
+    if max(sizes) != len(found):
+        raise unfit(where, f"{max(sizes)} nodes", len(found))
+    return implied_rows(found, size, name)
 
 
 def read_matrix_market(path: str | os.PathLike[str], rows: Rows = None) -> Stiffness:
@@ -233,17 +243,10 @@ def read_matrix_market(path: str | os.PathLike[str], rows: Rows = None) -> Stiff
         If the file is malformed or there is no map of its size.
     """
     name = os.fspath(path)
-    lines = [(k, line.strip()) for k, line in enumerate(read_lines(path), start=1) if line.strip()]
-    if (banner := _BANNER.match(lines[0][1])) is None:
-        raise unfit(
-            f"{name}: line 1", "'matrix coordinate|array real general|symmetric'", quoted(lines[0][1])
-        )
-    coordinate, symmetric = banner[1].lower() == "coordinate", banner[2].lower() == "symmetric"
-    size, *body = [line for line in lines[1:] if not line[1].startswith("%")] or [(1, "")]
-    where = f"{name}: line {size[0]}"
-    shape = integers(size[1].split(), where)
+    words, shape, where, body = _market(path)
+    coordinate, symmetric = words[0] == "coordinate", words[2] == "symmetric"
     if len(shape) != (3 if coordinate else 2) or not shape[0] == shape[1] > 0:
-        raise unfit(where, "the size of a square matrix", quoted(size[1]))
+        raise unfit(where, "the size of a square matrix", " ".join(map(str, shape)) or "none")
     N = shape[0]
     dofs = row_map(rows, N, name, "Matrix Market")
     if coordinate:

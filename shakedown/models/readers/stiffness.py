@@ -13,8 +13,8 @@ from scipy.sparse.csgraph import connected_components
 
 from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.condensation.contact_frame import checked_dofs
+from shakedown.models.condensation.stiffness_checks import coupled_nodes
 from shakedown.models.readers.text import rows_of_numbers, unfit, whole_numbers
 
 Rows = str | os.PathLike[str] | NDArray[np.intp] | None  # a map file, its content, or none
@@ -77,14 +77,7 @@ class Stiffness:
         It is −1 for rows that couple with no displacement, as component modes do not in a superelement with a
         fixed boundary.
         """
-        labels, node = np.unique(self.dofs[:, 0], return_inverse=True)
-        K, diagonal = self.K.tocoo(), np.abs(self.K.diagonal())
-        marked = diagonal >= DEFAULT.constrained_diagonal
-        size = np.sqrt(np.where(marked, diagonal[~marked].max(initial=0.0), diagonal))
-        row, column = K.coords
-        large = np.abs(K.data) > DEFAULT.condensed_pattern * size[row] * size[column]
-        entries = (np.ones(large.sum()), (node[row[large]], node[column[large]]))
-        coupled = sparse.coo_array(entries, shape=(len(labels), len(labels)))
+        coupled, node = coupled_nodes(self.K, self.dofs[:, 0])
         part = np.asarray(connected_components(coupled, directed=False)[1])[node]
         return np.where(np.isin(part, part[self.are_displacements]), part, -1)
 

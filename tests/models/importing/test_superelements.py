@@ -5,6 +5,7 @@ import pytest
 import writers
 
 from shakedown import ProblemError, import_model
+from shakedown.models.readers.formats import read_stiffness
 from shakedown.models.readers.nastran import read_analysis_set, read_nastran_dmig, read_op4_columns
 
 DOFS = {101: [(n, d) for n in (3, 9) for d in (1, 2)], 102: [(n, d) for n in (9, 5, 3) for d in (1, 2)]}
@@ -179,3 +180,30 @@ def test_component_modes_are_left_out_or_condensed(tmp_path, coupled):
     assert (
         any("3 row(s), first of point 101, couple with no displacement" in n for n in made.notes) != coupled
     )
+
+
+def test_a_mode_that_couples_with_nothing_bears_the_load_on_it(tmp_path):
+    K = np.zeros((7, 7))
+    K[:6, :6], K[6, 6] = writers.symmetric_matrix(6) + 10.0 * np.eye(6), 16.0
+    dofs = [(node, d) for node in (3, 11) for d in (1, 2, 3)] + [(-1, 1)]
+    (tmp_path / "k.mtx").write_text(writers.abaqus_substructure(K, dofs))
+    (tmp_path / "on_mode.txt").write_text("-1, 1, 8.0\n")
+    contact = MODES.replace('map = "k.pch"\n', "").partition("[[load]]")[0]
+    press = "[[load]]\nforces = [[3, 3, -50.0], [11, 3, -50.0]]\nhistory = 1\n"
+    mode = '[[load]]\nforces = { file = "on_mode.txt" }\nhistory = [1, -1]\n'
+    (tmp_path / "c.toml").write_text(contact + mode + press)
+    made = import_model(tmp_path / "c.toml")
+    assert made.problem.load_compliance[0, 0] == pytest.approx(8.0**2 / 16.0)
+    assert not any("are left out" in note for note in made.notes)
+    assert made.loads[0].applied.tolist() == [0.0, 0.0, 0.0]
+
+
+def test_the_mass_of_a_substructure(tmp_path):
+    dofs = [(3, 1), (3, 2), (11, 1)]
+    text = writers.abaqus_substructure(writers.symmetric_matrix(3), dofs)
+    (tmp_path / "k.mtx").write_text(text.replace("TYPE=MASS\n1.0", "TYPE=MASS\n2.0\n0.0, 3.0\n0.5, 0.0, 4.0"))
+    mass = read_stiffness(tmp_path / "k.mtx", matrix="mass")
+    assert mass.K.toarray().tolist() == [[2.0, 0.0, 0.5], [0.0, 3.0, 0.0], [0.5, 0.0, 4.0]]
+    assert mass.dofs.tolist() == [list(row) for row in dofs]
+    with pytest.raises(ProblemError, match="expected the keyword \\*MATRIX, TYPE=DAMPING, found none"):
+        read_stiffness(tmp_path / "k.mtx", matrix="damping")

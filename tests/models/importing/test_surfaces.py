@@ -114,6 +114,23 @@ def test_a_surface_beside_the_other_is_said(tmp_path):
     assert import_model(configuration(tmp_path, f"{SURFACES}\nuncovered = 0.3")).warnings == ()
 
 
+def test_a_fine_pad_on_one_coarse_element_may_be_named_either_way(tmp_path):
+    upper = ElasticBody(brick_mesh((0.5, 0.5, 1.0), (4, 4, 1), origin=(1.7, 1.8, 1.0)), STEEL)
+    lower = ElasticBody(brick_mesh((4.0, 4.0, 1.0), (1, 1, 1)), STEEL, supports=[Support("bottom")])
+    write(tmp_path, upper, lower)
+    (said,) = import_model(configuration(tmp_path)).warnings
+    assert said.endswith("most of the second lies beside it: say finer = true")
+    assert import_model(configuration(tmp_path, f"{SURFACES}\nfiner = true")).warnings == ()
+    turned = 'surfaces = ["LOWER", "UPPER"]'
+    said = import_model(configuration(tmp_path, turned)).warnings
+    assert "or name the second, which lies on a part of it, first" in said[0]
+    assert import_model(configuration(tmp_path, f"{turned}\nuncovered = 0.99")).warnings == ()
+    upper = ElasticBody(brick_mesh((0.5, 0.5, 1.0), (4, 4, 1), origin=(0.1, 0.1, 1.0)), STEEL)
+    write(tmp_path, upper, lower)
+    with pytest.raises(ProblemError, match=r"1.6 % of one covered; name the second first, with finer = true"):
+        import_model(configuration(tmp_path, turned))
+
+
 def test_a_finer_first_surface_is_said_and_may_be_meant(tmp_path):
     write(tmp_path, *bricks(lower=(1, 1, 1)))
     (said,) = import_model(configuration(tmp_path)).warnings

@@ -183,7 +183,11 @@ def test_equations_say_what_is_relative(tmp_path):
         ("*HEADING", "*INCLUDE, INPUT=job.inp", "at most 8 deep"),
         ("base, 9, 10", "later, 9", "expected labels or earlier sets as members of 'ENDS', found 'later'"),
         ("*HEADING", "*PART, NAME=A\n*PART, NAME=B", "expected one part instance, found several"),
-        ("*HEADING", "*SYSTEM\n1., 0., 0.", "expected coordinates x, y, z, found \\*SYSTEM"),
+        (
+            "*HEADING\nTwo bricks on each other",
+            "*SYSTEM\n1., 0., 0., 1., 0., 0.",
+            "SYSTEM: expected two directions that span a plane",
+        ),
         ("*HEADING", "*NGEN, NSET=MORE\n1, 4", "every node and element to be listed, found \\*NGEN"),
         ("*HEADING", "*NODE, SYSTEM=S\n90, 1., 2., 3.", "expected coordinates of SYSTEM=R or C, found 'S'"),
         ("*HEADING", "*NSET, NSET=W, ELSET=NONE\n*HEADING", "expected the element set 'NONE' of \\*NSET"),
@@ -289,6 +293,14 @@ def test_includes_are_followed_from_the_deck_s_own_folder(tmp_path):
     assert deck(tmp_path, "*INCLUDE, INPUT=sub/nodes.inc\n*NODE\n2, 1., 0.\n").labels.tolist() == [1, 2]
 
 
+def test_systems_move_and_turn_the_nodes_behind_them(tmp_path):
+    turned = "*SYSTEM\n0., 5., 0., 1., 5., 0.\n0., 5., 1.\n*NODE\n1, 1., 2., 3.\n"
+    about_z = "*SYSTEM\n1., 0., 7., 1., 1., 7.\n*NODE\n2, 1., 2., 3.\n"
+    moved = "*SYSTEM\n1., 0., 0.\n*NODE\n3, 1., 2., 3.\n*SYSTEM\n*NODE\n4, 1., 2., 3.\n"
+    found = deck(tmp_path, turned + about_z + moved).coordinates
+    assert found.tolist() == [[1.0, 2.0, 2.0], [-1.0, 1.0, 10.0], [2.0, 2.0, 3.0], [1.0, 2.0, 3.0]]
+
+
 NLIST = """
  LIST ALL SELECTED NODES.   DSYS=      0
 
@@ -329,7 +341,7 @@ def test_nodes_are_read_as_ansys_writes_them(tmp_path, text):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("        -3 ", "        -9 ", "component 'FOOT': expected nodes, found 4"),
+        ("        -3 ", "        -9 ", "expected node 4, found no coordinates of it"),
         ("        -3 ", "-999999999 ", "component 'FOOT': expected the end of a range after 1"),
         ("(3i9,6e21.13e3)", "here", "line 4: expected a layout like"),
         ("        2        0", "        x        0", "line 6: expected a whole number, found 'x'"),
