@@ -31,7 +31,7 @@ def embedded(plane: Problem) -> Problem:
     if plane.q_mean is not None:
         q_mean = np.zeros(2 * n)
         q_mean[::2] = plane.q_mean
-    return Problem(A=A, B=B, f=plane.f, q_w=q_w, p_w=plane.p_w, q_mean=q_mean, p_mean=plane.p_mean)
+    return Problem(A=A, B=B, C=plane.C, f=plane.f, q_w=q_w, p_w=plane.p_w, q_mean=q_mean, p_mean=plane.p_mean)
 
 
 def in_units(problem: Problem, force: float, length: float) -> Problem:

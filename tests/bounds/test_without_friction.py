@@ -10,7 +10,7 @@ from shakedown.bounds.collapse.proof_status import lift_off_bound
 from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
 from shakedown.joint.constraints import Side, constraints
 from shakedown.joint.loading import loading
-from tests.joints_in_space import in_last_bits
+from tests.joints_in_space import embedded, in_last_bits
 
 
 def two_nodes(d: int, *, swing: float = 1.0) -> Problem:
@@ -78,17 +78,6 @@ def drawn(seed: int) -> Problem:
     )
 
 
-def in_space(plane: Problem) -> Problem:
-    """The same joint with a second direction that nothing loads and nothing couples."""
-    n, one, zero = plane.n, np.zeros((2, 2 * plane.n, plane.n)), np.arange(plane.n)
-    one[0, 2 * zero, zero] = one[1, 2 * zero + 1, zero] = 1.0
-    x, y = one
-    return Problem(
-        A=x @ plane.A @ x.T + y @ plane.A @ y.T, B=plane.B @ x.T, C=plane.C, f=plane.f,
-        q_w=plane.q_w @ x.T, p_w=plane.p_w, name=f"{n} nodes",
-    )  # fmt: skip
-
-
 def by_every_row(joint: Problem) -> float:
     """λ_max of |q| <= f p and p >= 0 at every node and load step; NaN without, inf without end."""
     loop, n, f = loading(joint), joint.n, joint.f
@@ -107,7 +96,7 @@ def by_every_row(joint: Problem) -> float:
 def test_every_method_knows_the_pressures(seed):
     joint = drawn(seed)
     known = by_every_row(joint)
-    for each in (joint, in_space(joint)):
+    for each in (joint, embedded(joint)):
         upper = shakedown.upper_bound(each)
         assert upper.load_factor == pytest.approx(known, rel=1e-8, abs=1e-9, nan_ok=True)
         assert upper.exact

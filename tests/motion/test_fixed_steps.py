@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from joints_in_space import embedded
 
 import shakedown
 from benchmarks.problems import refined
@@ -74,10 +75,7 @@ def test_what_a_cycle_of_one_node_ends_with_stays_so():
 
 def test_loaded_in_one_direction_is_the_plane():
     plane = shakedown.example("two-node")
-    A, B, q_w = np.zeros((4, 4)), np.zeros((2, 4)), np.zeros((plane.m, 4))
-    A[::2, ::2], A[1::2, 1::2], B[:, ::2], q_w[:, ::2] = plane.A, plane.A, plane.B, plane.q_w
-    space = Problem(A=A, B=B, C=plane.C, f=plane.f, q_w=q_w, p_w=plane.p_w)
-    one, other = walk(FixedSteps(plane, 0.9), 3), walk(FixedSteps(space, 0.9), 3)
+    one, other = walk(FixedSteps(plane, 0.9), 3), walk(FixedSteps(embedded(plane), 0.9), 3)
     size = np.abs(one.end_slip).max()
     np.testing.assert_allclose(other.end_slip[:, ::2], one.end_slip, atol=1e-11 * size)
     np.testing.assert_allclose(other.slip, one.slip, atol=1e-11 * size)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import cvxpy as cp
 import numpy as np
 import pytest
+from joints_in_space import embedded
 from scipy.optimize import linprog
 
 import shakedown
@@ -148,20 +149,13 @@ def test_one_node_without_coupling_has_a_closed_form():
     assert closed * (1 - 1e-12) <= universal_bound(node).load_factor <= closed * (1 + (np.pi / m) ** 2)
 
 
-def in_space(plane: Problem) -> Problem:
-    n = plane.n
-    A, B, q_w = np.zeros((2 * n, 2 * n)), np.zeros((n, 2 * n)), np.zeros((plane.m, 2 * n))
-    A[::2, ::2], A[1::2, 1::2], B[:, ::2], q_w[:, ::2] = plane.A, plane.A, plane.B, plane.q_w
-    return Problem(A=A, B=B, f=plane.f, q_w=q_w, p_w=plane.p_w)
-
-
 def test_load_in_one_direction_is_no_more_than_in_the_plane():
     """In space a node may slip aside, too: less is proved, but not much less where the coupling is weak."""
     plane = shakedown.example("two-node")
-    most, found = least_pressure_bound(plane).load_factor, universal_bound(in_space(plane)).load_factor
+    most, found = least_pressure_bound(plane).load_factor, universal_bound(embedded(plane)).load_factor
     assert 0.9 * most < found <= most * (1 + 1e-12)
     uncoupled = shakedown.example("uncoupled")
-    assert universal_bound(in_space(uncoupled)).load_factor == pytest.approx(
+    assert universal_bound(embedded(uncoupled)).load_factor == pytest.approx(
         least_pressure_bound(uncoupled).load_factor, rel=1e-12
     )
 
