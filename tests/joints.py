@@ -35,6 +35,12 @@ def safe_later():
     )  # fmt: skip
 
 
+def walking():
+    """Two nodes without a hold that walk, by as much in every cycle."""
+    q, p = np.array([[0.9, -0.9], [-0.9, 0.9]]), np.array([[1.0, 3.0], [3.0, 1.0]])
+    return shakedown.Problem(A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), f=0.5, q_w=q, p_w=p)
+
+
 def slow_problem(ratio):
     """Two nodes that drag each other towards shakedown, the slip of each cycle ``ratio`` times the last."""
     c = np.sqrt(ratio)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from joints import FAMILY, member
+from joints import FAMILY, member, walking
 from joints_in_space import embedded
 
 import shakedown
@@ -25,12 +25,6 @@ def with_mean(problem):
     )  # fmt: skip
 
 
-def walking():
-    """Two nodes without a hold that walk, by as much in every cycle."""
-    q, p = np.array([[0.9, -0.9], [-0.9, 0.9]]), np.array([[1.0, 3.0], [3.0, 1.0]])
-    return with_mean(Problem(A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), f=0.5, q_w=q, p_w=p))
-
-
 def cycling():
     """A node that slips to and fro."""
     return with_mean(Problem(A=[[1.0]], B=[[0.2]], f=0.3, q_w=[[2.0], [-2.0]], p_w=[[1.0], [1.0]]))
@@ -39,7 +33,7 @@ def cycling():
 @pytest.mark.parametrize("in_space", [False, True])
 @pytest.mark.parametrize("decades", [0, 4, 7, 10])
 def test_a_slow_drift_beside_a_large_slip_is_ratchetting(in_space, decades):
-    still, slow = cycling(), in_units(walking(), 10.0**-decades, 1.0)
+    still, slow = cycling(), in_units(with_mean(walking()), 10.0**-decades, 1.0)
     parts = [with_mean(embedded(each)) if in_space else each for each in (still, slow)]
     whole, alone = shakedown.long_term_state(joined(parts), 1.0), shakedown.long_term_state(parts[1], 1.0)
     assert whole.outcome == alone.outcome == Outcome.RATCHETTING

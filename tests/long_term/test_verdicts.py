@@ -15,12 +15,13 @@ from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolution import Evolution, evolve
 
 # Scenarios A.6 and A.7 as loops: by hand, one node, k₁₁ = 1, k₂₁ = 1.5, k₂₂ = 4, f = 0.8.
+# A.6 slips in jumps only; A.7 also between them, along the forward limit.
 SEPARATION = {
-    "outcome": "separation", "slip": 0.0, "released": 2.0714286, "friction": 1.6666667, "jump at": (3.0, 4.0),
+    "outcome": "separation", "slip": 0.0, "between jumps": 0.0, "released": 2.0714286, "friction": 1.6666667, "jump at": (3.0, 4.0),
     "sticks at": -1.0,
 }  # fmt: skip
 CYCLIC = {
-    "outcome": "cyclic-slip", "slip": 1.0606061, "released": 2.224817, "friction": 1.7900826,
+    "outcome": "cyclic-slip", "slip": 1.0606061, "between jumps": 0.6749311, "released": 2.224817, "friction": 1.7900826,
     "jump at": (2.3454545, 3.0), "sticks at": -3 / 11,
 }  # fmt: skip
 LOOPS = {"one-node-separation": SEPARATION, "one-node-cyclic": CYCLIC}
@@ -34,6 +35,8 @@ def test_appendix_a_jumps_in_every_cycle(name):
     assert "1 jump in every cycle" in state.reason
     assert state.slip_per_cycle == pytest.approx([expected["slip"]], rel=1e-6)
     assert state.final_slip == pytest.approx([expected["sticks at"]], rel=1e-6)
+    friction = expected["friction"] + expected["between jumps"]
+    assert state.friction_dissipation_per_cycle == pytest.approx(friction, rel=1e-6)
     run = shakedown.simulate(problem, 1.0, problem.initial_slip[0], record=True)
     jump = run.jumps[-1]
     assert jump.energy_released == pytest.approx(expected["released"], rel=1e-6)
@@ -44,26 +47,19 @@ def test_appendix_a_jumps_in_every_cycle(name):
     assert loads[-1] == pytest.approx(expected["jump at"], rel=1e-6)
 
 
-@pytest.mark.parametrize("name", LOOPS)
-def test_friction_and_jumps_together_take_what_the_loading_puts_in(name):
+@pytest.mark.parametrize(("name", "load_factor"), [*((name, 1.0) for name in LOOPS), ("two-node", 1.5)])
+def test_friction_and_jumps_together_take_what_the_loading_puts_in(name, load_factor):
+    """∮ u · dr_w over a period of a limit cycle."""
     problem = shakedown.example(name)
-    state = shakedown.long_term_state(problem, 1.0, problem.initial_slip[0])
+    start = None if problem.initial_slip is None else problem.initial_slip[0]
+    state = shakedown.long_term_state(problem, load_factor, start)
     h = state.history
     mid_v, mid_w = (h.v[1:] + h.v[:-1]) / 2, (h.w[1:] + h.w[:-1]) / 2
     work = (mid_v * np.diff(h.q_w, axis=0)).sum() + (mid_w * np.diff(h.p_w, axis=0)).sum()
-    assert state.dissipation_per_cycle == pytest.approx(work, rel=1e-7)
-    assert 0 < state.jump_dissipation_per_cycle < state.friction_dissipation_per_cycle
+    assert state.dissipation_per_cycle == pytest.approx(work, rel=1e-7 if name in LOOPS else 1e-12)
+    assert (0 < state.jump_dissipation_per_cycle < state.friction_dissipation_per_cycle) == (name in LOOPS)
     parts = state.friction_dissipation_per_cycle + state.jump_dissipation_per_cycle
     assert parts == state.dissipation_per_cycle
-
-
-def test_friction_work_in_the_air_and_between_jumps():
-    """A.6 slips in jumps only; A.7 also between them, along the forward limit, by hand."""
-    for name, between in (("one-node-separation", 0.0), ("one-node-cyclic", 0.6749311)):
-        problem = shakedown.example(name)
-        state = shakedown.long_term_state(problem, 1.0, problem.initial_slip[0])
-        jump = LOOPS[name]["friction"]
-        assert state.friction_dissipation_per_cycle == pytest.approx(jump + between, rel=1e-6)
 
 
 def with_less_friction(monkeypatch, share=0.9):
@@ -84,11 +80,7 @@ def test_a_path_that_breaks_the_friction_law_decides_nothing(monkeypatch):
         assert answer.outcome == "undecided"
         assert "the friction law is violated" in answer.reason
         assert answer.residual > 1e-3
-
-
-def test_verification_leaves_a_broken_friction_law_open(monkeypatch):
-    with_less_friction(monkeypatch)
-    report = shakedown.verify(shakedown.example("two-node"), random_states=0, load_factors=[1.0])
+    report = shakedown.verify(problem, random_states=0, load_factors=[1.0])
     assert not report.agrees
     assert any("the friction law is violated" in text for text in report.open_questions)
 
