@@ -352,7 +352,6 @@ def near(value):
 
 REST, CYCLES, WALKS = Outcome.SHAKEDOWN, Outcome.CYCLIC_SLIP, Outcome.RATCHETTING
 SLOW = {  # numbers after plain cycles: as many as are said, else of 20,000 to 400,000
-    "along a curve": ([0, 0, 2], 2.163755653263206, CYCLES, {"cycles": 300}),
     "a drift that fades by 1.1 % a cycle": ([6, 3, 3], 1.3047142828634468, CYCLES, {"slip": pytest.approx(18.0581, rel=1e-4)}),
     "one that fades further up": ([6, 3, 3], 1.3310721471637186, CYCLES, {"slip": pytest.approx(18.7537, rel=1e-4)}),
     "one that fades to round-off": ([310, 3, 1], 1.6835531929890037, CYCLES, {"slip": pytest.approx(0.0807463)}),
@@ -395,7 +394,7 @@ SLOW = {  # numbers after plain cycles: as many as are said, else of 20,000 to 4
 
 @pytest.mark.parametrize(("seeds", "load_factor", "outcome", "known"), SLOW.values(), ids=SLOW)
 def test_a_slow_motion_comes_to_its_end(seeds, load_factor, outcome, known):
-    kind = {0: "held", 2: "floating", 3: "floating, stiff and soft"}.get(seeds[1], "stiff and soft")
+    kind = {2: "floating", 3: "floating, stiff and soft"}.get(seeds[1], "stiff and soft")
     found = shakedown.long_term_state(random_joint(np.random.default_rng(seeds), kind, 4), load_factor)
     assert found.outcome == outcome
     assert found.slip_per_cycle.max() == known.get("slip", found.slip_per_cycle.max())
