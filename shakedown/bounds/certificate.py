@@ -6,8 +6,7 @@ from math import inf, nan
 
 import numpy as np
 
-from shakedown.bounds.independent_solver import extreme_load_factor
-from shakedown.bounds.row_programs import ExactRows, exact_rows, load_factor_program, reversed_rows
+from shakedown.bounds.row_programs import ExactRows, exact_rows
 from shakedown.ground.constants import SETTLED, FloatArray
 from shakedown.ground.errors import Missing
 from shakedown.ground.status import Status
@@ -82,7 +81,7 @@ def certified_upper(problem: Problem, outcome: Solution, tolerances: Tolerances)
     outcome
         End of the linear program max λ over the columns (v, λ).
     tolerances
-        ``stored_digits`` is used.
+        ``agreement`` and ``feasibility`` are used.
 
     Returns
     -------
@@ -98,36 +97,7 @@ def certified_upper(problem: Problem, outcome: Solution, tolerances: Tolerances)
     end = exact_vertex(program, *start)
     if end is None:
         return Missing(NO_VERTEX)
-    return _accepted(_certificate(program, end, rows), problem, outcome, None, tolerances)
-
-
-def rests_on_round_off(
-    rows: Constraints, slip: FloatArray, load_factor: float, tolerances: Tolerances
-) -> bool:
-    """Whether a slip is so large that the last digits of the stored stiffness determine the answer.
-
-    A body held by the contact alone has rigid motions without resistance. Stored, they
-    have one of the size of round-off, and exact arithmetic would build on it.
-    """
-    terms = np.abs(rows.G) @ np.abs(slip)
-    forces = np.abs(rows.g) + (abs(load_factor) * np.abs(rows.d) if np.isfinite(load_factor) else 0.0)
-    return bool(np.finfo(float).eps * terms.max() > tolerances.stored_digits * forces.max())
-
-
-def starts_safe(problem: Problem, outcome: Solution, tolerances: Tolerances) -> bool | None:
-    """Whether there is a safe slip at load factor 0, exactly; None where that remains open.
-
-    ``outcome`` is the end of the linear program min λ subject to every row.
-    """
-    if rigid_slips(problem).doubt:
-        return None
-    rows = exact_rows(problem)
-    program = replace(_upper_program(rows), cost=[0] * problem.n + [-1])
-    end = exact_vertex(program, *_start(program, outcome))
-    if end is None or end.status != Status.OPTIMAL or end.x[-1] != 0:
-        return None if end is None else False
-    slip = _rounded(end.x[:-1], end.x_scale)
-    return None if rests_on_round_off(constraints(problem), slip, 0.0, tolerances) else True
+    return _accepted(_certificate(program, end, rows), problem, outcome, tolerances)
 
 
 def certified_lower(
@@ -144,7 +114,7 @@ def certified_lower(
     first
         The node that collapses first in floats.
     tolerances
-        ``stored_digits`` and ``cancellation`` are used.
+        ``agreement`` and ``feasibility`` are used.
     """
     doubt = rigid_slips(problem).doubt
     if doubt:
@@ -167,7 +137,7 @@ def certified_lower(
         if earlier is not None:
             best, node = earlier, j
     certificate = _certificate(_collapse_program(rows, node), best, rows)
-    found = _accepted(certificate, problem, outcomes[first], first, tolerances)
+    found = _accepted(certificate, problem, outcomes[first], tolerances)
     return (first if isinstance(found, Missing) else node), found
 
 
@@ -187,13 +157,12 @@ def _collapses_earlier(
 
 
 def _accepted(
-    certificate: Certificate, problem: Problem, outcome: Solution, node: int | None, tolerances: Tolerances
+    certificate: Certificate, problem: Problem, outcome: Solution, tolerances: Tolerances
 ) -> Certificate | Missing:
-    """The certificate, unless it contradicts the floats and these appear to be right.
+    """The certificate, unless it contradicts what the floats say: then these stand, without certificate.
 
-    ``outcome`` is what the floats say: of λ_max, or of the collapse of a node. Where the two differ the
-    program is solved once more by interior points. If that confirms the floats, or if the exact slip is
-    so large that the last digits of the stiffness make the answer, the floats stand, without certificate.
+    ``outcome`` is what they say of λ_max, or of the collapse of a node. The two may differ as far as the
+    round-off of the stored data shifts λ.
     """
     rows = constraints(problem)
     plain = inf if outcome.status == Status.UNBOUNDED else nan
@@ -202,24 +171,13 @@ def _accepted(
     margin = _left_open(problem, rows, outcome)
     if outcome.status == certificate.status and _agree(plain, exact, margin, rows, tolerances):
         return certificate
-    touching = certificate.status == Status.INFEASIBLE and _agree(plain, 0.0, margin, rows, tolerances)
-    if touching:  # in floats the limits still meet in a point, but at no load factor
-        return certificate
-    towards = -1.0 if node is None else 1.0
-    program = load_factor_program(rows, towards, tolerances)
-    if node is not None:
-        program = reversed_rows(program, rows.limits_of(node))
-    second = extreme_load_factor(program)
-    confirmed = second.status == outcome.status and _agree(
-        second.load_factor, plain, margin, rows, tolerances
+    if certificate.status == Status.INFEASIBLE and _agree(plain, 0.0, margin, rows, tolerances):
+        return certificate  # in floats the limits still meet in a point, but at no load factor
+    digits, floats = (
+        f"{value:.10g}" if np.isfinite(value) else str(status)
+        for value, status in ((exact, certificate.status), (plain, outcome.status))
     )
-    if confirmed or _doubtful(certificate, rows, tolerances):
-        digits, floats = (
-            f"{value:.10g}" if np.isfinite(value) else str(status)
-            for value, status in ((exact, certificate.status), (plain, outcome.status))
-        )
-        return Disputed(f"{ROUND_OFF_DECIDES}: {digits} on all its digits, {floats} in floats")
-    return certificate
+    return Disputed(f"{ROUND_OFF_DECIDES}: {digits} on all its digits, {floats} in floats")
 
 
 def _left_open(problem: Problem, rows: Constraints, outcome: Solution) -> float:
@@ -239,16 +197,6 @@ def _agree(one: float, two: float, margin: float, rows: Constraints, tolerances:
     scale = float(np.abs(rows.g).max()) / (float(np.abs(rows.d).max()) or inf)
     allowed = margin + tolerances.agreement * max(abs(one), abs(two)) + tolerances.feasibility * scale
     return bool(abs(one - two) <= allowed)
-
-
-def _doubtful(certificate: Certificate, rows: Constraints, tolerances: Tolerances) -> bool:
-    if certificate.status == Status.INFEASIBLE:
-        return False
-    slip, load_factor = certificate.slip, certificate.load_factor
-    doubtful = rests_on_round_off(rows, slip, load_factor, tolerances)
-    if load_factor > 0 and np.isfinite(load_factor):
-        doubtful |= significant(rows, slip, load_factor, tolerances)[-1] == 0
-    return doubtful
 
 
 def significant(

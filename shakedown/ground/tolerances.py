@@ -49,8 +49,7 @@ class Tolerances:
         Largest asymmetry, and largest eigenvalue of a rigid motion, of a stiffness
         put together from printed reactions, relative to its largest.
     stored_digits
-        An exact answer that differs from the floats' by more than this is not
-        reported if the round-off of the stored stiffness, at the slip found,
+        An answer is not proved if the round-off of the stored stiffness, at the slip found,
         reaches this share of the loads.
     convergence
         Last change of slip or gap at which a Gauss–Seidel load step counts as

@@ -13,7 +13,6 @@ WHY = "made to fail"
 OPTIONAL = [  # module and name of every step of evidence on which no answer of `solve` and `verify` rests
     "bounds.largest_load_factor.certified_upper",
     "bounds.collapse.lower.certified_lower",
-    "bounds.collapse.collapse_programs.starts_safe",
     "bounds.energy.energy_bound._certificate",
     "bounds.energy.energy_bound.ExactBall.holds",
     "bounds.uniqueness.friction_thresholds.wedging_threshold",
@@ -124,7 +123,7 @@ def test_an_energy_bound_whose_programs_fail_is_open_and_no_number(monkeypatch, 
     assert WHY in words("solve", "two-node", "--details")
 
 
-def test_exact_numbers_that_two_solvers_contradict_replace_nothing(monkeypatch):
+def test_exact_numbers_that_floats_contradict_replace_nothing(monkeypatch):
     """A certificate that is off by far more than the data: the floats stand, and the exit code is 1."""
     from shakedown.bounds import certificate
 

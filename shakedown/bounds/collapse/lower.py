@@ -187,7 +187,7 @@ def lower_bound(
 def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> Bound:
     rows = constraints(problem)
     program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=tolerances), dense=False)
-    if not mean_load_is_safe(problem, rows, program, certify, tolerances):
+    if not mean_load_is_safe(rows, program, tolerances):
         return _without_collapse(problem, Status.INFEASIBLE, nan, tolerances)
     limits = collapse_limits(rows)
     outcomes = collapses(rows, program, limits, all_nodes=certify)
