@@ -5,6 +5,7 @@ from math import isqrt
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.bounds.row_programs import exact_numbers
 from shakedown.ground.constants import THREE_DIGITS, FloatArray
@@ -43,7 +44,7 @@ class ExactBall:
         self._moving = problem.layout.joined(*((part != 0).any(axis=0) for part in (loop.q1, loop.p1)))
         smooth = bool((problem.f == 0.0).any())
         c = np.zeros((0, 1, self._d)) if smooth else self._shares(share)
-        self._stretch = [1 + f * f * (each**2).sum() for f, each in zip(self._f, c[:, 0], strict=False)]
+        self._stretch = 1 + self._f[: len(c)] ** 2 * (c[:, 0] ** 2).sum(axis=1)
         gamma = None if smooth or (self._d > 1 and max(self._stretch) >= 2) else _gamma_squares(problem, c)
         self.regular = gamma is not None
         self._spread = np.zeros((0, 1)) if gamma is None else gamma * self._f[:, None] ** 2
@@ -52,21 +53,25 @@ class ExactBall:
         """Whether a |q| + f γ R < f p at every node and load step, without any round-off."""
         if not self.regular:
             return False
+        problem, layout, d = self._problem, self._problem.layout, self._d
+        step, node = self._doubtful(load_factor, slip, float(radius))
+        columns = np.column_stack([*(d * node + k for k in range(d)), layout.slip_size + node])
+        path = transient_path(problem)
+        steps = np.vstack([path, layout.joined(problem.q_w, problem.p_w)])
         v, square = exact_numbers(slip), _exact(Fraction(radius) ** 2)
-        kept, factor = np.concatenate([self._A @ v, self._B @ v]), exact_numbers(np.array([load_factor]))[0]
-        for node, step in self._doubtful(load_factor, slip, float(radius)):
-            columns = self._problem.layout.of_nodes(np.array([node]))
-            *q, p = kept[columns] + self._load(columns, step, factor)
-            limit = self._f[node] * p
-            if self._d == 1:
-                sides = [(limit - q[0], 0), (limit + q[0], 0)]
-            else:
-                sides = [(limit, self._stretch[node] * (q[0] * q[0] + q[1] * q[1]))]
-            for (most, drawn), spread in zip(sides, self._spread[node] * square, strict=True):
-                left = most * most - drawn - spread
-                if not (most > 0 and left > 0 and left * left > 4 * drawn * spread):
-                    return False
-        return True
+        loads, mean = exact_numbers(steps[step[:, None], columns]), self._means[columns]
+        factor = exact_numbers(np.array([load_factor]))[0]
+        varied = mean + factor * (loads - mean) * self._moving[columns].astype(int)
+        loads = np.where((step < len(path))[:, None], loads, varied)
+        u = np.concatenate([self._A @ v, self._B @ v])[columns] + loads
+        q, limit = u[:, :d], self._f[node] * u[:, d]
+        if d == 1:
+            most, drawn = np.stack([limit - q[:, 0], limit + q[:, 0]], axis=1), np.zeros((1, 1), dtype=int)
+        else:
+            most, drawn = limit[:, None], (self._stretch[node] * (q * q).sum(axis=1))[:, None]
+        spread = self._spread[node] * square
+        left = most * most - drawn - spread
+        return bool(np.all((most > 0) & (left > 0) & (left * left > 4 * drawn * spread)))
 
     def radius_to(self, slip: FloatArray, start: FloatArray, distance: float) -> Fraction:
         """A fraction just above the energy distance between two slips, plus a distance."""
@@ -82,33 +87,22 @@ class ExactBall:
         most = 1 / self._f
         return np.stack([np.minimum(found, most), np.maximum(found, -most)], axis=1)[..., None]
 
-    def _load(self, columns: Any, step: int, factor: Any) -> Any:
-        """The welded reactions of a node, exactly; load steps below zero are those of the transient."""
-        problem = self._problem
-        if step < 0:
-            return exact_numbers(transient_path(problem)[step, columns])
-        loop, mean = problem.layout.joined(problem.q_w[step], problem.p_w[step]), self._means[columns]
-        return mean + factor * (exact_numbers(loop[columns]) - mean) * self._moving[columns].astype(int)
-
-    def _doubtful(self, load_factor: float, slip: FloatArray, radius: float) -> list[tuple[int, int]]:
-        """The (node, load step) pairs for which floats alone do not show that the condition holds."""
+    def _doubtful(
+        self, load_factor: float, slip: FloatArray, radius: float
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Steps of transient and loop, and nodes, of which floats alone do not show that all is well."""
         problem, f, law = self._problem, self._problem.f, self._problem.law
-        layout, before = problem.layout, transient_path(problem)
-        loads = layout.joined(*loading(problem).at(load_factor))
-        stretch = np.sqrt([float(_fraction(a)) for a in self._stretch]) if self._d > 1 else 1.0
-        squares = np.array([[float(_fraction(s)) for s in sides] for sides in self._spread])
-        spread = np.sqrt(squares.max(axis=1)) * radius
-        found = []
-        for first, part in ((0, loads), (-len(before), before)):
-            q_w, p_w = layout.split(part)
-            q, p = q_w + problem.A @ slip, p_w + problem.B @ slip
-            terms_q = np.abs(q_w) + np.abs(problem.A) @ np.abs(slip)
-            terms = 2 * law.size(terms_q) + f * (np.abs(p_w) + np.abs(problem.B) @ np.abs(slip)) + spread
-            slack = f * p - stretch * law.size(q) - spread
-            # relative slack larger than the round-off of a million products
-            steps, nodes = np.nonzero(~(slack > THREE_DIGITS * terms))
-            found += list(zip(nodes.tolist(), (steps + first).tolist(), strict=True))
-        return found
+        loop = problem.layout.joined(*loading(problem).at(load_factor))
+        q_w, p_w = problem.layout.split(np.vstack([transient_path(problem), loop]))
+        q, p = q_w + problem.A @ slip, p_w + problem.B @ slip
+        terms_q = np.abs(q_w) + np.abs(problem.A) @ np.abs(slip)
+        spread = np.sqrt(_floats(self._spread).max(axis=1)) * radius
+        terms = 2 * law.size(terms_q) + f * (np.abs(p_w) + np.abs(problem.B) @ np.abs(slip)) + spread
+        stretch = np.sqrt(_floats(self._stretch)) if self._d > 1 else 1.0
+        slack = f * p - stretch * law.size(q) - spread
+        # relative slack larger than the round-off of a million products
+        step, node = np.nonzero(~(slack > THREE_DIGITS * terms))
+        return step, node
 
 
 def root_above(square: Fraction) -> Fraction:
@@ -148,8 +142,7 @@ def _gamma_squares(problem: Problem, share: Any) -> Any:
     A, B = exact_numbers(problem.A[:, kept]), exact_numbers(problem.B[:, kept])
     b = B[:, None] - (share[..., None] * A.reshape(n, 1, -1, len(kept))).sum(axis=2)
     b = b.reshape(-1, len(kept))
-    rounded = np.array([[float(_fraction(each)) for each in row] for row in b])
-    x = exact_numbers(np.asarray(np.linalg.solve(inner, rounded.T).T, dtype=np.float64))
+    x = exact_numbers(np.asarray(np.linalg.solve(inner, _floats(b).T).T, dtype=np.float64))
     r = b - x @ exact_numbers(inner).T
     beyond = ((exact_numbers(lengths) * r) ** 2).sum(axis=1) / _exact(least)
     return ((x * (b + r)).sum(axis=1) + beyond).reshape(share.shape[:2])
@@ -158,6 +151,11 @@ def _gamma_squares(problem: Problem, share: Any) -> Any:
 def _fraction(exact: Any) -> Fraction:
     """A fraction of FLINT's as one of Python's."""
     return Fraction(int(exact.p), int(exact.q))
+
+
+def _floats(exact: Any) -> FloatArray:
+    """Fractions of FLINT's as floats."""
+    return np.array([float(_fraction(each)) for each in exact.ravel()]).reshape(exact.shape)
 
 
 def _exact(fraction: Fraction) -> Any:

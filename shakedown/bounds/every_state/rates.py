@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from shakedown.bounds.every_state.scaled_joint import ScaledJoint
 from shakedown.bounds.uniqueness.coupling import Uniqueness, least_of_sums
-from shakedown.ground.constants import DIRECTIONS, EPS, NEGLIGIBLE, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import EPS, NEGLIGIBLE, SIX_DIGITS, FloatArray
 
 
 def unique_rates(joint: ScaledJoint) -> Uniqueness:
-    """Whether every M(u) is a P-matrix, by energy or coupling ratio (docs/universal.md, statement 6.6).
+    """Whether every M(u) is a P-matrix, by energy (docs/universal.md, statement 6.6).
 
     M_ij = u_i · A_ij u_j + f_i B_ij · u_j, for all unit vectors u of the nodes.
     """
@@ -26,8 +26,6 @@ def unique_rates(joint: ScaledJoint) -> Uniqueness:
         return Uniqueness(True, "slip changes no friction limit (f B = 0)")
     if energy_margin(joint) > 0.0:
         return Uniqueness(True, "every motion stores more energy than friction can feed it")
-    if (ratio := coupling_ratio(joint)) < 1.0:
-        return Uniqueness(True, f"coupling ratio {ratio:.3g} below 1")
     return Uniqueness(None, "slip of some nodes may change the limits of others too strongly")
 
 
@@ -67,34 +65,6 @@ def unit_slips(joint: ScaledJoint) -> UnitSlips:
     slips[:, kept] = root
     weighted = np.repeat(joint.f * joint.stiffness, joint.d)[:, None] * Z
     return root, slips - np.linalg.solve(Z.T @ weighted, (slips @ weighted).T).T @ Z.T, pressures
-
-
-def coupling_ratio(joint: ScaledJoint) -> float:
-    """An upper bound of ρ(N), N_ij = (‖A_ij‖ + f_i |B_ij|) / min over u of (uᵀ A_ii u + f_i B_ii · u).
-
-    By the quotients of a positive vector; inf where a node resists slip in some direction less than its
-    own friction falls.
-    """
-    n = joint.n
-    A = joint.A.reshape(n, 2, n, 2).transpose(0, 2, 1, 3)
-    B = joint.fB.reshape(n, n, 2)
-    angle = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    u = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    every = np.arange(n)
-    own, pull = A[every, every], B[every, every]
-    coupled = np.linalg.norm(A, 2, axis=(2, 3)) + np.hypot(B[..., 0], B[..., 1])
-    steep = 2.0 * np.linalg.norm(own, 2, axis=(1, 2)) + np.hypot(pull[:, 0], pull[:, 1])
-    held = np.einsum("ka,nab,kb->nk", u, own, u) + pull @ u.T
-    least = held.min(axis=1) - 0.5 * (np.pi / DIRECTIONS) ** 2 * steep  # the slope vanishes where it is least
-    if not (least > 0).all():
-        return float("inf")
-    coupled[every, every] = 0.0
-    N = coupled / least[:, None]
-    d = np.ones(n)
-    for _ in range(100):
-        d = N @ d + 1e-9 * d.max()
-        d = d / d.max()
-    return float(((N @ d) / d).max()) * (1.0 + 4 * n * EPS)
 
 
 PARTS = 4  # initial parts of every edge of the cube of rigid motions
