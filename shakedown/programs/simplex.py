@@ -2,30 +2,105 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 
 import highspy
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import cholesky, solve_triangular
 
-from shakedown.ground.constants import DENSE_FROM, ROUND_OFF, FloatArray
+from shakedown.ground.constants import CONE, DENSE_FROM, ROUND_OFF, FloatArray
 from shakedown.ground.errors import SolverError
 from shakedown.ground.status import Status
-from shakedown.programs.dense_programs import meeting_rows
+from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.exact_program import cleaned, polished, sharpened
-from shakedown.programs.highs import (
-    EXACT_RUNGS,
-    OPTIONS,
-    RUNGS,
-    STATUSES,
-    TOLERANCE,
-    basis_of,
-    made,
-    meeting_of,
-)
-from shakedown.programs.program import INF, Meeting, Point, Program, Solution
+from shakedown.programs.program import INF, Meeting, Point, Program, Solution, columnwise
+from shakedown.programs.self_dual import solve_self_dual
 
 FINER = 2.0**14  # factor on costs where HiGHS's tolerance leaves a notable reduced cost
+TOLERANCE = 1e-10  # the smallest that HiGHS accepts
+MOST_PIVOTS = 200  # per row and column; on stiffness that is round-off the simplex may cycle
+_BASIC = highspy.HighsBasisStatus.kBasic
+LOOSENED = ("primal_feasibility_tolerance", "dual_feasibility_tolerance")
+
+OPTIONS: dict[str, bool | int | float | str] = {
+    "output_flag": False,
+    "presolve": "off",
+    "solver": "simplex",
+    "parallel": "off",
+    # With free columns the dual simplex often fails to prove infeasibility.
+    "simplex_strategy": int(highspy.simplex_constants.SimplexStrategy.kSimplexStrategyPrimal),
+    "primal_simplex_bound_perturbation_multiplier": 0.0,  # its clean-up may end without a verdict
+    "simplex_scale_strategy": 0,  # the data are equilibrated here, so that tolerances have a fixed meaning
+    **dict.fromkeys(LOOSENED, TOLERANCE),
+    "small_matrix_value": 1e-12,
+}
+STATUSES = {
+    highspy.HighsModelStatus.kOptimal: Status.OPTIMAL,
+    highspy.HighsModelStatus.kInfeasible: Status.INFEASIBLE,
+    highspy.HighsModelStatus.kUnbounded: Status.UNBOUNDED,
+}
+
+
+def meeting_of(basis: highspy.HighsBasis) -> Meeting:
+    """The active rows and the basic columns of a basis of the solver."""
+    rows = np.flatnonzero([status != _BASIC for status in basis.row_status])
+    return rows, np.flatnonzero([status == _BASIC for status in basis.col_status])
+
+
+def basis_of(program: Program, meeting: Meeting) -> highspy.HighsBasis:
+    """The basis of the solver from active rows and basic columns."""
+    basis = highspy.HighsBasis()
+    held = np.isin(np.arange(len(program.right)), meeting[0])
+    free = np.isin(np.arange(len(program.cost)), meeting[1])
+    basis.row_status = _statuses(~held, program.left, program.right)
+    basis.col_status = _statuses(free, program.lower, program.upper)
+    basis.valid = True
+    return basis
+
+
+def _statuses(basic: NDArray[np.bool_], low: FloatArray, high: FloatArray) -> list[highspy.HighsBasisStatus]:
+    status = highspy.HighsBasisStatus
+    return [
+        _BASIC if inside else status.kUpper if right < INF else status.kLower if left > -INF else status.kZero
+        for inside, left, right in zip(basic, low, high, strict=True)
+    ]
+
+
+class SilentHighs(highspy.Highs):
+    """HiGHS without output: version 1.16 prints a banner to stdout when it is created."""
+
+    def enableCallbacks(self) -> None:  # the first call of its constructor
+        self.setOptionValue("output_flag", False)
+        super().enableCallbacks()
+
+
+@cache
+def _options() -> highspy.HighsOptions:
+    highs = SilentHighs()
+    for name, value in OPTIONS.items():
+        if highs.setOptionValue(name, value) != highspy.HighsStatus.kOk:
+            raise SolverError(f"HiGHS {highs.version()} does not take the option {name} = {value}")
+    return highs.getOptions()
+
+
+def made(program: Program) -> highspy.Highs:
+    """The solver with a program in numbers near 1."""
+    rows, columns = program.matrix.shape
+    model = highspy.HighsLp()
+    model.num_row_, model.num_col_ = rows, columns
+    model.col_cost_ = program.cost
+    model.row_lower_, model.row_upper_ = program.left, program.right
+    model.col_lower_, model.col_upper_ = program.lower, program.upper
+    model.a_matrix_.format_ = highspy.MatrixFormat.kColwise
+    by_columns = columnwise(program.matrix)
+    model.a_matrix_.value_, model.a_matrix_.index_, model.a_matrix_.start_ = by_columns
+    highs = SilentHighs()
+    highs.passOptions(_options())
+    highs.setOptionValue("simplex_iteration_limit", MOST_PIVOTS * (rows + columns))
+    if highs.passModel(model) == highspy.HighsStatus.kError:
+        raise SolverError(f"HiGHS refuses the linear program of shape {program.matrix.shape}")
+    return highs
 
 
 class Simplex:
@@ -75,21 +150,19 @@ class Simplex:
         Raises
         ------
         SolverError
-            If HiGHS ends without an answer, also from scratch, by the dual method and at loosened tolerances.
+            If HiGHS ends without an answer, also from scratch at its own tolerances.
         """
         found = self._dense()
         if found is not None:
             self._meeting = found.meeting
             return found
-        status, rung = self._warm(), 0
-        while status is None and rung < len(RUNGS):
-            status, rung = self._with(RUNGS[rung]), rung + 1
-        if status is None and self._highs.getModelStatus() == highspy.HighsModelStatus.kUnbounded:
-            status = Status.UNBOUNDED  # should not occur, but no method gives another answer
+        status = self._warm()
+        reduced = status is None
+        if reduced:
+            status = self._loosened()
         if status is None:
             reason = self._highs.modelStatusToString(self._highs.getModelStatus())
             raise SolverError(f"the linear program of shape {self.program.matrix.shape} ended as '{reason}'")
-        reduced = rung > EXACT_RUNGS
         if status == Status.OPTIMAL and not reduced:
             self._finish()
         basis = self._highs.getBasis()
@@ -164,6 +237,16 @@ class Simplex:
         status = STATUSES.get(self._highs.getModelStatus())
         return None if status == Status.UNBOUNDED and self._limited() else status
 
+    def _loosened(self) -> Status | None:
+        """Solve from scratch at HiGHS's own tolerances, for data at the limit of doubles."""
+        self._highs.clearSolver()
+        for name in LOOSENED:
+            self._highs.setOptionValue(name, getattr(highspy.HighsOptions(), name))
+        status = self._warm()
+        for name in LOOSENED:
+            self._highs.setOptionValue(name, TOLERANCE)
+        return status
+
     def _limited(self) -> bool:
         """Whether bounds limit all columns with a cost, so that the program cannot be unbounded."""
         best = np.where(self.program.cost > 0, self.program.lower, self.program.upper)
@@ -194,16 +277,6 @@ class Simplex:
         sides = np.where(limited & (program.left > -INF), 0.0, np.where(limited, y, -y))
         return float(max(pulls.max(initial=0.0), sides.max(initial=0.0)))
 
-    def _with(self, options: dict[str, float]) -> Status | None:
-        """Solve from scratch with other options, which are restored afterwards."""
-        for name, value in options.items():
-            self._highs.setOptionValue(name, value)
-        self._highs.clearSolver()
-        status = self._warm()
-        for name in options:
-            self._highs.setOptionValue(name, OPTIONS[name])
-        return status
-
 
 def _polished(x: FloatArray, y: FloatArray, end: Solution) -> Point:
     sharp = polished(end.solved, x, y, end.meeting)
@@ -213,3 +286,86 @@ def _polished(x: FloatArray, y: FloatArray, end: Solution) -> Point:
 def _nowhere(end: Solution) -> Point:
     rows, columns = end.solved.matrix.shape
     return np.full(columns, np.nan), np.full(rows, np.nan)
+
+
+def meeting_rows(matrix: FloatArray, right: FloatArray, cost: FloatArray) -> NDArray[np.intp] | None:
+    """The rows of M x ≤ right with the largest multipliers at the optimum of cᵀ x, as many as columns.
+
+    Columns without an entry are left out. The result must be checked: it is a guess where the optimum is
+    degenerate.
+
+    Returns
+    -------
+        Indices of rows; None where no optimum is found.
+
+    Examples
+    --------
+    >>> square = np.vstack([np.eye(2), -np.eye(2)])
+    >>> meeting_rows(square, np.ones(4), np.array([-1.0, -2.0]))
+    array([0, 1])
+    """
+    used = matrix.any(axis=0)
+    if not used.any():
+        return None
+    inner = matrix[:, used]
+    sizes = _sizes(inner)
+    inner = inner / sizes[:, None]
+    try:
+        factor = cholesky(inner.T @ inner)
+    except np.linalg.LinAlgError:
+        return None
+    inner = _in_units_of(factor, inner)
+    lengths = _sizes(inner)
+    limits = right / (sizes * lengths)
+    slope = _in_units_of(factor, cost[None, used])[0]
+    inner, needed = inner / lengths[:, None], int(used.sum())
+    end = solve_self_dual(
+        DiscProgram(
+            blocks=np.zeros((0, CONE, 0)),
+            node=np.zeros(0, dtype=np.intp),
+            extra=np.zeros((0, CONE, needed)),
+            right=np.zeros((0, CONE)),
+            rows=np.zeros((len(right), 0)),
+            rows_extra=inner,
+            rows_right=limits / _unit(limits),
+            cost=slope / _sizes(slope[None])[0],
+        )
+    )
+    if end.status != Status.OPTIMAL or needed > len(right):
+        return None
+    hardest = np.argsort(end.slack / end.multipliers, kind="stable")
+    pushing = hardest[: max(needed, int(np.sum(end.slack < end.multipliers)))]
+    return np.sort(_without_spare(inner, end.multipliers, pushing))
+
+
+def _without_spare(matrix: FloatArray, multipliers: FloatArray, rows: NDArray[np.intp]) -> NDArray[np.intp]:
+    """As many rows as columns, with multipliers ≥ 0; where more rows meet, they are removed one by one."""
+    spare = len(rows) - matrix.shape[1]
+    y = multipliers[rows]
+    others = (
+        np.linalg.qr(matrix[rows], mode="complete")[0][:, matrix.shape[1] :] if spare else np.zeros((0, 0))
+    )
+    while others.shape[1]:  # each round removes one row and one direction in which the multipliers are free
+        way = others[:, 0] if others[:, 0].max() > -others[:, 0].min() else -others[:, 0]
+        with np.errstate(divide="ignore"):
+            leaving = int(np.argmin(np.where(way > 0, y / way, np.inf)))
+        y = np.delete(y - y[leaving] / way[leaving] * way, leaving)
+        others = others[:, 1:] - np.outer(way, others[leaving, 1:] / way[leaving])
+        others, rows = np.delete(others, leaving, axis=0), np.delete(rows, leaving)
+    return rows
+
+
+def _in_units_of(factor: FloatArray, matrix: FloatArray) -> FloatArray:
+    """M R⁻¹ of an upper factor R."""
+    return np.asarray(solve_triangular(factor, matrix.T, trans=1).T, dtype=float)
+
+
+def _sizes(rows: FloatArray) -> FloatArray:
+    lengths = np.linalg.norm(rows, axis=1)
+    return np.where(lengths > 0, lengths, 1.0)
+
+
+def _unit(limits: FloatArray) -> float:
+    """The median of the limits that are not zero."""
+    weighing = np.abs(limits[limits != 0])
+    return float(np.median(weighing)) if weighing.size else 1.0
