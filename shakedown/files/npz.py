@@ -123,6 +123,7 @@ def damaged(error: Exception) -> ProblemError:
 
 
 SCHEMA = "shakedown/1"
+KEYS = frozenset((*AXES, *TEXTS))
 ASSUMED = 2**34  # bytes of a machine that does not say how much memory it has
 
 
@@ -264,7 +265,7 @@ def _meant(key: str) -> str:
 
     if key == "directions":
         return ": it follows from the shape of B"
-    near = ["f"] if key in ("mu", "friction") else get_close_matches(key, (*AXES, *TEXTS), 1)
+    near = ["f"] if key in ("mu", "friction") else get_close_matches(key, sorted(KEYS), 1)
     return f": did you mean '{near[0]}'?" if near else ""
 
 
@@ -272,10 +273,9 @@ def _members(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
     """The members of an archive by key, each known, there once and of a plain kind."""
     listed = archive.infolist()
     members = {info.filename.removesuffix(".npy"): info for info in listed}
-    keys = (*AXES, *TEXTS)
-    unknown = sorted(set(members).difference(keys, ["schema"]))
+    unknown = sorted(set(members) - KEYS - {"schema"})
     if unknown:
-        known = "" if all(map(_meant, unknown)) else f"; expected keys are {', '.join(sorted(keys))}"
+        known = "" if all(map(_meant, unknown)) else f"; expected keys are {', '.join(sorted(KEYS))}"
         names = shortened(", ".join(f"'{shortened(key, 40)}'{_meant(key)}" for key in unknown))
         raise ProblemError(f"unknown key {names}{known}")
     if len(members) != len(listed):
