@@ -30,9 +30,8 @@ PART = ".shakedown-part"  # suffix of an unfinished file
 
 
 class _Part(NamedTuple):
-    """An unfinished file: the caller's name for it, its path, its target, the open file."""
+    """An unfinished file: its path, its target, the open file."""
 
-    name: str
     temporary: Path
     target: Path
     file: BinaryIO
@@ -128,15 +127,13 @@ def atomic_write_together(paths: Sequence[str | os.PathLike[str]]) -> Iterator[l
     """
     with ExitStack() as stack:
         parts = [stack.enter_context(_part(path)) for path in paths]
-        with _refusing(" and ".join(part.name for part in parts)):
+        with _refusing(" and ".join(os.fspath(path) for path in paths)):
             yield [part.file for part in parts]
-        for part in parts:
-            with _refusing(part.name):
+            for part in parts:
                 part.file.flush()
                 os.fsync(part.file.fileno())
                 part.file.close()
-        for part in parts:
-            with _refusing(part.name):
+            for part in parts:
                 os.replace(part.temporary, part.target)
         for folder in {part.target.parent for part in parts}:
             sync_folder(folder)
@@ -154,17 +151,17 @@ def _refusing(name: str) -> Iterator[None]:
 @contextmanager
 def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
     """An unfinished file beside its target, gone afterwards in any case."""
-    target, name = check_target(path), os.fspath(path)
+    target = check_target(path)
     temporary = target.with_name(f".{target.name[:40]}.{secrets.token_hex(8)}{PART}")  # of 255 bytes at most
     flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
-    with _refusing(name):
+    with _refusing(os.fspath(path)):
         old = _status(target)
         handle = os.open(temporary, flags, 0o666 if old is None else 0o600)  # less the umask
     file = os.fdopen(handle, "w+b")
     try:
         if old is not None:
             temporary.chmod(stat.S_IMODE(old.st_mode) & 0o777)
-        yield _Part(name, temporary, target, file)
+        yield _Part(temporary, target, file)
     finally:
         with suppress(OSError):  # on a full disk closing tries to write again
             file.close()

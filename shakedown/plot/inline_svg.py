@@ -159,7 +159,7 @@ def inline(figure: Figure, alt: str) -> Markup:
 
     Examples
     --------
-    >>> figure = Figure(dpi=POINTS)
+    >>> figure = Figure(dpi=72)
     >>> _ = figure.subplots().plot([1.0, 2.0], [3.0, 4.0], ".", label="slip")
     >>> inline(figure, "two points").startswith('<svg role="img" aria-label="two points" viewBox="0 0 460.8')
     True
