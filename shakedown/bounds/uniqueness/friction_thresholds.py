@@ -12,8 +12,8 @@ from shakedown.bounds.uniqueness.moving_sets import (
     LostAt,
     ScaledStiffness,
     every_set,
+    few_nodes,
     first_to_lose,
-    grown_set,
     held,
     scaled_stiffness,
 )
@@ -307,8 +307,8 @@ def friction_thresholds(problem: Problem, *, tolerances: Tolerances = DEFAULT) -
 
     Exact up to eight nodes in contact (six with separation); beyond, an
     interval: below it the sum of dissipation and stored energy of every motion
-    is positive or the coupling ratio is less than 1, above it a small set of nodes
-    is known to lose uniqueness.
+    is positive or the coupling ratio is less than 1, above it a node or a pair is known to lose
+    uniqueness.
 
     Parameters
     ----------
@@ -364,7 +364,7 @@ def _uniqueness(stiffness: ScaledStiffness, *, separation: bool) -> Threshold:
     low = energy_limit(stiffness, separation=separation)
     if not separation:
         low = max(low, coupling_limit(stiffness))
-    lost = grown_set(stiffness, separation=separation)
+    lost = first_to_lose(stiffness, few_nodes(stiffness, separation=separation))
     return _threshold(min(low, lost.factor), lost, unit)
 
 

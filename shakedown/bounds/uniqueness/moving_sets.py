@@ -116,8 +116,7 @@ def held(matrices: FloatArray, tolerances: Tolerances) -> NDArray[np.bool_]:
 
 
 DOUBLE_ROOT = 8 * sqrt(EPS)  # imaginary part, relative to the size, to which round-off parts a double root
-PROMISING = 4  # grown sets, the best with the sides they had, whose sides are all tried
-LARGEST_SET = 8  # nodes up to which all sets are tried, and sets grow; neighbours that a node is paired with
+LARGEST_SET = 8  # nodes up to which all sets are tried; neighbours that a node is paired with
 
 
 class MovingSet(NamedTuple):
@@ -152,27 +151,18 @@ def every_set(n: int, *, separation: bool) -> list[MovingSet]:
 
 def first_to_lose(stiffness: ScaledStiffness, sets: list[MovingSet]) -> LostAt:
     """Of these moving sets the one that loses uniqueness at the smallest factor, with any sides."""
-    return next(iter(losses(stiffness, sets)), NEVER)
-
-
-def losses(
-    stiffness: ScaledStiffness, sets: list[MovingSet], tried: dict[int, FloatArray] | None = None
-) -> list[LostAt]:
-    """Where every moving set loses uniqueness, the smallest factor first.
-
-    ``tried``: of k slipping nodes these sides alone, (s, k); by default all.
-    """
 
     def size(moving: MovingSet) -> tuple[int, int]:
         return len(moving.slipping), len(moving.separated)
 
-    found = list[LostAt]()
+    first = NEVER
     for (slipping, _), alike in groupby(sorted(sets, key=size), key=size):
-        group, sides = list(alike), all_sides(slipping) if tried is None else tried[slipping]
+        group, sides = list(alike), all_sides(slipping)
         step = max(1, AT_ONCE // len(sides))
         for start in range(0, len(group), step):
-            found += _lost_by(stiffness, group[start : start + step], sides)
-    return sorted(found, key=lambda lost: lost.factor)
+            found = _lost_by(stiffness, group[start : start + step], sides)
+            first = min(first, *found, key=lambda lost: lost.factor)
+    return first
 
 
 def all_sides(k: int) -> FloatArray:
@@ -258,22 +248,3 @@ def few_nodes(stiffness: ScaledStiffness, *, separation: bool) -> list[MovingSet
     together = [MovingSet(pair) for pair in sorted({(min(pair), max(pair)) for pair in pairs})]
     opened = [MovingSet((i,), (j,)) for i, j in pairs] if separation else []
     return [MovingSet((i,)) for i in range(n)] + together + opened
-
-
-def grown_set(stiffness: ScaledStiffness, *, separation: bool) -> LostAt:
-    """A small factor at which uniqueness is lost, by sets that grow node by node."""
-    best = first_to_lose(stiffness, few_nodes(stiffness, separation=separation))
-    while best.sides and len(best.moving.slipping) + len(best.moving.separated) < LARGEST_SET:
-        slipping, separated = best.moving
-        rest = [i for i in range(stiffness.n) if i not in slipping and i not in separated]
-        larger = [MovingSet((*slipping, i), separated) for i in rest]
-        if separation:
-            larger += [MovingSet(slipping, (*separated, i)) for i in rest]
-        sides, k = np.array(best.sides, dtype=float), len(slipping)  # kept at first
-        tried = {k: sides[None], k + 1: np.array([[*sides, 1.0], [*sides, -1.0]])}
-        promising = losses(stiffness, larger, tried)[:PROMISING]
-        found = first_to_lose(stiffness, [lost.moving for lost in promising])
-        if found.factor >= best.factor:
-            break
-        best = found
-    return best
