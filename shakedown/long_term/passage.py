@@ -178,9 +178,9 @@ def slip_after_transient(
         p_transient=before_p,
     )
     motion = Evolution(passed, 0.0, None, tolerances)
-    if motion.cycle(record=True) is not None:
-        return motion.state.u[problem.layout.slips]
-    return motion.pieces[-1].v[-1] if motion.pieces else np.zeros(problem.layout.slip_size)
+    motion.cycle(record=True)
+    slips = motion.history.v
+    return slips[-1].copy() if len(slips) else np.zeros(problem.layout.slip_size)
 
 
 ABOVE = 1.0 + DEFAULT.agreement  # times λ_max: beyond its uncertainty

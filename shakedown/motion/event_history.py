@@ -179,7 +179,7 @@ class EventHistory(Result):
         return cycle
 
     def at(self, cycle: FloatArray) -> "EventHistory":
-        """The exact states at given times in cycles, by linear interpolation between events.
+        """The exact states at given times in cycles, by linear interpolation or on the curves between rows.
 
         At a jump the state after it counts. The last load step of m begins at 1 − 1/m of a
         cycle: the end of a cycle is the beginning of the next one.
@@ -197,27 +197,28 @@ class EventHistory(Result):
         array([[0.    , 0.    ],
                [0.    , 0.7132]])
         """
-        cycle = self._checked(cycle)
-        right = np.clip(np.searchsorted(self.cycle, cycle, side="right"), 1, len(self) - 1)
-        left = right - 1
-        span = self.cycle[right] - self.cycle[left]
-        share = np.where(span > 0, (cycle - self.cycle[left]) / np.where(span > 0, span, 1.0), 1.0)[:, None]
+        cycle, lasting = self._checked(cycle), self._lasting
+        row = np.clip(np.searchsorted(self.cycle, cycle, side="right") - 1, 0, len(self) - 1)
+        span = lasting[row]
+        share = np.where(span > 0, (cycle - self.cycle[row]) / np.where(span > 0, span, 1.0), 0.0)
+        return self.within(row, np.clip(share, 0.0, 1.0))
 
-        def between(values: FloatArray) -> FloatArray:
-            return values[left] + share * (values[right] - values[left])
+    @property
+    def _lasting(self) -> FloatArray:
+        """How long the path goes on from each row as that says, (s,) [cycles]."""
+        return np.diff(self.cycle, append=self.cycle[-1:])
 
-        return EventHistory(
-            cycle=cycle,
-            kind=np.full(len(cycle), EventKind.LOAD_STEP, dtype=np.int64),
-            node=np.full(len(cycle), -1, dtype=np.int64),
-            v=between(self.v),
-            w=between(self.w),
-            q=between(self.q),
-            p=between(self.p),
-            q_w=between(self.q_w),
-            p_w=between(self.p_w),
-            state=self.state[left],
-        )
+    def within(self, row: NDArray[np.intp], share: FloatArray) -> "EventHistory":
+        """The states at a share of the way from rows to the next ones, (k,) of both."""
+        what = np.full(len(row), EventKind.LOAD_STEP, dtype=np.int64), np.full(len(row), -1, dtype=np.int64)
+        linear = self.v, self.w, self.q, self.p, self.q_w, self.p_w
+        v, w, q, p, q_w, p_w = (self._between(part, row, share) for part in linear)
+        cycle = self.cycle[row] + share * self._lasting[row]
+        return EventHistory(cycle, *what, v, w, q, p, q_w, p_w, self.state[row])
+
+    def _between(self, values: FloatArray, row: NDArray[np.intp], share: FloatArray) -> FloatArray:
+        after = np.minimum(row + 1, len(self) - 1)
+        return np.asarray(values[row] + share[:, None] * (values[after] - values[row]))
 
 
 WITHIN = (0.0, 0.25, 0.5, 0.75)  # shares of a step at which its curve is checked
@@ -252,27 +253,22 @@ class CurvedHistory(EventHistory):
                 total += share[:, None] ** (power + 1) * curve[row, power, places]
             return total
 
-        after = np.minimum(row + 1, len(self) - 1)
-
-        def between(values: FloatArray) -> FloatArray:
-            return np.asarray(values[row] + share[:, None] * (values[after] - values[row]))
-
         slips, gaps = slice(0, 2 * n), slice(2 * n, 3 * n)
+        what = np.full(len(row), EventKind.CURVES, dtype=np.int64), np.full(len(row), -1, dtype=np.int64)
         nothing = np.broadcast_to(0.0, (len(row), *self.curve.shape[1:]))  # a broadcast view takes no memory
         return CurvedHistory(
-            cycle=self.cycle[row] + share * self.duration[row],
-            kind=np.full(len(row), EventKind.CURVES, dtype=np.int64),
-            node=np.full(len(row), -1, dtype=np.int64),
-            v=along(self.v, self.curve, slips),
-            w=along(self.w, self.curve, gaps),
-            q=along(self.q, self.reaction_curve, slips),
-            p=along(self.p, self.reaction_curve, gaps),
-            q_w=between(self.q_w),
-            p_w=between(self.p_w),
-            state=self.state[row],
-            duration=np.zeros(len(row)),
-            curve=nothing,
-            reaction_curve=nothing,
+            self.cycle[row] + share * self.duration[row],
+            *what,
+            along(self.v, self.curve, slips),
+            along(self.w, self.curve, gaps),
+            along(self.q, self.reaction_curve, slips),
+            along(self.p, self.reaction_curve, gaps),
+            self._between(self.q_w, row, share),
+            self._between(self.p_w, row, share),
+            self.state[row],
+            np.zeros(len(row)),
+            nothing,
+            nothing,
         )
 
     def refined(self) -> "CurvedHistory":
@@ -287,29 +283,9 @@ class CurvedHistory(EventHistory):
         share = np.array(WITHIN)[np.arange(len(row)) - first[row]]
         return self.within(row, share)
 
-    def at(self, cycle: FloatArray) -> "CurvedHistory":
-        """The states at given times in cycles, on the curves between rows.
-
-        Raises
-        ------
-        UsageError
-            If a time lies before the first row or after the last.
-
-        Examples
-        --------
-        >>> import shakedown
-        >>> from shakedown.motion.evolution import evolve
-        >>> evolve(shakedown.example("four-node-3d"), 1.4, cycles=1).history.at([0.5]).v.shape
-        (1, 8)
-        """
-        cycle = self._checked(cycle)
-        row = np.clip(np.searchsorted(self.cycle, cycle, side="right") - 1, 0, len(self) - 1)
-        span = self.duration[row]
-        share = np.where(span > 0, (cycle - self.cycle[row]) / np.where(span > 0, span, 1.0), 0.0)
-        return self.within(row, np.clip(share, 0.0, 1.0))
-
-
-CHECKED_WITHIN = (0.25, 0.5, 0.75)  # shares of a step at which the limits are checked
+    @property
+    def _lasting(self) -> FloatArray:
+        return self.duration
 
 
 def path_violation(
@@ -317,10 +293,10 @@ def path_violation(
 ) -> float:
     """Largest relative violation of the law, re-computed from slips and gaps.
 
-    In the plane slip counts from row to row; of a curved path see :func:`curved_violation`.
+    In the plane slip counts from row to row; of a curved path see :func:`curved_violations`.
     """
     if isinstance(history, CurvedHistory):
-        return curved_violation(problem, load_factor, history)
+        return float(curved_violations(problem, load_factor, history, np.array([len(history)]))[0])
     scale = scales(problem, load_factor)
     near = tolerances.periodicity * scale.length
     open_at_all = (history.w[1:] > near) | (history.w[:-1] > near)
@@ -331,23 +307,16 @@ def path_violation(
     return float(at_end.max(initial=0.0))
 
 
-def curved_violation(problem: Problem, load_factor: float, history: CurvedHistory) -> float:
-    """Largest relative violation of the law along a path, re-computed from its slips and gaps.
-
-    Of one path as :func:`curved_violations` of several.
-    """
-    return float(curved_violations(problem, load_factor, history, np.array([len(history)]))[0])
-
-
 def curved_violations(
     problem: Problem, load_factor: float, history: CurvedHistory, rows: NDArray[np.intp]
 ) -> FloatArray:
-    """The same of several paths, one after the other in one history, each of so many rows, (k,).
+    """Largest relative violation of the law along curved paths, re-computed from slips and gaps.
 
-    At the beginning of every step the whole law, the slip being that of the step at the rate there; that
-    the step ends where the next begins; at its end and within it that limits are kept, gaps and pressures
-    not negative. Within a step a polynomial stands for the path, so that this is some multiple of the
-    accuracy asked for (:func:`law_resolution`).
+    They stand one after the other in one history, each of so many rows, (k,). At the beginning of every step
+    the whole law, the slip being that of the step at the rate there; that the step ends where the next
+    begins; at its end and within it that limits are kept, gaps and pressures not negative. Within a step a
+    polynomial stands for the path, so that this is some multiple of the accuracy asked for
+    (:func:`law_resolution`).
     """
     found, path = np.zeros(len(rows)), np.repeat(np.arange(len(rows)), rows)
     steps = np.flatnonzero((history.duration > 0) & np.append(path[1:] == path[:-1], False))
@@ -363,7 +332,7 @@ def curved_violations(
     opened = np.repeat(history.state[steps] == OPEN, 2, axis=1)
     first = np.where(opened, 0.0, history.curve[steps][:, 0, problem.layout.slips])
     still = np.zeros_like(first)
-    broken = [at(0.0, first), *(at(share, still) for share in (1.0, *CHECKED_WITHIN))]
+    broken = [at(0.0, first), *(at(share, still) for share in (*WITHIN[1:], 1.0))]
     end, after = history.within(steps, np.ones(len(steps))), history.rows(steps + 1)
     smooth = (after.kind != EventKind.JUMPS)[:, None]
     gaps = (smooth * np.abs(part) for part in (end.v - after.v, end.w - after.w))

@@ -460,24 +460,34 @@ def next_state(act: ActiveSet, rate: Rates, i: int, zero_rate: float, zero_motio
 
 
 @inner
+def move(
+    act: ActiveSet, reaction: FloatArray, motion: FloatArray, scratch: FloatArray, small: float, share: float
+) -> bool:
+    """Displacements ``motion`` that bring the moving nodes from these reactions to their equations.
+
+    False where in ``reaction``, those after them, more is left than is small, or this share of the largest.
+    """
+    for k in range(2 * act.n):
+        motion[k] = 0.0
+    for _ in range(3):
+        correct(act, reaction, scratch)
+        for k in range(2 * act.n):
+            motion[k] += scratch[k]
+        add_product(act, scratch, reaction)
+        if largest_residual(act, reaction) <= small + share * largest(reaction, 2 * act.n):
+            return True
+    return False
+
+
+@inner
 def compute_rates(act: ActiveSet, rate: Rates) -> bool:
     """Rates of motion and reactions in the present states.
 
     False where the inverse is too far from one and can be set up afresh.
     """
-    worn = False
-    motion, reaction, welded, change = rate.motion, rate.reaction, rate.welded, rate.change
     for k in range(2 * act.n):
-        reaction[k], motion[k] = welded[k], 0.0
-    for _ in range(3):
-        correct(act, reaction, change)
-        for k in range(2 * act.n):
-            motion[k] += change[k]
-        add_product(act, change, reaction)
-        worn = largest_residual(act, reaction) > ROUND_OFF * largest(reaction, 2 * act.n)
-        if not worn:
-            break
-    return not worn or act.updates == 0
+        rate.reaction[k] = rate.welded[k]
+    return move(act, rate.reaction, rate.motion, rate.change, 0.0, ROUND_OFF) or act.updates == 0
 
 
 @inner

@@ -80,11 +80,11 @@ from shakedown.motion.plane.active_set import (
     Rates,
     add_product,
     broken_conditions,
-    correct,
     factorize,
     largest,
     largest_residual,
     locate,
+    move,
     reach_states,
     solve_rates,
 )
@@ -115,19 +115,10 @@ def quiet_steps(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, cours
 def moving_step(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, course: Course) -> bool:
     """Pass one load step in the present states; False, and nothing changed, where a condition breaks."""
     m, path, u, elastic = 2 * act.n, course.path, mo.u, mo.elastic
-    change, reaction, correction, end = rate.change, rate.reaction, rate.motion, (mo.step + 1) * m
+    change, reaction, end = rate.change, rate.reaction, (mo.step + 1) * m
     for j in range(m):
         reaction[j] = path[end + j] + elastic[j]
-    correct(act, reaction, change)
-    add_product(act, change, reaction)
-    if largest_residual(act, reaction) > course.settled:
-        correct(act, reaction, correction)
-        for j in range(m):
-            change[j] += correction[j]
-        add_product(act, correction, reaction)
-        if not largest_residual(act, reaction) <= course.settled:
-            return False
-    if not states_hold(act, rate, mo, course):
+    if not (move(act, reaction, change, act.row, course.settled, 0.0) and states_hold(act, rate, mo, course)):
         return False
     pass_step(act, mo, rec, course)
     count_slip(act, rate, mo, course)
@@ -347,20 +338,15 @@ def leaving_node(act: ActiveSet, rate: Rates, solved: bool) -> int:
 def settle(act: ActiveSet, rate: Rates, mo: PlaneMotion, settled: float) -> bool:
     """Correct u and r of the moving nodes to satisfy their equations to round-off."""
     u, r, elastic, change = mo.u, mo.r, mo.elastic, rate.change
-    residual = largest_residual(act, r)
-    for _ in range(3):
-        if residual <= settled:
-            return True
-        correct(act, r, change)
-        for k in range(2 * act.n):
-            u[k] += change[k]
-        for k in range(2 * act.n):
-            elastic[k] -= r[k]
-        add_product(act, change, r)
-        for k in range(2 * act.n):
-            elastic[k] += r[k]
-        residual = largest_residual(act, r)
-    return residual <= 1e3 * settled
+    if largest_residual(act, r) <= settled:
+        return True
+    for k in range(2 * act.n):
+        elastic[k] -= r[k]
+    move(act, r, change, act.row, settled, 0.0)
+    for k in range(2 * act.n):
+        elastic[k] += r[k]
+        u[k] += change[k]
+    return largest_residual(act, r) <= 1e3 * settled
 
 
 @inner

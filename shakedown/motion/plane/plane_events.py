@@ -11,7 +11,7 @@ from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales
 from shakedown.motion.course import EFFORT, LOAD_STEP, NO_RATES, Course, Precision
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.method import EventMethod, State, loads_at
+from shakedown.motion.method import EventMethod, Piece, State, loads_at
 from shakedown.motion.plane.active_set import active_set, factorize, rates
 from shakedown.motion.plane.event_loop import enumerate_states, follow_straight
 from shakedown.motion.plane.moving_state import (
@@ -90,7 +90,7 @@ class PlaneEvents(EventMethod):
         record.set(rows=max(record.rows - 1, 0))
         return True
 
-    def present(self, done: int, reaction: FloatArray) -> EventHistory:
+    def present(self, done: int, reaction: FloatArray) -> Piece:
         """The present state, between two cycles."""
         what = {
             "time": -1.0,
@@ -101,10 +101,10 @@ class PlaneEvents(EventMethod):
             "state": self.contact,
         }
         columns = {name: np.array(value)[None] for name, value in what.items()}
-        return self.path(self.courses[False], done, **columns)
+        return Piece(self.courses[False], done, columns)
 
-    def path(self, course: Course, done: int, **columns: NDArray[Any]) -> EventHistory:
-        """The path along a course after so many cycles, from the columns of a record."""
+    def path(self, course: Course, done: NDArray[np.int64], **columns: NDArray[Any]) -> EventHistory:
+        """The path along a course after so many cycles, (s,), from the columns of a record."""
         time, split = columns["time"], self.problem.layout.split
         welded, _ = loads_at(course, time)
         (v, w), (q, p), (q_w, p_w) = split(columns["u"]), split(columns["r"]), split(welded)

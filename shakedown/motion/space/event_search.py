@@ -12,7 +12,7 @@ from shakedown.ground.constants import HALVINGS, FloatArray
 from shakedown.ground.named_state import inner, summing
 from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.course import CLOSES, OPENS
-from shakedown.motion.space.exchange import move_twice
+from shakedown.motion.space.exchange import move
 from shakedown.motion.space.smooth_step import find_curve
 from shakedown.motion.space.space_run import DEGREE, REACHES_LIMIT, STOPS, SpaceMotion, SpaceRun
 
@@ -24,7 +24,8 @@ NEVER = 2.0  # as a share of a step
 def end_of_step(run: SpaceRun, h: float) -> None:
     """Outputs and their rates at the end of the step."""
     mo, rates, st = run.motion, run.rates, run.step
-    move_twice(run.joint, run.slipping, st.slip, st.next_out, st.k, 6 * 2 * st.n, st.next_rate)
+    move(run.joint, run.slipping, st.slip, 0, st.next_out)
+    move(run.joint, run.slipping, st.k, 6 * 2 * st.n, st.next_rate)
     for i in range(3 * st.n):
         st.next_out[i] += mo.out[i] + h * rates.base[i]
         st.next_rate[i] += rates.base[i]

@@ -139,29 +139,3 @@ def move(joint: CompiledJoint, sp: Slipping, slip: FloatArray, start: int, targe
     for i in range(N):
         if joint.free[i] == 1:
             target[i] = -target[i]
-
-
-@summing
-def move_twice(
-    joint: CompiledJoint,
-    sp: Slipping,
-    slip: FloatArray,
-    out: FloatArray,
-    k: FloatArray,
-    start: int,
-    rate: FloatArray,
-) -> None:
-    """As :func:`move`, what packed slips and, from ``start`` on, their rates change, in one pass."""
-    N, S = 3 * joint.n, joint.exchanged
-    for i in range(N):
-        out[i], rate[i] = 0.0, 0.0
-    for a in range(sp.s):
-        first = 2 * sp.node[a] * N
-        x, y, dx, dy = slip[2 * a], slip[2 * a + 1], k[start + 2 * a], k[start + 2 * a + 1]
-        for i in range(N):
-            one, other = S[first + i], S[first + N + i]
-            out[i] += x * one + y * other
-            rate[i] += dx * one + dy * other
-    for i in range(N):
-        if joint.free[i] == 1:
-            out[i], rate[i] = -out[i], -rate[i]

@@ -226,20 +226,12 @@ def turning(sp: Slipping, st: Step, a: int, h: float) -> float:
 
 @inner
 def find_fast(sp: Slipping, st: Step, h: float) -> int:
-    """The fastest nodes: how many."""
-    count, own, fast = 0, st.turn, st.fast
+    """The nodes that turn fast, as many as there is room for: how many."""
+    count = 0
     for a in range(sp.s):
-        rate = turning(sp, st, a, h)
-        if not h * rate > FAST:
-            continue
-        at = count
-        while at > 0 and own[at - 1] < rate:
-            if at < MOST_FAST:
-                own[at], fast[at] = own[at - 1], fast[at - 1]
-            at -= 1
-        if at < MOST_FAST:
-            own[at], fast[at] = rate, a
-            count = min(count + 1, MOST_FAST)
+        if count < MOST_FAST and h * turning(sp, st, a, h) > FAST:
+            st.fast[count] = a
+            count += 1
     return count
 
 
@@ -399,10 +391,12 @@ def turning_step(run: SpaceRun, h: float, allowed: float) -> float:
             total += INWARD[2, m] * st.k[(m + 1) * row + c]
             change += INWARD[2, m] * st.k_q[(m + 1) * row + c]
         st.slip[c], st.stage_q[c] = h * total, sp.q[c] + h * change
-    if least_pressure(sp, st, h, count) > 10.0 * course.settled:
-        face(sp, st, count, 2)
-        if return_to_cones(course, mo, sp, st, h) > course.settled:
-            return np.inf
+    face(sp, st, count, 2)
+    least = np.inf
+    for t in range(count):
+        least = min(least, sp.size[st.fast[t]])
+    if least > 10.0 * course.settled and return_to_cones(course, mo, sp, st, h) > course.settled:
+        return np.inf
     find_directions(course, mo, sp, st.stage_q)
     face(sp, st, count, 2)
     for a in range(s):
@@ -410,19 +404,6 @@ def turning_step(run: SpaceRun, h: float, allowed: float) -> float:
     if not rates_along(sp, st, ct, STAGES - 1):
         return FAILED
     return estimate(sp, st, ct, h)
-
-
-@summing
-def least_pressure(sp: Slipping, st: Step, h: float, count: int) -> float:
-    """The least pressure of the fast nodes at the end."""
-    s, least = sp.s, np.inf
-    for t in range(count):
-        a = st.fast[t]
-        p = sp.p[a] + h * sp.load_p[a]
-        for c in range(2 * s):
-            p += sp.B[a * 2 * s + c] * st.slip[c]
-        least = min(least, p)
-    return least
 
 
 @inner

@@ -14,10 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
-from scipy.sparse import csc_array
 
 from shakedown.ground.constants import (
-    BLOCK,
     NEWTON_ROUNDS,
     PER_CENT,
     ROUND_OFF,
@@ -41,8 +39,8 @@ from shakedown.motion.course import (
     Precision,
     course,
 )
-from shakedown.motion.event_history import CurvedHistory, EventHistory, EventKind
-from shakedown.motion.method import EventMethod, State, loads_at
+from shakedown.motion.event_history import CurvedHistory, EventKind
+from shakedown.motion.method import EventMethod, Piece, State, loads_at
 from shakedown.motion.space.curved_loop import follow_curve
 from shakedown.motion.space.exchange import MOST_EXCHANGES, eliminate
 from shakedown.motion.space.implicit_step import TURNS, ImplicitJoint
@@ -157,39 +155,30 @@ class DirectedJump(Relaxation):
             return None
         u, layout, f = self.u.copy(), self.layout, self.law.f
         nodes = np.flatnonzero((self.contact == SLIP) & (f > 0.0))
-        free = np.flatnonzero(free_places(f, self.contact))
-        places = np.concatenate([layout.slips_of(nodes), free, layout.gaps_of(nodes)])
-        of_slips, of_free = np.repeat(np.arange(len(nodes)), 2), len(nodes) + np.arange(len(free))
-        columns = np.concatenate([of_slips, of_free, np.arange(len(nodes))])
-        size, moves = (layout.size, len(nodes) + len(of_free)), len(of_slips) + len(of_free)
+        free, gaps = np.flatnonzero(free_places(f, self.contact)), layout.gaps_of(nodes)
+        slips, k = layout.slips_of(nodes).reshape(-1, 2), len(nodes)
+
+        def missing(reaction: FloatArray) -> FloatArray:
+            """What departs from the limits, and from zero where places are free, (k + free, …)."""
+            along = np.einsum("kc,kc...->k...", unit, reaction[slips])
+            return np.concatenate([along + (f[nodes] * reaction[gaps].T).T, reaction[free]])
+
         for _ in range(NEWTON_ROUNDS):
             reaction = self.load + self.kappa @ u
-            unit = layout.by_node(self.law.direction(reaction[layout.slips]))[nodes].ravel()
-            parts = np.concatenate([unit, np.ones(len(of_free)), f[nodes]])
-            limits = _entered(parts, places, columns, size)
-            ways = _entered(parts[:moves], places[:moves], columns[:moves], size)
-            residual = limits.T @ reaction
+            unit = layout.by_node(self.law.direction(reaction[layout.slips]))[nodes]
+            residual = missing(reaction)
             if np.abs(residual).max(initial=0.0) <= 1e-15 * self.scale.force:
                 break
-            change = stable_solution(limits.T @ (self.kappa @ ways), residual)
+            ways = np.hstack([np.einsum("ikc,kc->ik", self.kappa[:, slips], unit), self.kappa[:, free]])
+            change = stable_solution(missing(ways), residual)
             if change is None:
                 return None
-            u -= ways @ change
+            u[slips] -= change[:k, None] * unit
+            u[free] -= change[k:]
             if not self._is_near(u):
                 return None
         u[layout.gaps][self.contact != OPEN] = 0.0
         return u
-
-
-def _entered(
-    entries: FloatArray, rows: NDArray[np.intp], columns: NDArray[np.intp], size: tuple[int, int]
-) -> FloatArray | csc_array:
-    """A matrix of these entries, each in a place of its own; sparse where it is large."""
-    if size[0] * size[1] > BLOCK:
-        return csc_array((entries, (rows, columns)), size)
-    matrix = np.zeros(size)
-    matrix[rows, columns] = entries
-    return matrix
 
 
 MOST_PASSED = 10  # instants of a cycle passed by implicit steps
@@ -367,19 +356,19 @@ class SpaceEvents(EventMethod):
         self.set_state(State(end.u, end.contact))
         resume(self.run, time, kind)
 
-    def recorded(self, done: int) -> list[EventHistory]:
-        """The path that has been recorded since the loop was entered, and what was passed after it."""
+    def recorded(self, done: int) -> list[Piece]:
+        """What has been recorded since the loop was entered, and what was passed after it."""
         risen, self._risen = self._risen, []
-        return [*super().recorded(done), *(self.path(self.run.course, done, **step) for step in risen)]
+        return [*super().recorded(done), *(Piece(self.run.course, done, step) for step in risen)]
 
-    def present(self, done: int, reaction: FloatArray) -> CurvedHistory:
+    def present(self, done: int, reaction: FloatArray) -> Piece:
         """The present state, between two cycles, as a step of no duration."""
         curve = np.zeros((DEGREE, self.problem.layout.size))
         step = _one_step(-1.0, 0.0, EventKind.LOAD_STEP, u=self.u, curve=curve, contact=self.contact)
-        return self.path(self.courses[False], done, **step)
+        return Piece(self.courses[False], done, step)
 
-    def path(self, course: Course, done: int, **columns: NDArray[Any]) -> CurvedHistory:
-        """The path along a course after so many cycles, from the columns of a record."""
+    def path(self, course: Course, done: NDArray[np.int64], **columns: NDArray[Any]) -> CurvedHistory:
+        """The path along a course after so many cycles, (s,), from the columns of a record."""
         split, u, time = self.problem.layout.split, columns["u"], columns["time"]
         welded, change = loads_at(course, time)
         pressed = u[:1] @ self.kappa + self._of_moved(u - u[:1])
