@@ -40,7 +40,7 @@ GRID_SLIP = "([0-9]{{1,9}}){}"  # a node, with two tangential directions one of 
 @option(
     "--sampler",
     type=click.Choice(list(SAMPLED)),
-    help="How states are chosen: grid, sobol or latin hypercube in a box about the safe slip, in the "
+    help="How states are chosen: grid or sobol in a box about the safe slip, in the "
     "energy ball, or left behind by random transients.  [default: sobol; grid with --grid]",
 )
 @option("--reach", type=float, default=1.0, help="Size of box or ball, relative.")

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple
 
 from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits
@@ -386,10 +386,8 @@ class _Scope(NamedTuple):
     progress: Progress | None
 
 
-class Begin(Protocol):
-    """Takes a piece of work and returns what waits for its result."""
-
-    def __call__(self, step: Callable[[], T], /) -> Callable[[], T]: ...
+Begin = Callable[[Callable[[], Any]], Callable[[], Any]]
+"""Takes a piece of work and returns what waits for its result."""
 
 
 @contextmanager
@@ -493,29 +491,21 @@ def _simulated(
         ends += [begin(partial(run_of, limits, case, *how, most)) for case in new]
         cases += new
     few = limits.subsets is not None and limits.subsets <= asked.budget
-    enumerated = begin(lambda: critical_load_factors(limits.problem, values=False) if few else None)
-    friction = begin(lambda: limits.friction)
-    slips = begin(lambda: None if below is None else limits.slip(below))
-    mesh = begin(lambda: limits.mesh)
-    pieces, done = len(cases) + 7, 1
-
-    def awaited(end: Callable[[], T]) -> T:
-        nonlocal done
-        result = end()
-        done += 1
-        if asked.progress is not None:
-            asked.progress(done, pieces)
-        return result
-
+    others = [
+        second,
+        begin(lambda: critical_load_factors(limits.problem, values=False) if few else None),
+        begin(lambda: None if below is None else limits.slip(below)),
+        begin(lambda: limits.friction),
+        begin(lambda: limits.mesh),
+    ]
     first = sum(case.load_factor == AS_GIVEN for case in cases)  # λ = 1 comes first, then λ_T
-    runs += map(awaited, ends[:first])
-    awaited(transient)
-    runs += map(awaited, ends[first:])
-    again, critical = awaited(second), awaited(enumerated)
-    awaited(friction)
-    slip = awaited(slips)
-    awaited(mesh)
-    return runs, again, critical, slip
+    waiting, results = [*ends[:first], transient, *ends[first:], *others], list[Any]()
+    for end in waiting:
+        results.append(end())
+        if asked.progress is not None:
+            asked.progress(len(results) + 1, len(waiting) + 1)
+    again, critical, slip, *_ = results[len(ends) + 1 :]
+    return [*runs, *results[:first], *results[first + 1 : len(ends) + 1]], again, critical, slip
 
 
 def _nominal_run(limits: JointLimits, cycles: int, method: str) -> Run:

@@ -83,10 +83,11 @@ METHODS = ("event", "gauss-seidel")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Simulation(SettledState):
+class Simulation(Result):
     """Result of :func:`simulate`: the settled state of the joint (:class:`SettledState`), and the path to it.
 
-    The simulation has all attributes of the settled state: ``run.outcome`` is ``run.settled.outcome``.
+    It has all attributes of the settled state, too: ``run.outcome`` is ``run.settled.outcome``. Shakedown is
+    never proved with fixed load steps, which count no events.
 
     Attributes
     ----------
@@ -105,11 +106,18 @@ class Simulation(SettledState):
         "dissipation_per_cycle friction_dissipation_per_cycle jump_dissipation_per_cycle jumps_per_cycle "
         "open_nodes proved energy_margin cycles_simulated method events residual jumps slides_away"
     )
+    TABLE: ClassVar[str] = SettledState.TABLE
 
     settled: Settled
     method: str
     followed: Walk | None = field(default=None, repr=False)
     slip_criterion: SlipCriterion | None = None
+
+    def __getattr__(self, name: str) -> Any:
+        """What the settled state has."""
+        if name.startswith("__") or name == "settled":  # of a copy that is being made
+            raise AttributeError(name)
+        return getattr(self.settled, name)
 
     def to_dict(self) -> dict[str, Any]:
         """The words of ``DOCUMENT``, and the slip criterion where one was asked for."""
@@ -154,26 +162,6 @@ class Simulation(SettledState):
         state = self.long_term
         in_space = state is not None and state.first_cycles is not None
         return state.jumps if state and in_space and self.followed is None else self.cycles.jumps
-
-    @property
-    def events(self) -> int | None:
-        """Events followed; None with fixed load steps."""
-        return None if self.long_term is None else self.long_term.events
-
-    @property
-    def proved(self) -> bool:
-        """Whether shakedown is proved (:attr:`LongTermState.proved`)."""
-        return self.long_term is not None and self.long_term.proved
-
-    @property
-    def energy_margin(self) -> float:
-        """How far the final state may be disturbed (:class:`LongTermState`) [√(force × length)]."""
-        return np.nan if self.long_term is None else self.long_term.energy_margin
-
-    @property
-    def residual(self) -> float:
-        """Largest relative violation of the friction law (:func:`law_violation`)."""
-        return self.settled.residual
 
 
 @checked
@@ -248,14 +236,9 @@ def simulate(
 
 def _from_event_to_event(settled: LongTermState, record: bool) -> Simulation:
     if not record:
-        return _simulation(settled, "event")
+        return Simulation(settled=settled, method="event")
     path = walk(settled.begun.motion(), _cycles_there(settled), record=True)
-    return _simulation(_judged(settled, path), "event", path)
-
-
-def _simulation(settled: Settled, method: str, followed: Walk | None = None) -> Simulation:
-    said = {each.name: getattr(settled, each.name) for each in fields(SettledState)}
-    return Simulation(**said, settled=settled, method=method, followed=followed)
+    return Simulation(settled=_judged(settled, path), method="event", followed=path)
 
 
 def _cycles_there(settled: LongTermState) -> int:
@@ -343,7 +326,7 @@ def _at_fixed_steps(motion: FixedSteps, cycles: int, method: str, record: bool) 
         reason = motion.stop.reason if motion.stop else none
         verdict = Verdict(Outcome.UNDECIDED, 0, np.full(len(start), np.nan), reason)
     path = Walk(start, tuple(records), motion.history if record else None)
-    return _simulation(_stepped_state(motion, verdict, path), method, path)
+    return Simulation(settled=_stepped_state(motion, verdict, path), method=method, followed=path)
 
 
 def _stepped_state(motion: FixedSteps, verdict: Verdict, log: Walk) -> SteppedState:

@@ -129,6 +129,10 @@ class SteppedState(SettledState):
         Slip in contact during each of them, with two directions the length of the way [length].
     """
 
+    proved: ClassVar[bool] = False
+    energy_margin: ClassVar[float] = nan
+    events: ClassVar[int | None] = None
+
     residual: float
     work_per_cycle: FloatArray
     history: EventHistory = field(repr=False)

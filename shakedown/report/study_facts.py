@@ -84,7 +84,6 @@ def critical_facts(critical: CriticalLoadFactors, lower: Bound) -> tuple[list[Fa
 SAMPLED = {  # after the number of states
     "grid": "on a grid about {}",
     "sobol": "in a box about {}",
-    "latin": "in a box about {}",
     "ball": "in a ball about the centre of the energy ball",
     "transients": "left behind by random load steps",
 }

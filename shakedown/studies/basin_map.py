@@ -16,6 +16,7 @@ from shakedown.ground.status import Outcome
 from shakedown.joint.constraints import constraints
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.long_term.find_state import LongTermStates
 from shakedown.motion.checked_law import admissible
 from shakedown.programs.polygon import corners
 from shakedown.studies.limit_cycles import (
@@ -52,7 +53,7 @@ class SlipShare(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class InitialStateMap(Result):
+class InitialStateMap(LongTermStates):
     """What becomes of a joint from many initial states at one load factor.
 
     Attributes
@@ -61,20 +62,6 @@ class InitialStateMap(Result):
         Which initial states. The first rows, as many as ``sampling.named`` has, are slip zero, the given
         and the critical state; the others are sampled: ``sampling.slips(k, k + 1)`` gives number k of
         them again. Shares and what is said over all states are those of the sampled ones.
-    initial_slip, final_slip : (s, dn)
-        Slips at the start, and at the end of a period of the long-term state [length].
-    outcome : (s,)
-        Values of :class:`Outcome`.
-    period : (s,)
-        Cycles after which the long-term state repeats; 0 where there is none.
-    dissipation : (s,)
-        Per cycle of the long-term state [force × length]; NaN where undecided.
-    slip_per_cycle : (s, n)
-        Σ|Δv| in contact over one period [length].
-    contraction : (s,)
-        Factor per cycle by which the distance to the long-term state shrinks in the end.
-    signature : (s,)
-        Identifies the sequence of contact states of the long-term state.
     limit_cycles
         The distinct limit cycles, the most frequent first.
     slip_range : (s,) or None
@@ -85,14 +72,6 @@ class InitialStateMap(Result):
     """
 
     sampling: Sampling
-    initial_slip: FloatArray
-    final_slip: FloatArray
-    outcome: NDArray[np.str_]
-    period: NDArray[np.int64]
-    dissipation: FloatArray
-    slip_per_cycle: FloatArray
-    contraction: FloatArray
-    signature: NDArray[np.uint64]
     limit_cycles: tuple[LimitCycle, ...] = field(default=())
     slip_range: FloatArray | None = None
     slip_below: float | None = None
@@ -102,9 +81,6 @@ class InitialStateMap(Result):
             f"InitialStateMap(load_factor={self.load_factor:.6g}, states={self.sampling.states}, "
             f"shakedown_fraction={self.shakedown_fraction:.4g}, limit_cycles={len(self.limit_cycles)})"
         )
-
-    def __len__(self) -> int:
-        return len(self.outcome)
 
     @property
     def sampled(self) -> slice:
@@ -121,11 +97,6 @@ class InitialStateMap(Result):
     def problem(self) -> Problem:
         """The joint."""
         return self.sampling.problem
-
-    @property
-    def load_factor(self) -> float:
-        """λ."""
-        return self.sampling.load_factor
 
     @cached_property
     def outcomes(self) -> dict[str, int]:
@@ -146,7 +117,7 @@ class InitialStateMap(Result):
     def interval(self) -> tuple[float, float]:
         """95 % confidence interval of that share (Wilson's); NaN for a grid, which is no random sample.
 
-        It holds for independent states; more evenly spread ones (Sobol, Latin hypercube)
+        It holds for independent states; Sobol points, which are more evenly spread,
         know the share better. Undecided states count against both of its ends.
         """
         if self.sampling.sampler == Sampler.GRID:

@@ -70,7 +70,7 @@ def initial_state_map(
         which every map begins with. A grid has the largest square number up to it.
     sampler
         How they are chosen, as described at :class:`Sampler`: ``"grid"``, ``"sobol"``,
-        ``"latin"``, ``"ball"`` or ``"transients"``. The box of the first three has the
+        ``"ball"`` or ``"transients"``. The box of the first two has the
         safe slip in its middle, and as half-width the slips that one load step could
         cause, (|q_w| + f |p_w|) / A_jj, or as much more as it takes to contain slip zero, the given
         and the critical state, and what 16 random transients leave.
@@ -158,9 +158,10 @@ def initial_state_map(
                 _write(target, work, columns)
     maps, each = [], chosen[0].rows
     for k, one in enumerate(chosen):
-        own = {key: column[k * each : (k + 1) * each] for key, column in columns.items()}
+        own: dict[str, Any] = {key: column[k * each : (k + 1) * each] for key, column in columns.items()}
         cycles = limit_cycles(one, own)
-        maps.append(InitialStateMap(sampling=one, limit_cycles=cycles, slip_below=slip_below, **own))
+        own |= {"load_factor": one.load_factor, "sampling": one, "slip_below": slip_below}
+        maps.append(InitialStateMap(**own, limit_cycles=cycles))
     missing = (MissingMap(k, one.load_factor, one.missing_ball) for k, one in enumerate(wanted))
     return InitialStateMaps(tuple(maps), tuple(one for one in missing if one.reason)) if several else maps[0]
 
@@ -199,10 +200,7 @@ class MapPieces:
         found = long_term_states(
             chosen.problem, chosen.load_factor, slips, **chosen.patience, threads=self.threads
         )
-        # of the long-term states
-        columns: Arrays = {
-            key: value for key, value in vars(found).items() if key not in ("load_factor", "cycles_simulated")
-        }
+        columns: Arrays = {key: value for key, value in vars(found).items() if key != "load_factor"}
         if self.slip_ranges:
             ends = zip(found.outcome, slips, strict=True)
             columns["slip_range"] = np.array([_slip_range(chosen, *end) for end in ends], dtype=float)
@@ -250,7 +248,8 @@ def _finished(path: Path, work: MapPieces) -> Arrays | None:
         columns = {
             key: column for key, column in found.items() if key not in ("load_factor", "named", "settings")
         }
-        if about == json.loads(json.dumps(work.settings())) and {*map(len, columns.values())} == {rows}:
+        whole = "cycles_simulated" in columns and {*map(len, columns.values())} == {rows}
+        if whole and about == json.loads(json.dumps(work.settings())):
             remove_pieces(Path(pieces_beside(path)))
             return columns
     except (ProblemError, KeyError, ValueError, TypeError, RecursionError):

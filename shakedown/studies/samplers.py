@@ -37,8 +37,6 @@ class Sampler(StrEnum):
         On a square grid in two slips, all others at the centre; no random sample.
     SOBOL
         Scrambled Sobol points in a box about the centre: evenly spread.
-    LATIN
-        Latin hypercubes of 64 states each in that box.
     BALL
         Independent and uniform in the energy ball, or as many times its radius as asked for.
     TRANSIENTS
@@ -48,7 +46,6 @@ class Sampler(StrEnum):
 
     GRID = "grid"
     SOBOL = "sobol"
-    LATIN = "latin"
     BALL = "ball"
     TRANSIENTS = "transients"
 
@@ -160,7 +157,7 @@ class Sampling:
     def half_width(self) -> FloatArray:
         """Half-width of the box, (dn,) [length]."""
         width = slip_reach(self.problem, self.load_factor)
-        if self.sampler in (Sampler.GRID, Sampler.SOBOL, Sampler.LATIN):
+        if self.sampler in (Sampler.GRID, Sampler.SOBOL):
             # random transients of which a box contains what they leave
             left = self._left_behind(np.random.default_rng(0), 16)
             contained = [*self.named.values(), *left[np.isfinite(left).all(axis=1)]]
@@ -200,9 +197,7 @@ class Sampling:
             return self._in_box(self._grid(start, stop))
         if self.sampler == Sampler.SOBOL:
             return self._in_box(self._sobol(start, stop))
-        draw = self._latin if self.sampler == Sampler.LATIN else self._left_behind
-        if self.sampler == Sampler.BALL:
-            draw = self._in_ball
+        draw = self._in_ball if self.sampler == Sampler.BALL else self._left_behind
         first = start // BLOCK
         generators = (np.random.default_rng([self.seed, k]) for k in range(first, -(-stop // BLOCK)))
         blocks = [draw(generator, BLOCK) for generator in generators]
@@ -232,12 +227,6 @@ class Sampling:
             engine.fast_forward(start)
         count = 1 << max(stop - start - 1, 0).bit_length()  # SciPy wants a power of two
         return np.asarray(2.0 * engine.random(count)[: stop - start] - 1.0)
-
-    def _latin(self, generator: np.random.Generator, count: int) -> FloatArray:
-        from scipy.stats import qmc
-
-        points = qmc.LatinHypercube(len(self.centre), seed=generator).random(count)
-        return self._in_box(2.0 * points - 1.0)
 
     def _in_ball(self, generator: np.random.Generator, count: int) -> FloatArray:
         rank = self.ball.metric.inverse.shape[1]

@@ -1,68 +1,49 @@
 """Whether a drift goes on for ever: rigid slip in every period, which meets no resistance."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS, FloatArray
 from shakedown.joint.law import Layout
-from shakedown.long_term.space.decay import Period
-from shakedown.long_term.space.measure import Measure
+from shakedown.joint.rigid_slips import free_stiffness
+from shakedown.long_term.space.followed_cycles import FollowedCycles
+from shakedown.long_term.space.measure import STATE_ROUND_OFF
 
 
-class Drift(NamedTuple):
-    """What is known of the drift of the last period.
+def drift_goes_on(
+    cycles: FollowedCycles, p: int, left: FloatArray, none: FloatArray, error: float
+) -> tuple[bool, bool]:
+    """Whether the rigid slip of a node goes on, and whether all that changes does so and is a rigid slip.
 
-    Attributes
+    Of a node: by a share of its own slip that counts, as a slow change of others, in which no rigid slip is,
+    may hide it. Of all: by more than the error, no less than before. Either is expected to stay for the most
+    part.
+
+    Parameters
     ----------
-    layout, stiffness, measure
-        Of the joint: where slips stand, κ (N, N) of closed nodes, and what counts of a change.
+    cycles, p
+        What was followed; the period is the last p cycles.
+    left : (r,)
+        Of the drift, where the change falls to nothing [length].
     none : (n,)
         Slip of each node that counts as none [length].
-    now
-        What the period did.
-    left : (r,)
-        Of its drift, where the change falls to nothing [length].
-    before : (N,)
-        Change of the state in the period before [length].
-    known
-        Up to how much these are not known [length].
+    error
+        Of the slips in a cycle [length].
     """
-
-    layout: Layout
-    stiffness: FloatArray
-    measure: Measure
-    none: FloatArray
-    now: Period
-    left: FloatArray
-    before: FloatArray
-    known: float
-
-    def of_all(self) -> bool:
-        """Whether all that changes is a rigid slip, by more than the error, no less than before.
-
-        And most of its drift is expected to stay.
-        """
-        last = self.now.change
-        size = float(np.abs(last).max())
-        same = np.abs(last - self.before).max() <= SIX_DIGITS * size + self.known
-        stays = 2.0 * np.linalg.norm(self.left) >= np.linalg.norm(self.now.drift)
-        return bool(stays and size > self.known and same and self.measure.is_rigid(last))
-
-    def of_a_node(self) -> bool:
-        """Whether the rigid slip of a node goes on, by a share of its own slip that counts.
-
-        Node by node, as a slow change of others, in which no rigid slip is, may hide it.
-        """
-        kappa, rigid, ways = self.stiffness, self.measure.rigid, self.layout.ways
-        drift = rigid @ self.now.drift
-        size = ways(drift)
-        counts = size > np.maximum(np.maximum(SIX_DIGITS * self.now.slip, self.none), self.known)
-        stays = 2.0 * ways(rigid @ self.left) >= size
-        same = ways(drift - rigid @ (rigid.T @ self.before)) <= SIX_DIGITS * size + self.known
-        terms = ways(np.abs(kappa) @ np.abs(self.now.change))
-        free = ways(kappa @ self.now.change) <= THREE_DIGITS * terms
-        return bool((counts & stays & same & free).any())
+    layout, measure, now = cycles.layout, cycles.measure, cycles.last(p)
+    before = cycles.states[-1 - p].u - cycles.states[-1 - 2 * p].u
+    known = p * error + STATE_ROUND_OFF * float(np.abs(now.state).max())
+    last = float(np.abs(now.change).max())
+    same = np.abs(now.change - before).max() <= SIX_DIGITS * last + known
+    stays = 2.0 * np.linalg.norm(left) >= np.linalg.norm(now.drift)
+    of_all = bool(stays and last > known and same and measure.is_rigid(now.change))
+    kappa, rigid, ways = free_stiffness(cycles.motion.problem), measure.rigid, layout.ways
+    drift = rigid @ now.drift
+    size = ways(drift)
+    counts = size > np.maximum(np.maximum(SIX_DIGITS * now.slip, none), known)
+    same_of_nodes = ways(drift - rigid @ (rigid.T @ before)) <= SIX_DIGITS * size + known
+    free = ways(kappa @ now.change) <= THREE_DIGITS * ways(np.abs(kappa) @ np.abs(now.change))
+    stay = 2.0 * ways(rigid @ left) >= size
+    return bool((counts & stay & same_of_nodes & free).any()), of_all
 
 
 def is_held(layout: Layout, rigid: FloatArray, slip: FloatArray, none: FloatArray) -> bool:

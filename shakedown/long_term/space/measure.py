@@ -1,6 +1,6 @@
 """The size of a change of the state: the energy that it stores."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
@@ -11,7 +11,6 @@ from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import free_stiffness, rigid_slips
 
-REMEMBERED = 64  # sizes of changes
 STATE_ROUND_OFF = 64.0 * EPS  # relative to a state: smaller changes are none
 
 
@@ -29,27 +28,17 @@ class Measure:
         √ of the largest stiffness of each node, whose slip counts for what it would store.
     largest
         ‖R‖, of all entries.
-    known
-        The sizes of the last changes.
     """
 
     root: FloatArray
     rigid: FloatArray
     slips: FloatArray
     largest: float
-    known: dict[bytes, float] = field(default_factory=dict, repr=False)
 
     def size(self, change: FloatArray) -> float:
-        """The size of a change of the state; the last ones are kept, each being needed several times."""
-        change = np.ascontiguousarray(change)
-        found = self.known.get(key := change.tobytes())
-        if found is None:
-            seen = self.seen(change)
-            found = sqrt(seen.dot(seen))  # as np.linalg.norm
-            if len(self.known) >= REMEMBERED:
-                self.known.clear()
-            self.known[key] = found
-        return found
+        """The size of a change of the state."""
+        seen = self.seen(change)
+        return sqrt(seen.dot(seen))  # as np.linalg.norm
 
     def seen(self, changes: FloatArray) -> FloatArray:
         """R d of changes (…, N), (…, k)."""

@@ -20,10 +20,10 @@ from shakedown.ground.constants import (
 )
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
-from shakedown.joint.rigid_slips import can_drift, free_stiffness
+from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import Passage
-from shakedown.long_term.space.decay import Decay, Period
-from shakedown.long_term.space.drift import Drift, is_held
+from shakedown.long_term.space.decay import Period
+from shakedown.long_term.space.drift import drift_goes_on, is_held
 from shakedown.long_term.space.extrapolation import STUCK, Leaps
 from shakedown.long_term.space.followed_cycles import FollowedCycles, SearchRules
 from shakedown.long_term.space.measure import STATE_ROUND_OFF
@@ -217,24 +217,17 @@ class SteadySearch:
         if error > clear or differs or decay.slip_ends(now, self.none):
             return None
         floats = can_drift(cycles.motion.problem)
-        drift = self._drift(p, decay, now, error) if floats else None
-        walks = drift is not None and drift.of_a_node()
+        walks, all_drifts = False, False
+        if floats:
+            walks, all_drifts = drift_goes_on(cycles, p, decay.drift_left(now), self.none, error)
         cyclic = np.abs(now.change).max() <= SIX_DIGITS * most and not walks
         if not cyclic and (long_expected or decay.slip_lasts(now)):
             cyclic = not floats or self._is_held(p, now.slip) or (long_expected and decay.drift_ends(now))
         if cyclic:
             return self._found(Outcome.CYCLIC_SLIP, f"slip per {every} constant{self._extrapolated}", p)
-        if walks or (drift is not None and (drift.of_all() or decay.drift_lasts(now))):
+        if walks or all_drifts or (floats and decay.drift_lasts(now)):
             return self._found(Outcome.RATCHETTING, f"drift per {every} constant{self._extrapolated}", p)
         return None
-
-    def _drift(self, p: int, decay: Decay, now: Period, error: float) -> Drift:
-        """The drift of the last period of p cycles, each known to an error [length]."""
-        states, stiffness = self.cycles.states, free_stiffness(self.cycles.motion.problem)
-        before = states[-1 - p].u - states[-1 - 2 * p].u
-        known = p * error + STATE_ROUND_OFF * float(np.abs(states[-1].u).max())
-        left = decay.drift_left(now)
-        return Drift(self.layout, stiffness, self.measure, self.none, now, left, before, known)
 
     def _is_held(self, p: int, slip: FloatArray) -> bool:
         """Whether nodes that stick, or all but stick, leave no room for a rigid slip, while none opens."""
