@@ -129,11 +129,8 @@ def _columns() -> int:
 
 
 @contextmanager
-def progress(label: str, rest: int = 0) -> Iterator[Callable[[int, int], None] | None]:
-    """A callback (done, total) that draws a bar on stderr, or None where nobody watches.
-
-    The bar leaves room for ``rest`` more pieces of work, which count as done when the block ends.
-    """
+def progress(label: str) -> Iterator[Callable[[int, int], None] | None]:
+    """A callback (done, total) that draws a bar on stderr, or None where nobody watches."""
     if is_quiet() or sys.stderr is None or not sys.stderr.isatty():
         yield None
         return
@@ -142,13 +139,11 @@ def progress(label: str, rest: int = 0) -> Iterator[Callable[[int, int], None] |
     def update(done: int, total: int) -> None:
         nonlocal bar
         if bar is None:
-            bar = click.progressbar(length=total + rest, label=label, file=sys.stderr).__enter__()
+            bar = click.progressbar(length=total, label=label, file=sys.stderr).__enter__()
         bar.update(done - bar.pos)
 
     try:
         yield update
-        if bar is not None:
-            bar.update(rest)
     finally:
         if bar is not None:
             bar.render_finish()

@@ -6,17 +6,10 @@ import click
 
 import shakedown
 
-from .critical import critical
-from .damping import damping
-from .example import example
-from .import_problem import import_command
-from .map import map_command
-from .nodes import nodes
-from .refine import refine
-from .simulate import simulate
-from .solve import solve
-from .sweep import sweep
-from .verify import verify
+from .problems import example, import_command
+from .runs import nodes, simulate, verify
+from .solve import critical, solve
+from .studies import damping, map_command, refine, sweep
 
 NAME = "shakedown-bounds"
 

@@ -70,13 +70,11 @@ def _claim(name: str, path: str, *, written: bool) -> None:
 def _is_same(one: str, other: str) -> bool:
     """Whether two paths lead to the same file, which need not exist yet."""
     try:
-        if os.path.samefile(one, other):
-            return True
-    except (OSError, ValueError):  # one of them does not exist, or no file can have that name
-        pass
-    try:
-        return os.path.normcase(os.path.realpath(one)) == os.path.normcase(os.path.realpath(other))
-    except (OSError, ValueError):
+        both_exist = os.path.exists(one) and os.path.exists(other)
+        return (
+            os.path.samefile(one, other) if both_exist else os.path.realpath(one) == os.path.realpath(other)
+        )
+    except (OSError, ValueError):  # no file can have that name
         return False
 
 
@@ -172,6 +170,15 @@ class ProblemFile(click.ParamType):
             )
         reads(name_of(param), value)
         return shakedown.load_problem(value)
+
+
+def imported(name: str, path: str | os.PathLike[str], **settings: Any) -> shakedown.Import:
+    """The import of a configuration; it and the files that it names are noted as read."""
+    reads(name, path)
+    made = shakedown.import_model(path, **settings)
+    for source in made.sources:
+        reads(f"{source}, which {name} names", Path(path).parent / source)
+    return made
 
 
 def file_named() -> str:

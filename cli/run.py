@@ -24,7 +24,6 @@ WHOLE_NUMBERS = (  # variables of NumPy, SciPy and matplotlib (a date, to the ye
     ("SOURCE_DATE_EPOCH", 0, 253_402_300_799),
     ("NUMBA_NUM_THREADS", 1, 2**31 - 1),
 )
-LENIENT = ("NUMBA_NUM_THREADS",)  # variables whose invalid values are ignored
 COMPLETION = "_SHAKEDOWN_BOUNDS_COMPLETE"  # set by a shell that asks for completions
 
 
@@ -52,11 +51,8 @@ def _check_environment() -> None:
     """Raise ``UsageError`` for a variable on which a library that we import would end in a traceback."""
     for name, lowest, highest in WHOLE_NUMBERS:
         given = os.environ.get(name)
-        try:
-            fits = given is None or lowest <= int(given) <= highest
-        except ValueError:
-            fits = name in LENIENT
-        if not fits:
+        whole = given is not None and given.isdecimal() and len(given) <= len(str(highest))
+        if given is not None and not (whole and lowest <= int(given) <= highest):
             raise shakedown.UsageError(
                 f"{name}: expected no such variable, or a whole number from {lowest} to {highest}, "
                 f"found '{given}'"

@@ -1,9 +1,11 @@
-"""`shakedown-bounds solve`: both bounds, the safe slip and the status of the guarantee."""
+"""`shakedown-bounds solve`, `critical`: the bounds of a joint, and all its critical load factors."""
 
 from __future__ import annotations
 
 from functools import partial
 from typing import Any, Literal
+
+import click
 
 import shakedown
 from shakedown import Problem
@@ -12,9 +14,10 @@ from shakedown.ground.shown_values import down, plain
 from shakedown.ground.work_limit import on_one_thread
 from shakedown.report.json_documents import assessment_document, averaged_document
 from shakedown.report.limit_facts import nothing_is_known, solve_sheet
+from shakedown.report.study_facts import critical_sheet
 
 from . import options
-from .command import Answer, command, is_quiet
+from .command import Answer, command, document, is_quiet, progress, remark
 from .options import option
 
 CLAIMS = {
@@ -82,12 +85,35 @@ def solve(
         if not proved >= least:
             known = "open" if proved != proved else f"up to λ = {down(proved)}"
             unmet.append(f"--require {claim}={least:g}: not met, proved is {known}")
-    document = ({"required": asked} if asked else {}) | (averaged_document(*between) if between else {})
+    more = ({"required": asked} if asked else {}) | (averaged_document(*between) if between else {})
     sheet = partial(solve_sheet, found, options.file_named(), averaged=between, **shown)
     return Answer(
-        lambda: assessment_document(found, follow=shown["follow"]) | document,
+        lambda: assessment_document(found, follow=shown["follow"]) | more,
         # with --quiet the lines on what is not met, and the exit code, are the answer
         None if require and is_quiet() else sheet,
         is_open=nothing_is_known(found),
         open_ends=[*open_ends(limits.lower, limits.upper, limits.energy, limits.universal), *unmet],
     )
+
+
+@command(
+    "All critical load factors.", "0 computed; 1 more subsets than the budget; 2 bad usage or bad input."
+)
+@options.problem
+@option(
+    "--budget",
+    type=click.IntRange(min=1),
+    default=200_000_000,
+    help="Refuse to work through more subsets than this.",
+)
+@option("--all", "list_all", is_flag=True, help="List every critical load factor, sorted.")
+def critical(problem: Problem, budget: int, list_all: bool) -> Answer:
+    """All critical load factors of FILE: (n+1)-subsets of the 2n constraints."""
+    if problem.directions == 1:
+        n, smooth = problem.n, len(problem.law.smooth)
+        count = shakedown.subset_count(n, smooth)
+        subsets = "1 subset" if count == 1 else f"{count:,} subsets"
+        remark(f"{subsets} of {n + 1} of {2 * n + smooth} constraints")
+    with progress("subsets") as update:
+        found = shakedown.critical_load_factors(problem, budget=budget, values=list_all, progress=update)
+    return Answer(partial(document, problem, found), partial(critical_sheet, problem, found))

@@ -51,9 +51,7 @@ OPEN_SUBPACKAGES = {
 MOST_NAMES = 62  # at the top
 INSIDE = {  # what commands and studies reach for beside public names: checks of targets, the loops that are timed
     ("cli.options", "shakedown.files.atomic_write"),
-    ("cli.options", "shakedown.files.atomic_write"),
-    ("cli.map", "shakedown.campaign.cluster"),
-    ("cli.sweep", "shakedown.campaign.cluster"),
+    ("cli.studies", "shakedown.campaign.cluster"),
     ("cli.solve", "shakedown.assessment.three_numbers"),
     ("benchmarks.rigid_motions", "shakedown.joint.rigid_slips"),
     ("benchmarks.decks", "shakedown.models.readers.deck"),

@@ -8,8 +8,7 @@ What you see, and the module that makes it:
 - the answer, the claims, every limit: ``limit_facts``
 - a run, its nodes, prediction against simulation: ``run_facts``
 - subsets of constraints, initial states, parameters and amplitudes, meshes: ``study_facts``
-- the joint, its loads, where its data come from, what an import has read: ``data_facts``
-- nodes by number and label, without round-off: ``node_names``
+- the joint, its loads, its nodes by name, the sources of its data, what an import has read: ``data_facts``
 - the page: ``html`` with ``templates/``; its pictures: ``figures``
 - ``--json`` and the file beside a page: ``json_documents``
 """

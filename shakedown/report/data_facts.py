@@ -1,28 +1,150 @@
-"""What a joint is: size, loads, doubts, where its data come from; what an import has read."""
+"""What a joint is: size, loads, doubts, nodes by name, where its data come from; what an import has read."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from shakedown.ground.constants import NEGLIGIBLE
+from shakedown.ground.constants import EACH_SHOWN, NEGLIGIBLE
 from shakedown.ground.shown_values import LONGEST_NAME, count, few, one_line, shortened, sized, with_unit
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.contact_zone import coupled_parts, of_nodes
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips, zero_modes
 from shakedown.joint.units import doubtful_data, loads_in_words, units_of
+from shakedown.motion.checked_law import path_resolution, scales
 from shakedown.report.facts import Fact, Section, Sheet, Table, number
-from shakedown.report.node_names import AXES, node_in_words
-from shakedown.report.notes import FLOATING, LOAD_DOMAIN
+from shakedown.report.notes import FLOATING, LOAD_DOMAIN, TOO_LONG
 
 if TYPE_CHECKING:
     from shakedown.ground.constants import FloatArray
+    from shakedown.long_term.node_table import NodeResults
     from shakedown.models.condensation.surface_coupling import SurfaceCoupling
     from shakedown.models.importing.import_model import Import
-    from shakedown.models.importing.load_evidence import LoadEvidence, LoadPart
+
+
+AXES = "xy"  # of the two tangential directions of a node
+COLUMNS = (  # of a table of results per node; the first ones are kept where the table is narrow
+    "slip_range", "accumulated_slip", "work", "p_max", "p_min", "q_max",
+    "pressure_max", "shear_max", "tau_delta", "wear_depth", "total_slip_bound",
+)  # fmt: skip
+LONGEST_ENTRY = 24  # characters of a label in a table
+
+
+def node_in_words(problem: Problem | None, node: int) -> str:
+    """One node, with its label in the model where it has one.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> node_in_words(shakedown.example("press-fit"), 1), node_in_words(None, 1)
+    ('node 1 (FE 37/1)', 'node 1')
+    """
+    return f"node {node if problem is None else problem.node_name(node)}"
+
+
+def open_in_words(nodes: tuple[int, ...], problem: Problem | None = None) -> str:
+    """Nodes by number, consecutive ones as ranges, with labels where they are few.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> open_in_words((3,)), open_in_words((0, 1, 2, 3, 7, 8))
+    ('node 3', 'nodes 0–3, 7, 8')
+    >>> open_in_words((0, 1, 8), shakedown.example("press-fit"))
+    'nodes 0, 1, 8 (FE 36/0, 37/1, 44/8)'
+    """
+    if len(nodes) == 1:
+        return node_in_words(problem, nodes[0])
+    text, labels = f"nodes {ranges(nodes)}", None if problem is None else problem.label
+    if labels is None or len(nodes) > EACH_SHOWN:
+        return text
+    return f"{text} (FE {', '.join(labels[i] for i in nodes)})"
+
+
+def node_column(problem: Problem) -> dict[str, list[str]]:
+    """The columns that say which node a row is about: its number, and its label where it has one.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> list(node_column(shakedown.example("press-fit"))), list(node_column(shakedown.example("two-node")))
+    (['node', 'FE'], ['node'])
+    """
+    numbers = {"node": list(map(str, range(problem.n)))}
+    labels = problem.label
+    return (
+        numbers if labels is None else numbers | {"FE": [shortened(label, LONGEST_ENTRY) for label in labels]}
+    )
+
+
+def without_round_off(values: Sequence[float] | FloatArray, resolution: float | FloatArray) -> list[float]:
+    """Values for display: those within the resolution of a result, or of each, become zero.
+
+    Examples
+    --------
+    >>> without_round_off([5.6e-15, 2.0, float("nan")], 1e-10)
+    [0.0, 2.0, nan]
+    """
+    none = np.broadcast_to(resolution, len(values))
+    return [0.0 if abs(value) <= least else float(value) for value, least in zip(values, none, strict=True)]
+
+
+def resolution(
+    problem: Problem, load_factor: float, tolerances: Tolerances = DEFAULT
+) -> tuple[FloatArray, FloatArray]:
+    """The slip [length] and the work [force × length] of each node per period that count as none, (n,).
+
+    They are the resolution of a path (:func:`path_resolution`) times the scales of the joint there, of the
+    part of it that the node is coupled with.
+    """
+    parts, share = coupled_parts(problem), path_resolution(problem, tolerances)
+    known = [(part.joint.n, scales(part.joint, load_factor)) for part in parts]
+    slip = of_nodes(parts, (np.full(n, share * each.length) for n, each in known))
+    return slip, of_nodes(parts, (np.full(n, share * each.length * each.force) for n, each in known))
+
+
+def node_columns(nodes: NodeResults, problem: Problem) -> dict[str, FloatArray]:
+    """Results per node, round-off as 0, by their names in a file; without columns that are all unknown."""
+    none = resolution(problem, nodes.load_factor)
+    resolved = {"slip_range": none[0], "accumulated_slip": none[0], "work": none[1]}
+    columns = {
+        word: np.array(without_round_off(getattr(nodes, word), resolved.get(word, 0.0))) for word in COLUMNS
+    }
+    return {word: values for word, values in columns.items() if not np.isnan(values).all()}
+
+
+def worst_first(nodes: NodeResults, problem: Problem) -> list[int]:
+    """The nodes by decreasing slip range; equal ones by decreasing pressure."""
+    slip = without_round_off(nodes.slip_range, resolution(problem, nodes.load_factor)[0])
+    return np.lexsort([-np.nan_to_num(part, nan=-1.0) for part in (nodes.p_max, np.array(slip))]).tolist()
+
+
+def by_direction(problem: Problem, name: str, slips: FloatArray) -> dict[str, list[float]]:
+    """A column of slips, or with two tangential directions one column for each.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> by_direction(shakedown.example("one-node-3d"), "slip", np.array([1.0, 2.0]))
+    {'slip x': [1.0], 'slip y': [2.0]}
+    """
+    names = [name] if problem.directions == 1 else [f"{name} {axis}" for axis in AXES]
+    return dict(zip(names, problem.layout.by_node(slips).T.tolist(), strict=True))
+
+
+def ranges(numbers: Sequence[int]) -> str:
+    """Increasing numbers, consecutive ones as ``first–last``."""
+    runs = [
+        [number for _, number in run]
+        for _, run in groupby(enumerate(numbers), key=lambda pair: pair[1] - pair[0])
+    ]
+    return ", ".join(f"{run[0]}–{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)
 
 
 def headline(problem: Problem, *, limits: bool = False) -> list[str]:
@@ -117,9 +239,8 @@ def joint_facts(problem: Problem) -> list[Fact]:
     if problem.load_names and not problem.loads:
         facts.append(Fact("load cases", ", ".join(problem.load_names)))
     if problem.q_transient is not None:
-        facts.append(
-            Fact("transient", count(len(problem.q_transient), "load step"), note="before the first period")
-        )
+        before = count(len(problem.q_transient), "load step")
+        facts.append(Fact("transient", before, note="before the first period"))
     facts.append(Fact("without stiffness", free, note=held))
     if problem.C is None:
         facts.append(Fact("normal stiffness C", "not given", note="no node can open"))
@@ -154,14 +275,12 @@ def configuration(problem: Problem) -> tuple[str, str]:
     """The configuration of the import, its name and its text; empty where none is stored."""
     source: dict[str, Any] = json.loads(problem.source) if problem.source else {}
     found = source.get("configuration", "")
-    if isinstance(found, dict) and isinstance(found.get("text"), str):
-        return str(found.get("name", "")), found["text"]
-    if isinstance(found, dict) and "name" in found:
-        return str(found["name"]), "Too long to be kept with the problem; its SHA-256 is among the sources."
-    return "", found if isinstance(found, str) else json.dumps(found, indent=1, ensure_ascii=False)
+    if not isinstance(found, dict):
+        return "", str(found)
+    return str(found.get("name", "")), str(found.get("text", TOO_LONG))
 
 
-LONGEST_LOAD = 28  # characters of the name of a load
+LONGEST_LOAD, LOAD_DIGITS = 28, 5  # characters of the name of a load, digits of its numbers
 
 
 def import_sheet(made: Import, *, written: str | None = None) -> Sheet:
@@ -203,18 +322,13 @@ def _contact(made: Import) -> Iterator[Fact]:
         if part.surfaces is not None:
             yield from _surfaces(part.surfaces, of, unit)
         if pairs is not None:
-            yield Fact(f"{of}pairs apart, along", _largest(pairs.along, pairs.off, unit), note="the surface")
-            yield Fact(
-                f"{of}pairs apart, across",
-                _largest(np.abs(pairs.across), pairs.apart, unit),
-                note="the surface",
-            )
+            along, across = pairs.along, np.abs(pairs.across)
+            yield Fact(f"{of}pairs apart, along", _largest(along, pairs.off, unit), note="the surface")
+            yield Fact(f"{of}pairs apart, across", _largest(across, pairs.apart, unit), note="the surface")
     patches = int(made.evidence.patches.max()) + 1
     if patches > 1 and not made.contact.patches:
-        sizes = np.bincount(made.evidence.patches).tolist()
-        firsts = [made.contact.names[int(np.argmax(made.evidence.patches == k))] for k in range(patches)]
-        named = ", ".join(f"{many} nodes from {name}" for many, name in zip(sizes, firsts, strict=True))
-        yield Fact("patches", str(patches), note=named)
+        sizes = ", ".join(map(str, np.bincount(made.evidence.patches).tolist()))
+        yield Fact("patches", str(patches), note=f"of {sizes} nodes")
 
 
 def _largest(distance: FloatArray, share: FloatArray, unit: str) -> str:
@@ -259,24 +373,17 @@ def _loads(made: Import) -> Section:
         middle = f"Moments about the middle of the contact, ({', '.join(map(few, at.tolist()))})."
     rows = []
     for load in made.loads:
+        cells, moments = (np.array([getattr(part, of) for part in load.parts]) for of in ("force", "moment"))
+        force = float(np.nanmax(np.abs(cells)))
+        cells[np.abs(cells) <= NEGLIGIBLE * force] = 0.0
+        if extent is not None:
+            moments[np.abs(moments) <= NEGLIGIBLE * max(float(np.abs(moments).max()), force * extent)] = 0.0
+            cells = np.hstack([cells, moments])
         rows.append([shortened(load.name, LONGEST_LOAD), *[""] * len(heads)])
-        rows += [[f"  {part.what}", *cells] for part, cells in _cells(load, extent)]
+        for part, numbers in zip(load.parts, cells.tolist(), strict=True):
+            rows.append([f"  {part.what}", *(number(x, LOAD_DIGITS) for x in numbers)])
     title = "Loads at factor 1, the contact welded"
     return Section(title, (), [Table(["", *heads], rows)], [middle] if middle else [])
-
-
-def _cells(load: LoadEvidence, extent: float | None) -> Iterator[tuple[LoadPart, list[str]]]:
-    """The parts of a load with their numbers as texts: round-off is 0, what is not known a dash.
-
-    Moments are left out without the ``extent`` of the model, by which they are compared with forces.
-    """
-    force = max(float(np.nanmax(np.abs(part.force))) for part in load.parts)
-    for part in load.parts:
-        sizes = [*((x, force) for x in part.force.tolist())]
-        if extent is not None:
-            turning = max(float(np.abs(each.moment).max()) for each in load.parts)
-            sizes += [(x, max(turning, force * extent)) for x in part.moment.tolist()]
-        yield part, [number(x if not abs(x) <= NEGLIGIBLE * largest else 0.0, 5) for x, largest in sizes]
 
 
 def _nodes(made: Import) -> Section:

@@ -6,7 +6,7 @@ import re
 import textwrap
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from decimal import Decimal
 from itertools import combinations, zip_longest
 from math import isfinite, isinf, isnan
 from typing import TYPE_CHECKING, Literal
@@ -174,9 +174,7 @@ def margin(load_factor: float, rounding: Rounding = "down") -> str:
         return "–"
     if isinf(load_factor):
         return "any"
-    per_cent = (Decimal(repr(float(load_factor))) - 1) * 100
-    way = {"down": ROUND_FLOOR, "up": ROUND_CEILING}.get(rounding)
-    value = float(Context(prec=FEW_DIGITS, rounding=way).plus(per_cent))
+    value = float(ROUNDED[rounding](float((Decimal(repr(float(load_factor))) - 1) * 100), FEW_DIGITS))
     padded = abs(value) < 100 and round(value, 2) == value
     return f"{value:+.2f} %".replace("-", NEGATIVE) if padded else signed(value, FEW_DIGITS)
 
@@ -202,7 +200,7 @@ GLUE = "\u2060"
 def sheet_as_text(sheet: Sheet, width: int = WIDTH) -> str:
     """A sheet from its headline to its last section."""
     blocks = ["\n".join(paragraph(line, width) for line in [*sheet.headline, *sheet.answer])]
-    blocks += [] if sheet.claims is None else [_table(sheet.claims, width)]
+    blocks += [] if sheet.claims is None else [table_as_text(sheet.claims, width)]
     blocks += [listing(sheet.facts, width)]
     blocks += [section_as_text(section, width) for section in sheet.sections]
     return "\n\n".join(filter(None, blocks))
@@ -210,7 +208,7 @@ def sheet_as_text(sheet: Sheet, width: int = WIDTH) -> str:
 
 def section_as_text(section: Section, width: int = WIDTH) -> str:
     """One section: its title, facts, tables and notes."""
-    blocks = [listing(section.facts, width), *(_table(each, width) for each in section.tables)]
+    blocks = [listing(section.facts, width), *(table_as_text(each, width) for each in section.tables)]
     blocks += ["\n".join(paragraph(note, width) for note in section.notes)]
     text = "\n\n".join(filter(None, blocks))
     return f"{section.title}\n\n{text}" if section.title and text else text
@@ -248,57 +246,32 @@ def paragraph(text: str, width: int = WIDTH, start: str = "") -> str:
     return wrapped.replace(GLUE, " ")
 
 
-def _table(found: Table, width: int) -> str:
-    return table(found.head, found.rows, words=found.words, width=width, keys=found.keys)
-
-
 LEAST = 10  # characters to which a column of words may be wrapped
-CUT = 10  # rows: so many at least are left out of a long table, or none
+HALF, CUT = 20, 10  # first and last rows of a long table; so many at least are left out, or none
 
 
-def table(
-    headers: Sequence[str],
-    rows: Sequence[Sequence[str]],
-    longest: int = 40,
-    *,
-    words: Sequence[int] = (),
-    width: int | None = None,
-    keys: int = 1,
-) -> str:
-    """Columns under their headers; of a long table only its first and last rows.
+def table_as_text(table: Table, width: int = WIDTH) -> str:
+    """Columns under their headings, words wrapped and keys repeated where a line is too short for them.
 
-    Parameters
-    ----------
-    headers, rows
-        The texts.
-    longest
-        The number of rows from which on those in the middle are left out.
-    words
-        The columns that are aligned to the left, and wrapped where the table is too wide.
-    width
-        Characters of a line; None: as many as are needed.
-    keys
-        How many of the first columns are repeated where the others do not fit beside each other.
+    Of a long table only its first and last rows.
     """
-    half, cut = longest // 2, len(rows) >= longest + CUT
-    shown = [*rows[:half], *rows[-half:]] if cut else list(rows)
-    left_out = f"  … {len(rows) - 2 * half} more rows, all in --json and in files …" if cut else ""
-    widths = [max(map(len, column)) for column in zip(headers, *shown, strict=True)]
-    if width is not None:
-        cells = {k: " ".join(row[k] for row in [headers, *shown]) for k in words}
-        widths = _wrapped(widths, {k: max(map(len, cells[k].split()), default=0) for k in words}, width)
+    cut = len(table.rows) >= 2 * HALF + CUT
+    rows = [table.head, *([*table.rows[:HALF], *table.rows[-HALF:]] if cut else table.rows)]
+    cells = {k: " ".join(row[k] for row in rows) for k in table.words}
+    least = {k: max(map(len, texts.split()), default=0) for k, texts in cells.items()}
+    widths = _wrapped([max(map(len, column)) for column in zip(*rows, strict=True)], least, width)
     parts = []
-    for columns in _split(widths, keys, width):
-        lines = [_row([row[k] for k in columns], columns, widths, words) for row in [headers, *shown]]
+    for columns in _split(widths, table.keys, width):
+        lines = [_row([row[k] for k in columns], columns, widths, table.words) for row in rows]
         if cut:
-            lines.insert(1 + half, left_out)
+            left_out = f"  … {len(table.rows) - 2 * HALF} more rows, all in --json and in files …"
+            lines.insert(1 + HALF, left_out)
         parts.append("\n".join(lines))
     return "\n\n".join(parts)
 
 
 def _wrapped(widths: list[int], least: Mapping[int, int], width: int) -> list[int]:
     """Widths with which a table fits a line as far as its columns of words can be wrapped between words."""
-    widths = list(widths)
     while sum(widths) + 2 * len(widths) > width:
         wide = [k for k in least if widths[k] > max(LEAST, least[k])]
         if not wide:
@@ -307,12 +280,12 @@ def _wrapped(widths: list[int], least: Mapping[int, int], width: int) -> list[in
     return widths
 
 
-def _split(widths: Sequence[int], keys: int, width: int | None) -> list[list[int]]:
+def _split(widths: Sequence[int], keys: int, width: int) -> list[list[int]]:
     """The columns of each part of a table; the keys are in every one."""
     first = list(range(min(keys, len(widths))))
     parts, used = [first.copy()], sum(widths[k] + 2 for k in first)
     for k in range(len(first), len(widths)):
-        if width is not None and used + widths[k] + 2 > width and len(parts[-1]) > len(first):
+        if used + widths[k] + 2 > width and len(parts[-1]) > len(first):
             parts.append(first.copy())
             used = sum(widths[j] + 2 for j in first)
         parts[-1].append(k)

@@ -1,8 +1,9 @@
 """Pictures of a page: the limits, the runs, a state of the joint, and the joint as it is given."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import groupby
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,15 +31,15 @@ from shakedown.plot.patch_places import (
     places_of,
 )
 from shakedown.plot.paths import extreme_rows, work_of_nodes
-from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
+from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, Styles
 from shakedown.report import notes
-from shakedown.report.node_names import open_in_words, resolution
+from shakedown.report.data_facts import open_in_words, resolution
 from shakedown.report.run_facts import limits_on_page
 
 MOVING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
 COLOURS = {"zero": BLACK, "safe": GREEN, "witness": RED, "given": PURPLE, "random": BLUE, "ball": ORANGE}
 DASHES = ("-", "--", ":", "-.")
-THICK = 3.5  # width of the first line, in points
+THICK = 3.0  # width of the first line, in points
 WIDE, NARROW = (8.0, 1.8), (3.4, 2.6)  # of the scale of load factors [inch]
 ABOUT, LEAST = 1.3, 2.1  # inches: room about a patch for labels; least height of a picture of one
 
@@ -58,39 +59,31 @@ def scale_picture(v: Verification) -> Picture:
     return picture(caption.strip(), Drawing(draw, size=WIDE), Drawing(draw, size=NARROW))
 
 
-class Group(NamedTuple):
-    """The runs at one load factor, a panel: a colour per kind of initial state, dashes per state of it."""
-
-    title: str
-    load_factor: float
-    runs: dict[str, Simulation]
-    styles: dict[str, dict[str, Any]]
-
-
 def run_pictures(v: Verification) -> list[Picture]:
     """Slip per cycle of the runs, and of two nodes their paths in the slip plane, a panel per load factor."""
     groups, drawings, resting = [*_by_load_factor(v.runs)], list[Drawing](), list[str]()
-    for group in groups:
-        none = float(resolution(v.problem, group.load_factor)[0].max())  # up to this there is no slip
-        if any(run.cycles.slip.max(initial=0.0) > none for run in group.runs.values()):
-            draw = partial(plot.slip_per_cycle, group.runs, v.problem, styles=group.styles)
-            drawings.append(Drawing(partial(draw, resolution=none), group.title))
+    for title, load_factor, runs, styles in groups:
+        none = float(resolution(v.problem, load_factor)[0].max())  # up to this there is no slip
+        if any(run.cycles.slip.max(initial=0.0) > none for run in runs.values()):
+            draw = partial(plot.slip_per_cycle, runs, v.problem, styles=styles, resolution=none)
+            drawings.append(Drawing(draw, title))
         else:
-            resting.append(group.title)
+            resting.append(title)
     still = f"Not drawn, as nothing slips or no cycle ends: {', '.join(resting)}." * bool(resting)
     said = f"{notes.SLIP_PER_CYCLE * bool(drawings)} {still}".strip()
     pictures = [picture(said, *drawings, alike=len(drawings), one_legend=True)]
     if not in_space(v.problem) and v.problem.n == 2:
         planes = []
-        for group in groups:
-            recorded = {name: run for name, run in group.runs.items() if run.history is not None}
-            draw = partial(plot.slip_space, v.problem, group.load_factor, recorded, styles=group.styles)
-            planes.append(Drawing(draw, group.title))
+        for title, load_factor, runs, styles in groups:
+            recorded = {name: run for name, run in runs.items() if run.history is not None}
+            draw = partial(plot.slip_space, v.problem, load_factor, recorded, styles=styles)
+            planes.append(Drawing(draw, title))
         pictures.append(picture(notes.SLIP_SPACE, *planes, alike=len(planes), one_legend=True))
     return pictures
 
 
-def _by_load_factor(runs: Sequence[Run]) -> Iterator[Group]:
+def _by_load_factor(runs: Sequence[Run]) -> Iterator[tuple[str, float, dict[str, Simulation], Styles]]:
+    """A panel for each load factor: title, load factor, runs by initial state, and a style for each."""
     for (factor, region), group in groupby(runs, key=lambda run: (run.simulation.load_factor, run.region)):
         named = {run.initial: run.simulation for run in group}
         styles: dict[str, dict[str, Any]] = {}
@@ -99,7 +92,7 @@ def _by_load_factor(runs: Sequence[Run]) -> Iterator[Group]:
             dashes = DASHES[int(index or 0) % len(DASHES)]
             width = THICK - (THICK - 1.0) * len(styles) / len(named)  # none hides those below it
             styles[name] = {"color": COLOURS[kind], "ls": dashes, "lw": width, "label": name}
-        yield Group(f"{at_lambda(factor)}, {region}", factor, named, styles)
+        yield f"{at_lambda(factor)}, {region}", factor, named, styles
 
 
 def limit_pictures(v: Verification) -> list[Picture]:
@@ -140,18 +133,14 @@ def cycling_state(v: Verification) -> Pictured | None:
     """A state in which nodes slip: at λ = 1, or at the nearest simulated load factor above."""
     if v.as_given.simulation.outcome in MOVING:
         return as_given_state(v)
-    run = [run.simulation.long_term for run in v.runs if run.initial == v.as_given.initial]
-    found = [*_above_nominal(run)] or [*_above_nominal([] if v.transient is None else [v.transient.at_high])]
-    nearest = min(found, key=lambda state: state.load_factor, default=None)
-    if nearest is None:
-        return None
-    return Pictured(nearest, f"at {at_lambda(nearest.load_factor)}, the nearest simulated load that slips")
-
-
-def _above_nominal(states: Iterable[LongTermState | None]) -> Iterator[LongTermState]:
-    for state in states:
+    states = [run.simulation.long_term for run in v.runs if run.initial == v.as_given.initial]
+    states.sort(key=lambda state: inf if state is None else state.load_factor)
+    for state in [*states, None if v.transient is None else v.transient.at_high]:
         if state is not None and state.outcome in MOVING and state.load_factor > 1 and len(state.history) > 1:
-            yield state
+            return Pictured(
+                state, f"at {at_lambda(state.load_factor)}, the nearest simulated load that slips"
+            )
+    return None
 
 
 def state_pictures(v: Verification) -> list[Picture]:
@@ -179,17 +168,11 @@ def contact_to_turn(v: Verification) -> dict[str, str] | None:
 
 def no_pictures(v: Verification) -> str:
     """Why some pictures are missing; empty where none are."""
-    cycling, loops = cycling_state(v), "slip orbits" if in_space(v.problem) else "hysteresis loops"
     if v.as_given.simulation.long_term is None:
-        return "No state is drawn: the simulations did not go from event to event."
-    if cycling is None and as_given_state(v) is None:
-        return "No state is drawn: at λ = 1 no long-term state was found."
-    said = f"There are no {loops} to draw: no simulated state from this start slips in every cycle."
-    turned = can_be_turned(v.problem) or not in_space(v.problem)
-    unknown = "the problem does not say where its nodes are"
-    why = unknown if model_places(v.problem) is None else "its nodes are in a line"
-    view = "" if turned else f"There is no view to turn: {why}."
-    return f"{said * (cycling is None)} {view}".strip()
+        return notes.STEPPED
+    said = notes.NO_LOOPS if as_given_state(v) is not None else notes.NO_STATE
+    unplaced = in_space(v.problem) and model_places(v.problem) is None
+    return f"{said * (cycling_state(v) is None)} {notes.NO_VIEW * unplaced}".strip()
 
 
 def _loops(pictured: Pictured, problem: Problem) -> Picture:

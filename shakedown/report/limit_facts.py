@@ -26,16 +26,18 @@ from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.loading import loading
 from shakedown.joint.units import units_of, varying_loads_in_words
 from shakedown.report import facts, notes
-from shakedown.report.data_facts import headline, load_path, relative_to
-from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, number
-from shakedown.report.node_names import (
+from shakedown.report.data_facts import (
     LONGEST_ENTRY,
     by_direction,
+    headline,
+    load_path,
     node_column,
     node_in_words,
     open_in_words,
     ranges,
+    relative_to,
 )
+from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, number
 
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
@@ -84,7 +86,7 @@ def solve_sheet(
     sections = limit_sections(found, digits, simulated=follow) if details else []
     sections += [averaged_section(*averaged, digits)] if averaged else []
     known = claims(found)
-    about = [*by_which_limits(found.problem, known), *decided_by(found)]
+    about = [*decided_by(found)]
     about += [followed(found.details)] if follow else []
     about += next_step(found, file)
     table = claims_table(found.problem, known, digits)
@@ -171,18 +173,11 @@ def claims_table(problem: Problem, known: list[Fact], digits: int = FEW_DIGITS) 
         ],
         "in your loads": ["" if isnan(size) else loads_at(problem, size, way) for size, way in sizes],
         "margin": [facts.margin(*each) for each in sizes],
-        "valid for": [claim.note for claim in known],
+        "valid for": [f"{each.note} ({each.unit})" if each.unit else each.note for each in known],
     }
-    if not any(columns["in your loads"]):  # there is room for the limits that the claims go by
+    if not any(columns["in your loads"]):
         del columns["in your loads"]
-        columns["valid for"] = [f"{each.note} ({each.unit})" if each.unit else each.note for each in known]
     return Table.of(columns, (CLAIM, "in your loads", "valid for"))
-
-
-def by_which_limits(problem: Problem, known: list[Fact]) -> list[Fact]:
-    """The symbols of the limits that the claims go by, where the table of claims has no room for them."""
-    symbols = [claim.unit for claim in known if claim.unit and varying_loads_in_words(problem)]
-    return [Fact("limits", f"{', '.join(symbols)}, in the order of the claims.")] if symbols else []
 
 
 def loads_at(problem: Problem, load_factor: float, rounding: Rounding) -> str:
@@ -431,15 +426,13 @@ def friction_facts(limits: JointLimits) -> list[Fact]:
     named: list[tuple[str, Threshold | Wedging, str]] = [("unique in contact", closed, notes.NOT_UNIQUE)]
     if opened is not None and (opened.low, opened.high) != (closed.low, closed.high):
         named.append(("unique, nodes open", opened, notes.NOT_UNIQUE))
-    known = []
     named.append(("no wedging", found.wedging, notes.WEDGING))
+    known = []
     for name, each, otherwise in named:
         state = "yes" if own < each.low else "no" if own >= each.high else "not decided"
-        low, high = number(each.low, rounding="down"), number(each.high, rounding="up")
-        wide = each.high > (1 + SAME) * each.low
-        ends = [f"for {what} below {low}"] * bool(each.low > 0) + [f"lost from {what} = {high} on"] * bool(
-            wide
-        )
+        ends = [f"for {what} below {number(each.low, rounding='down')}"] if each.low > 0 else []
+        if each.high > (1 + SAME) * each.low:
+            ends.append(f"lost from {what} = {number(each.high, rounding='up')} on")
         holds = "with any friction" if isinf(each.low) else ", ".join(ends)
         here = f"{holds}; here {own:g}."
         known.append(Fact(name, state, note=here if state == "yes" else f"{here} {otherwise}"))

@@ -17,6 +17,7 @@ COMPUTED = (
 LOAD_DOMAIN = "The load steps are the corners of a load domain: limits hold for every path inside it."
 ONE_PATH = "The corners of the load domain are simulated in the order given: one path of many."
 # about the joint
+TOO_LONG = "Too long to be kept with the problem; its SHA-256 is among the sources."
 FLOATING = "Only friction keeps one body from sliding or turning on the other, as in a bolted joint."
 DIRECTIONS = "x, y: the two tangential directions of a node, in the order of the file."
 REACHED = "reached: the load steps, counted from 0, in which the node is at its friction limit."
@@ -66,6 +67,10 @@ INFEASIBLE_CORNER = "It lies below λ_1: there other constraints are broken alre
 COLLAPSED_AT_MEAN = "λ_1 is 0 all the same: the safe region has collapsed at the mean load already."
 DEGENERATE = "A slip of all nodes together changes no reaction, so no subset meets in a point: see solve."
 # below pictures
+STEPPED = "No state is drawn: the simulations did not go from event to event."
+NO_STATE = "No state is drawn: at λ = 1 no long-term state was found."
+NO_VIEW = "There is no view to turn: the problem does not say where its nodes are."
+NO_LOOPS = "There are no loops to draw: no simulated state from this start slips in every cycle."
 SLIP_PER_CYCLE = (
     "Slip per cycle of the node that slips most. A line that falls to “no slip” has shaken down, or is "
     "separation; one that ends on its way down was followed no further. A level line is cyclic slip or "

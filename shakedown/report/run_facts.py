@@ -7,7 +7,6 @@ import os
 import platform
 from collections.abc import Iterator
 from importlib.metadata import version
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,20 +17,9 @@ from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, count, few, shorte
 from shakedown.ground.status import Outcome, Said
 from shakedown.joint.units import is_pulled_everywhere, loads_in_words, units_of
 from shakedown.report import notes
-from shakedown.report.data_facts import headline
-from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, limits_as_text, number
-from shakedown.report.limit_facts import (
-    by_which_limits,
-    certain,
-    claims,
-    claims_table,
-    decided_by,
-    followed,
-    limit_sections,
-    said_of_nominal_load,
-)
-from shakedown.report.node_names import (
+from shakedown.report.data_facts import (
     by_direction,
+    headline,
     node_column,
     node_columns,
     node_in_words,
@@ -39,6 +27,16 @@ from shakedown.report.node_names import (
     resolution,
     without_round_off,
     worst_first,
+)
+from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, limits_as_text, number
+from shakedown.report.limit_facts import (
+    certain,
+    claims,
+    claims_table,
+    decided_by,
+    followed,
+    limit_sections,
+    said_of_nominal_load,
 )
 
 if TYPE_CHECKING:
@@ -51,7 +49,6 @@ if TYPE_CHECKING:
 OPEN_AT_TIMES = "open at times"
 WORST = 10  # nodes shown where there are many
 SHORT = 3  # digits in a table of many columns
-STILL = "it still shakes down"
 DOES = {
     Outcome.SHAKEDOWN: "shakes down",
     Outcome.CYCLIC_SLIP: "slips in every cycle",
@@ -131,9 +128,7 @@ def _outcome(problem: Problem, found: Simulation | NodeResults, initial: str) ->
 
 
 def _rest(problem: Problem, run: Simulation) -> Iterator[Fact]:
-    """How far slips may deviate from those at rest, one node at a time or together; else what proves it."""
-    from shakedown.long_term.state import held_by_friction  # loads compiled code
-
+    """How far one node may be displaced from its place at rest; else what proves that it rests."""
     found, unit = run.long_term, units_of(problem)
     if found is None:
         return
@@ -148,16 +143,8 @@ def _rest(problem: Problem, run: Simulation) -> Iterator[Fact]:
     elif np.isinf(one):
         yield Fact("holds", "however far the nodes are displaced")
     else:
-        most = inf
-        if not found.open_nodes:
-            most = held_by_friction(found.problem, found.load_factor, found.final_slip)
-        held = "all others in place: " + ("friction holds it no farther" if one >= most else STILL)
-        yield Fact(
-            "one node displaced by", min(one, most), unit.length, "up" if one >= most else "down", held
-        )
-        if one < most:
-            together = f"√({unit.work})" if unit.work else ""
-            yield Fact("several nodes by", found.energy_margin, together, "down", "in the energy norm")
+        held = "all others in place: it still shakes down"
+        yield Fact("one node displaced by", one, unit.length, "down", held)
 
 
 def _jumps(run: Simulation, work: str) -> Iterator[Fact]:
@@ -293,7 +280,6 @@ def verify_sheet(
     known = claims(v.assessment)
     table = claims_table(v.problem, known, digits)
     facts = [
-        *by_which_limits(v.problem, known),
         *decided_by(v.assessment),
         *([followed(v.limits)] if v.transient is not None and v.transient.at_proved is not None else []),
         *state_facts(v),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 from shakedown.bounds.registry import BOUNDS, Claim
 from shakedown.ground.constants import EACH_SHOWN
 from shakedown.ground.shown_values import DIGITS, at_lambda, count, few, shortened, sized, with_unit
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.joint.units import units_of
 from shakedown.report import notes
-from shakedown.report.data_facts import headline
+from shakedown.report.data_facts import headline, node_column, open_in_words, resolution, without_round_off
 from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, number
-from shakedown.report.node_names import node_column, open_in_words, resolution, without_round_off
+from shakedown.report.run_facts import DOES
 
 if TYPE_CHECKING:
     from shakedown.assessment.damping import DampingCurve
@@ -94,13 +95,6 @@ REGION_TYPES = {
     "iii": "a complementary region and no safe one: nothing shakes down with both nodes closed",
     "iv": "no bounded safe region and no bounded complementary one",
 }
-MEANING = {
-    "shakedown": "slip has ceased",
-    "cyclic-slip": "nodes slip in every period and return",
-    "ratchetting": "slips grow by the same amount in every period",
-    "separation": "nodes open and close in every period, none slips",
-    "undecided": "none of these could be established",
-}
 KNOWN = {True: "yes", False: "no", None: "not known"}
 MOST_CYCLES = 20  # limit cycles shown
 LONGEST_NODES = 16  # characters for the nodes that slip
@@ -157,7 +151,7 @@ def map_facts(found: InitialStateMap) -> list[Fact]:
         much = f"dissipation {sized(lost, unit.work)} per cycle" if lost > none else ""
         facts.append(Fact(f"from {STATES[name]}", str(outcome), note=much))
     for word, many in found.outcomes.items():
-        facts.append(Fact(word, str(many), note=MEANING[word]))
+        facts.append(Fact(word, str(many), note=DOES[Outcome(word)]))
     leave = np.count_nonzero(
         (found.outcome[found.sampled] == "separation") & (found.period[found.sampled] == 0)
     )
@@ -301,12 +295,16 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
     limits = {here: [REGIONS[str(name)] for name in regions.ravel()]}
     for heading, (_, sizes, way) in _limits(found).items():
         limits[heading] = [number(size, SHOWN, way) for size in sizes.ravel()]
-    sections = [Section("", (), [_table(found, limits)], said), *_small_slips(problem, found)]
-    if found.load_factors_simulated:
-        simulated = {
-            f"λ = {factor:g}": [str(point.outcomes[k]) if point.exists else "–" for point in found.points]
-            for k, factor in enumerate(found.load_factors_simulated)
-        }
+    sections = [Section("", (), [_table(found, limits)], said)]
+    simulated = {
+        f"λ = {factor:g}": [str(point.outcomes[k]) if point.exists else "–" for point in found.points]
+        for k, factor in enumerate(found.load_factors_simulated)
+    }
+    slips = found.slip_criteria
+    for asked in [each for each in slips if each is not None][:1]:
+        heading = f"slips below {sized(asked.below, units_of(problem).length)} up to"
+        simulated[heading] = [number(each and each.load_factor, SHOWN, "down") for each in slips]
+    if simulated:
         sections.append(Section("Simulated from this state", (), [_table(found, simulated)]))
     return Sheet(headline(problem, limits=True), (), None, facts, sections)
 
@@ -359,30 +357,15 @@ def _valued(found: Sweep, axis: int, places: list[int]) -> str:
     return f"{name} {values}"
 
 
-def _table(found: Sweep, columns: dict[str, list[str]], rows: Iterable[int] | None = None) -> Table:
-    """The parameters of every point, or of some, and columns beside them."""
-    points = found.points if rows is None else [found.points[k] for k in rows]
+def _table(found: Sweep, columns: dict[str, list[str]]) -> Table:
+    """The parameters of every point, and columns beside them."""
     names: dict[str, list[str]] = {}
     for axis, name in enumerate(found.parameters):
         named = name if found.meanings[axis] else with_unit(name, found.units[axis])
         own = named if len(named) <= LONGEST_HEADING else shortened(name, LONGEST_HEADING)
         heading = f"{found.meanings[axis]} ×" if found.is_factor(axis) else own
-        names[heading] = [number(point.values[axis], SHOWN) for point in points]
+        names[heading] = [number(point.values[axis], SHOWN) for point in found.points]
     return Table.of(names | columns, [name for name in columns if name.startswith("at ")], len(names))
-
-
-def _small_slips(problem: Problem, found: Sweep) -> list[Section]:
-    """Up to which load factor slips stay below a length, where the user asked for it."""
-    known = {k: slips for k, slips in enumerate(found.slip_criteria) if slips is not None}
-    if not known:
-        return []
-    unit, criteria = units_of(problem).length, list(known.values())
-    columns = {
-        "λ": [number(slips.load_factor, SHOWN, "down") for slips in criteria],
-        with_unit("largest slip range", unit): [number(slips.largest) for slips in criteria],
-    }
-    title = f"Slips below {sized(criteria[0].below, unit)}, starting from this state"
-    return [Section(title, (), [_table(found, columns, known)])]
 
 
 def damping_sheet(problem: Problem, curve: DampingCurve) -> Sheet:

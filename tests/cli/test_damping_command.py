@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from command import document, refused, run
 
-from shakedown import Problem, damping, save_problem
+from shakedown import Problem, damping, long_term_state, save_problem
+from shakedown.long_term.conjugate_displacement import load_loops
 
 
 @pytest.fixture
@@ -62,9 +63,9 @@ def test_a_joint_that_does_not_know_its_loads_says_so():
     assert "key 'load_reactions': needed" in err
 
 
-def test_simulate_writes_the_loop(joint, tmp_path):
+def test_a_loop_is_written(joint, tmp_path):
     path = tmp_path / "loop.csv"
-    assert run("simulate", joint[0], "--load-factor", "2", "--loop", str(path))[0] == 0
+    load_loops(joint[1], long_term_state(joint[1], 2.0)).save(path, joint[1])
     rows = list(csv.DictReader(path.read_text().splitlines()))
     x, c = (np.array([float(row[key]) for row in rows]) for key in ("displacement", "load"))
     assert (0.5 * (c[1:] + c[:-1]) * np.diff(x)).sum() == pytest.approx(2.0, rel=1e-12)
@@ -85,7 +86,6 @@ def test_units_stand_above_the_table_and_in_the_files(joint, tmp_path):
     out = run("damping", joint[0], "--amplitudes", "1,2")[1]
     said = "displacement N mm per unit of load stiffness: not said by the problem"
     assert said in " ".join(out.split())
-    asked = ("--load-factor", "2", "--loop", str(tmp_path / "loop.csv"))
-    assert run("simulate", str(tmp_path / "known.npz"), *asked)[0] == 0
+    load_loops(known, long_term_state(known, 2.0)).save(tmp_path / "loop.csv", known)
     (row, *_) = csv.DictReader((tmp_path / "loop.csv").read_text().splitlines())
     assert (row["load_unit"], row["displacement_unit"]) == ("N", "mm")

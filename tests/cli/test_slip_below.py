@@ -88,7 +88,7 @@ def test_a_sweep_says_at_every_point_up_to_where(tmp_path):
     assert table["largest_slip_range"].tolist() == [x.largest for x in expected]
     code, out, _ = run(*arguments, "--slip-below", "1e-3")
     assert code == 0
-    assert "Slips below 0.001 mm, starting from this state" in " ".join(out.split())
+    assert "slips below 0.001 mm up to" in " ".join(out.split())
     assert max(map(len, out.splitlines())) <= 80
     again = document(*arguments, "--slip-below", "1e-3", "-o", str(path), "--resume")
     assert [point["slip_criterion"] for point in again["points"]] == criteria

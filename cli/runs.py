@@ -1,10 +1,10 @@
-"""`shakedown-bounds nodes`: what each node goes through in a period of the long-term state."""
+"""`shakedown-bounds simulate`, `nodes`, `verify`: a joint followed from one state, or from several."""
 
 from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import click
 
@@ -12,11 +12,39 @@ import shakedown
 from shakedown import Problem
 from shakedown.files.vtk_points import series_paths
 from shakedown.ground.work_limit import on_one_thread
-from shakedown.report.run_facts import nodes_sheet
+from shakedown.report.run_facts import nodes_sheet, run_sheet, verify_sheet
 
 from . import options
-from .command import Answer, command, document
+from .command import Answer, command, document, progress
 from .options import option
+
+
+@command(
+    "Evolution from one initial state.",
+    "0 a long-term state was found, whichever; 1 undecided after --cycles; 2 bad usage or bad input.",
+)
+@options.run
+@options.method
+@options.slip_below
+@option("-o", "--output", type=options.OutputFile(), help="Write the path here (NPZ): events or load steps.")
+@on_one_thread
+def simulate(
+    problem: Problem,
+    load_factor: float,
+    initial: str | None,
+    open_nodes: tuple[int, ...] | Literal["auto"],
+    output: Path | None,
+    **settings: Any,
+) -> Answer:
+    """Follow FILE at one load factor from one initial state to its long-term state."""
+    word, opened, start = options.start_of(problem, load_factor, initial, open_nodes)
+    run = shakedown.simulate(
+        problem, load_factor, start, open_nodes=opened, record=output is not None, **settings
+    )
+    if output is not None:
+        shakedown.save_history(output, run)
+    undecided = run.outcome == shakedown.Outcome.UNDECIDED
+    return Answer(partial(document, problem, run), partial(run_sheet, problem, run, word), undecided)
 
 
 @command(
@@ -86,3 +114,53 @@ def _claim_series(output: Path | None, instants: int) -> None:
         raise click.UsageError(f"--instants: expected {expected}, found {found}")
     for path in series_paths(output, instants):
         options.writes_whole("--instants", path)
+
+
+@command(
+    "Prediction against time integration; report.",
+    "0 prediction and simulation agree in every run; 1 they disagree, or a run "
+    "slides away or is left open; 2 bad usage or bad input.",
+)
+@options.problem
+@option("-o", "--output", type=options.OutputFile(), help="Write the report (HTML) here, JSON beside it.")
+@option(
+    "--load-factor", "load_factors", type=float, multiple=True, help="Simulate at this λ; may be repeated."
+)
+@option(
+    "--random",
+    "random_states",
+    type=click.IntRange(min=0),
+    default=None,
+    show_default="3; above 50 node pairs in space 1",
+    help="Number of initial states: what random loads leave behind.",
+)
+@options.seed
+@options.open_nodes
+@options.cycles
+@options.method
+@options.slip_below
+@option("--details", is_flag=True, help="Also every limit, and a table of the runs.")
+@options.digits
+def verify(
+    problem: Problem,
+    output: Path | None,
+    load_factors: tuple[float, ...],
+    details: bool,
+    digits: int,
+    **settings: Any,
+) -> Answer:
+    """Hold the bounds of FILE against time integration from several states."""
+    if output is not None:
+        from shakedown.report.html import report_path, write_report  # what draws is wanted only here
+
+        report_path(output)  # before the work, not after
+        options.writes("the JSON beside -o", output.with_suffix(".json"))
+    with progress("verification") as update:
+        result = shakedown.verify(problem, load_factors=load_factors or None, progress=update, **settings)
+    if output is not None:
+        write_report(output, result)
+    return Answer(
+        result.to_dict,
+        partial(verify_sheet, result, options.file_named(), page=output, details=details, digits=digits),
+        is_open=not result.agrees,
+    )

@@ -1,10 +1,9 @@
-"""`shakedown-bounds import`: a problem file from finite-element output."""
+"""`shakedown-bounds example`, `import`: a problem file, built in or from finite-element output."""
 
 from __future__ import annotations
 
 import shlex
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -15,16 +14,36 @@ from shakedown.models.importing.templates import (
     write_import_example,
     write_import_template,
 )
-from shakedown.report.data_facts import import_sheet
+from shakedown.report.data_facts import examples_sheet, import_sheet, written_sheet
 
 from . import options
 from .command import Answer, command, remark, say
 from .options import option
 
+
+@command("List or write the built-in problems.", "0 listed or written; 2 bad usage.")
+@click.argument("name", required=False)
+@option("-o", "--output", type=options.OutputFile(), help="Write the problem file here.")
+def example(name: str | None, output: Path | None) -> Answer:
+    """List the built-in problems, or write one to a file."""
+    if name is None:
+        if output is not None:
+            raise click.UsageError("-o needs the NAME of a built-in problem")
+        known = {each: shakedown.example(each) for each in shakedown.example_names()}
+        listed = [{"example": each} | problem.to_dict() for each, problem in known.items()]
+        return Answer(lambda: {"examples": listed}, lambda: examples_sheet(known))
+    problem = shakedown.example(name)
+    target = output or Path(f"{name}.npz")
+    if output is None and target.exists():
+        raise click.UsageError(f"{target} exists; name the file to write with -o")
+    shakedown.save_problem(target, problem)
+    return Answer(
+        lambda: {"example": name, "file": str(target)} | problem.to_dict(),
+        lambda: written_sheet(problem, str(target)),
+    )
+
+
 EXAMPLE = "example"
-WORDS = (
-    "format", "rows", "zero_modes", "asymmetry", "residual", "static_run", "ready", "warnings", "notes",
-)  # fmt: skip  # without --check
 
 
 @command("Make a problem file from finite-element output.", "0 written, or shown; 2 bad usage or bad input.")
@@ -62,12 +81,9 @@ def import_command(
         raise click.UsageError("Missing argument 'CONFIG.toml' (or --template)")
     if output is None and not check:
         raise click.UsageError("Missing option '-o' / '--output' (or --check)")
-    options.reads("CONFIG.toml", config)
     to = [] if output is None else ["-o", str(output)]
     again = shlex.join(["shakedown-bounds", "import", str(config), *to])
-    made = shakedown.import_model(config, command=again, announce=remark)
-    for source in made.sources:
-        options.reads(f"{source}, which CONFIG.toml names", config.parent / source)
+    made = options.imported("CONFIG.toml", config, command=again, announce=remark)
     if picture is not None:
         from shakedown import plot  # only where a picture is wanted
         from shakedown.models.importing.contact_figure import contact_picture
@@ -76,7 +92,7 @@ def import_command(
     written = None if check or output is None else str(output)
     if written is not None:
         shakedown.save_problem(written, made.problem)
-    return Answer(lambda: _document(made, written), lambda: import_sheet(made, written=written))
+    return Answer(lambda: {"file": written} | made.to_dict(), lambda: import_sheet(made, written=written))
 
 
 def _write_template(kind: str, config: Path | None, output: Path | None) -> None:
@@ -92,9 +108,3 @@ def _write_template(kind: str, config: Path | None, output: Path | None) -> None
         click.echo(import_template(kind), nl=False)
     else:
         say(f"wrote {write_import_template(kind, output)}")
-
-
-def _document(made: shakedown.Import, written: str | None) -> dict[str, Any]:
-    found = made.to_dict()
-    shown = found if written is None else {word: found[word] for word in WORDS}
-    return {"problem": found["problem"], "file": written} | shown
