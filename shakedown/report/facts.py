@@ -247,16 +247,22 @@ def paragraph(text: str, width: int = WIDTH, start: str = "") -> str:
 
 
 LEAST = 10  # characters to which a column of words may be wrapped
-HALF, CUT = 20, 10  # first and last rows of a long table; so many at least are left out, or none
+LONGEST, CUT = 40, 10  # rows of a table; so many at least are left out in its middle, or none
+UNBROKEN = 10**6  # characters that no line has
 
 
-def table_as_text(table: Table, width: int = WIDTH) -> str:
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], longest: int = LONGEST) -> str:
+    """Columns of numbers under their headings, in lines as long as they have to be."""
+    return table_as_text(Table(head, rows, ()), UNBROKEN, longest)
+
+
+def table_as_text(table: Table, width: int = WIDTH, longest: int = LONGEST) -> str:
     """Columns under their headings, words wrapped and keys repeated where a line is too short for them.
 
-    Of a long table only its first and last rows.
+    Of a table with more rows than the longest one only the first and last ones.
     """
-    cut = len(table.rows) >= 2 * HALF + CUT
-    rows = [table.head, *([*table.rows[:HALF], *table.rows[-HALF:]] if cut else table.rows)]
+    half, cut = longest // 2, len(table.rows) >= longest + CUT
+    rows = [table.head, *([*table.rows[:half], *table.rows[-half:]] if cut else table.rows)]
     cells = {k: " ".join(row[k] for row in rows) for k in table.words}
     least = {k: max(map(len, texts.split()), default=0) for k, texts in cells.items()}
     widths = _wrapped([max(map(len, column)) for column in zip(*rows, strict=True)], least, width)
@@ -264,8 +270,9 @@ def table_as_text(table: Table, width: int = WIDTH) -> str:
     for columns in _split(widths, table.keys, width):
         lines = [_row([row[k] for k in columns], columns, widths, table.words) for row in rows]
         if cut:
-            left_out = f"  … {len(table.rows) - 2 * HALF} more rows, all in --json and in files …"
-            lines.insert(1 + HALF, left_out)
+            lines.insert(
+                1 + half, f"  … {len(table.rows) - 2 * half} more rows, all in --json and in files …"
+            )
         parts.append("\n".join(lines))
     return "\n\n".join(parts)
 

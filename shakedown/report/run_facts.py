@@ -179,25 +179,19 @@ def slip_limit_fact(limit: SlipLimit | None, problem: Problem) -> list[Fact]:
         return [Fact(label, "at no load factor")]
     if np.isinf(limit.exceeded_at):
         return [Fact(label, "at every load factor simulated")]
-    where = (
-        f"largest {sized(limit.largest, unit)}, {node_in_words(problem, limit.node)}"
-        if limit.node >= 0
-        else ""
-    )
-    again = "" if limit.monotone else "above it there are load factors at which they are again"
-    note = "; ".join(filter(None, [where, again]))
+    said = ["above it there are load factors at which they are again"] * (not limit.monotone)
+    if limit.node >= 0:
+        said.insert(0, f"largest {sized(limit.largest, unit)}, {node_in_words(problem, limit.node)}")
+    note = "; ".join(said)
     return [Fact(label, f"up to λ = {number(limit.load_factor, rounding='down')}", note=note)]
 
 
 def _slips(problem: Problem, slips: dict[str, FloatArray], per_cycle: list[float]) -> Table:
     """Initial and final slip and the slip distance per cycle, a row per node."""
     unit, digits = units_of(problem).length, DIGITS if problem.directions == 1 else 5
-    columns = node_column(problem)
-    parts = {
-        name: values
-        for word, slip in slips.items()
-        for name, values in by_direction(problem, word, slip).items()
-    }
+    columns, parts = node_column(problem), dict[str, list[float]]()
+    for word, slip in slips.items():
+        parts |= by_direction(problem, word, slip)
     for name, values in (parts | {"Σ|Δv|": per_cycle}).items():
         columns[with_unit(name, unit)] = [number(x, digits) for x in values]
     return Table.of(columns)
@@ -332,9 +326,7 @@ def verdict(v: Verification) -> str:
     if v.open_questions:
         return f"Open: {count(len(v.open_questions), 'question')}."
     if not judged:
-        return (
-            f"The limits predict no outcome of {count(len(v.runs), 'run')}: there is nothing to agree with."
-        )
+        return f"The limits predict no outcome of {count(len(v.runs), 'run')}: nothing to agree with."
     rest = f" with a predicted outcome; {len(v.runs) - judged} have none" if judged < len(v.runs) else ""
     return f"Simulation agrees with the limits in all {count(judged, 'run')}{rest}."
 

@@ -75,9 +75,8 @@ def critical_facts(critical: CriticalLoadFactors, lower: Bound) -> tuple[list[Fa
     facts.append(Fact("smallest positive", smallest.load_factor, rounding="down"))
     if smallest.load_factor < lower.load_factor * (1 - DEFAULT.feasibility):
         feasible = critical.smallest_feasible.load_factor
-        facts.append(
-            Fact("smallest feasible", feasible, rounding="down", note="= λ_1" * bool(np.isfinite(feasible)))
-        )
+        same = "= λ_1" * bool(np.isfinite(feasible))
+        facts.append(Fact("smallest feasible", feasible, rounding="down", note=same))
         return facts, [notes.INFEASIBLE_CORNER]
     return facts, [notes.COLLAPSED_AT_MEAN] if lower.load_factor == 0 else []
 
@@ -96,7 +95,6 @@ REGION_TYPES = {
     "iv": "no bounded safe region and no bounded complementary one",
 }
 KNOWN = {True: "yes", False: "no", None: "not known"}
-MOST_CYCLES = 20  # limit cycles shown
 LONGEST_NODES = 16  # characters for the nodes that slip
 
 
@@ -152,9 +150,8 @@ def map_facts(found: InitialStateMap) -> list[Fact]:
         facts.append(Fact(f"from {STATES[name]}", str(outcome), note=much))
     for word, many in found.outcomes.items():
         facts.append(Fact(word, str(many), note=DOES[Outcome(word)]))
-    leave = np.count_nonzero(
-        (found.outcome[found.sampled] == "separation") & (found.period[found.sampled] == 0)
-    )
+    outcome, period = found.outcome[found.sampled], found.period[found.sampled]
+    leave = np.count_nonzero((outcome == "separation") & (period == 0))
     facts += [Fact("of these leave for good", str(leave))] * bool(leave)
     facts += undecided(found)
     if found.undecided < found.sampling.states:
@@ -169,31 +166,26 @@ def map_facts(found: InitialStateMap) -> list[Fact]:
         who = "every state" if criterion.met else f"{per_cent(criterion.met_fraction)} of the states"
         largest = f"largest slip range {sized(criterion.largest, unit.length)}"
         facts.append(Fact(f"slips below {sized(criterion.below, unit.length)}", f"from {who}", note=largest))
-    kind = found.region_type
-    return [
-        *facts,
-        *([Fact("regions of slip space", f"type ({kind})", note=REGION_TYPES[kind])] if kind else []),
-    ]
+    if kind := found.region_type:
+        facts.append(Fact("regions of slip space", f"type ({kind})", note=REGION_TYPES[kind]))
+    return facts
 
 
 def undecided(found: InitialStateMap) -> list[Fact]:
     """Why states are undecided, and whether more cycles can help."""
-    again = found.looked_at_again
     facts = []
     for one in found.undecided_reasons:
-        more = "; more --cycles may decide" if one.more_cycles else ""
-        facts.append(
-            Fact("undecided because", one.reason, note=f"{one.count} of {again} looked at again{more}")
-        )
+        more = "; more --cycles may decide" * one.more_cycles
+        known = f"{one.count} of {found.looked_at_again} looked at again{more}"
+        facts.append(Fact("undecided because", one.reason, note=known))
     return facts
 
 
 def _limit_cycles(found: InitialStateMap) -> Section:
     """How many states end on each limit cycle, or motion with separation."""
-    cycles, more = found.limit_cycles[:MOST_CYCLES], len(found.limit_cycles) - MOST_CYCLES
+    cycles, none = found.limit_cycles, work_that_is_none(found)
     if not cycles:
         return Section()
-    none = work_that_is_none(found)
     lost = [without_round_off(cycle.dissipation, none) for cycle in cycles]
     columns = {
         "limit cycle": [str(cycle.outcome) for cycle in cycles],
@@ -210,8 +202,7 @@ def _limit_cycles(found: InitialStateMap) -> Section:
             for cycle in cycles
         ],
     }
-    said = [f"{count(more, 'more cycle')}; --json has all."] if more > 0 else []
-    return Section("", (), [Table.of(columns, ("limit cycle", "reached", "slip at"))], said)
+    return Section("", (), [Table.of(columns, ("limit cycle", "reached", "slip at"))])
 
 
 def _over_load_factors(found: InitialStateMaps, path: list[str]) -> list[Section]:
