@@ -76,11 +76,10 @@ def node_column(problem: Problem) -> dict[str, list[str]]:
     >>> list(node_column(shakedown.example("press-fit"))), list(node_column(shakedown.example("two-node")))
     (['node', 'FE'], ['node'])
     """
-    numbers = {"node": list(map(str, range(problem.n)))}
-    labels = problem.label
-    return (
-        numbers if labels is None else numbers | {"FE": [shortened(label, LONGEST_ENTRY) for label in labels]}
-    )
+    columns = {"node": list(map(str, range(problem.n)))}
+    if problem.label is not None:
+        columns["FE"] = [shortened(label, LONGEST_ENTRY) for label in problem.label]
+    return columns
 
 
 def without_round_off(values: Sequence[float] | FloatArray, resolution: float | FloatArray) -> list[float]:
@@ -292,10 +291,8 @@ def import_sheet(made: Import, *, written: str | None = None) -> Sheet:
     doubts = count(len(made.doubts), "warning")
     go_on = "GO ON: no warnings. Compare bodies, loads and normals below with the model."
     stop = f'STOP: {doubts} to clear up, or to accept (accept = ["its words"]), before any number is trusted.'
-    facts = [Fact("note", note) for note in made.notes]
-    facts.append(
-        Fact("read from", made.format, note=f"{reduced.interior} rows condensed, {reduced.held} held")
-    )
+    rows = f"{reduced.interior} rows condensed, {reduced.held} held"
+    facts = [*(Fact("note", note) for note in made.notes), Fact("read from", made.format, note=rows)]
     if made.static_run == made.static_run:
         facts.append(Fact("agrees with static run", f"to {number(made.static_run, 2)}"))
     if written is not None:

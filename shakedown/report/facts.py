@@ -262,6 +262,7 @@ def table_as_text(table: Table, width: int = WIDTH, longest: int = LONGEST) -> s
     Of a table with more rows than the longest one only the first and last ones.
     """
     half, cut = longest // 2, len(table.rows) >= longest + CUT
+    left_out = f"  … {len(table.rows) - 2 * half} more rows, all in --json and in files …"
     rows = [table.head, *([*table.rows[:half], *table.rows[-half:]] if cut else table.rows)]
     cells = {k: " ".join(row[k] for row in rows) for k in table.words}
     least = {k: max(map(len, texts.split()), default=0) for k, texts in cells.items()}
@@ -270,9 +271,7 @@ def table_as_text(table: Table, width: int = WIDTH, longest: int = LONGEST) -> s
     for columns in _split(widths, table.keys, width):
         lines = [_row([row[k] for k in columns], columns, widths, table.words) for row in rows]
         if cut:
-            lines.insert(
-                1 + half, f"  … {len(table.rows) - 2 * half} more rows, all in --json and in files …"
-            )
+            lines.insert(1 + half, left_out)
         parts.append("\n".join(lines))
     return "\n\n".join(parts)
 
